@@ -1,0 +1,2 @@
+//! Speed against error.
+fn main() {}

@@ -1,0 +1,10 @@
+//! What a hand and an object *are*: links, joints, inertia, shapes and the adaptive-synergy transmission.
+//!
+//! Nothing here moves; [`palmares-sim`](../palmares_sim/index.html) steps what is described here.
+//! Units are SI; a pose is written `a_from_b` and maps coordinates in `b` to coordinates in `a`.
+
+pub mod hand;
+pub mod object;
+pub mod shape;
+
+pub use parry3d_f64::math::{Matrix as Mat3, Pose, Rotation, Vector as Vec3};

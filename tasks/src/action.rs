@@ -1,0 +1,60 @@
+//! What a controller commands: one message per tick.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Targets for one tick. What is left out keeps its last target.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Action {
+    /// Where the hand's base should go.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub base: Option<BaseTarget>,
+    /// σ of every motor, in the hand's motor order, each in [0, 1].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hand: Option<Vec<f64>>,
+}
+
+/// A pose to reach, or a velocity to keep, of the hand's base in the world frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, deny_unknown_fields)]
+pub enum BaseTarget {
+    /// Pose target; the servo moves there within its speed and acceleration limits.
+    Pose {
+        /// m
+        position: [f64; 3],
+        /// Unit quaternion x, y, z, w; normalised on arrival, zero length is refused.
+        quat_xyzw: [f64; 4],
+    },
+    /// Velocity target.
+    Twist {
+        /// m/s
+        linear: [f64; 3],
+        /// rad/s
+        angular: [f64; 3],
+    },
+}
+
+/// Why an action was refused. A refused action changes nothing.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ActionError {
+    /// NaN or infinite number.
+    #[error("action.{field} is not a finite number")]
+    NotFinite {
+        /// Path of the field: `hand[0]`.
+        field: String,
+    },
+    /// Wrong number of motor commands.
+    #[error("action.hand has {got} entries; hand `{hand}` has {expected} motors")]
+    WrongLength {
+        /// Name of the hand.
+        hand: String,
+        /// Entries in the message.
+        got: usize,
+        /// Motors of the hand.
+        expected: usize,
+    },
+    /// Quaternion of zero length.
+    #[error("action.base.quat_xyzw has zero length; a unit quaternion is expected")]
+    ZeroQuaternion,
+}

@@ -1,0 +1,150 @@
+//! What a controller sees after a tick.
+
+use crate::action::Action;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How much a controller may see.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Sensing {
+    /// What real sensors give: actuators, wrist, touch.
+    Sensors,
+    /// The full state as well: the `truth` block.
+    #[default]
+    Truth,
+}
+
+/// State after a tick. The server adds `id`, `run_id` and the session's clock around it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Observation {
+    /// Ticks since reset.
+    pub tick: u64,
+    /// s since reset.
+    pub sim_time_s: f64,
+    /// The action as applied: clipped to the spec, with what was left out filled in.
+    pub applied_action: Action,
+    /// The hand.
+    pub hand: HandObservation,
+    /// The full state, when the run's sensing is `truth`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub truth: Option<Truth>,
+    /// What the referee noted in this tick.
+    pub events: Vec<Event>,
+    /// Score if the run ended now, without the settling rule.
+    pub score: f64,
+    /// The task is complete: nothing more can be gained.
+    pub terminated: bool,
+    /// The run was cut short by a limit.
+    pub truncated: bool,
+    /// Why, when `terminated` or `truncated`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+}
+
+/// Pose and velocity of a body in the world frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct BodyState {
+    /// Origin of the body frame, m.
+    pub position: [f64; 3],
+    /// Orientation, x, y, z, w.
+    pub quat_xyzw: [f64; 4],
+    /// Velocity of the origin, m/s.
+    pub linear: [f64; 3],
+    /// rad/s
+    pub angular: [f64; 3],
+}
+
+/// What the hand's own sensors read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct HandObservation {
+    /// The base.
+    pub base: BodyState,
+    /// One entry per motor.
+    pub actuators: Vec<ActuatorObservation>,
+    /// Reaction at the wrist.
+    pub wrist: Wrench,
+}
+
+/// What a motor's sensors read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ActuatorObservation {
+    /// Name of the motor.
+    pub name: String,
+    /// Commanded σ.
+    pub command: f64,
+    /// σ the motor has reached.
+    pub position: f64,
+    /// dσ/dt, 1/s.
+    pub velocity: f64,
+    /// Tension of its tendons, in the tendon's unit (hand.toml).
+    pub tension: f64,
+}
+
+/// Force and torque in the world frame, torque about the base origin.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Wrench {
+    /// N
+    pub force: [f64; 3],
+    /// N·m
+    pub torque: [f64; 3],
+}
+
+/// The full state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Truth {
+    /// Every free object, in scene order.
+    pub objects: Vec<ObjectObservation>,
+    /// Joint coordinates, in the hand's coordinate order.
+    pub joints: Joints,
+    /// Every touching contact.
+    pub contacts: Vec<ContactObservation>,
+    /// Closed-form joint coordinates of the free hand at the present motor position, rad.
+    pub predicted_equilibrium: Vec<f64>,
+}
+
+/// A free object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ObjectObservation {
+    /// Index in the scene.
+    pub id: usize,
+    /// Name in the scene.
+    pub name: String,
+    /// Pose and velocity.
+    #[serde(flatten)]
+    pub state: BodyState,
+}
+
+/// Joint coordinates.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Joints {
+    /// rad
+    pub position: Vec<f64>,
+    /// rad/s
+    pub velocity: Vec<f64>,
+}
+
+/// A touching contact: force on body `b` by body `a`, world frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ContactObservation {
+    /// Name of the first body.
+    pub a: String,
+    /// Name of the second body.
+    pub b: String,
+    /// m
+    pub position: [f64; 3],
+    /// N
+    pub force: [f64; 3],
+}
+
+/// Something the referee noted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Event {
+    /// When, in ticks.
+    pub tick: u64,
+    /// What: `in_goal`, `left_goal`, `outside`, `back_inside`.
+    pub kind: String,
+    /// Which object.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub object: Option<usize>,
+}
