@@ -1,1 +1,21 @@
-//! How a world *moves*.
+//! How a world *moves*: one compliant hand and rigid objects, in generalized coordinates, implicit, convex.
+//!
+//! No I/O, no clock, no threads, no randomness. `model` and `state` are two things: what does not change in a
+//! run is shared and immutable, what changes is one [`state::State`] that can be cloned, hashed and restored.
+//! Units are SI; a pose is written `a_from_b` and maps coordinates in `b` to coordinates in `a`.
+
+pub mod actuation;
+pub mod config;
+pub mod contact;
+pub mod dynamics;
+pub mod model;
+pub mod solver;
+pub mod state;
+pub mod step;
+pub mod world;
+
+pub use actuation::base::BaseCommand;
+pub use config::Config;
+pub use model::{Model, Owner};
+pub use state::State;
+pub use world::{Command, Outcome, Push, World};

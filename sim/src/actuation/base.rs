@@ -1,0 +1,162 @@
+//! The free-flying base: a set point that obeys speed limits, and a saturated servo that follows it.
+
+use crate::config::{BaseConfig, Config};
+use crate::solver::terms::{AxisTerm, ScalarLaw};
+use crate::state::BaseReference;
+use palmares_models::{Pose, Rotation, Vec3};
+
+/// What the base is told to do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BaseCommand {
+    /// Go to a pose and stay, within the limits. `linear` and `angular` say how the pose itself moves, so
+    /// that a smooth path is followed without lag.
+    Pose {
+        /// Where to.
+        target: Pose,
+        /// Velocity of the target, m/s.
+        linear: Vec3,
+        /// Angular velocity of the target, rad/s.
+        angular: Vec3,
+    },
+    /// Keep a velocity, within the limits.
+    Twist {
+        /// m/s
+        linear: Vec3,
+        /// rad/s
+        angular: Vec3,
+    },
+    /// Be the set point of the servo itself: a path computed elsewhere, not limited here.
+    Exact(BaseReference),
+}
+
+impl BaseCommand {
+    /// Stay at a pose.
+    pub fn stay(target: Pose) -> Self {
+        BaseCommand::Pose { target, linear: Vec3::ZERO, angular: Vec3::ZERO }
+    }
+}
+
+/// Advances the set point by one step under a command.
+pub fn advance(config: &Config, reference: &mut BaseReference, command: &BaseCommand) {
+    let (h, base) = (config.step_s, &config.base);
+    match *command {
+        BaseCommand::Exact(exact) => *reference = exact,
+        BaseCommand::Twist { linear, angular } => {
+            let linear = bounded(linear, base.speed_limit);
+            let angular = bounded(angular, base.angular_speed_limit);
+            turn_towards(reference, linear, angular, h, base);
+        }
+        BaseCommand::Pose { target, linear, angular } => {
+            let offset = target.translation - reference.pose.translation;
+            let rotation = shortest_turn(reference.pose.rotation, target.rotation);
+            let linear = bounded(approach(offset, linear, base.acceleration_limit, h), base.speed_limit);
+            let angular = bounded(
+                approach(rotation, angular, base.angular_acceleration_limit, h),
+                base.angular_speed_limit,
+            );
+            turn_towards(reference, linear, angular, h, base);
+        }
+    }
+}
+
+fn turn_towards(reference: &mut BaseReference, linear: Vec3, angular: Vec3, h: f64, base: &BaseConfig) {
+    reference.linear += bounded(linear - reference.linear, base.acceleration_limit * h);
+    reference.angular += bounded(angular - reference.angular, base.angular_acceleration_limit * h);
+    reference.pose.translation += reference.linear * h;
+    reference.pose.rotation =
+        (Rotation::from_scaled_axis(reference.angular * h) * reference.pose.rotation).normalize();
+}
+
+/// Velocity that closes `offset` to a target moving at `target`, fast but able to stop there: beyond the
+/// last step the speed is that from which the limit `a` can brake, `−a h/2 + √((a h/2)² + 2 a d)`.
+fn approach(offset: Vec3, target: Vec3, a: f64, h: f64) -> Vec3 {
+    let distance = offset.length();
+    if distance == 0.0 {
+        return target;
+    }
+    let half = 0.5 * a * h;
+    let brake = (half * half + 2.0 * a * distance).sqrt() - half;
+    target + offset * (brake.min(distance / h) / distance)
+}
+
+fn bounded(v: Vec3, limit: f64) -> Vec3 {
+    let length = v.length();
+    if length > limit { v * (limit / length) } else { v }
+}
+
+/// Rotation vector that takes `from` to `to` by the shorter way.
+pub fn shortest_turn(from: Rotation, to: Rotation) -> Vec3 {
+    let turn = to * from.inverse();
+    let turn = if turn.w < 0.0 { -turn } else { turn };
+    turn.to_scaled_axis()
+}
+
+/// The servo as six saturated spring-dampers along the world axes, implicit in the solve.
+pub fn servo(config: &Config, reference: &BaseReference, base: Pose, terms: &mut Vec<AxisTerm>) {
+    let (h, servo) = (config.step_s, &config.base);
+    let offset = (reference.pose.translation - base.translation).to_array();
+    let turn = shortest_turn(base.rotation, reference.pose.rotation).to_array();
+    let (linear, angular) = (reference.linear.to_array(), reference.angular.to_array());
+    // The set point is that of the end of the step, and so is the implicit law: f = k (x_ref,1 − x_1) + …
+    for k in 0..3 {
+        let law = ScalarLaw::Servo {
+            h,
+            stiffness: servo.stiffness,
+            damping: servo.damping,
+            error: offset[k],
+            target: linear[k],
+            limit: servo.force_limit,
+        };
+        terms.push(AxisTerm { dof: k, sign: 1.0, law });
+    }
+    for k in 0..3 {
+        let law = ScalarLaw::Servo {
+            h,
+            stiffness: servo.angular_stiffness,
+            damping: servo.angular_damping,
+            error: turn[k],
+            target: angular[k],
+            limit: servo.torque_limit,
+        };
+        terms.push(AxisTerm { dof: 3 + k, sign: 1.0, law });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(x: f64) -> Pose {
+        Pose::translation(x, 0.0, 0.0)
+    }
+
+    #[test]
+    fn a_far_target_is_reached_within_the_limits_and_without_overshoot() {
+        let config = Config::default();
+        let mut reference = BaseReference { pose: at(0.0), linear: Vec3::ZERO, angular: Vec3::ZERO };
+        let (mut last, mut top) = (0.0, 0.0f64);
+        for _ in 0..2000 {
+            advance(&config, &mut reference, &BaseCommand::stay(at(1.5)));
+            let speed = reference.linear.x;
+            assert!(speed - last <= 4.0 * config.step_s + 1e-12);
+            assert!(reference.pose.translation.x <= 1.5 + 1e-6);
+            (last, top) = (speed, top.max(speed));
+        }
+        assert!((reference.pose.translation.x - 1.5).abs() < 1e-9);
+        assert!(top <= 2.0 + 1e-12 && top > 1.9);
+    }
+
+    #[test]
+    fn a_moving_target_within_the_limits_is_followed_without_lag() {
+        let config = Config::default();
+        let mut reference = BaseReference { pose: at(0.0), linear: Vec3::ZERO, angular: Vec3::ZERO };
+        for k in 1..1000 {
+            let t = f64::from(k) * config.step_s;
+            let (x, v) = (0.5 * t * t, t);
+            let command =
+                BaseCommand::Pose { target: at(x), linear: Vec3::new(v, 0.0, 0.0), angular: Vec3::ZERO };
+            advance(&config, &mut reference, &command);
+            assert!((reference.pose.translation.x - x).abs() < 1.5e-3, "{t} {x}");
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! Every constant of the physics, with its unit, default and reason. Part of a run's hash.
+
+use palmares_models::Vec3;
+
+/// Constants of a world.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Config {
+    /// Length of a step h, s. 1 ms keeps object errors in a grasp below half a millimetre.
+    pub step_s: f64,
+    /// Gravity, m/s².
+    pub gravity: Vec3,
+    /// Normal stiffness k of a contact, N/m. 1 kg held by one contact sinks 0.05 mm.
+    pub contact_stiffness: f64,
+    /// Tangential stiffness of a stiction anchor, N/m; equal to the normal one, as for similar materials.
+    pub anchor_stiffness: f64,
+    /// Dissipation time of contacts and anchors, s. Critical for a tenth of a kilogram.
+    pub contact_dissipation_s: f64,
+    /// β of the near-rigid regularisation (Castro, Permenter, Han 2022, eq. 19). Larger values make the
+    /// depth of penetration depend on h.
+    pub near_rigid: f64,
+    /// Contacts are looked for up to this distance, m, plus `approach_speed · h`.
+    pub contact_margin_m: f64,
+    /// Approach speed that contact detection must foresee, m/s.
+    pub approach_speed: f64,
+    /// Slip speed below which no correction for gliding is made, m/s. Without it stacks limit-cycle.
+    pub glide_deadband: f64,
+    /// A cached manifold is re-used while its points have moved less than this, m.
+    pub manifold_reuse_m: f64,
+    /// ... and its normals have turned less than this, rad.
+    pub manifold_reuse_rad: f64,
+    /// Stiffness of joint limits, N·m/rad.
+    pub limit_stiffness: f64,
+    /// Relative speed over which rolling resistance builds up, rad/s.
+    pub rolling_deadband: f64,
+    /// Newton stops at this norm of the gradient, relative to the momenta.
+    pub tolerance: f64,
+    /// ... or fails after this many iterations.
+    pub max_iterations: usize,
+    /// Whether bodies at rest are put to sleep.
+    pub sleeping: bool,
+    /// A body slower than this may sleep, m/s.
+    pub sleep_linear: f64,
+    /// ... and turning slower than this, rad/s.
+    pub sleep_angular: f64,
+    /// ... after this long, s.
+    pub sleep_after_s: f64,
+    /// Servo of the hand's base.
+    pub base: BaseConfig,
+}
+
+/// The free-flying servo that carries the hand: the moving base of the 2016 challenge.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BaseConfig {
+    /// N/m
+    pub stiffness: f64,
+    /// N·s/m
+    pub damping: f64,
+    /// N·m/rad
+    pub angular_stiffness: f64,
+    /// N·m·s/rad
+    pub angular_damping: f64,
+    /// Per axis, N.
+    pub force_limit: f64,
+    /// Per axis, N·m.
+    pub torque_limit: f64,
+    /// m/s
+    pub speed_limit: f64,
+    /// rad/s
+    pub angular_speed_limit: f64,
+    /// m/s²
+    pub acceleration_limit: f64,
+    /// rad/s²
+    pub angular_acceleration_limit: f64,
+}
+
+impl Default for BaseConfig {
+    fn default() -> Self {
+        BaseConfig {
+            stiffness: 2e4,
+            damping: 4e2,
+            angular_stiffness: 5e2,
+            angular_damping: 1e1,
+            force_limit: 500.0,
+            torque_limit: 50.0,
+            speed_limit: 2.0,
+            angular_speed_limit: 3.0,
+            acceleration_limit: 4.0,
+            angular_acceleration_limit: 4.0,
+        }
+    }
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Config {
+            step_s: 1e-3,
+            gravity: Vec3::new(0.0, 0.0, -9.81),
+            contact_stiffness: 2e5,
+            anchor_stiffness: 2e5,
+            contact_dissipation_s: 2e-3,
+            near_rigid: 0.1,
+            contact_margin_m: 2e-3,
+            approach_speed: 1.0,
+            glide_deadband: 2e-3,
+            manifold_reuse_m: 1e-5,
+            manifold_reuse_rad: 3.5e-4,
+            limit_stiffness: 1e3,
+            rolling_deadband: 1e-2,
+            tolerance: 1e-6,
+            max_iterations: 100,
+            sleeping: true,
+            sleep_linear: 2e-3,
+            sleep_angular: 4e-2,
+            sleep_after_s: 0.25,
+            base: BaseConfig::default(),
+        }
+    }
+}
+
+impl Config {
+    /// The defaults at another step length.
+    pub fn with_step(step_s: f64) -> Self {
+        Config { step_s, ..Config::default() }
+    }
+
+    /// How far apart surfaces may be and still count as a possible contact, m.
+    pub fn margin(&self) -> f64 {
+        self.contact_margin_m + self.approach_speed * self.step_s
+    }
+}

@@ -1,0 +1,5 @@
+//! Which shapes may touch, and where: broad phase, narrow phase by parry, and the memory of stiction.
+
+pub mod anchor;
+pub mod broad;
+pub mod narrow;

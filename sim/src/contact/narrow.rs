@@ -1,0 +1,163 @@
+//! Narrow phase: contact points of near pairs, found by parry.
+
+use super::anchor::{Anchor, Pair};
+use super::broad::overlap;
+use crate::model::{Collider, Model, Owner, pair_friction};
+use palmares_models::{Pose, Vec3};
+use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::query::{DefaultQueryDispatcher, PersistentQueryDispatcher};
+use std::ops::Range;
+
+/// A contact point ready for the solver.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactPoint {
+    /// Place, from the pair's origin, m.
+    pub r: Vec3,
+    /// Unit normal from body A to body B.
+    pub normal: Vec3,
+    /// Unit tangents; `tangents[0] × tangents[1] = normal`.
+    pub tangents: [Vec3; 2],
+    /// Gap; negative when the shapes overlap, m.
+    pub distance: f64,
+    /// What the point remembers; `stretch` is turned into world axes.
+    pub anchor: Anchor,
+    /// Which of the manifold's points.
+    pub point: u32,
+}
+
+/// The contact points of two bodies' shapes.
+#[derive(Clone, Debug)]
+pub struct ContactPair {
+    /// Body A.
+    pub a: Owner,
+    /// Body B.
+    pub b: Owner,
+    /// Origin of the pair's spatial quantities in the world: the centre of mass of an object, if one is
+    /// part of it, else the hand's base. m
+    pub origin: Vec3,
+    /// Coulomb friction coefficient μ.
+    pub friction: f64,
+    /// Lever of rolling resistance, m.
+    pub rolling_friction: f64,
+    /// Places in the list of points.
+    pub points: Range<usize>,
+    /// Place in the state's list of pairs.
+    pub pair: usize,
+}
+
+/// All contacts of a step.
+#[derive(Clone, Debug, Default)]
+pub struct Contacts {
+    /// In the order of the state's pairs.
+    pub pairs: Vec<ContactPair>,
+    /// Grouped by pair.
+    pub points: Vec<ContactPoint>,
+}
+
+impl Contacts {
+    /// Looks at every near pair of which at least one body is awake.
+    ///
+    /// `poses` and `bounds` are those of the colliders in the world; `centers[k]` is the centre of mass of
+    /// object k; `awake(owner)` tells whether a body may move in this step.
+    pub fn find(
+        &mut self,
+        model: &Model,
+        poses: &[Pose],
+        bounds: &[Aabb],
+        base_origin: Vec3,
+        centers: &[Pose],
+        awake: impl Fn(Owner) -> bool,
+        pairs: &mut [Pair],
+    ) {
+        self.pairs.clear();
+        self.points.clear();
+        let config = model.config();
+        let margin = config.margin();
+        let reuse = (libm::cos(config.manifold_reuse_rad), config.manifold_reuse_m.powi(2));
+        for (index, pair) in pairs.iter_mut().enumerate() {
+            let (i, j) = (pair.key.0 as usize, pair.key.1 as usize);
+            let (a, b) = (&model.colliders()[i], &model.colliders()[j]);
+            if !awake(a.owner) && !awake(b.owner) {
+                continue;
+            }
+            if !overlap(&bounds[i], &bounds[j]) {
+                pair.clear();
+                continue;
+            }
+            pair.active = true;
+            update_manifold(pair, a, b, &poses[i].inv_mul(&poses[j]), margin, reuse);
+            if pair.manifold.points.is_empty() {
+                pair.mean = Anchor::default();
+                continue;
+            }
+            let origin = match (a.owner, b.owner) {
+                (_, Owner::Object(k)) | (Owner::Object(k), _) => centers[k].translation,
+                _ => base_origin,
+            };
+            let first = self.points.len();
+            self.collect(pair, &poses[i], &poses[j], origin, margin);
+            if self.points.len() > first {
+                self.pairs.push(ContactPair {
+                    a: a.owner,
+                    b: b.owner,
+                    origin,
+                    friction: pair_friction(a, b),
+                    rolling_friction: a.rolling_friction.max(b.rolling_friction),
+                    points: first..self.points.len(),
+                    pair: index,
+                });
+            }
+        }
+    }
+
+    fn collect(&mut self, pair: &mut Pair, pose_a: &Pose, pose_b: &Pose, origin: Vec3, margin: f64) {
+        if !pair.manifold.points.iter().any(|point| point.data.loaded) {
+            pair.mean = Anchor::default();
+        }
+        let normal = pose_a.rotation * pair.manifold.local_n1;
+        let t1 = normal.any_orthonormal_vector();
+        let t2 = normal.cross(t1);
+        for (k, point) in pair.manifold.points.iter_mut().enumerate() {
+            if point.dist > margin {
+                point.data = Anchor::default();
+                continue;
+            }
+            if !point.data.loaded {
+                point.data = Anchor { loaded: false, ..pair.mean };
+            }
+            let on_a = pose_a.transform_point(point.local_p1);
+            let on_b = pose_b.transform_point(point.local_p2);
+            self.points.push(ContactPoint {
+                r: (on_a + on_b) * 0.5 - origin,
+                normal,
+                tangents: [t1, t2],
+                distance: point.dist,
+                anchor: Anchor { stretch: pose_a.rotation * point.data.stretch, ..point.data },
+                point: k as u32,
+            });
+        }
+    }
+}
+
+/// Lets parry find the points. Its own re-use of old points (up to 1 mm and 1°) gives a rolling cylinder
+/// energy; with none at all polyhedra flicker. So we decide on re-use, much more strictly, and otherwise
+/// have the points found anew but matched with the old ones.
+fn update_manifold(
+    pair: &mut Pair,
+    a: &Collider,
+    b: &Collider,
+    a_from_b: &Pose,
+    margin: f64,
+    (reuse_cosine, reuse_squared): (f64, f64),
+) {
+    let manifold = &mut pair.manifold;
+    if !(a.is_ball || b.is_ball) {
+        if manifold.try_update_contacts_eps(a_from_b, reuse_cosine, reuse_squared) {
+            return;
+        }
+        manifold.mark_shapes_deformed();
+    }
+    let supported = DefaultQueryDispatcher
+        .contact_manifold_convex_convex(a_from_b, &*a.shape, &*b.shape, None, None, margin, manifold);
+    debug_assert!(supported.is_ok(), "every pair of our convex shapes has a contact algorithm");
+}

@@ -1,0 +1,66 @@
+//! Bias forces c(q, v) by the recursive Newton–Euler algorithm (Featherstone 2008, table 5.1).
+
+use super::crba::Inertias;
+use super::spatial::{Force, Motion};
+use super::tree::Kinematics;
+use palmares_models::Vec3;
+use palmares_models::hand::Hand;
+
+/// Scratch of the recursion.
+#[derive(Clone, Debug, Default)]
+pub struct Recursion {
+    velocity: Vec<Motion>,
+    acceleration: Vec<Motion>,
+    force: Vec<Force>,
+}
+
+impl Recursion {
+    /// Writes c so that `M v̇ + c = τ`: Coriolis, centrifugal and gravity forces.
+    ///
+    /// Gravity is left out where the hand compensates it: the compensating torque is the exact G(q) of the
+    /// hand's own links (Rocchi & Hauser 2016, eq. 6), so the two cancel identically.
+    pub fn bias(
+        &mut self,
+        hand: &Hand,
+        kin: &Kinematics,
+        inertias: &Inertias,
+        v: &[f64],
+        gravity: Vec3,
+        c: &mut [f64],
+    ) {
+        let n = hand.links.len();
+        let gravity = if hand.gravity_compensation { Vec3::ZERO } else { gravity };
+        kin.velocities(hand, v, &mut self.velocity);
+        self.acceleration.resize(n, Motion::ZERO);
+        self.force.resize(n, Force::ZERO);
+        // v holds the classical velocity of the base origin; its spatial acceleration at v̇ = 0 is −ω × ṗ.
+        let base = self.velocity[0];
+        self.acceleration[0] =
+            Motion { angular: Vec3::ZERO, linear: -base.angular.cross(base.linear) - gravity };
+        for (i, link) in hand.links.iter().enumerate() {
+            if let (Some(parent), Some(joint)) = (link.parent, &link.joint) {
+                let rate = v[6 + joint.coordinate];
+                let (before, first) = (self.velocity[parent], kin.first_screw[i] * rate);
+                let second = kin.screw[i] * rate - first;
+                self.acceleration[i] =
+                    self.acceleration[parent] + before.cross(first) + (before + first).cross(second);
+            }
+            let momentum = inertias.link[i].mul(self.velocity[i]);
+            self.force[i] =
+                inertias.link[i].mul(self.acceleration[i]) + self.velocity[i].cross_force(momentum);
+        }
+        c[..6 + hand.coordinates.len()].fill(0.0);
+        for i in (1..n).rev() {
+            let (Some(parent), Some(joint)) = (hand.links[i].parent, &hand.links[i].joint) else { continue };
+            let f = self.force[i];
+            c[6 + joint.coordinate] += kin.screw[i].dot(f);
+            self.force[parent] += f;
+        }
+        let f = self.force[0];
+        for (k, x) in
+            [f.force.x, f.force.y, f.force.z, f.moment.x, f.moment.y, f.moment.z].into_iter().enumerate()
+        {
+            c[k] += x;
+        }
+    }
+}

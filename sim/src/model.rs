@@ -1,0 +1,277 @@
+//! What does not change while a world moves: the hand, the objects, the furniture and the constants.
+
+use crate::config::Config;
+use palmares_models::hand::Hand;
+use palmares_models::object::Object;
+use palmares_models::shape::Shape;
+use palmares_models::{Mat3, Pose};
+use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::shape::SharedShape;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Which body a collision shape belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Owner {
+    /// Furniture; never moves.
+    Static,
+    /// A link of the hand.
+    Link(usize),
+    /// A free object.
+    Object(usize),
+}
+
+/// A collision shape in its body's frame; furniture's in the world's.
+#[derive(Clone)]
+pub struct Collider {
+    /// Whose it is.
+    pub owner: Owner,
+    /// Pose in the body frame.
+    pub body_from_shape: Pose,
+    /// The geometry.
+    pub shape: SharedShape,
+    /// Bounds in the shape's own frame; parry would compute a hull's from all its vertices every time.
+    pub local_bounds: Aabb,
+    /// Coulomb friction coefficient.
+    pub friction: f64,
+    /// Lever of rolling resistance, m.
+    pub rolling_friction: f64,
+    /// A ball: its contact is found in closed form, cached manifolds would only make it polygonal.
+    pub is_ball: bool,
+}
+
+/// A block of the solver's unknowns that couple densely: the base, a finger, or an object.
+#[derive(Clone, Debug)]
+pub struct Cluster {
+    /// Places in the generalized velocity.
+    pub dofs: Range<usize>,
+}
+
+/// Why a model could not be built.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ModelError {
+    /// A hull without volume.
+    #[error("{owner}: shape {index} spans no volume; a hull needs four points that are not in one plane")]
+    FlatShape {
+        /// Name of link, object or furniture.
+        owner: String,
+        /// Which of its shapes.
+        index: usize,
+    },
+    /// A mass that is not positive.
+    #[error("{owner}: mass is {mass} kg; it must be positive and finite")]
+    BadMass {
+        /// Name of link or object.
+        owner: String,
+        /// The offending value.
+        mass: f64,
+    },
+}
+
+/// An immutable world description, shared by `Arc`.
+#[derive(Clone)]
+pub struct Model {
+    config: Config,
+    hand: Option<Arc<Hand>>,
+    objects: Vec<Arc<Object>>,
+    object_inertia_inverse: Vec<Mat3>,
+    colliders: Vec<Collider>,
+    clusters: Vec<Cluster>,
+    /// Collider pairs of the hand with itself, ascending.
+    self_pairs: Vec<(u32, u32)>,
+}
+
+impl Model {
+    /// A world of the given constants, with or without a hand. Add furniture and objects next.
+    pub fn new(config: Config, hand: Option<Arc<Hand>>) -> Result<Self, ModelError> {
+        let mut model = Model {
+            config,
+            hand: hand.clone(),
+            objects: Vec::new(),
+            object_inertia_inverse: Vec::new(),
+            colliders: Vec::new(),
+            clusters: Vec::new(),
+            self_pairs: Vec::new(),
+        };
+        if let Some(hand) = &hand {
+            for (i, link) in hand.links.iter().enumerate() {
+                let mass = link.inertia.mass;
+                if !(mass > 0.0 && mass.is_finite()) {
+                    return Err(ModelError::BadMass { owner: link.name.clone(), mass });
+                }
+                for (k, geom) in link.geoms.iter().enumerate() {
+                    let surface = (geom.friction, 0.0);
+                    model.add_collider(
+                        Owner::Link(i),
+                        &link.name,
+                        k,
+                        &geom.shape,
+                        geom.link_from_geom,
+                        surface,
+                    )?;
+                }
+            }
+            model.clusters = hand_clusters(hand);
+            model.self_pairs = self_pairs(hand, &model.colliders);
+        }
+        Ok(model)
+    }
+
+    /// Adds a fixed shape at a world pose.
+    pub fn add_static(
+        &mut self,
+        name: &str,
+        shape: &Shape,
+        world_from_shape: Pose,
+        friction: f64,
+    ) -> Result<(), ModelError> {
+        self.add_collider(Owner::Static, name, 0, shape, world_from_shape, (friction, 0.0))
+    }
+
+    /// Adds a free object; returns its index.
+    pub fn add_object(&mut self, object: Arc<Object>) -> Result<usize, ModelError> {
+        let id = self.objects.len();
+        if !(object.mass > 0.0 && object.mass.is_finite()) {
+            return Err(ModelError::BadMass { owner: object.name.clone(), mass: object.mass });
+        }
+        for (k, (pose, shape)) in object.parts.iter().enumerate() {
+            // The body frame of an object in this crate is central: at its centre of mass.
+            let central = Pose::from_parts(pose.translation - object.com, pose.rotation);
+            let surface = (object.friction, object.rolling_friction);
+            self.add_collider(Owner::Object(id), &object.name, k, shape, central, surface)?;
+        }
+        let first = self.velocity_len();
+        self.clusters.push(Cluster { dofs: first..first + 6 });
+        self.object_inertia_inverse.push(object.inertia.inverse());
+        self.objects.push(object);
+        Ok(id)
+    }
+
+    fn add_collider(
+        &mut self,
+        owner: Owner,
+        name: &str,
+        index: usize,
+        shape: &Shape,
+        body_from_geom: Pose,
+        (friction, rolling_friction): (f64, f64),
+    ) -> Result<(), ModelError> {
+        let (parry, geom_from_parry) =
+            shape.to_parry().ok_or_else(|| ModelError::FlatShape { owner: name.to_owned(), index })?;
+        self.colliders.push(Collider {
+            owner,
+            body_from_shape: body_from_geom * geom_from_parry,
+            local_bounds: parry.compute_local_aabb(),
+            is_ball: parry.as_ball().is_some(),
+            shape: parry,
+            friction,
+            rolling_friction,
+        });
+        Ok(())
+    }
+
+    /// The constants.
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// The hand, if the scene has one.
+    pub fn hand(&self) -> Option<&Arc<Hand>> {
+        self.hand.as_ref()
+    }
+
+    /// The free objects.
+    pub fn objects(&self) -> &[Arc<Object>] {
+        &self.objects
+    }
+
+    /// Inverse of an object's central inertia, in object axes.
+    pub fn object_inertia_inverse(&self, object: usize) -> Mat3 {
+        self.object_inertia_inverse[object]
+    }
+
+    /// All collision shapes.
+    pub fn colliders(&self) -> &[Collider] {
+        &self.colliders
+    }
+
+    /// Collider pairs of the hand that may touch each other.
+    pub fn self_pairs(&self) -> &[(u32, u32)] {
+        &self.self_pairs
+    }
+
+    /// Blocks of the generalized velocity: the hand's first, then one per object.
+    pub fn clusters(&self) -> &[Cluster] {
+        &self.clusters
+    }
+
+    /// Number of clusters that belong to the hand.
+    pub fn hand_clusters(&self) -> usize {
+        self.clusters.len() - self.objects.len()
+    }
+
+    /// Length of the hand's part of the generalized velocity.
+    pub fn hand_dofs(&self) -> usize {
+        self.hand.as_ref().map_or(0, |hand| 6 + hand.coordinates.len())
+    }
+
+    /// Length of the generalized velocity: `[hand (6 + coordinates), 6 per object]`.
+    pub fn velocity_len(&self) -> usize {
+        self.hand_dofs() + 6 * self.objects.len()
+    }
+
+    /// Where an object's six velocities (linear of its centre of mass, angular) stand.
+    pub fn object_dofs(&self, object: usize) -> usize {
+        self.hand_dofs() + 6 * object
+    }
+}
+
+/// The base, then one cluster per branch: intervals of coordinates that some path to the base joins.
+fn hand_clusters(hand: &Hand) -> Vec<Cluster> {
+    let mut intervals: Vec<Range<usize>> = Vec::new();
+    for mut i in 0..hand.links.len() {
+        let mut range: Option<Range<usize>> = None;
+        while let (Some(parent), Some(joint)) = (hand.links[i].parent, &hand.links[i].joint) {
+            let c = joint.coordinate;
+            range = Some(range.map_or(c..c + 1, |r| r.start.min(c)..r.end.max(c + 1)));
+            i = parent;
+        }
+        intervals.extend(range);
+    }
+    intervals.sort_by_key(|r| (r.start, r.end));
+    let mut merged: Vec<Range<usize>> = Vec::new();
+    for r in intervals {
+        match merged.last_mut() {
+            Some(last) if r.start < last.end => last.end = last.end.max(r.end),
+            _ => merged.push(r),
+        }
+    }
+    let mut clusters = vec![Cluster { dofs: 0..6 }];
+    clusters.extend(merged.into_iter().map(|r| Cluster { dofs: 6 + r.start..6 + r.end }));
+    clusters
+}
+
+fn self_pairs(hand: &Hand, colliders: &[Collider]) -> Vec<(u32, u32)> {
+    let mut pairs = Vec::new();
+    for (i, a) in colliders.iter().enumerate() {
+        for (j, b) in colliders.iter().enumerate().skip(i + 1) {
+            let (Owner::Link(x), Owner::Link(y)) = (a.owner, b.owner) else { continue };
+            let adjacent = x == y || hand.links[y].parent == Some(x) || hand.links[x].parent == Some(y);
+            let excluded = hand.no_collision.contains(&[x.min(y), x.max(y)]);
+            if !adjacent && !excluded {
+                pairs.push((i as u32, j as u32));
+            }
+        }
+    }
+    pairs
+}
+
+/// Friction of a pair of surfaces: the rougher of two moving bodies, the smoother against furniture, which
+/// is how the 2016 scenes were tuned.
+pub fn pair_friction(a: &Collider, b: &Collider) -> f64 {
+    if a.owner == Owner::Static || b.owner == Owner::Static {
+        a.friction.min(b.friction)
+    } else {
+        a.friction.max(b.friction)
+    }
+}

@@ -1,0 +1,168 @@
+//! Contact law: projection onto the regularised friction cone.
+//!
+//! The impulse γ minimises `½ (γ − y)ᵀ R (γ − y)` over the cone `|γ_t| ≤ μ γ_n` with `y = R⁻¹ (v̂ − v)`,
+//! R = diag(r_t, r_t, r_n) (Castro, Permenter, Han 2022, section IV-B). Axes: two tangents, normal.
+
+use palmares_models::Vec3;
+
+/// Regularised Coulomb law of one contact point.
+#[derive(Clone, Copy, Debug)]
+pub struct ConeLaw {
+    /// Coulomb friction coefficient μ.
+    pub friction: f64,
+    /// 1 / r_t, kg.
+    pub tangential: f64,
+    /// 1 / r_n, kg.
+    pub normal: f64,
+    /// v̂, m/s.
+    pub target: [f64; 3],
+}
+
+/// Hessian of ℓ in contact axes.
+#[derive(Clone, Copy, Debug)]
+pub enum ConeHessian {
+    /// No contact force.
+    Open,
+    /// Inside the cone: diag(1/r_t, 1/r_t, 1/r_n).
+    Stick,
+    /// On the cone; (t1t1, t1t2, t2t2, t1n, t2n, nn).
+    Slip([f64; 6]),
+}
+
+impl ConeLaw {
+    /// Impulse γ at contact velocity `v` (N·s), and the Hessian of the term.
+    #[inline]
+    pub fn impulse(&self, v: [f64; 3]) -> ([f64; 3], ConeHessian) {
+        let y0 = (self.target[0] - v[0]) * self.tangential;
+        let y1 = (self.target[1] - v[1]) * self.tangential;
+        let yn = (self.target[2] - v[2]) * self.normal;
+        let squared = y0 * y0 + y1 * y1;
+        let mu = self.friction;
+        if yn > 0.0 && squared <= mu * mu * yn * yn {
+            return ([y0, y1, yn], ConeHessian::Stick);
+        }
+        let yr = squared.sqrt();
+        // μ r_t / r_n: slope of the polar cone in the metric R.
+        let slope = mu * self.normal / self.tangential;
+        if yn <= -slope * yr {
+            return ([0.0; 3], ConeHessian::Open);
+        }
+        let k = 1.0 / (1.0 + mu * slope);
+        let gn = (yn + slope * yr) * k;
+        if yr == 0.0 {
+            return ([0.0, 0.0, gn], ConeHessian::Stick);
+        }
+        let (t0, t1) = (y0 / yr, y1 / yr);
+        let gt = mu * gn;
+        let along = mu * slope * k * self.tangential;
+        let across = gt / yr * self.tangential;
+        let coupling = mu * k * self.normal;
+        let hessian = [
+            along * t0 * t0 + across * t1 * t1,
+            (along - across) * t0 * t1,
+            along * t1 * t1 + across * t0 * t0,
+            coupling * t0,
+            coupling * t1,
+            k * self.normal,
+        ];
+        ([gt * t0, gt * t1, gn], ConeHessian::Slip(hessian))
+    }
+
+    /// Speed of slip at contact velocity `v` and impulse γ: what the elastic part does not explain, m/s.
+    #[inline]
+    pub fn slip_speed(&self, v: [f64; 3], gamma: [f64; 3]) -> f64 {
+        if gamma[2] <= 0.0 {
+            return 0.0;
+        }
+        let (a, b) = (self.target[0] - v[0], self.target[1] - v[1]);
+        let elastic = (gamma[0] * gamma[0] + gamma[1] * gamma[1]).sqrt() / self.tangential;
+        ((a * a + b * b).sqrt() - elastic).max(0.0)
+    }
+
+    /// `wᵀ H w`.
+    #[inline]
+    pub fn curvature(&self, hessian: &ConeHessian, w: [f64; 3]) -> f64 {
+        match hessian {
+            ConeHessian::Open => 0.0,
+            ConeHessian::Stick => self.tangential * (w[0] * w[0] + w[1] * w[1]) + self.normal * w[2] * w[2],
+            ConeHessian::Slip(h) => {
+                h[0] * w[0] * w[0]
+                    + h[2] * w[1] * w[1]
+                    + h[5] * w[2] * w[2]
+                    + 2.0 * (h[1] * w[0] * w[1] + h[3] * w[0] * w[2] + h[4] * w[1] * w[2])
+            }
+        }
+    }
+}
+
+/// Rolling and torsional resistance of a pair: `ℓ(ω)` is Huber's function with slope `limit`.
+///
+/// The limit is lever · normal impulse of the last step, so that the term stays convex and separable.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RollingLaw {
+    /// Largest resisting angular impulse, N·m·s.
+    pub limit: f64,
+    /// Relative angular speed at which it is reached, rad/s.
+    pub deadband: f64,
+}
+
+impl RollingLaw {
+    /// Angular impulse on body B at relative angular velocity ω, and (isotropic, radial) curvature:
+    /// `H = isotropic · I − radial · ω ωᵀ`.
+    #[inline]
+    pub fn impulse(&self, omega: Vec3) -> (Vec3, f64, f64) {
+        let speed = omega.length();
+        if speed <= self.deadband {
+            let k = self.limit / self.deadband;
+            return (omega * -k, k, 0.0);
+        }
+        let k = self.limit / speed;
+        (omega * -k, k, k / (speed * speed))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAW: ConeLaw = ConeLaw { friction: 0.7, tangential: 3.0, normal: 2.0, target: [0.01, -0.02, 0.05] };
+
+    /// ℓ by quadrature of −γ along a ray, differentiated numerically, must give γ and its Hessian back.
+    #[test]
+    fn hessian_is_the_derivative_of_the_impulse() {
+        for v in [[0.0, 0.0, 0.0], [0.3, -0.2, 0.01], [0.02, 0.4, 0.2], [0.0, 0.0, 1.0], [0.2, 0.1, -0.3]] {
+            let (_, hessian) = LAW.impulse(v);
+            for axis in 0..3 {
+                let e = 1e-7;
+                let (mut plus, mut minus) = (v, v);
+                plus[axis] += e;
+                minus[axis] -= e;
+                let (gp, _) = LAW.impulse(plus);
+                let (gm, _) = LAW.impulse(minus);
+                let mut w = [0.0; 3];
+                w[axis] = 1.0;
+                let numeric = -(gp[axis] - gm[axis]) / (2.0 * e);
+                assert!((LAW.curvature(&hessian, w) - numeric).abs() < 1e-5, "{v:?} axis {axis}");
+            }
+        }
+    }
+
+    #[test]
+    fn impulse_stays_in_the_cone_and_never_pulls() {
+        for i in 0..1000 {
+            let f = |k: f64| libm::sin(f64::from(i) * k) * 0.5;
+            let (g, _) = LAW.impulse([f(1.1), f(2.3), f(0.7)]);
+            assert!(g[2] >= 0.0);
+            assert!((g[0] * g[0] + g[1] * g[1]).sqrt() <= 0.7 * g[2] + 1e-12);
+        }
+    }
+
+    #[test]
+    fn rolling_resistance_is_bounded_and_opposes() {
+        let law = RollingLaw { limit: 0.3, deadband: 0.01 };
+        for speed in [1e-4, 0.01, 5.0] {
+            let (t, ..) = law.impulse(Vec3::new(speed, 0.0, 0.0));
+            assert!(t.x < 0.0 && t.length() <= 0.3 + 1e-15);
+        }
+    }
+}

@@ -1,0 +1,12 @@
+//! The convex problem of one step: minimise over the new velocities v
+//!
+//! `½ (v − v*)ᵀ A (v − v*) + Σ ℓᵢ(Jᵢ v)`, `A = M + h D + h² E`,
+//!
+//! with springs and dampers linearly implicit in A and contacts, limits, tendons and servos as convex terms
+//! ℓ (Castro, Permenter, Han, *An Unconstrained Convex Formulation of Compliant Contact*, 2022).
+
+pub mod cholesky;
+pub mod cone;
+pub mod island;
+pub mod newton;
+pub mod terms;

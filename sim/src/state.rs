@@ -1,0 +1,184 @@
+//! All that changes while a world moves. Cloning it is a snapshot; a world given a clone goes on bit for bit.
+
+use crate::contact::anchor::Pair;
+use crate::model::Model;
+use palmares_models::Pose;
+use parry3d_f64::math::{Rotation, Vector as Vec3};
+
+/// The state of a world between two steps.
+#[derive(Clone)]
+pub struct State {
+    /// Steps since the beginning.
+    pub step: u64,
+    /// World pose of the hand's base; identity without a hand.
+    pub base: Pose,
+    /// Joint coordinates q.
+    pub q: Vec<f64>,
+    /// Generalized velocity: hand (base linear, base angular, q̇), then each object (linear, angular).
+    pub v: Vec<f64>,
+    /// Central pose of every object: origin at the centre of mass, object axes.
+    pub objects: Vec<Pose>,
+    /// What the base servo is following.
+    pub reference: BaseReference,
+    /// The motors.
+    pub motors: Vec<MotorState>,
+    /// Tension of every tendon in the last step.
+    pub tension: Vec<f64>,
+    /// Sleep bookkeeping of every object.
+    pub sleep: Vec<Sleep>,
+    /// Contact memory of every pair of shapes that may touch, ascending by key.
+    pub(crate) pairs: Vec<Pair>,
+}
+
+/// The moving set point of the base servo.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BaseReference {
+    /// Where the base should be.
+    pub pose: Pose,
+    /// m/s
+    pub linear: Vec3,
+    /// rad/s
+    pub angular: Vec3,
+}
+
+/// A motor between two steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MotorState {
+    /// Commanded σ.
+    pub command: f64,
+    /// Reached σ.
+    pub position: f64,
+    /// dσ/dt, 1/s.
+    pub velocity: f64,
+}
+
+/// Sleep bookkeeping of an object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sleep {
+    /// Steps for which the object has been slow enough.
+    pub still_steps: u32,
+    /// Whether it sleeps: it then has no velocity and is not solved for.
+    pub asleep: bool,
+}
+
+impl State {
+    /// Everything at rest: the hand open at `base`, the objects at `objects` (object frames).
+    pub fn at_rest(model: &Model, base: Pose, objects: &[Pose]) -> Self {
+        let hand = model.hand();
+        let q = hand.map_or(Vec::new(), |hand| {
+            hand.coordinates.iter().map(|c| c.rest.clamp(c.lower, c.upper)).collect()
+        });
+        State {
+            step: 0,
+            base,
+            q,
+            v: vec![0.0; model.velocity_len()],
+            objects: objects
+                .iter()
+                .zip(model.objects())
+                .map(|(pose, object)| {
+                    Pose::from_parts(pose.translation + pose.rotation * object.com, pose.rotation)
+                })
+                .collect(),
+            reference: BaseReference { pose: base, linear: Vec3::ZERO, angular: Vec3::ZERO },
+            motors: hand.map_or(Vec::new(), |hand| vec![MotorState::default(); hand.motors.len()]),
+            tension: hand.map_or(Vec::new(), |hand| vec![0.0; hand.tendons.len()]),
+            sleep: vec![Sleep::default(); model.objects().len()],
+            pairs: Vec::new(),
+        }
+    }
+
+    /// s since the beginning.
+    pub fn time_s(&self, model: &Model) -> f64 {
+        self.step as f64 * model.config().step_s
+    }
+
+    /// Pose of an object's own frame.
+    pub fn object_pose(&self, model: &Model, object: usize) -> Pose {
+        let central = self.objects[object];
+        let com = model.objects()[object].com;
+        Pose::from_parts(central.translation - central.rotation * com, central.rotation)
+    }
+
+    /// Linear velocity of the centre of mass and angular velocity of an object.
+    pub fn object_velocity(&self, model: &Model, object: usize) -> (Vec3, Vec3) {
+        let v = &self.v[model.object_dofs(object)..];
+        (Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]))
+    }
+
+    /// Whether every number is finite.
+    pub fn is_finite(&self) -> bool {
+        self.base.is_finite()
+            && self.q.iter().chain(&self.v).chain(&self.tension).all(|x| x.is_finite())
+            && self.objects.iter().all(|pose| pose.is_finite())
+    }
+
+    /// A 64-bit digest of every bit of the state: equal states give equal digests on every machine.
+    pub fn hash(&self) -> u64 {
+        let mut h = Digest::default();
+        h.word(self.step);
+        h.pose(&self.base);
+        h.floats(&self.q);
+        h.floats(&self.v);
+        for pose in &self.objects {
+            h.pose(pose);
+        }
+        h.pose(&self.reference.pose);
+        h.vector(self.reference.linear);
+        h.vector(self.reference.angular);
+        for motor in &self.motors {
+            h.floats(&[motor.command, motor.position, motor.velocity]);
+        }
+        h.floats(&self.tension);
+        for sleep in &self.sleep {
+            h.word(u64::from(sleep.still_steps) << 1 | u64::from(sleep.asleep));
+        }
+        for pair in self.pairs.iter().filter(|pair| pair.active) {
+            pair.digest(&mut h);
+        }
+        h.finish()
+    }
+}
+
+/// FNV-1a over 64-bit words with a final mix: small, and the same everywhere for ever.
+pub(crate) struct Digest(u64);
+
+impl Default for Digest {
+    fn default() -> Self {
+        Digest(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl Digest {
+    pub(crate) fn word(&mut self, word: u64) {
+        self.0 = (self.0 ^ word).wrapping_mul(0x0000_0100_0000_01b3);
+        self.0 ^= self.0 >> 29;
+    }
+
+    pub(crate) fn float(&mut self, x: f64) {
+        self.word(x.to_bits());
+    }
+
+    pub(crate) fn floats(&mut self, xs: &[f64]) {
+        for &x in xs {
+            self.float(x);
+        }
+    }
+
+    pub(crate) fn vector(&mut self, v: Vec3) {
+        self.floats(&v.to_array());
+    }
+
+    fn pose(&mut self, pose: &Pose) {
+        self.vector(pose.translation);
+        let Rotation { x, y, z, w } = pose.rotation;
+        self.floats(&[x, y, z, w]);
+    }
+
+    fn finish(self) -> u64 {
+        let mut x = self.0;
+        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        x ^ (x >> 31)
+    }
+}

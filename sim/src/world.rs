@@ -1,0 +1,199 @@
+//! A world: an immutable model, a state, and the scratch memory of a step.
+
+use crate::actuation::base::BaseCommand;
+use crate::contact::broad::BroadPhase;
+use crate::contact::narrow::Contacts;
+use crate::dynamics::crba::Inertias;
+use crate::dynamics::rnea::Recursion;
+use crate::dynamics::tree::Kinematics;
+use crate::model::{Model, Owner};
+use crate::solver::island::Islands;
+use crate::solver::newton::{Newton, Problem};
+use crate::solver::terms::AxisTerm;
+use crate::state::State;
+use palmares_models::{Mat3, Pose, Vec3};
+use parry3d_f64::bounding_volume::Aabb;
+use std::sync::Arc;
+
+/// What the world is told for one step.
+#[derive(Clone, Debug)]
+pub struct Command {
+    /// The base.
+    pub base: BaseCommand,
+    /// σ of every motor, clamped to [0, 1].
+    pub sigma: Vec<f64>,
+    /// Forces from outside: the paper's virtual contacts.
+    pub pushes: Vec<Push>,
+}
+
+impl Command {
+    /// Stay at a pose with the motors at rest.
+    pub fn stay(model: &Model, pose: Pose) -> Self {
+        Command {
+            base: BaseCommand::stay(pose),
+            sigma: vec![0.0; model.hand().map_or(0, |hand| hand.motors.len())],
+            pushes: Vec::new(),
+        }
+    }
+}
+
+/// A force on a link of the hand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Push {
+    /// Which link.
+    pub link: usize,
+    /// Where, in the link frame, m.
+    pub point: Vec3,
+    /// Force in the world frame, N.
+    pub force: Vec3,
+}
+
+/// How a step went.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// Newton iterations of the island that needed most.
+    pub iterations: usize,
+    /// Line search evaluations over all islands.
+    pub evaluations: usize,
+    /// Whether every island reached the tolerance.
+    pub converged: bool,
+    /// Contact points given to the solver.
+    pub points: usize,
+    /// Deepest overlap of shapes at the start of the step, m.
+    pub penetration_m: f64,
+    /// Islands solved.
+    pub islands: usize,
+    /// Bodies asleep at the end of the step.
+    pub asleep: usize,
+}
+
+/// A touching contact as the last step solved it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactForce {
+    /// First body.
+    pub a: Owner,
+    /// Second body.
+    pub b: Owner,
+    /// Place in the world, m.
+    pub position: Vec3,
+    /// Unit normal from A to B.
+    pub normal: Vec3,
+    /// Force on B, N.
+    pub force: Vec3,
+    /// Gap at the start of the step, m.
+    pub distance: f64,
+}
+
+/// Parts of a step, for those who measure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Kinematics, mass matrix, bias.
+    Dynamics,
+    /// Broad and narrow phase.
+    Collision,
+    /// Islands, Newton, integration.
+    Solver,
+}
+
+/// Told when a phase of a step has ended; this crate knows no clock.
+pub trait Probe {
+    /// `phase` is over.
+    fn ended(&mut self, phase: Phase);
+}
+
+impl Probe for () {
+    fn ended(&mut self, _: Phase) {}
+}
+
+/// A world that can be stepped.
+pub struct World {
+    pub(crate) model: Arc<Model>,
+    pub(crate) state: State,
+    pub(crate) outcome: Outcome,
+    pub(crate) work: Workspace,
+}
+
+/// Memory that carries nothing from step to step, except capacity and orderings.
+#[derive(Default)]
+pub(crate) struct Workspace {
+    pub kin: Kinematics,
+    pub inertias: Inertias,
+    pub recursion: Recursion,
+    pub bias: Vec<f64>,
+    pub mass: Vec<f64>,
+    pub broad: BroadPhase,
+    pub contacts: Contacts,
+    pub poses: Vec<Pose>,
+    pub bounds: Vec<Aabb>,
+    pub islands: Islands,
+    pub solvers: Vec<(Problem, Newton)>,
+    pub velocity: Vec<f64>,
+    pub forces: Vec<ContactForce>,
+    pub limits: Vec<(AxisTerm, f64)>,
+    pub servo_force: [f64; 6],
+    pub free_turn: Vec<FreeTurn>,
+}
+
+/// Where an object turns to in a step without torque.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FreeTurn {
+    pub inertia: Mat3,
+    pub rotation: palmares_models::Rotation,
+    pub angular: Vec3,
+}
+
+impl World {
+    /// A world of `model` in `state`.
+    pub fn new(model: Arc<Model>, state: State) -> Self {
+        World { model, state, outcome: Outcome::default(), work: Workspace::default() }
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Arc<Model> {
+        &self.model
+    }
+
+    /// The present state; clone it for a snapshot.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Goes back (or elsewhere) to a snapshot.
+    pub fn restore(&mut self, state: State) {
+        self.state = state;
+        self.work.broad.invalidate();
+        self.work.forces.clear();
+        self.work.limits.clear();
+    }
+
+    /// Lets a test or a scene builder set velocities and poses by hand. Contact memory is kept.
+    pub fn state_mut(&mut self) -> &mut State {
+        self.work.broad.invalidate();
+        &mut self.state
+    }
+
+    /// How the last step went.
+    pub fn outcome(&self) -> &Outcome {
+        &self.outcome
+    }
+
+    /// Touching contacts of the last step.
+    pub fn contact_forces(&self) -> &[ContactForce] {
+        &self.work.forces
+    }
+
+    /// Force and torque of the base servo in the last step, world frame, torque about the base origin.
+    pub fn servo_wrench(&self) -> ([f64; 3], [f64; 3]) {
+        let [fx, fy, fz, tx, ty, tz] = self.work.servo_force;
+        ([fx, fy, fz], [tx, ty, tz])
+    }
+
+    /// World poses of the hand's links at the present configuration.
+    pub fn link_poses(&self) -> Vec<Pose> {
+        let mut kin = Kinematics::default();
+        if let Some(hand) = self.model.hand() {
+            kin.update(hand, self.state.base, &self.state.q);
+        }
+        kin.pose
+    }
+}
