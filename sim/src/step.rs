@@ -361,6 +361,7 @@ impl World {
                 self.work.forces.push(ContactForce {
                     a: found.a,
                     b: found.b,
+                    colliders: pair.key,
                     position: found.origin + point.r,
                     normal: n,
                     force: (friction + n * gn) / h,

@@ -4,6 +4,7 @@ use crate::actuation::base::BaseCommand;
 use crate::contact::broad::BroadPhase;
 use crate::contact::narrow::Contacts;
 use crate::dynamics::crba::Inertias;
+use crate::dynamics::jacobian::add_point_force;
 use crate::dynamics::rnea::Recursion;
 use crate::dynamics::tree::Kinematics;
 use crate::model::{Model, Owner};
@@ -74,6 +75,8 @@ pub struct ContactForce {
     pub a: Owner,
     /// Second body.
     pub b: Owner,
+    /// Their shapes, as places in the model's list of colliders.
+    pub colliders: (u32, u32),
     /// Place in the world, m.
     pub position: Vec3,
     /// Unit normal from A to B.
@@ -186,6 +189,35 @@ impl World {
     pub fn servo_wrench(&self) -> ([f64; 3], [f64; 3]) {
         let [fx, fy, fz, tx, ty, tz] = self.work.servo_force;
         ([fx, fy, fz], [tx, ty, tz])
+    }
+
+    /// Unbalanced torque on every joint coordinate with the forces of the last step at the present
+    /// configuration, `Rᵀ f − E (q − q₀) + Jᵀ f_c + limits`, N·m: zero when the hand is at rest.
+    pub fn joint_residual(&self) -> Vec<f64> {
+        let Some(hand) = self.model.hand() else { return Vec::new() };
+        let mut kin = Kinematics::default();
+        kin.update(hand, self.state.base, &self.state.q);
+        let mut tau = vec![0.0; self.model.hand_dofs()];
+        for contact in &self.work.forces {
+            for (owner, sign) in [(contact.a, -1.0), (contact.b, 1.0)] {
+                if let Owner::Link(i) = owner {
+                    add_point_force(hand, &kin, i, contact.position, contact.force, sign, &mut tau);
+                }
+            }
+        }
+        for (term, force) in &self.work.limits {
+            tau[term.dof] += force;
+        }
+        let mut tau = tau.split_off(6);
+        for (tendon, f) in hand.tendons.iter().zip(&self.state.tension) {
+            for &(c, r) in &tendon.moment_arms {
+                tau[c] += r * f;
+            }
+        }
+        for (i, c) in hand.coordinates.iter().enumerate() {
+            tau[i] -= c.stiffness * (self.state.q[i] - c.rest);
+        }
+        tau
     }
 
     /// World poses of the hand's links at the present configuration.

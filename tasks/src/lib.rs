@@ -1,13 +1,20 @@
 //! What a run *is*: scene, rules, referee and score. No sockets, no clocks, no files at run time.
 
 pub mod action;
+pub mod build;
 pub mod observation;
+pub mod referee;
 pub mod run;
 pub mod scene;
+pub mod score;
 pub mod seed;
+pub mod settle;
+pub mod task;
 
 pub use action::{Action, ActionError, BaseTarget};
+pub use build::SceneError;
 pub use observation::{Event, Observation, Sensing};
-pub use run::{Outcome, Reason, Run, Task};
+pub use run::{Outcome, Reason, Run};
 pub use scene::Scene;
 pub use seed::Seed;
+pub use task::Task;

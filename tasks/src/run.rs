@@ -1,35 +1,30 @@
 //! A run: one world, one task, one hand, from tick 0 to its score.
 
-use crate::action::{Action, ActionError};
-use crate::observation::{Event, HandObservation, Observation, Sensing, Wrench, BodyState};
+use crate::action::{Action, ActionError, BaseTarget};
+use crate::build::{SceneError, build, start_pose};
+use crate::observation::{
+    ActuatorObservation, BodyState, ContactObservation, Event, HandObservation, Joints,
+    ObjectObservation, Observation, Sensing, Truth, Wrench,
+};
+use crate::referee::{Referee, Sighting};
 use crate::scene::Scene;
+use crate::score::{Count, score};
 use crate::seed::Seed;
+use crate::task::Task;
 use palmares_models::hand::Hand;
+use palmares_models::{Pose, Rotation, Vec3};
+use palmares_sim::actuation::base::shortest_turn;
+use palmares_sim::actuation::equilibrium::ClosedForm;
+use palmares_sim::actuation::motor::wound;
+use palmares_sim::{BaseCommand, Command, World};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A task as read from its `task.toml`.
-#[derive(Clone, Debug)]
-pub struct Task {
-    /// Identifier: `balls`.
-    pub name: String,
-    /// One sentence for people.
-    pub description: String,
-    /// Length of a tick, s.
-    pub tick_s: f64,
-    /// Length of a physics step, s; a whole number of them makes a tick.
-    pub step_s: f64,
-    /// The longest run, s of simulated time.
-    pub time_limit_s: f64,
-}
-
-impl Task {
-    /// The tasks that come with the program.
-    pub fn builtin() -> Vec<Arc<Task>> {
-        vec![Arc::new(Task { name: "balls".into(), description: String::new(), tick_s: 0.01, step_s: 0.001, time_limit_s: 600.0 })]
-    }
-}
+/// Half the width of the cube in which the base may be sent about, m.
+const REACH_M: f64 = 2.0;
+/// Slower than this an object counts as at rest, m/s; carried objects move with the hand.
+const REST_SPEED: f64 = 5e-3;
 
 /// Why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -75,61 +70,365 @@ pub struct Run {
     task: Arc<Task>,
     hand: Arc<Hand>,
     scene: Scene,
+    body_names: Vec<String>,
+    world: World,
+    closed_form: Option<ClosedForm>,
+    referee: Referee,
     tick: u64,
+    target: Target,
     applied: Action,
+    news: Vec<Event>,
+    events: Vec<Event>,
 }
 
-/// Why a scene could not be built.
-#[derive(Debug, thiserror::Error)]
-#[error("task `{task}`: {message}")]
-pub struct SceneError {
-    /// Name of the task.
-    pub task: String,
-    /// What went wrong.
-    pub message: String,
+/// What the base is doing between two commands.
+#[derive(Clone, Copy, Debug)]
+enum Target {
+    /// Go from one pose to the next during the tick, then stay.
+    Pose { from: Pose, to: Pose },
+    /// Keep a velocity.
+    Twist { linear: Vec3, angular: Vec3 },
 }
 
 impl Run {
     /// Builds the scene and puts the world at tick 0. Takes up to a second of computing.
-    pub fn new(task: Arc<Task>, hand: Arc<Hand>, _seed: Seed) -> Result<Self, SceneError> {
-        Ok(Run { task, hand, scene: Scene { bodies: vec![], regions: vec![], gravity: [0.0, 0.0, -9.81] }, tick: 0, applied: Action::default() })
+    pub fn new(task: Arc<Task>, hand: Arc<Hand>, seed: Seed) -> Result<Self, SceneError> {
+        let built = build(&task, Some(Arc::clone(&hand)), seed)?;
+        let base = start_pose(&task);
+        let applied = Action {
+            base: Some(BaseTarget::Pose {
+                position: base.translation.to_array(),
+                quat_xyzw: base.rotation.to_array(),
+            }),
+            hand: Some(vec![0.0; hand.motors.len()]),
+        };
+        Ok(Run {
+            referee: Referee::new(&task),
+            closed_form: ClosedForm::new(&hand).ok(),
+            scene: built.scene,
+            body_names: built.body_names,
+            world: built.world,
+            tick: 0,
+            target: Target::Pose { from: base, to: base },
+            applied,
+            news: Vec::new(),
+            events: Vec::new(),
+            task,
+            hand,
+        })
     }
+
     /// What stands in the world at tick 0.
-    pub fn scene(&self) -> &Scene { &self.scene }
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
     /// The task.
-    pub fn task(&self) -> &Arc<Task> { &self.task }
+    pub fn task(&self) -> &Arc<Task> {
+        &self.task
+    }
+
     /// The hand.
-    pub fn hand(&self) -> &Arc<Hand> { &self.hand }
+    pub fn hand(&self) -> &Arc<Hand> {
+        &self.hand
+    }
+
+    /// The world, for those who measure.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
     /// Ticks since reset.
-    pub fn tick(&self) -> u64 { self.tick }
+    pub fn tick(&self) -> u64 {
+        self.tick
+    }
+
     /// s since reset.
-    pub fn sim_time_s(&self) -> f64 { self.tick as f64 * self.task.tick_s }
+    pub fn sim_time_s(&self) -> f64 {
+        self.tick as f64 * self.task.tick_s
+    }
+
     /// Whether [`Run::step`] would take this action.
     pub fn check(&self, action: &Action) -> Result<(), ActionError> {
-        if let Some(h) = &action.hand && h.len() != self.hand.motors.len() {
-            return Err(ActionError::WrongLength { hand: self.hand.name.clone(), got: h.len(), expected: self.hand.motors.len() });
+        let finite = |field: &str, values: &[f64]| match values.iter().position(|x| !x.is_finite()) {
+            Some(k) => Err(ActionError::NotFinite { field: format!("{field}[{k}]") }),
+            None => Ok(()),
+        };
+        match &action.base {
+            Some(BaseTarget::Pose { position, quat_xyzw }) => {
+                finite("base.position", position)?;
+                finite("base.quat_xyzw", quat_xyzw)?;
+                if quat_xyzw.iter().map(|x| x * x).sum::<f64>() < 1e-12 {
+                    return Err(ActionError::ZeroQuaternion);
+                }
+            }
+            Some(BaseTarget::Twist { linear, angular }) => {
+                finite("base.linear", linear)?;
+                finite("base.angular", angular)?;
+            }
+            None => {}
+        }
+        if let Some(sigma) = &action.hand {
+            finite("hand", sigma)?;
+            if sigma.len() != self.hand.motors.len() {
+                return Err(ActionError::WrongLength {
+                    hand: self.hand.name.clone(),
+                    got: sigma.len(),
+                    expected: self.hand.motors.len(),
+                });
+            }
         }
         Ok(())
     }
-    /// Advances the world by one tick under `action`.
+
+    /// Advances the world by one tick under `action`. A refused action changes nothing.
     pub fn step(&mut self, action: &Action) -> Result<(), ActionError> {
         self.check(action)?;
-        self.applied = action.clone();
+        self.apply(action);
+        self.advance();
         self.tick += 1;
+        self.news = self.referee.watch(self.tick, &self.sightings());
+        self.events.extend(self.news.iter().cloned());
         Ok(())
     }
-    /// What a controller sees now. `events` are those since the last call of [`Run::step`].
-    pub fn observe(&self, _sensing: Sensing) -> Observation {
-        Observation { tick: self.tick, sim_time_s: self.sim_time_s(), applied_action: self.applied.clone(),
-            hand: HandObservation { base: BodyState { position: [0.0; 3], quat_xyzw: [0.0, 0.0, 0.0, 1.0], linear: [0.0; 3], angular: [0.0; 3] }, actuators: vec![], wrist: Wrench { force: [0.0; 3], torque: [0.0; 3] } },
-            truth: None, events: vec![], score: 0.0, terminated: false, truncated: false, reason: None }
+
+    /// Clips an action to the spec and makes it the present one; what it leaves out stays.
+    fn apply(&mut self, action: &Action) {
+        let limits = &self.world.model().config().base;
+        if let Some(base) = &action.base {
+            let (clipped, target) = match base {
+                BaseTarget::Pose { position, quat_xyzw: [x, y, z, w] } => {
+                    let position = position.map(|x| x.clamp(-REACH_M, REACH_M));
+                    let rotation = Rotation::from_xyzw(*x, *y, *z, *w).normalize();
+                    let to = Pose::from_parts(Vec3::from_array(position), rotation);
+                    let from = self.origin_of(to);
+                    let quat_xyzw = rotation.to_array();
+                    (BaseTarget::Pose { position, quat_xyzw }, Target::Pose { from, to })
+                }
+                BaseTarget::Twist { linear, angular } => {
+                    let linear = bounded(Vec3::from_array(*linear), limits.speed_limit);
+                    let angular = bounded(Vec3::from_array(*angular), limits.angular_speed_limit);
+                    let clipped =
+                        BaseTarget::Twist { linear: linear.to_array(), angular: angular.to_array() };
+                    (clipped, Target::Twist { linear, angular })
+                }
+            };
+            self.target = target;
+            self.applied.base = Some(clipped);
+        } else if let Target::Pose { to, .. } = self.target {
+            self.target = Target::Pose { from: to, to };
+        }
+        if let Some(sigma) = &action.hand {
+            self.applied.hand = Some(sigma.iter().map(|x| x.clamp(0.0, 1.0)).collect());
+        }
     }
+
+    /// Where a pose target comes from: a target that moved by less than the speed limits since the last
+    /// command is a point of a path and is followed along it; a farther one is a place to go to.
+    fn origin_of(&self, to: Pose) -> Pose {
+        let limits = &self.world.model().config().base;
+        match self.target {
+            Target::Pose { to: last, .. } => {
+                let tick_s = self.task.tick_s;
+                let path = (to.translation - last.translation).length() <= limits.speed_limit * tick_s
+                    && shortest_turn(last.rotation, to.rotation).length()
+                        <= limits.angular_speed_limit * tick_s;
+                if path { last } else { to }
+            }
+            Target::Twist { .. } => to,
+        }
+    }
+
+    fn advance(&mut self) {
+        let steps = self.task.steps_per_tick();
+        let mut command = Command {
+            base: BaseCommand::stay(Pose::IDENTITY),
+            sigma: self.applied.hand.clone().unwrap_or_default(),
+            pushes: Vec::new(),
+        };
+        for k in 1..=steps {
+            command.base = match self.target {
+                Target::Pose { from, to } => {
+                    let part = k as f64 / steps as f64;
+                    let turn = shortest_turn(from.rotation, to.rotation);
+                    let travel = to.translation - from.translation;
+                    let target = Pose::from_parts(
+                        from.translation + travel * part,
+                        (Rotation::from_scaled_axis(turn * part) * from.rotation).normalize(),
+                    );
+                    let rate = 1.0 / self.task.tick_s;
+                    BaseCommand::Pose { target, linear: travel * rate, angular: turn * rate }
+                }
+                Target::Twist { linear, angular } => BaseCommand::Twist { linear, angular },
+            };
+            self.world.step(&command);
+        }
+    }
+
+    fn sightings(&self) -> Vec<Sighting> {
+        let state = self.world.state();
+        (0..state.objects.len())
+            .map(|k| {
+                let (linear, _) = state.object_velocity(self.world.model(), k);
+                Sighting {
+                    position: state.objects[k].translation.to_array(),
+                    at_rest: state.sleep[k].asleep || linear.length() < REST_SPEED,
+                }
+            })
+            .collect()
+    }
+
+    /// What a controller sees now. `events` are those of the last [`Run::step`].
+    pub fn observe(&self, sensing: Sensing) -> Observation {
+        let truncated = self.sim_time_s() >= self.task.time_limit_s;
+        let count = self.referee.count();
+        let terminated = count.in_goal as usize == self.task.objects.count;
+        let reason = match (terminated, truncated) {
+            (true, _) => Some("all objects are in the goal".to_owned()),
+            (_, true) => Some("time_limit".to_owned()),
+            _ => None,
+        };
+        Observation {
+            tick: self.tick,
+            sim_time_s: self.sim_time_s(),
+            applied_action: self.applied.clone(),
+            hand: self.observe_hand(),
+            truth: (sensing == Sensing::Truth).then(|| self.observe_truth()),
+            events: self.news.clone(),
+            score: score(&self.task.rules, count),
+            terminated,
+            truncated,
+            reason,
+        }
+    }
+
+    fn observe_hand(&self) -> HandObservation {
+        let state = self.world.state();
+        let v = |k: usize| [state.v[k], state.v[k + 1], state.v[k + 2]];
+        let actuators = self.hand.motors.iter().zip(&state.motors).enumerate();
+        let (force, torque) = self.world.servo_wrench();
+        HandObservation {
+            base: BodyState {
+                position: state.base.translation.to_array(),
+                quat_xyzw: state.base.rotation.to_array(),
+                linear: v(0),
+                angular: v(3),
+            },
+            actuators: actuators
+                .map(|(k, (motor, reached))| ActuatorObservation {
+                    name: motor.name.clone(),
+                    command: reached.command,
+                    position: reached.position,
+                    velocity: reached.velocity,
+                    tension: self
+                        .hand
+                        .tendons
+                        .iter()
+                        .zip(&state.tension)
+                        .filter(|(tendon, _)| tendon.motor == k)
+                        .map(|(_, f)| f)
+                        .sum(),
+                })
+                .collect(),
+            wrist: Wrench { force, torque },
+        }
+    }
+
+    fn observe_truth(&self) -> Truth {
+        let (model, state) = (self.world.model(), self.world.state());
+        let objects = model.objects().iter().enumerate();
+        let n = self.hand.coordinates.len();
+        let contacts = self.world.contact_forces().iter();
+        Truth {
+            objects: objects
+                .map(|(id, object)| {
+                    let pose = state.object_pose(model, id);
+                    let (linear, angular) = state.object_velocity(model, id);
+                    let from_com = pose.translation - state.objects[id].translation;
+                    ObjectObservation {
+                        id,
+                        name: object.name.clone(),
+                        state: BodyState {
+                            position: pose.translation.to_array(),
+                            quat_xyzw: pose.rotation.to_array(),
+                            linear: (linear + angular.cross(from_com)).to_array(),
+                            angular: angular.to_array(),
+                        },
+                    }
+                })
+                .collect(),
+            joints: Joints { position: state.q.clone(), velocity: state.v[6..6 + n].to_vec() },
+            contacts: contacts
+                .map(|c| ContactObservation {
+                    a: self.body_names[c.colliders.0 as usize].clone(),
+                    b: self.body_names[c.colliders.1 as usize].clone(),
+                    position: c.position.to_array(),
+                    force: c.force.to_array(),
+                })
+                .collect(),
+            predicted_equilibrium: self.predicted_equilibrium(),
+        }
+    }
+
+    /// Closed form of the free hand at the present motor position, kept within the joint limits.
+    fn predicted_equilibrium(&self) -> Vec<f64> {
+        let Some(form) = &self.closed_form else { return Vec::new() };
+        let motors = &self.world.state().motors;
+        let s: Vec<f64> = self
+            .hand
+            .tendons
+            .iter()
+            .map(|tendon| wound(&self.hand.motors[tendon.motor], motors[tendon.motor].position))
+            .collect();
+        let (q, _) = form.solve(&s, &vec![0.0; self.hand.coordinates.len()]);
+        q.iter().zip(&self.hand.coordinates).map(|(q, c)| q.clamp(c.lower, c.upper)).collect()
+    }
+
     /// Hash of the present state, 16 hexadecimal digits.
-    pub fn state_hash(&self) -> String { "0".repeat(16) }
-    /// Whether the world is still sound: finite, converged. A run that is not must be voided.
-    pub fn healthy(&self) -> bool { true }
-    /// Ends the run: freezes the hand, lets the objects settle for at most 3 s, counts.
-    pub fn finish(&mut self, reason: Reason) -> Outcome {
-        Outcome { score: 0.0, in_goal: 0, outside: 0, reason, ticks: self.tick, sim_time_s: self.sim_time_s(), events: vec![], state_hash: self.state_hash() }
+    pub fn state_hash(&self) -> String {
+        format!("{:016x}", self.world.state().hash())
     }
+
+    /// Whether the world is still sound. A run that is not must be voided.
+    pub fn healthy(&self) -> bool {
+        self.world.state().is_finite()
+    }
+
+    /// Ends the run: freezes the hand, lets the objects settle, counts.
+    pub fn finish(&mut self, reason: Reason) -> Outcome {
+        let (ticks, sim_time_s) = (self.tick, self.sim_time_s());
+        let here = self.world.state().reference.pose;
+        self.target = Target::Pose { from: here, to: here };
+        if reason != Reason::WorldFault {
+            for _ in 0..(self.task.rules.settle_s / self.task.tick_s).ceil() as u64 {
+                if self.sightings().iter().all(|seen| seen.at_rest) && self.tick > ticks {
+                    break;
+                }
+                self.advance();
+                self.tick += 1;
+                let news = self.referee.watch(self.tick, &self.sightings());
+                self.events.extend(news);
+            }
+        }
+        let count = if reason == Reason::WorldFault {
+            Count::default()
+        } else {
+            self.referee.final_count(&self.sightings())
+        };
+        Outcome {
+            score: score(&self.task.rules, count),
+            in_goal: count.in_goal,
+            outside: count.outside,
+            reason,
+            ticks,
+            sim_time_s,
+            events: self.events.clone(),
+            state_hash: self.state_hash(),
+        }
+    }
+}
+
+fn bounded(v: Vec3, limit: f64) -> Vec3 {
+    let length = v.length();
+    if length > limit { v * (limit / length) } else { v }
 }

@@ -1,0 +1,144 @@
+//! The SoftHand alone: closing on air, against the closed form of adaptive synergies.
+
+use super::{Finding, Setup, ramp, steps};
+use crate::recorder::Recorder;
+use crate::report::Figure;
+use anyhow::{Context, Result};
+use palmares_models::hand::Hand;
+use palmares_models::{Pose, Vec3};
+use palmares_sim::actuation::equilibrium::ClosedForm;
+use palmares_sim::actuation::motor::wound;
+use palmares_sim::world::Push;
+use palmares_sim::dynamics::jacobian::add_point_force;
+use palmares_sim::dynamics::tree::Kinematics;
+use palmares_sim::{Command, Config, Model, State, World};
+use std::sync::Arc;
+
+/// The stock SoftHand, with a motor that follows a scripted command at any speed.
+pub fn softhand() -> Result<Hand> {
+    let hand = Hand::builtin("softhand").context("the SoftHand is built in")?;
+    let mut hand = Hand::clone(&hand);
+    for motor in &mut hand.motors {
+        motor.speed_limit = f64::INFINITY;
+    }
+    Ok(hand)
+}
+
+fn world_of(hand: Hand, dt_s: f64) -> Result<(World, Command)> {
+    let model = Arc::new(Model::new(Config::with_step(dt_s), Some(Arc::new(hand)))?);
+    let state = State::at_rest(&model, Pose::IDENTITY, &[]);
+    let command = Command::stay(&model, Pose::IDENTITY);
+    Ok((World::new(model, state), command))
+}
+
+/// The largest σ at which no joint of the free hand reaches a limit, times 0.9.
+fn free_sigma(hand: &Hand, form: &ClosedForm) -> f64 {
+    let motor = &hand.motors[0];
+    let mut sigma: f64 = 1.0;
+    while sigma > 0.01 {
+        let (q, f) = form.solve(&[wound(motor, sigma)], &vec![0.0; hand.coordinates.len()]);
+        let inside = q.iter().zip(&hand.coordinates).all(|(q, c)| *q > c.lower + 0.02 && *q < c.upper - 0.02);
+        let unsaturated = f.iter().zip(&hand.tendons).all(|(f, t)| *f < 0.95 * t.force_limit);
+        if inside && unsaturated {
+            break;
+        }
+        sigma -= 0.01;
+    }
+    sigma
+}
+
+/// Runs the closing and returns the trace of q every 8 ms.
+fn close_trace(dt_s: f64, recorder: &mut Recorder) -> Result<Vec<Vec<f64>>> {
+    let hand = softhand()?;
+    let sigma = free_sigma(&hand, &ClosedForm::new(&hand)?);
+    let (mut world, mut command) = world_of(hand, dt_s)?;
+    let every = steps(8e-3, dt_s).max(1);
+    let mut trace = Vec::new();
+    for k in 0..steps(2.0, dt_s) {
+        let t = (k + 1) as f64 * dt_s;
+        command.sigma[0] = sigma * ramp(t / 1.0).0;
+        recorder.step(&mut world, &command);
+        if (k + 1) % every == 0 {
+            trace.push(world.state().q.clone());
+        }
+    }
+    Ok(trace)
+}
+
+/// Largest joint error against the reference run while the free hand closes in 1 s and rests for 1 s.
+pub fn free(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    let trace = close_trace(setup.dt_s, recorder)?;
+    let error = match setup.reference_dt_s {
+        None => None,
+        Some(fine) => {
+            let reference = close_trace(fine, &mut Recorder::default())?;
+            let worst = trace
+                .iter()
+                .zip(&reference)
+                .flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs()))
+                .fold(0.0, f64::max);
+            Some(worst)
+        }
+    };
+    let error = Figure { name: "largest joint error".into(), value: error, unit: "rad".into() };
+    Ok(Finding { error, invariants: recorder.invariants() })
+}
+
+/// Largest joint error at rest against `q = q₀ + C_s (s − R q₀)`.
+pub fn free_close(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    let hand = softhand()?;
+    let form = ClosedForm::new(&hand)?;
+    let sigma = free_sigma(&hand, &form);
+    let wound = wound(&hand.motors[0], sigma);
+    let (mut world, mut command) = world_of(hand, setup.dt_s)?;
+    for k in 0..steps(4.0, setup.dt_s) {
+        command.sigma[0] = sigma * ramp((k + 1) as f64 * setup.dt_s).0;
+        recorder.step(&mut world, &command);
+    }
+    let (expected, _) = form.solve(&[wound], &vec![0.0; form.rest.len()]);
+    let error = largest(&world.state().q, &expected);
+    Ok(Finding { error: Figure::new("largest joint error", error, "rad"), invariants: recorder.invariants() })
+}
+
+/// Largest joint error at rest with 1 N on the index fingertip and the motor locked, against
+/// `q = q₀ + C_s (s − R q₀) + D_s Jᵀ(q) w`, which is iterated to its fixed point.
+pub fn push_locked_motor(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    let hand = softhand()?;
+    let form = ClosedForm::new(&hand)?;
+    let sigma = 0.5 * free_sigma(&hand, &form);
+    let wound = wound(&hand.motors[0], sigma);
+    let link = hand
+        .links
+        .iter()
+        .position(|link| link.name.contains("index_distal"))
+        .context("the SoftHand has a link `index_distal`")?;
+    let push = Push { link, point: Vec3::new(0.02, 0.0, 0.0), force: Vec3::new(-0.8, 0.0, -0.6) };
+    let (mut world, mut command) = world_of(hand.clone(), setup.dt_s)?;
+    for k in 0..steps(6.0, setup.dt_s) {
+        let t = (k + 1) as f64 * setup.dt_s;
+        command.sigma[0] = sigma * ramp(t).0;
+        command.pushes.clear();
+        if t > 1.5 {
+            command.pushes.push(push);
+        }
+        recorder.step(&mut world, &command);
+    }
+    // The servo yields a little under the push: the pose of the base is read, the joints are predicted.
+    let base = world.state().base;
+    let n = hand.coordinates.len();
+    let (mut expected, _) = form.solve(&[wound], &vec![0.0; n]);
+    let mut kin = Kinematics::default();
+    for _ in 0..200 {
+        kin.update(&hand, base, &expected);
+        let mut tau = vec![0.0; 6 + n];
+        let at = kin.pose[link].transform_point(push.point);
+        add_point_force(&hand, &kin, link, at, push.force, 1.0, &mut tau);
+        expected = form.solve(&[wound], &tau[6..]).0;
+    }
+    let error = largest(&world.state().q, &expected);
+    Ok(Finding { error: Figure::new("largest joint error", error, "rad"), invariants: recorder.invariants() })
+}
+
+fn largest(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}

@@ -1,0 +1,8 @@
+//! Speed against error.
+//!
+//! A case is a scene with a figure of merit: an error against an analytic answer or, where there is none,
+//! against the same scene at a step of 0.02 ms. Invariants that any run must keep are reported beside it.
+
+pub mod cases;
+pub mod recorder;
+pub mod report;

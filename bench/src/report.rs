@@ -1,0 +1,74 @@
+//! What a case prints.
+
+use serde::Serialize;
+
+/// One JSON object per run of a case.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Name of the case.
+    pub case: String,
+    /// Name of the engine: `own`.
+    pub engine: String,
+    /// Step, s.
+    pub dt_s: f64,
+    /// Simulated time per CPU time of the thread.
+    pub rtf: f64,
+    /// CPU time per step, µs.
+    pub us_per_step: Times,
+    /// The case's own figure.
+    pub error: Figure,
+    /// What must hold in any run; null where the case has none.
+    pub invariants: Invariants,
+}
+
+/// CPU time per step, µs.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Times {
+    /// Kinematics, mass matrix, bias.
+    pub dynamics: f64,
+    /// Broad and narrow phase.
+    pub collision: f64,
+    /// Islands, Newton, integration.
+    pub solver: f64,
+    /// Everything.
+    pub total: f64,
+    /// The slowest step.
+    pub worst: f64,
+}
+
+/// A named number.
+#[derive(Clone, Debug, Serialize)]
+pub struct Figure {
+    /// What it is.
+    pub name: String,
+    /// The number; null when the reference run was left out.
+    pub value: Option<f64>,
+    /// Its unit.
+    pub unit: String,
+}
+
+impl Figure {
+    /// A figure with a value.
+    pub fn new(name: &str, value: f64, unit: &str) -> Self {
+        Figure { name: name.to_owned(), value: Some(value), unit: unit.to_owned() }
+    }
+}
+
+/// Checks of a run.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Invariants {
+    /// The object is still in the hand at the end.
+    pub held: Option<bool>,
+    /// Speed of the object against the palm while held still, mm/s.
+    pub slip_mm_s: Option<f64>,
+    /// Deepest overlap of shapes, mm.
+    pub max_penetration_mm: Option<f64>,
+    /// Standard deviation of the tension while held still, in the tendon's unit.
+    pub tension_chatter: Option<f64>,
+    /// Largest unbalanced joint torque at the end of the hold, N·m.
+    pub static_residual_nm: Option<f64>,
+    /// Steps in which Newton did not reach its tolerance.
+    pub newton_unconverged: Option<u64>,
+    /// Energy that appeared from nowhere, J.
+    pub energy_gain_j: Option<f64>,
+}
