@@ -3,8 +3,24 @@
 //! Nothing here moves; [`palmares-sim`](../palmares_sim/index.html) steps what is described here.
 //! Units are SI; a pose is written `a_from_b` and maps coordinates in `b` to coordinates in `a`.
 
+pub mod builtin;
+pub mod describe;
+pub mod error;
+mod geometry;
 pub mod hand;
+pub mod inertia;
+mod kinematics;
+pub mod load;
+pub mod mesh;
 pub mod object;
+mod rolling;
+mod settings;
 pub mod shape;
+mod transmission;
+mod urdf;
+mod validate;
+
+#[cfg(test)]
+mod tests;
 
 pub use parry3d_f64::math::{Matrix as Mat3, Pose, Rotation, Vector as Vec3};

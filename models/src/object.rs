@@ -1,7 +1,8 @@
 //! Free rigid objects.
 
+use crate::error::ModelError;
 use crate::shape::Shape;
-use crate::{Mat3, Pose, Vec3};
+use crate::{Mat3, Pose, Vec3, inertia};
 
 /// A rigid object: convex parts, mass and surface. Mass is spread evenly over the parts' volume.
 #[derive(Clone, Debug)]
@@ -20,4 +21,43 @@ pub struct Object {
     pub friction: f64,
     /// Coefficient of rolling resistance as a length, m: the lever of the resisting torque per normal force.
     pub rolling_friction: f64,
+}
+
+impl Object {
+    /// An object whose centre of mass and inertia follow from its parts; overlaps of parts count twice.
+    ///
+    /// # Errors
+    /// No parts, a part that is no solid, a pose that is not finite, mass not positive, friction negative.
+    pub fn new(
+        name: impl Into<String>,
+        parts: Vec<(Pose, Shape)>,
+        mass: f64,
+        friction: f64,
+        rolling_friction: f64,
+    ) -> Result<Object, ModelError> {
+        let name = name.into();
+        let bad = |element: &str, problem: String| {
+            Err(ModelError::Inconsistent { name: name.clone(), element: element.to_owned(), problem })
+        };
+        for (i, (pose, shape)) in parts.iter().enumerate() {
+            if let Err(problem) = shape.validate() {
+                return bad(&format!("part {i}"), problem);
+            }
+            if !pose.is_finite() {
+                return bad(&format!("part {i}"), "its pose is not finite".to_owned());
+            }
+        }
+        if !(mass.is_finite() && mass > 0.0) {
+            return bad("mass", format!("{mass} kg; it must be positive and finite"));
+        }
+        for (element, value) in [("friction", friction), ("rolling_friction", rolling_friction)] {
+            if !(value.is_finite() && value >= 0.0) {
+                return bad(element, format!("{value}; it must be finite and at least 0"));
+            }
+        }
+        let Some(body) = inertia::of_shapes(parts.iter().map(|(pose, shape)| (*pose, shape)), mass) else {
+            return bad("parts", "there are none with a volume".to_owned());
+        };
+        Ok(Object { name, parts, mass, com: body.com, inertia: body.about_com, friction, rolling_friction })
+    }
 }

@@ -1,0 +1,368 @@
+//! Hands from files: a URDF, and a `hand.toml` beside it for what a URDF has no place for.
+
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use urdf_rs::JointType;
+
+use crate::error::{LoadWarning, ModelError};
+use crate::geometry::Builder;
+use crate::hand::{Coordinate, Hand, Motor, Tendon};
+use crate::rolling::{self, Reduced};
+use crate::settings::{CoordinateSettings, MotorSettings, Settings, TendonSettings};
+use crate::urdf::{self, Urdf};
+
+/// Stands in for a motor no `hand.toml` describes: σ to s as in the 2016 manipulation challenge, which drove its
+/// SoftHand by σ times 7; its scripted grasps closed the hand in 0.8 s.
+const DEFAULT_MOTOR: MotorSettings = MotorSettings { scaling: 7.0, offset: 0.0, speed_limit: 1.25 };
+/// Stands in for a tendon no `hand.toml` describes: stiff against any joint spring, 20 N on a 45 mm cylinder.
+const DEFAULT_TENDON: TendonSettings = TendonSettings { stiffness: 300.0, damping: 0.0, force_limit: 2.0 };
+
+/// Pairs of links closer than this at rest never collide with each other, m.
+const TOUCHING_AT_REST: f64 = 1e-3;
+
+/// Where a link's inertia comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum InertiaPolicy {
+    /// What the file states; what cannot be true is reported.
+    #[default]
+    FromFile,
+    /// From the collision shapes and the stated mass.
+    FromGeometry,
+}
+
+/// Bounds on what a file may ask for.
+#[derive(Clone, Debug)]
+pub struct Limits {
+    /// Size of each file.
+    pub bytes: u64,
+    /// Links (and joints) of a hand.
+    pub links: usize,
+    /// Links from the base to a fingertip, couplers and fixed ones included.
+    pub depth: usize,
+    /// Vertices of a mesh, three per triangle.
+    pub mesh_vertices: usize,
+    /// XML nodes of a URDF.
+    pub xml_nodes: u32,
+    /// Nested XML elements.
+    pub xml_depth: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Limits {
+        Limits {
+            bytes: 16 << 20,
+            links: 256,
+            depth: 64,
+            mesh_vertices: 300_000,
+            xml_nodes: 100_000,
+            xml_depth: 32,
+        }
+    }
+}
+
+/// How to read a hand.
+#[derive(Clone, Debug)]
+pub struct LoadOptions {
+    /// The `hand.toml`; `None` for the one beside the URDF, if there is one.
+    pub settings: Option<PathBuf>,
+    /// Used unless `hand.toml` says otherwise.
+    pub inertia: InertiaPolicy,
+    /// Coulomb friction of surfaces, unless `hand.toml` says otherwise.
+    pub friction: f64,
+    /// Support points kept of a mesh.
+    pub hull_directions: usize,
+    /// Edge radius of a mesh's hull, m.
+    pub hull_rounding: f64,
+    /// Bounds on what a file may ask for.
+    pub limits: Limits,
+}
+
+impl Default for LoadOptions {
+    fn default() -> LoadOptions {
+        LoadOptions {
+            settings: None,
+            inertia: InertiaPolicy::FromFile,
+            friction: 1.0,
+            hull_directions: 64,
+            hull_rounding: 2e-3,
+            limits: Limits::default(),
+        }
+    }
+}
+
+/// A hand and what its author should know.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The hand.
+    pub hand: Hand,
+    /// What was odd, in the order it was found.
+    pub warnings: Vec<LoadWarning>,
+}
+
+/// Reads a hand from a URDF file and the `hand.toml` beside it, if there is one.
+///
+/// # Errors
+/// The first thing found wrong, with file, element and what would be valid.
+pub fn hand(path: &Path, options: &LoadOptions) -> Result<Loaded, ModelError> {
+    let urdf = read_text(path, options.limits.bytes)?;
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let beside = folder.join("hand.toml");
+    let settings_file = options.settings.clone().or_else(|| beside.is_file().then_some(beside));
+    let settings = match &settings_file {
+        Some(file) => Some((file.as_path(), read_text(file, options.limits.bytes)?)),
+        None => None,
+    };
+    let settings = settings.as_ref().map(|(file, text)| (*file, text.as_str()));
+    from_text((path, &urdf), settings, Some(folder), options)
+}
+
+/// Reads a hand from texts already in memory, each with the name to report it by. Without a folder, a mesh is an
+/// error.
+///
+/// # Errors
+/// As [`hand`].
+pub fn from_text(
+    urdf: (&Path, &str),
+    settings: Option<(&Path, &str)>,
+    folder: Option<&Path>,
+    options: &LoadOptions,
+) -> Result<Loaded, ModelError> {
+    let mut report = Report { file: urdf.0.to_owned(), warnings: Vec::new() };
+    let tree = urdf::parse(urdf.1, &options.limits, &mut report)?;
+    let settings = match settings {
+        Some((file, text)) => {
+            let at = Report { file: file.to_owned(), warnings: Vec::new() };
+            let settings: Settings = toml::from_str(text).map_err(|e| at.syntax("TOML", e))?;
+            check_names(&settings, &tree, &at)?;
+            settings
+        }
+        None => Settings::default(),
+    };
+    let builder = Builder { settings: &settings, options, folder };
+    let reduced = rolling::reduce(&tree, &builder, &mut report)?;
+    let coordinates = coordinates(&tree, &reduced, &settings, &mut report)?;
+    let (motors, tendons) = actuation(&tree, &reduced, &settings, &mut report)?;
+    let mut hand = Hand {
+        name: settings.name.clone().unwrap_or_else(|| tree.robot.name.clone()),
+        description: settings.description.clone().unwrap_or_default(),
+        links: reduced.links,
+        coordinates,
+        tendons,
+        motors,
+        gravity_compensation: settings.gravity_compensation.unwrap_or(true),
+        no_collision: Vec::new(),
+    };
+    hand.validate()?;
+    let rest: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
+    hand.no_collision = hand.pairs_closer_than(TOUCHING_AT_REST, &rest);
+    Ok(Loaded { hand, warnings: report.warnings })
+}
+
+/// Every name in the settings stands for something in the URDF.
+fn check_names(settings: &Settings, tree: &Urdf, at: &Report) -> Result<(), ModelError> {
+    fn check<'a, T>(
+        table: &str,
+        given: &BTreeMap<String, T>,
+        known: impl Iterator<Item = &'a str>,
+        at: &Report,
+    ) -> Result<(), ModelError> {
+        let known: Vec<&str> = known.collect();
+        match given.keys().find(|name| !known.contains(&name.as_str())) {
+            None => Ok(()),
+            Some(name) => Err(at.bad(
+                format!("[{table}.{name}]"),
+                "names nothing in the URDF",
+                format!("one of: {}", known.join(", ")),
+            )),
+        }
+    }
+    let robot = &tree.robot;
+    let independent = robot.joints.iter().filter(|j| j.joint_type != JointType::Fixed && j.mimic.is_none());
+    check("coordinates", &settings.coordinates, independent.map(|j| j.name.as_str()), at)?;
+    check("links", &settings.links, robot.links.iter().map(|l| l.name.as_str()), at)?;
+    check("tendons", &settings.tendons, tree.transmissions.iter().map(|t| t.name.as_str()), at)?;
+    check("motors", &settings.motors, tree.transmissions.iter().map(|t| t.actuator.as_str()), at)
+}
+
+fn coordinates(
+    tree: &Urdf,
+    reduced: &Reduced,
+    settings: &Settings,
+    report: &mut Report,
+) -> Result<Vec<Coordinate>, ModelError> {
+    let none = CoordinateSettings::default();
+    let mut out = Vec::new();
+    for &leader in &reduced.coordinates {
+        let name = tree.robot.joints[leader].name.clone();
+        let (mut lower, mut upper) = (f64::NEG_INFINITY, f64::INFINITY);
+        let mut damping = 0.0;
+        for (joint, motion) in tree.robot.joints.iter().zip(&reduced.motions) {
+            let Some(motion) = motion.filter(|m| m.leader == leader) else { continue };
+            if let Some(dynamics) = &joint.dynamics {
+                // A damper on x = ratio q + offset dissipates d ẋ² = d ratio² q̇².
+                damping += motion.ratio * motion.ratio * dynamics.damping;
+                if dynamics.friction != 0.0 {
+                    report.warn(
+                        format!("joint '{}'", joint.name),
+                        format!("dry friction of {} is not modelled; ignored", dynamics.friction),
+                    );
+                }
+            }
+            if joint.joint_type != JointType::Continuous {
+                // The limits of a follower bind its leader.
+                let a = (joint.limit.lower - motion.offset) / motion.ratio;
+                let b = (joint.limit.upper - motion.offset) / motion.ratio;
+                lower = f64::max(lower, a.min(b));
+                upper = f64::min(upper, a.max(b));
+            }
+        }
+        if lower >= upper {
+            return Err(report.bad(
+                format!("joint '{name}'"),
+                format!("has limits {lower} to {upper}"),
+                "<limit lower=… upper=…> with lower < upper, for the joint and all that mimic it together",
+            ));
+        }
+        let tag = tree.transmissions.iter().flat_map(|t| &t.joints).find(|j| j.joint == name);
+        let own = settings.coordinates.get(&name).unwrap_or(&none);
+        let every = &settings.every_coordinate;
+        out.push(Coordinate {
+            stiffness: own.stiffness.or(every.stiffness).unwrap_or(tag.map_or(0.0, |t| t.stiffness)),
+            damping: own.damping.or(every.damping).unwrap_or(damping),
+            rest: own.rest.or(every.rest).unwrap_or(tag.map_or(0.0, |t| t.rest)),
+            name,
+            lower,
+            upper,
+        });
+    }
+    Ok(out)
+}
+
+/// Motors and tendons: R from the transmissions' tags, the rest from the settings.
+fn actuation(
+    tree: &Urdf,
+    reduced: &Reduced,
+    settings: &Settings,
+    report: &mut Report,
+) -> Result<(Vec<Motor>, Vec<Tendon>), ModelError> {
+    let mut motors: Vec<Motor> = Vec::new();
+    let mut tendons = Vec::new();
+    for transmission in &tree.transmissions {
+        let element = format!("transmission '{}'", transmission.name);
+        let mut moment_arms = Vec::new();
+        for entry in &transmission.joints {
+            let coordinate = reduced
+                .coordinates
+                .iter()
+                .position(|&c| tree.robot.joints[c].name == entry.joint)
+                .ok_or_else(|| {
+                    report.bad(
+                        element.clone(),
+                        format!("names joint '{}'", entry.joint),
+                        "joints that move and mimic no other",
+                    )
+                })?;
+            if entry.moment_arm != 0.0 {
+                moment_arms.push((coordinate, entry.moment_arm));
+            }
+        }
+        moment_arms.sort_by_key(|&(coordinate, _)| coordinate);
+
+        let motor = motors.iter().position(|m| m.name == transmission.actuator).unwrap_or_else(|| {
+            let own = settings.motors.get(&transmission.actuator).unwrap_or_else(|| {
+                report.warn(
+                    format!("actuator '{}'", transmission.actuator),
+                    format!(
+                        "no [motors] entry: taken are scaling {}, speed limit {}/s",
+                        DEFAULT_MOTOR.scaling, DEFAULT_MOTOR.speed_limit
+                    ),
+                );
+                &DEFAULT_MOTOR
+            });
+            motors.push(Motor {
+                name: transmission.actuator.clone(),
+                scaling: own.scaling,
+                offset: own.offset,
+                speed_limit: own.speed_limit,
+            });
+            motors.len() - 1
+        });
+        let own = settings.tendons.get(&transmission.name).unwrap_or_else(|| {
+            report.warn(
+                element.clone(),
+                format!(
+                    "no [tendons] entry: taken are stiffness {}, tension limit {}",
+                    DEFAULT_TENDON.stiffness, DEFAULT_TENDON.force_limit
+                ),
+            );
+            &DEFAULT_TENDON
+        });
+        tendons.push(Tendon {
+            name: transmission.name.clone(),
+            motor,
+            moment_arms,
+            stiffness: own.stiffness,
+            damping: own.damping,
+            force_limit: own.force_limit,
+        });
+    }
+    Ok((motors, tendons))
+}
+
+/// Collects warnings about one file and words its errors.
+pub(crate) struct Report {
+    pub(crate) file: PathBuf,
+    pub(crate) warnings: Vec<LoadWarning>,
+}
+
+impl Report {
+    pub(crate) fn warn(&mut self, element: impl Into<String>, message: impl Into<String>) {
+        let (element, message) = (element.into(), message.into());
+        self.warnings.push(LoadWarning { file: self.file.clone(), element, message });
+    }
+
+    pub(crate) fn bad(
+        &self,
+        element: String,
+        problem: impl Into<String>,
+        valid: impl Into<String>,
+    ) -> ModelError {
+        ModelError::Element { file: self.file.clone(), element, problem: problem.into(), valid: valid.into() }
+    }
+
+    pub(crate) fn syntax(&self, format: &'static str, error: impl ToString) -> ModelError {
+        ModelError::Syntax { file: self.file.clone(), format, message: error.to_string() }
+    }
+
+    pub(crate) fn limit(&self, what: &'static str, found: usize, limit: usize) -> Result<(), ModelError> {
+        if found <= limit {
+            return Ok(());
+        }
+        Err(ModelError::TooLarge { file: self.file.clone(), what, found: found as u64, limit: limit as u64 })
+    }
+}
+
+/// A file's bytes, never more than `limit` of them in memory.
+pub(crate) fn read_limited(file: &Path, limit: u64) -> Result<Vec<u8>, ModelError> {
+    let failed = |source| ModelError::Read { file: file.to_owned(), source };
+    let mut bytes = Vec::new();
+    std::fs::File::open(file).map_err(failed)?.take(limit + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > limit {
+        let found = bytes.len() as u64;
+        return Err(ModelError::TooLarge { file: file.to_owned(), what: "bytes", found, limit });
+    }
+    Ok(bytes)
+}
+
+fn read_text(file: &Path, limit: u64) -> Result<String, ModelError> {
+    String::from_utf8(read_limited(file, limit)?).map_err(|e| ModelError::Syntax {
+        file: file.to_owned(),
+        format: "UTF-8",
+        message: e.to_string(),
+    })
+}

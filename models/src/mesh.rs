@@ -1,0 +1,132 @@
+//! Triangle meshes become rounded hulls of few points.
+//!
+//! A mesh's full hull is needlessly dear to collide (a fingertip has hundreds of vertices). What is kept: the hull
+//! with every face moved inward by the rounding, of that the support points along evenly spread directions,
+//! grown again by the rounding. Faces stay where they were; edges and corners become round.
+
+use core::f64::consts::PI;
+use std::path::Path;
+
+use parry3d_f64::transformation::try_convex_hull;
+
+use crate::Vec3;
+use crate::error::ModelError;
+use crate::shape::Shape;
+
+/// Point `i` of `n` spread evenly over the unit sphere along a Fibonacci spiral.
+pub fn fibonacci_direction(i: usize, n: usize) -> Vec3 {
+    let z = 1.0 - 2.0 * (i as f64 + 0.5) / n as f64;
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    let golden_angle = PI * (3.0 - 5.0_f64.sqrt());
+    let (sin, cos) = libm::sincos(golden_angle * i as f64);
+    Vec3::new(r * cos, r * sin, z)
+}
+
+/// The point farthest along `direction`; the first of several.
+pub fn support(points: &[Vec3], direction: Vec3) -> Option<Vec3> {
+    let mut best: Option<(f64, Vec3)> = None;
+    for &p in points {
+        let height = p.dot(direction);
+        if best.is_none_or(|(h, _)| height > h) {
+            best = Some((height, p));
+        }
+    }
+    best.map(|(_, p)| p)
+}
+
+/// Vertices of an STL file, scaled to metres.
+///
+/// # Errors
+/// The file cannot be read, is larger than `max_bytes`, is not STL, has more than `max_vertices` corners or
+/// numbers that are not finite.
+pub fn read_stl(
+    file: &Path,
+    scale: Vec3,
+    max_bytes: u64,
+    max_vertices: usize,
+) -> Result<Vec<Vec3>, ModelError> {
+    let syntax = |message: String| ModelError::Syntax { file: file.to_owned(), format: "STL", message };
+    let bytes = crate::load::read_limited(file, max_bytes)?;
+    let scene = mesh_loader::stl::from_slice(&bytes).map_err(|e| syntax(e.to_string()))?;
+    let mut points = Vec::new();
+    for mesh in &scene.meshes {
+        for v in &mesh.vertices {
+            points.push(Vec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2])) * scale);
+        }
+    }
+    if points.len() > max_vertices {
+        return Err(ModelError::TooLarge {
+            file: file.to_owned(),
+            what: "vertices",
+            found: points.len() as u64,
+            limit: max_vertices as u64,
+        });
+    }
+    if !points.iter().all(|p| p.is_finite()) {
+        return Err(syntax("a vertex is not finite".to_owned()));
+    }
+    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
+    points.dedup();
+    Ok(points)
+}
+
+/// The rounded hull of points: see the module. Falls back to a hull without rounding, and says so by the flag,
+/// when the body is too thin to be moved inward. `None` when the points span no volume.
+pub fn rounded_hull(points: &[Vec3], directions: usize, rounding: f64) -> Option<(Shape, bool)> {
+    let inset = (rounding > 0.0).then(|| inset_vertices(points, rounding)).flatten();
+    let rounded = inset.is_some();
+    let source = inset.as_deref().unwrap_or(points);
+    let mut kept: Vec<Vec3> = Vec::new();
+    for i in 0..directions {
+        let p = support(source, fibonacci_direction(i, directions))?;
+        // Faces that met in one corner meet in several after the offset, a few nanometres apart.
+        if kept.iter().all(|k| (*k - p).length() > 1e-5) {
+            kept.push(p);
+        }
+    }
+    try_convex_hull(&kept).ok()?;
+    let points = kept.iter().map(|p| p.to_array()).collect();
+    Some((Shape::Hull { points, rounding: if rounded { rounding } else { 0.0 } }, rounded))
+}
+
+/// Vertices of the hull after moving each face plane inward by `distance`.
+///
+/// Planes n·x = d around an inner point are the points n/d of the polar body; the faces of that body's hull are
+/// the vertices looked for.
+fn inset_vertices(points: &[Vec3], distance: f64) -> Option<Vec<Vec3>> {
+    let (vertices, faces) = try_convex_hull(points).ok()?;
+    let centre = vertices.iter().copied().sum::<Vec3>() / vertices.len() as f64;
+    let mut planes: Vec<(Vec3, f64)> = Vec::new();
+    for face in faces {
+        let [a, b, c] = face.map(|i| vertices[i as usize] - centre);
+        let normal = (b - a).cross(c - a);
+        // Slivers have no direction of their own; their neighbours bound the body.
+        if normal.length() < 1e-12 {
+            continue;
+        }
+        let n = normal.normalize();
+        let d = n.dot(a) - distance;
+        if d <= 0.05 * distance {
+            return None;
+        }
+        if planes.iter().all(|(m, e)| m.dot(n) < 0.999_999 || (e - d).abs() > 1e-6) {
+            planes.push((n, d));
+        }
+    }
+    let polar: Vec<Vec3> = planes.iter().map(|(n, d)| *n / *d).collect();
+    let (polar_vertices, polar_faces) = try_convex_hull(&polar).ok()?;
+    let mut out = Vec::new();
+    for face in polar_faces {
+        let [a, b, c] = face.map(|i| polar_vertices[i as usize]);
+        let normal = (b - a).cross(c - a);
+        let d = normal.dot(a);
+        if d > 0.0 {
+            let p = normal / d;
+            // A sliver of the polar body would place its vertex outside; keep what every plane admits.
+            if planes.iter().all(|(n, e)| n.dot(p) <= e + 1e-6) {
+                out.push(p + centre);
+            }
+        }
+    }
+    (out.len() >= 4).then_some(out)
+}

@@ -1,0 +1,7 @@
+#![allow(clippy::unwrap_used)]
+
+mod errors;
+mod inertia;
+mod mesh;
+mod reference;
+mod softhand;

@@ -1,0 +1,90 @@
+//! `<transmission>` of type AdaptiveSynergyTransmission: the tags of adaptive synergies, R, E and rest position.
+//!
+//! The tags are those of CentroEPiaggio's pisa-iit-soft-hand: per joint `mechanicalReduction` (its entry of R),
+//! `mechanicalElasticity` (its entry of E) and `offset` (its angle when the tendon is slack and nothing touches).
+
+use std::collections::BTreeSet;
+
+use roxmltree::Node;
+
+use crate::error::ModelError;
+use crate::load::Report;
+
+const KIND: &str = "AdaptiveSynergyTransmission";
+
+/// One tendon as a URDF states it.
+#[derive(Clone, Debug)]
+pub(crate) struct Transmission {
+    pub(crate) name: String,
+    /// Name of the actuator that winds it.
+    pub(crate) actuator: String,
+    pub(crate) joints: Vec<TransmissionJoint>,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct TransmissionJoint {
+    pub(crate) joint: String,
+    /// Entry of R.
+    pub(crate) moment_arm: f64,
+    /// Entry of E, N·m/rad.
+    pub(crate) stiffness: f64,
+    /// Rest angle, rad.
+    pub(crate) rest: f64,
+}
+
+/// Reads every adaptive-synergy transmission; other types couple nothing and are reported.
+pub(crate) fn read(robot: Node<'_, '_>, report: &mut Report) -> Result<Vec<Transmission>, ModelError> {
+    let mut found: Vec<Transmission> = Vec::new();
+    for node in robot.children().filter(|c| c.has_tag_name("transmission")) {
+        let name = node.attribute("name").unwrap_or_default().to_owned();
+        let element = format!("transmission '{name}'");
+        let kind = node
+            .children()
+            .find(|c| c.has_tag_name("type"))
+            .and_then(|t| t.text())
+            .unwrap_or_default()
+            .trim();
+        if !kind.ends_with(KIND) {
+            report.warn(element, format!("type '{kind}' couples no joints; ignored"));
+            continue;
+        }
+        if name.is_empty() || found.iter().any(|t| t.name == name) {
+            return Err(report.bad(element, "has no name of its own", "a unique name"));
+        }
+        let mut joints = Vec::new();
+        let mut seen = BTreeSet::new();
+        for joint in node.children().filter(|c| c.has_tag_name("joint")) {
+            let joint_name = joint.attribute("name").unwrap_or_default().to_owned();
+            if !seen.insert(joint_name.clone()) {
+                return Err(report.bad(
+                    element,
+                    format!("lists joint '{joint_name}' twice"),
+                    "each joint once",
+                ));
+            }
+            let number = |tag: &str, default: f64| -> Result<f64, ModelError> {
+                let Some(node) = joint.children().find(|c| c.has_tag_name(tag)) else { return Ok(default) };
+                let text = node.text().unwrap_or_default().trim();
+                text.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| {
+                    report.bad(
+                        format!("{element}, joint '{joint_name}'"),
+                        format!("<{tag}> is '{text}'"),
+                        "a finite number",
+                    )
+                })
+            };
+            joints.push(TransmissionJoint {
+                moment_arm: number("mechanicalReduction", 1.0)?,
+                stiffness: number("mechanicalElasticity", 0.0)?,
+                rest: number("offset", 0.0)?,
+                joint: joint_name,
+            });
+        }
+        if joints.is_empty() {
+            return Err(report.bad(element, "lists no joints", "at least one <joint name=…>"));
+        }
+        let actuator = node.children().find(|c| c.has_tag_name("actuator")).and_then(|a| a.attribute("name"));
+        found.push(Transmission { actuator: actuator.unwrap_or(&name).to_owned(), name, joints });
+    }
+    Ok(found)
+}

@@ -1,0 +1,213 @@
+//! The URDF file as a checked tree: urdf-rs for links and joints, the raw XML for transmissions, which it drops.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use urdf_rs::{Joint, JointType, Robot};
+
+use crate::error::ModelError;
+use crate::load::{Limits, Report};
+use crate::transmission::{self, Transmission};
+use crate::{Pose, Rotation, Vec3};
+
+/// A URDF whose links form one tree and whose numbers are finite.
+pub(crate) struct Urdf {
+    pub(crate) robot: Robot,
+    pub(crate) transmissions: Vec<Transmission>,
+    /// Index of the link that is nobody's child.
+    pub(crate) root: usize,
+    /// Joints that leave each link, in file order.
+    pub(crate) children: Vec<Vec<usize>>,
+    /// Link at the far end of each joint.
+    pub(crate) child_link: Vec<usize>,
+}
+
+/// Reads and checks the text of a URDF file.
+pub(crate) fn parse(text: &str, limits: &Limits, report: &mut Report) -> Result<Urdf, ModelError> {
+    let document = document(text, limits, &report.file)?;
+    let transmissions = transmission::read(document.root_element(), report)?;
+    let robot = urdf_rs::read_from_string(text).map_err(|e| report.syntax("URDF", e))?;
+    report.limit("links", robot.links.len(), limits.links)?;
+    report.limit("joints", robot.joints.len(), limits.links)?;
+    check_numbers(&robot, report)?;
+
+    let mut link_by_name = BTreeMap::new();
+    for (i, link) in robot.links.iter().enumerate() {
+        if link_by_name.insert(link.name.as_str(), i).is_some() {
+            return Err(report.bad(
+                format!("link '{}'", link.name),
+                "appears twice",
+                "a name of its own for each link",
+            ));
+        }
+    }
+    let mut parent_joint = vec![None; robot.links.len()];
+    let mut children = vec![Vec::new(); robot.links.len()];
+    let mut child_link = Vec::new();
+    let mut joint_names = BTreeMap::new();
+    for (j, joint) in robot.joints.iter().enumerate() {
+        let element = format!("joint '{}'", joint.name);
+        if joint_names.insert(joint.name.as_str(), j).is_some() {
+            return Err(report.bad(element, "appears twice", "a name of its own for each joint"));
+        }
+        let find = |name: &str| {
+            link_by_name.get(name).copied().ok_or_else(|| {
+                report.bad(
+                    element.clone(),
+                    format!("names link '{name}', which is not there"),
+                    "a <link> of this file",
+                )
+            })
+        };
+        let (parent, child) = (find(&joint.parent.link)?, find(&joint.child.link)?);
+        if parent_joint[child].replace(j).is_some() {
+            return Err(report.bad(
+                format!("link '{}'", joint.child.link),
+                "is the child of two joints",
+                "a tree: one joint leads to each link",
+            ));
+        }
+        children[parent].push(j);
+        child_link.push(child);
+    }
+    let roots: Vec<usize> = (0..robot.links.len()).filter(|&l| parent_joint[l].is_none()).collect();
+    let &[root] = roots.as_slice() else {
+        let names: Vec<&str> = roots.iter().map(|&l| robot.links[l].name.as_str()).collect();
+        return Err(report.bad(
+            "robot".to_owned(),
+            format!("{} links are no joint's child: {names:?}", roots.len()),
+            "exactly one root link, the hand's base",
+        ));
+    };
+    check_reach(&children, &child_link, root, limits, report)?;
+    Ok(Urdf { robot, transmissions, root, children, child_link })
+}
+
+/// Well-formed XML of bounded size and nesting; later parsers recurse.
+fn document<'a>(text: &'a str, limits: &Limits, file: &Path) -> Result<roxmltree::Document<'a>, ModelError> {
+    let syntax = |message: String| ModelError::Syntax { file: file.to_owned(), format: "XML", message };
+    let options = roxmltree::ParsingOptions { nodes_limit: limits.xml_nodes, ..Default::default() };
+    let document =
+        roxmltree::Document::parse_with_options(text, options).map_err(|e| syntax(e.to_string()))?;
+    let mut open = vec![(document.root_element(), 1_usize)];
+    while let Some((node, depth)) = open.pop() {
+        if depth > limits.xml_depth {
+            return Err(ModelError::TooLarge {
+                file: file.to_owned(),
+                what: "nested XML elements",
+                found: depth as u64,
+                limit: limits.xml_depth as u64,
+            });
+        }
+        open.extend(node.children().filter(roxmltree::Node::is_element).map(|child| (child, depth + 1)));
+    }
+    if document.root_element().tag_name().name() != "robot" {
+        return Err(syntax("the root element is not <robot>".to_owned()));
+    }
+    Ok(document)
+}
+
+/// Every link hangs on the root, and the tree is not absurdly deep.
+fn check_reach(
+    children: &[Vec<usize>],
+    child_link: &[usize],
+    root: usize,
+    limits: &Limits,
+    report: &Report,
+) -> Result<(), ModelError> {
+    let mut reached = 0;
+    let mut open = vec![(root, 1)];
+    while let Some((link, depth)) = open.pop() {
+        reached += 1;
+        report.limit("links in one chain", depth, limits.depth)?;
+        open.extend(children[link].iter().map(|&j| (child_link[j], depth + 1)));
+    }
+    if reached != children.len() {
+        return Err(report.bad(
+            "robot".to_owned(),
+            format!("{} links form a loop of their own", children.len() - reached),
+            "a tree: joints lead from the base to every link",
+        ));
+    }
+    Ok(())
+}
+
+fn check_numbers(robot: &Robot, report: &Report) -> Result<(), ModelError> {
+    let pose_is_finite = |p: &urdf_rs::Pose| p.xyz.iter().chain(p.rpy.iter()).all(|x| x.is_finite());
+    let finite = "finite numbers";
+    for link in &robot.links {
+        let i = &link.inertial;
+        let numbers = [
+            i.mass.value,
+            i.inertia.ixx,
+            i.inertia.ixy,
+            i.inertia.ixz,
+            i.inertia.iyy,
+            i.inertia.iyz,
+            i.inertia.izz,
+        ];
+        if !numbers.iter().all(|x| x.is_finite())
+            || i.mass.value < 0.0
+            || !pose_is_finite(&i.origin)
+            || !link.collision.iter().all(|c| pose_is_finite(&c.origin))
+        {
+            return Err(report.bad(
+                format!("link '{}'", link.name),
+                "has a number that is not finite, or a negative mass",
+                "finite numbers, mass of at least 0 kg",
+            ));
+        }
+    }
+    for joint in &robot.joints {
+        let element = || format!("joint '{}'", joint.name);
+        let damping = joint.dynamics.as_ref().map_or(0.0, |d| d.damping);
+        if !pose_is_finite(&joint.origin) || !joint.axis.xyz.iter().all(|x| x.is_finite()) {
+            return Err(report.bad(element(), "has a number that is not finite", finite));
+        }
+        if joint.limit.lower.is_nan() || joint.limit.upper.is_nan() {
+            return Err(report.bad(element(), "has a limit that is not a number", finite));
+        }
+        if !(damping.is_finite() && damping >= 0.0) {
+            return Err(report.bad(
+                element(),
+                format!("has damping {damping}"),
+                "finite damping of at least 0",
+            ));
+        }
+        if let Some(m) = &joint.mimic {
+            let (multiplier, offset) = (m.multiplier.unwrap_or(1.0), m.offset.unwrap_or(0.0));
+            if !multiplier.is_finite() || multiplier == 0.0 || !offset.is_finite() {
+                return Err(report.bad(
+                    element(),
+                    format!("mimics with multiplier {multiplier} and offset {offset}"),
+                    "a finite multiplier other than 0 and a finite offset",
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A URDF origin as a pose: fixed-axis roll, pitch, yaw.
+pub(crate) fn pose(origin: &urdf_rs::Pose) -> Pose {
+    let [roll, pitch, yaw] = *origin.rpy;
+    let about = |axis: Vec3, angle: f64| {
+        let (s, c) = libm::sincos(0.5 * angle);
+        Rotation::from_xyzw(s * axis.x, s * axis.y, s * axis.z, c)
+    };
+    let rotation = about(Vec3::Z, yaw) * about(Vec3::Y, pitch) * about(Vec3::X, roll);
+    Pose::from_parts(Vec3::from_array(*origin.xyz), rotation)
+}
+
+/// Whether a joint moves, or why this hand cannot have it.
+pub(crate) fn moves(joint: &Joint, report: &Report) -> Result<bool, ModelError> {
+    match joint.joint_type {
+        JointType::Fixed => Ok(false),
+        JointType::Revolute | JointType::Continuous | JointType::Prismatic => Ok(true),
+        JointType::Floating | JointType::Planar | JointType::Spherical => Err(report.bad(
+            format!("joint '{}'", joint.name),
+            format!("is of type {:?}", joint.joint_type),
+            "fixed, revolute, continuous or prismatic",
+        )),
+    }
+}

@@ -1,0 +1,175 @@
+//! What must hold for a description before anything computes with it.
+
+use std::collections::BTreeSet;
+
+use crate::error::ModelError;
+use crate::hand::{Hand, Link};
+use crate::shape::Shape;
+
+impl Hand {
+    /// Checks that indices lie inside, numbers are finite and signs are right. Loaded hands already are valid.
+    ///
+    /// # Errors
+    /// The first contradiction, with the element it is in.
+    pub fn validate(&self) -> Result<(), ModelError> {
+        let bad = |element: String, problem: String| {
+            Err(ModelError::Inconsistent { name: self.name.clone(), element, problem })
+        };
+        let mut names = BTreeSet::new();
+        for (i, link) in self.links.iter().enumerate() {
+            if !names.insert(&link.name) {
+                return bad(format!("link '{}'", link.name), "appears twice".to_owned());
+            }
+            if let Err(problem) = self.check_link(i, link) {
+                return bad(format!("link '{}'", link.name), problem);
+            }
+        }
+        if self.links.is_empty() {
+            return bad("links".to_owned(), "there are none; a hand has at least its base".to_owned());
+        }
+        for (i, c) in self.coordinates.iter().enumerate() {
+            let element = format!("coordinate '{}'", c.name);
+            if self.coordinates[..i].iter().any(|other| other.name == c.name) {
+                return bad(element, "appears twice".to_owned());
+            }
+            if !(c.lower < c.upper && c.rest.is_finite()) {
+                return bad(element, format!("limits {} to {}, rest {}", c.lower, c.upper, c.rest));
+            }
+            if !not_negative(c.stiffness) || !not_negative(c.damping) {
+                return bad(
+                    element,
+                    format!("stiffness {} or damping {} is negative", c.stiffness, c.damping),
+                );
+            }
+            if !self.links.iter().any(|l| l.joint.as_ref().is_some_and(|j| j.coordinate == i)) {
+                return bad(element, "moves no link".to_owned());
+            }
+        }
+        for motor in &self.motors {
+            let finite = motor.scaling.is_finite() && motor.offset.is_finite();
+            if !finite || motor.scaling == 0.0 || !positive(motor.speed_limit) {
+                return bad(
+                    format!("motor '{}'", motor.name),
+                    "scaling must not be 0, the speed limit must be positive, all finite".to_owned(),
+                );
+            }
+        }
+        for tendon in &self.tendons {
+            let element = format!("tendon '{}'", tendon.name);
+            if tendon.motor >= self.motors.len() {
+                return bad(
+                    element,
+                    format!("names motor {}, there are {}", tendon.motor, self.motors.len()),
+                );
+            }
+            let ascending = tendon.moment_arms.windows(2).all(|w| w[0].0 < w[1].0);
+            let inside = tendon.moment_arms.iter().all(|&(i, r)| i < self.coordinates.len() && r.is_finite());
+            if tendon.moment_arms.is_empty() || !ascending || !inside {
+                return bad(
+                    element,
+                    "moment arms must be finite, ascending by coordinate, at least one".to_owned(),
+                );
+            }
+            if !positive(tendon.stiffness) || !not_negative(tendon.damping) || !positive(tendon.force_limit) {
+                return bad(
+                    element,
+                    "stiffness and force limit must be positive, damping not negative".to_owned(),
+                );
+            }
+        }
+        for &[a, b] in &self.no_collision {
+            if a >= b || b >= self.links.len() {
+                return bad(
+                    format!("no_collision [{a}, {b}]"),
+                    "not a pair of links, lower first".to_owned(),
+                );
+            }
+        }
+        Ok(())
+    }
+
+    fn check_link(&self, i: usize, link: &Link) -> Result<(), String> {
+        match (&link.parent, &link.joint) {
+            (None, None) if i == 0 => {}
+            (Some(parent), Some(joint)) if *parent < i => {
+                if !matches!(joint.hinges.len(), 1 | 2) {
+                    return Err(format!(
+                        "joint '{}' has {} hinges, not 1 or 2",
+                        joint.name,
+                        joint.hinges.len()
+                    ));
+                }
+                if joint.coordinate >= self.coordinates.len() {
+                    return Err(format!("joint '{}' names coordinate {}", joint.name, joint.coordinate));
+                }
+                for hinge in &joint.hinges {
+                    let finite = hinge.parent_from_hinge.is_finite() && hinge.offset.is_finite();
+                    if !finite || !hinge.ratio.is_finite() || (hinge.axis.length() - 1.0).abs() > 1e-9 {
+                        return Err(format!(
+                            "joint '{}' is not finite or its axis no unit vector",
+                            joint.name
+                        ));
+                    }
+                }
+                if !positive(link.inertia.mass) {
+                    return Err("moves but has no mass".to_owned());
+                }
+            }
+            _ => return Err("a link but the base has a joint and a parent that stands before it".to_owned()),
+        }
+        if !not_negative(link.inertia.mass)
+            || !link.inertia.com.is_finite()
+            || !link.inertia.about_com.is_finite()
+        {
+            return Err("its inertia is not finite".to_owned());
+        }
+        for geom in &link.geoms {
+            geom.shape.validate()?;
+            if !geom.link_from_geom.is_finite() || !not_negative(geom.friction) {
+                return Err("a shape's pose is not finite or its friction negative".to_owned());
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Shape {
+    /// Checks sizes; the error says what is wrong.
+    ///
+    /// # Errors
+    /// A size that is not positive and finite, a rounding larger than its box, a hull without volume.
+    pub fn validate(&self) -> Result<(), String> {
+        match self {
+            Shape::Sphere { radius } if positive(*radius) => Ok(()),
+            Shape::Capsule { radius, half_length } | Shape::Cylinder { radius, half_length }
+                if positive(*radius) && positive(*half_length) =>
+            {
+                Ok(())
+            }
+            Shape::Box { half_extents, rounding }
+                if half_extents.iter().all(|&x| positive(x) && *rounding < x) && not_negative(*rounding) =>
+            {
+                Ok(())
+            }
+            Shape::Hull { points, rounding }
+                if not_negative(*rounding)
+                    && points.iter().flatten().all(|x| x.is_finite())
+                    && self.to_parry().is_some() =>
+            {
+                Ok(())
+            }
+            Shape::Hull { .. } => Err("a hull's points are not finite or span no volume".to_owned()),
+            _ => Err(format!(
+                "a shape's sizes are not positive, finite and larger than its rounding: {self:?}"
+            )),
+        }
+    }
+}
+
+fn positive(x: f64) -> bool {
+    x.is_finite() && x > 0.0
+}
+
+fn not_negative(x: f64) -> bool {
+    x.is_finite() && x >= 0.0
+}
