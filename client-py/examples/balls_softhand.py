@@ -1,0 +1,470 @@
+"""Move balls from box A to box B with the SoftHand: look, pick, carry, drop, look again.
+
+An honest and simple controller to start from. It sees the true ball positions (sensing "truth"), chooses the
+ball and the direction that leave the hand most room, and then plays a fixed sequence of motions:
+
+    above the ball -> down (slightly tilted) -> forward along the palm -> close -> up -> over box B -> open
+
+It does not react to touch. What it does react to is what it sees after each pick: a ball that slipped is
+tried again later, from another side if there is one.
+
+    python balls_softhand.py --seed 7 --runs 3
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+
+import palmares
+from palmares.rotation import Array, angle_between, quat_of, rot_y, rot_z, slerp
+
+# --------------------------------------------------------------------------------------------------------
+# What to tune
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """How the SoftHand takes a ball of 10 cm. Hand frame: fingers +z, palm normal +x, thumb +y."""
+
+    pitch: float = 2.2405
+    """rad; tilts the fingers from straight up to pointing down"""
+    roll: float = -0.3159
+    """rad; turns the palm about the fingers' axis"""
+    ball_in_hand: tuple[float, float, float] = (0.0527, 0.05, 0.2103)
+    """Where the ball's centre should be when the fingers close, hand frame, m"""
+    sigma_preshape: float = 0.0977
+    """Motor command while approaching: slightly curled"""
+    sigma_closed: float = 1.0
+    """Motor command of the grasp"""
+    advance: float = 0.0165
+    """The approach stops this far behind the grasp; the palm then moves forward along its normal, m"""
+    lean: float = 0.155
+    """rad; the approach comes down along this tilt from the vertical"""
+
+    def rotation(self, yaw: float) -> Array:
+        """World-from-hand rotation when the ball is taken from the direction `yaw` (rad)."""
+        rotation: Array = rot_z(yaw) @ rot_y(self.pitch) @ rot_z(self.roll)
+        return rotation
+
+    def approach_direction(self, yaw: float) -> Array:
+        """Direction in which the hand comes down, unit vector, world frame."""
+        down: Array = rot_z(yaw) @ np.array([math.sin(self.lean), 0.0, -math.cos(self.lean)])
+        return down
+
+
+@dataclass(frozen=True)
+class Script:
+    """How long and how far. A motion takes longer than its time here if the base's limits demand it."""
+
+    travel_s: float = 1.2
+    approach_s: float = 0.8
+    advance_s: float = 0.3
+    close_s: float = 0.8
+    """The motor needs 0.8 s from open to closed"""
+    squeeze_s: float = 0.2
+    """Wait between closing and lifting"""
+    lift_s: float = 0.8
+    carry_s: float = 1.2
+    hold_s: float = 0.2
+    """Wait over box B until the ball hangs still"""
+    open_s: float = 0.4
+    fall_s: float = 0.3
+    """Wait after opening until the ball has left the hand"""
+    ready_height: float = 0.9
+    """Where the hand's base goes first, over the middle of box A, m"""
+    clearance_height: float = 0.32
+    """The approach starts this far above the grasp, m"""
+    lift_height: float = 0.36
+    """Enough for the ball and the fingers under it to pass over the wall, m"""
+    lifted: float = 0.15
+    """A ball that rose by this much is in the hand, m"""
+
+
+GRASP = Grasp()
+SCRIPT = Script()
+PICKS = 25
+"""Attempts per run"""
+YAWS = np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False)
+"""Directions tried for every ball, rad"""
+
+# What the base can do: 2 m/s, 3 rad/s, 4 m/s². A target that stays within is followed without lag.
+BASE_SPEED = 0.95 * 2.0
+BASE_TURN = 0.95 * 3.0
+BASE_ACCELERATION = 0.95 * 4.0
+
+TICK_S = 0.01
+
+# --------------------------------------------------------------------------------------------------------
+# How much room the hand has
+
+
+# The preshaped hand as capsules: two end points in the hand frame and a radius, all in m.
+HAND_CAPSULES: list[tuple[tuple[float, float, float], tuple[float, float, float], float]] = [
+    ((0.000, 0.000, 0.045), (0.000, 0.000, 0.080), 0.042),  # wrist
+    ((-0.006, 0.027, 0.100), (-0.006, 0.027, 0.170), 0.019),  # palm, thumb side
+    ((-0.006, 0.005, 0.100), (-0.006, 0.005, 0.185), 0.019),  # palm, middle
+    ((-0.006, -0.020, 0.100), (-0.006, -0.022, 0.170), 0.019),  # palm, little finger's side
+    ((0.008, 0.037, 0.146), (0.014, 0.069, 0.160), 0.011),  # thumb
+    ((0.014, 0.069, 0.160), (0.021, 0.102, 0.181), 0.009),
+    ((-0.001, 0.026, 0.184), (0.006, 0.031, 0.227), 0.009),  # index
+    ((0.006, 0.031, 0.227), (0.022, 0.034, 0.263), 0.009),
+    ((-0.001, 0.007, 0.191), (0.006, 0.007, 0.234), 0.009),  # middle
+    ((0.006, 0.007, 0.234), (0.022, 0.007, 0.270), 0.009),
+    ((-0.001, -0.013, 0.184), (0.006, -0.015, 0.227), 0.009),  # ring
+    ((0.006, -0.015, 0.227), (0.022, -0.018, 0.263), 0.009),
+    ((-0.001, -0.032, 0.174), (0.006, -0.037, 0.217), 0.009),  # little
+    ((0.006, -0.037, 0.217), (0.022, -0.041, 0.253), 0.009),
+]
+CAPSULE_A = np.array([a for a, _, _ in HAND_CAPSULES])
+CAPSULE_B = np.array([b for _, b, _ in HAND_CAPSULES])
+CAPSULE_RADIUS = np.array([r for _, _, r in HAND_CAPSULES])
+
+# The hand is checked at these distances before the end of its approach, m.
+APPROACH_SAMPLES = (0.0, 0.05, 0.12)
+MARGIN = 0.005
+"""Room to leave between hand and other balls, m"""
+HOPELESS = -0.6
+"""A candidate with less room than this is not tried, m (sum of all overlaps)"""
+
+
+def room(rotation: Array, position: Array, others: Array, ball_radius: float, box: palmares.Region) -> float:
+    """Return how well the preshaped hand fits at a pose: 0 if it touches nothing, less if it does (m).
+
+    `others` are the centres of the balls that should not be touched, shape (n, 3).
+    """
+    a = CAPSULE_A @ rotation.T + position
+    b = CAPSULE_B @ rotation.T + position
+    score = 0.0
+
+    if len(others):
+        # Distance of every ball's centre from every capsule's axis: clamp the foot point to the segment.
+        axis = b - a
+        to_ball = others[None, :, :] - a[:, None, :]
+        along = np.einsum("kij,kj->ki", to_ball, axis) / np.sum(axis**2, axis=1)[:, None]
+        foot = a[:, None, :] + np.clip(along, 0.0, 1.0)[:, :, None] * axis[:, None, :]
+        gap = np.linalg.norm(others[None, :, :] - foot, axis=2) - CAPSULE_RADIUS[:, None] - ball_radius
+        score -= float(np.clip(MARGIN - gap, 0.0, 0.05).sum())
+
+    # Walls are hard: what would stand inside one counts three times, and once more for being there at all.
+    radius = CAPSULE_RADIUS[:, None]
+    low, high = np.minimum(a, b) - radius, np.maximum(a, b) + radius
+    below_rim = low[:, 2] < box.max[2]
+    for side in range(2):
+        for into in (high[:, side] - box.max[side], box.min[side] - low[:, side]):
+            into = into[below_rim]
+            score -= float(3.0 * np.clip(into, 0.0, None).sum() + 0.1 * np.count_nonzero(into > 0.004))
+    return score
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A ball and the direction to take it from."""
+
+    ball: int
+    yaw: float
+    room: float
+    position: Array
+    """Centre of the ball when the choice was made, (3,), m"""
+
+
+def choose(
+    balls: Array,
+    in_a: list[int],
+    radius: float,
+    box: palmares.Region,
+    failed: dict[int, list[float]],
+) -> Candidate | None:
+    """Return the ball and the yaw with the most room, or `None` if nothing can be reached.
+
+    A ball that slipped before counts less, and from about the same direction much less.
+    """
+    best: Candidate | None = None
+    for ball in in_a:
+        others = np.array([balls[other] for other in range(len(balls)) if other != ball]).reshape(-1, 3)
+        slips = failed.get(ball, [])
+        for yaw in YAWS:
+            rotation = GRASP.rotation(yaw)
+            grasp_at = balls[ball] - rotation @ np.array(GRASP.ball_in_hand)
+            before_advance = grasp_at - GRASP.advance * rotation[:, 0]
+            down = GRASP.approach_direction(yaw)
+            least = min(
+                room(rotation, before_advance - back * down, others, radius, box) for back in APPROACH_SAMPLES
+            )
+            score = least - 0.02 * len(slips)
+            score -= 0.1 * sum(math.cos(yaw - slip) > 0.7 for slip in slips)
+            if score > HOPELESS and (best is None or score > best.room):
+                best = Candidate(ball, float(yaw), score, balls[ball].copy())
+    return best
+
+
+# --------------------------------------------------------------------------------------------------------
+# How the hand moves
+
+
+class RunOverError(Exception):
+    """The server ended the run: nothing more to gain, or a limit reached."""
+
+
+def smoothstep(x: float) -> float:
+    """Quintic from 0 to 1 with zero velocity and acceleration at both ends."""
+    x = min(max(x, 0.0), 1.0)
+    return x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+
+
+def duration(distance: float, angle: float, at_least: float) -> float:
+    """Return a time (s) in which a smoothstep over `distance` (m) and `angle` (rad) stays within the limits.
+
+    The quintic's greatest velocity is 15/8 of distance per time, its greatest acceleration 10/√3 of distance
+    per time squared.
+    """
+    return max(
+        at_least,
+        15 / 8 * distance / BASE_SPEED,
+        15 / 8 * angle / BASE_TURN,
+        math.sqrt(10 / math.sqrt(3) * distance / BASE_ACCELERATION),
+    )
+
+
+class Mover:
+    """Streams targets tick by tick and remembers the last one."""
+
+    def __init__(
+        self,
+        client: palmares.Client,
+        first: palmares.Observation,
+        watch: Callable[[palmares.Observation], None],
+    ) -> None:
+        self.client = client
+        self.obs = first
+        self.watch = watch
+        self.position: Array = first.hand.base.xyz
+        self.quat: Array = np.array(first.hand.base.quat_xyzw)
+        self.sigma = first.hand.actuators[0].position
+
+    def to(
+        self,
+        seconds: float,
+        position: Array | None = None,
+        quat: Array | None = None,
+        sigma: float | None = None,
+    ) -> None:
+        """Move base and fingers there together, in `seconds` or as fast as the base may."""
+        p0, q0, s0 = self.position, self.quat, self.sigma
+        p1 = p0 if position is None else position
+        q1 = q0 if quat is None else quat
+        s1 = s0 if sigma is None else sigma
+        total = duration(float(np.linalg.norm(p1 - p0)), angle_between(q0, q1), seconds)
+        ticks = max(1, math.ceil(total / TICK_S))
+        for tick in range(ticks):
+            x = smoothstep((tick + 1) / ticks)
+            self.position, self.quat = p0 + x * (p1 - p0), slerp(q0, q1, x)
+            self.sigma = s0 + x * (s1 - s0)
+            self._step()
+
+    def wait(self, seconds: float) -> None:
+        """Hold still."""
+        for _ in range(round(seconds / TICK_S)):
+            self._step()
+
+    def _step(self) -> None:
+        self.obs = self.client.step(base=palmares.pose(self.position, self.quat), hand=[self.sigma])
+        self.watch(self.obs)
+        if self.obs.done:
+            raise RunOverError(self.obs.reason)
+
+
+def pick_and_carry(mover: Mover, target: Candidate, box_b: palmares.Region) -> bool:
+    """Take the ball, carry it over box B and let it go. Return whether a ball was in the hand."""
+    rotation = GRASP.rotation(target.yaw)
+    quat = quat_of(rotation)
+    grasp_at = target.position - rotation @ np.array(GRASP.ball_in_hand)
+    before_advance = grasp_at - GRASP.advance * rotation[:, 0]
+    down = GRASP.approach_direction(target.yaw)
+    above = before_advance - SCRIPT.clearance_height / abs(down[2]) * down
+
+    mover.to(SCRIPT.travel_s, above, quat, sigma=GRASP.sigma_preshape)
+    mover.to(SCRIPT.approach_s, before_advance)
+    mover.to(SCRIPT.advance_s, grasp_at)
+    mover.to(SCRIPT.close_s, sigma=GRASP.sigma_closed)
+    mover.wait(SCRIPT.squeeze_s)
+
+    heights = true_positions(mover.obs)[:, 2]
+    mover.to(SCRIPT.lift_s, grasp_at + np.array([0.0, 0.0, SCRIPT.lift_height]))
+    caught = bool(np.any(true_positions(mover.obs)[:, 2] > heights + SCRIPT.lifted))
+    if caught:
+        # The ball, not the hand, should arrive near the middle of box B.
+        middle = (np.array(box_b.min) + np.array(box_b.max)) / 2
+        way = np.array([middle[0] - target.position[0], 0.7 * (middle[1] - target.position[1]), 0.0])
+        mover.to(SCRIPT.carry_s, mover.position + way)
+        mover.wait(SCRIPT.hold_s)
+    mover.to(SCRIPT.open_s, sigma=0.0)
+    mover.wait(SCRIPT.fall_s)
+    return caught
+
+
+# --------------------------------------------------------------------------------------------------------
+# A run
+
+
+def true_positions(obs: palmares.Observation) -> Array:
+    """Centres of the balls, shape (n, 3), m."""
+    if obs.truth is None:
+        raise SystemExit('this controller needs sensing="truth"')
+    return obs.truth.positions
+
+
+@dataclass
+class Summary:
+    """What came of a run."""
+
+    run_id: str
+    seed: int | None
+    score: float
+    balls_in_b: int
+    picks: int
+    """Attempts made"""
+    caught: int
+    """Attempts with a ball in the hand after the lift"""
+    sim_time_s: float
+    rtf: float
+    """Simulated time per wall time"""
+    failures: list[dict[str, float]] = field(default_factory=list)
+    """Attempts that lifted nothing: where the ball lay, from which direction, with how much room"""
+
+
+class Progress:
+    """One line on stderr that says how far the run is."""
+
+    def __init__(self, box_b: palmares.Region, quiet: bool) -> None:
+        self.box_b = box_b
+        self.quiet = quiet
+        self.pick = 0
+        self.started = time.monotonic()
+        self._shown = 0.0
+
+    def show(self, obs: palmares.Observation, always: bool = False) -> None:
+        """Write the line; on a terminal a few times a second, else only when `always`."""
+        now = time.monotonic()
+        live = sys.stderr.isatty()
+        if self.quiet or not (always or (live and now - self._shown > 0.2)):
+            return
+        self._shown = now
+        rtf = obs.sim_time_s / max(now - self.started, 1e-9)
+        line = (
+            f"pick {self.pick:2d}   balls in B {count_inside(true_positions(obs), self.box_b):2d}   "
+            f"{obs.sim_time_s:6.1f} s simulated   {rtf:5.1f} x real time"
+        )
+        print(f"\r{line}" if live else line, end="" if live else "\n", file=sys.stderr, flush=True)
+
+    def end(self) -> None:
+        """Leave the line."""
+        if not self.quiet and sys.stderr.isatty():
+            print(file=sys.stderr)
+
+
+def count_inside(points: Array, region: palmares.Region) -> int:
+    """Return how many of the points (n, 3) lie in the region."""
+    return sum(region.contains(point) for point in points)
+
+
+def ball_radius(scene: palmares.Scene) -> float:
+    """Return the largest radius among the free spheres of the scene, m."""
+    radii = [part.shape.radius for body in scene.bodies if body.free for part in body.parts]
+    return max((radius for radius in radii if radius is not None), default=0.05)
+
+
+def run(client: palmares.Client, seed: int | None, picks: int, quiet: bool) -> Summary:
+    """Play one run and return what came of it."""
+    obs = client.reset("balls", "softhand", sensing="truth", seed=seed)
+    box_a, box_b = client.scene.region("box_a"), client.scene.region("box_b")
+    radius = ball_radius(client.scene)
+    progress = Progress(box_b, quiet)
+    mover = Mover(client, obs, progress.show)
+    caught = 0
+    failed: dict[int, list[float]] = {}  # ball -> directions it slipped away from
+    failures: list[dict[str, float]] = []
+    try:
+        middle_of_a = (np.array(box_a.min) + np.array(box_a.max)) / 2
+        ready = np.array([middle_of_a[0], middle_of_a[1], SCRIPT.ready_height])
+        mover.to(1.0, ready, quat_of(GRASP.rotation(0.0)))
+        while progress.pick < picks:
+            balls = true_positions(mover.obs)
+            in_a = [ball for ball in range(len(balls)) if box_a.contains(balls[ball])]
+            target = choose(balls, in_a, radius, box_a, failed)
+            if target is None:
+                break
+            progress.pick += 1
+            if pick_and_carry(mover, target, box_b):
+                caught += 1
+            else:
+                failed.setdefault(target.ball, []).append(target.yaw)
+                x, y, _ = target.position
+                failures.append({"x": x, "y": y, "yaw": target.yaw, "room": target.room})
+            progress.show(mover.obs, always=True)
+        mover.wait(0.5)
+    except RunOverError:
+        pass  # Complete, or out of time: `stop` tells which.
+    progress.end()
+    wall_s = time.monotonic() - progress.started
+    sim_time_s = mover.obs.sim_time_s
+    balls_in_b = count_inside(true_positions(mover.obs), box_b)
+    result = client.stop()
+    return Summary(
+        run_id=result.run_id,
+        seed=seed,
+        score=result.score,
+        balls_in_b=balls_in_b if result.in_goal is None else result.in_goal,
+        picks=progress.pick,
+        caught=caught,
+        sim_time_s=sim_time_s,
+        rtf=sim_time_s / wall_s,
+        failures=failures,
+    )
+
+
+def main() -> None:
+    """Read the command line and play."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--url", default="http://127.0.0.1:8080", help="where the server listens")
+    parser.add_argument("--seed", type=int, help="scene of the first run; the next runs count up")
+    parser.add_argument("--runs", type=int, default=1, help="how many runs")
+    parser.add_argument("--picks", type=int, default=PICKS, help="attempts per run")
+    parser.add_argument("--quiet", action="store_true", help="no progress line")
+    parser.add_argument("--json", action="store_true", help="one JSON object per run on stdout")
+    args = parser.parse_args()
+
+    summaries: list[Summary] = []
+    with palmares.Client(args.url) as client:
+        for k in range(args.runs):
+            seed = None if args.seed is None else args.seed + k
+            summary = run(client, seed, args.picks, args.quiet)
+            summaries.append(summary)
+            if args.json:
+                print(json.dumps(asdict(summary)), flush=True)
+            else:
+                print(
+                    f"run {summary.run_id}: score {summary.score:g}, {summary.balls_in_b} balls in B, "
+                    f"{summary.caught} of {summary.picks} picks held, {summary.sim_time_s:.1f} s simulated, "
+                    f"{summary.rtf:.1f} x real time",
+                    flush=True,
+                )
+    if args.runs > 1 and not args.json:
+        mean = sum(s.balls_in_b for s in summaries) / len(summaries)
+        print(f"{len(summaries)} runs: {mean:.1f} balls in B on average")
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except palmares.PalmaresError as error:
+        sys.exit(f"{error}")
+    except KeyboardInterrupt:
+        sys.exit("interrupted")

@@ -1,0 +1,35 @@
+"""The shortest useful controller: close the hand in the air and read its tendon.
+
+Start a server with `cargo run --release -p palmares -- serve`, then run this file.
+"""
+
+import sys
+
+import palmares
+
+TICKS_PER_SECOND = 100
+
+
+def main() -> None:
+    """Connect, reset, close the hand in one second, print the tension, stop."""
+    url = sys.argv[1] if len(sys.argv) > 1 else "http://127.0.0.1:8080"
+    with palmares.Client(url) as client:
+        obs = client.reset("balls", "softhand", seed=1)
+        print(f"run {obs.run_id}: {len(client.scene.bodies)} bodies in the scene")
+
+        for tick in range(TICKS_PER_SECOND):
+            sigma = (tick + 1) / TICKS_PER_SECOND  # 0 is open, 1 is closed
+            obs = client.step(hand=[sigma])
+            if tick % 20 == 19:
+                motor = obs.hand.actuators[0]
+                print(f"{obs.sim_time_s:5.2f} s  sigma {motor.position:.2f}  tension {motor.tension:.3f}")
+
+        result = client.stop()
+        print(f"score {result.score:g} ({result.status}, {result.reason})")
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except palmares.PalmaresError as error:
+        sys.exit(str(error))

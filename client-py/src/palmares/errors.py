@@ -1,0 +1,173 @@
+"""What can go wrong, one exception per error code of the protocol."""
+
+from __future__ import annotations
+
+
+class PalmaresError(Exception):
+    """The server refused a request, or could not be talked to.
+
+    Attributes:
+        code: The protocol's error code, such as ``bad_action``.
+        fatal: True when the session is over; the client cannot be used any more.
+        retry_after_s: When to try again, s; ``None`` when trying again would not help.
+
+    """
+
+    code = "unknown"
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        code: str | None = None,
+        fatal: bool = False,
+        retry_after_s: float | None = None,
+    ) -> None:
+        super().__init__(message)
+        if code is not None:
+            self.code = code
+        self.fatal = fatal
+        self.retry_after_s = retry_after_s
+
+
+class NoServerError(PalmaresError):
+    """Nobody answers at the given address."""
+
+    code = "no_server"
+
+
+class ConnectionLostError(PalmaresError):
+    """The connection broke and could not be taken up again."""
+
+    code = "connection_lost"
+
+
+class ProtocolError(PalmaresError):
+    """The server sent something this client does not understand; the versions may not match."""
+
+    code = "protocol"
+
+
+class BadJsonError(PalmaresError):
+    """The message was not valid JSON."""
+
+    code = "bad_json"
+
+
+class UnknownOpError(PalmaresError):
+    """The server does not know this operation."""
+
+    code = "unknown_op"
+
+
+class BadRequestError(PalmaresError):
+    """A field of the request is missing, superfluous or of the wrong type."""
+
+    code = "bad_request"
+
+
+class BadActionError(PalmaresError):
+    """The action has the wrong length, or a number that is not finite."""
+
+    code = "bad_action"
+
+
+class StaleTickError(PalmaresError):
+    """The step was meant for another tick than the current one."""
+
+    code = "stale_tick"
+
+
+class WrongStateError(PalmaresError):
+    """The request does not fit now: no run is open, or the greeting is missing."""
+
+    code = "wrong_state"
+
+
+class UnknownTaskError(PalmaresError):
+    """No task has this name."""
+
+    code = "unknown_task"
+
+
+class UnknownHandError(PalmaresError):
+    """No hand has this name."""
+
+    code = "unknown_hand"
+
+
+class NotAuthorizedError(PalmaresError):
+    """The token is missing or wrong."""
+
+    code = "not_authorized"
+
+
+class SessionTakenError(PalmaresError):
+    """Another connection drives this session."""
+
+    code = "session_taken"
+
+
+class SessionOverError(PalmaresError):
+    """The session's time is spent."""
+
+    code = "session_over"
+
+
+class CapacityError(PalmaresError):
+    """The server cannot hold another world now; see ``retry_after_s``."""
+
+    code = "capacity"
+
+
+class RateLimitedError(PalmaresError):
+    """Too many messages in too short a time; see ``retry_after_s``."""
+
+    code = "rate_limited"
+
+
+class TooLargeError(PalmaresError):
+    """The message was larger than the server accepts."""
+
+    code = "too_large"
+
+
+class InternalError(PalmaresError):
+    """A fault of the server."""
+
+    code = "internal"
+
+
+_BY_CODE: dict[str, type[PalmaresError]] = {
+    kind.code: kind
+    for kind in (
+        BadJsonError,
+        UnknownOpError,
+        BadRequestError,
+        BadActionError,
+        StaleTickError,
+        WrongStateError,
+        UnknownTaskError,
+        UnknownHandError,
+        NotAuthorizedError,
+        SessionTakenError,
+        SessionOverError,
+        CapacityError,
+        RateLimitedError,
+        TooLargeError,
+        InternalError,
+    )
+}
+
+
+def error_of(
+    code: str, message: str, *, fatal: bool = False, retry_after_s: float | None = None
+) -> PalmaresError:
+    """Return the exception that stands for an error code; `PalmaresError` for an unknown one."""
+    kind = _BY_CODE.get(code, PalmaresError)
+    return kind(
+        f"{code}: {message}" if message else code,
+        code=code,
+        fatal=fatal,
+        retry_after_s=retry_after_s,
+    )

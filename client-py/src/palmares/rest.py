@@ -1,0 +1,68 @@
+"""The few things asked over plain HTTP."""
+
+from __future__ import annotations
+
+import urllib.error
+import urllib.request
+from typing import Any
+from urllib.parse import urlsplit
+
+import msgspec
+
+from palmares.errors import NoServerError, PalmaresError, ProtocolError, error_of
+
+TIMEOUT_S = 10.0
+
+
+def is_loopback(url: str) -> bool:
+    """Tell whether `url` names this machine; a proxy from the environment must not see such a call."""
+    return urlsplit(url).hostname in ("127.0.0.1", "localhost", "::1")
+
+
+def get_json(base_url: str, path: str) -> Any:
+    """GET `path` and return the decoded JSON."""
+    handlers = [urllib.request.ProxyHandler({})] if is_loopback(base_url) else []
+    opener = urllib.request.build_opener(*handlers)
+    try:
+        with opener.open(base_url + path, timeout=TIMEOUT_S) as response:
+            body = response.read()
+    except urllib.error.HTTPError as refused:
+        raise error_of_response(refused.code, refused.read(), base_url + path) from None
+    except OSError as unreachable:
+        raise NoServerError(
+            f"no server at {base_url} ({unreachable}); is `palmares serve` running?"
+        ) from None
+    try:
+        return msgspec.json.decode(body)
+    except msgspec.MsgspecError as unreadable:
+        raise ProtocolError(f"{base_url}{path} did not answer with JSON: {unreadable}") from None
+
+
+def get_object(base_url: str, path: str) -> dict[str, Any]:
+    """GET `path` and return the JSON object found there."""
+    value = get_json(base_url, path)
+    if not isinstance(value, dict):
+        raise ProtocolError(f"{base_url}{path} did not answer with a JSON object")
+    return value
+
+
+def leaderboard(base_url: str) -> list[dict[str, Any]]:
+    """Return the rows of ``/v1/leaderboard``."""
+    value = get_json(base_url, "/v1/leaderboard")
+    rows = value.get("rows") if isinstance(value, dict) else value
+    if not isinstance(rows, list):
+        raise ProtocolError(f"{base_url}/v1/leaderboard has no rows")
+    return rows
+
+
+def error_of_response(status: int, body: bytes | bytearray, where: str) -> PalmaresError:
+    """Turn an HTTP refusal (`application/problem+json` if it is ours) into an exception."""
+    try:
+        problem = msgspec.json.decode(bytes(body), type=dict[str, Any])
+    except msgspec.MsgspecError:
+        problem = {}
+    code = problem.get("code")
+    text = problem.get("detail") or problem.get("message") or problem.get("title") or ""
+    if isinstance(code, str):
+        return error_of(code, str(text), retry_after_s=problem.get("retry_after_s"))
+    return PalmaresError(f"{where} answered with HTTP status {status} {text}".rstrip())

@@ -1,0 +1,166 @@
+"""A server without physics: the base jumps to its target, balls lie still. Speaks enough of the protocol."""
+
+from __future__ import annotations
+
+import json
+import threading
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.server import Server, ServerConnection, serve
+from websockets.typing import Subprotocol
+
+
+@dataclass
+class FakeServer:
+    """What the tests can set and look at."""
+
+    requests: list[dict[str, Any]] = field(default_factory=list)
+    replies: list[dict[str, Any]] = field(default_factory=list)
+    """Sent instead of the ordinary reply, first one first; `id` is filled in."""
+    drop_before: set[str] = field(default_factory=set)
+    """Operations at which the connection breaks once, before they are taken."""
+    drop_after: set[str] = field(default_factory=set)
+    """Operations at which the connection breaks once, after they were taken."""
+    tick: int = 0
+    base: dict[str, Any] = field(
+        default_factory=lambda: {"position": [0.0, 0.0, 0.8], "quat_xyzw": [0.0, 0.0, 0.0, 1.0]}
+    )
+    sigma: float = 0.0
+    server: Server | None = None
+
+    @property
+    def url(self) -> str:
+        """Where it listens."""
+        assert self.server is not None
+        host, port = self.server.socket.getsockname()[:2]
+        return f"http://{host}:{port}"
+
+    def __enter__(self) -> Self:
+        self.server = serve(
+            self._talk, "127.0.0.1", 0, subprotocols=[Subprotocol("palmares.v1.json")], compression=None
+        )
+        threading.Thread(target=self.server.serve_forever, daemon=True).start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        assert self.server is not None
+        self.server.shutdown()
+
+    def _talk(self, socket: ServerConnection) -> None:
+        try:
+            for frame in socket:
+                request = json.loads(frame)
+                self.requests.append(request)
+                op = request["op"]
+                if op in self.drop_before:
+                    self.drop_before.discard(op)
+                    socket.socket.close()
+                    return
+                reply = {**(self.replies.pop(0) if self.replies else self._reply(request))}
+                if reply.pop("close", None):
+                    socket.close(4408, "session_over")
+                    return
+                if op in self.drop_after:
+                    self.drop_after.discard(op)
+                    socket.socket.close()
+                    return
+                reply.setdefault("id", request["id"])
+                socket.send(json.dumps(reply))
+        except (ConnectionClosed, OSError):
+            return
+
+    def _reply(self, request: dict[str, Any]) -> dict[str, Any]:
+        match request["op"]:
+            case "hello":
+                return {"op": "welcome", "session_id": "s", "resume_token": "r", "tasks": [], "hands": []}
+            case "reset":
+                self.tick = 0
+                return {**self._obs(), "scene": SCENE}
+            case "step":
+                if request["tick"] != self.tick:
+                    return {"op": "error", "code": "stale_tick", "message": "", "fatal": False}
+                self.tick += request["repeat"]
+                action = request["action"]
+                self.base = action.get("base", self.base)
+                self.sigma = action.get("hand", [self.sigma])[0]
+                return self._obs()
+            case "stop":
+                return {
+                    "op": "result",
+                    "run_id": "run-1",
+                    "score": 0.0,
+                    "status": "practice",
+                    "reason": "stopped",
+                    "events": [],
+                }
+            case "time":
+                return {"op": "time", "session_left_s": None}
+            case op:
+                return {"op": "error", "code": "unknown_op", "message": op, "fatal": False}
+
+    def _obs(self) -> dict[str, Any]:
+        still = {"linear": [0.0] * 3, "angular": [0.0] * 3}
+        motor = {
+            "name": "synergy",
+            "command": self.sigma,
+            "position": self.sigma,
+            "velocity": 0.0,
+            "tension": 0.1,
+        }
+        return {
+            "op": "obs",
+            "run_id": "run-1",
+            "tick": self.tick,
+            "sim_time_s": self.tick * 0.01,
+            "applied_action": {"base": self.base, "hand": [self.sigma]},
+            "hand": {
+                "base": {**self.base, **still},
+                "actuators": [motor],
+                "wrist": {"force": [0.0] * 3, "torque": [0.0] * 3},
+            },
+            "truth": {
+                "objects": [
+                    {"id": i, "name": f"ball_{i}", "position": p, "quat_xyzw": [0, 0, 0, 1], **still}
+                    for i, p in enumerate(BALLS)
+                ],
+                "joints": {"position": [], "velocity": []},
+                "contacts": [],
+                "predicted_equilibrium": [],
+            },
+            "events": [],
+            "score": 0.0,
+            "terminated": False,
+            "truncated": False,
+        }
+
+
+BALLS = [[0.0, 0.0, 0.05], [0.15, 0.1, 0.05], [0.7, 0.0, 0.05]]
+SCENE: dict[str, Any] = {
+    "bodies": [
+        {
+            "id": i,
+            "name": f"ball_{i}",
+            "free": True,
+            "mass": 1.0,
+            "friction": 1.0,
+            "position": p,
+            "quat_xyzw": [0, 0, 0, 1],
+            "color": [1, 0, 0],
+            "parts": [
+                {
+                    "position": [0, 0, 0],
+                    "quat_xyzw": [0, 0, 0, 1],
+                    "shape": {"type": "sphere", "radius": 0.05},
+                }
+            ],
+        }
+        for i, p in enumerate(BALLS)
+    ],
+    "regions": [
+        {"name": "box_a", "min": [-0.25, -0.25, 0.0], "max": [0.25, 0.25, 0.3]},
+        {"name": "box_b", "min": [0.45, -0.25, 0.0], "max": [0.95, 0.25, 0.3]},
+    ],
+    "gravity": [0, 0, -9.81],
+}

@@ -1,0 +1,150 @@
+"""The client against a server without physics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+import palmares
+from palmares import client as client_module
+from tests.fake_server import FakeServer
+
+
+@pytest.fixture
+def server() -> Iterator[FakeServer]:
+    with FakeServer() as fake:
+        yield fake
+
+
+def test_a_run_from_reset_to_result(server: FakeServer) -> None:
+    with palmares.Client(server.url) as client:
+        obs = client.reset("balls", "softhand", seed=3)
+        assert obs.tick == 0
+        assert obs.scene is not None
+        assert client.scene.region("box_b").contains(np.array([0.7, 0.0, 0.05]))
+        obs = client.step(base=palmares.pose([0, 0, 0.5], [0, 0, 0, 1]), hand=np.array([0.5]))
+        assert obs.hand.base.xyz == pytest.approx([0.0, 0.0, 0.5])
+        assert obs.truth is not None
+        assert obs.truth.positions.shape == (3, 3)
+        assert client.step(repeat=10).tick == 11
+        assert client.time().session_left_s is None
+        assert client.stop().reason == "stopped"
+        assert client.tick is None
+    ops = [(request["op"], request["id"]) for request in server.requests]
+    assert ops == [
+        ("hello", 1),
+        ("reset", 2),
+        ("step", 3),
+        ("step", 4),
+        ("time", 5),
+        ("stop", 6),
+        ("bye", 7),
+    ]
+    assert server.requests[1]["seed"] == 3
+    assert server.requests[2]["action"] == {
+        "base": {"position": [0.0, 0.0, 0.5], "quat_xyzw": [0.0, 0.0, 0.0, 1.0]},
+        "hand": [0.5],
+    }
+    assert server.requests[3]["action"] == {}
+    assert server.requests[3]["tick"] == 1
+
+
+def test_every_error_code_has_its_exception(server: FakeServer) -> None:
+    kinds = {
+        "bad_json": palmares.BadJsonError,
+        "unknown_op": palmares.UnknownOpError,
+        "bad_request": palmares.BadRequestError,
+        "bad_action": palmares.BadActionError,
+        "stale_tick": palmares.StaleTickError,
+        "wrong_state": palmares.WrongStateError,
+        "unknown_task": palmares.UnknownTaskError,
+        "unknown_hand": palmares.UnknownHandError,
+        "not_authorized": palmares.NotAuthorizedError,
+        "session_taken": palmares.SessionTakenError,
+        "session_over": palmares.SessionOverError,
+        "capacity": palmares.CapacityError,
+        "rate_limited": palmares.RateLimitedError,
+        "too_large": palmares.TooLargeError,
+        "internal": palmares.InternalError,
+        "from_the_future": palmares.PalmaresError,
+    }
+    with palmares.Client(server.url) as client:
+        for code, kind in kinds.items():
+            server.replies.append(
+                {"op": "error", "code": code, "message": "why", "fatal": False, "retry_after_s": 2.5}
+            )
+            with pytest.raises(kind, match=f"{code}: why") as caught:
+                client.time()
+            assert caught.value.code == code
+            assert caught.value.retry_after_s == 2.5
+            assert not caught.value.fatal
+        assert client.time().session_left_s is None
+
+
+def test_news_and_late_replies_are_skipped(server: FakeServer) -> None:
+    with palmares.Client(server.url) as client:
+        server.replies.append({"op": "obs", "id": 999})
+        server.requests.clear()
+        # The fake sends one reply per request; the second request's reply serves the first.
+        client._send("time", {})
+        assert client.time().session_left_s is None
+
+
+@pytest.mark.parametrize(("when", "tick"), [("before", 5), ("after", 6)])
+def test_a_step_survives_a_broken_connection(
+    server: FakeServer, monkeypatch: pytest.MonkeyPatch, when: str, tick: int
+) -> None:
+    monkeypatch.setattr(client_module, "RESUME_DELAYS_S", (0.0, 0.05, 0.1))
+    with palmares.Client(server.url) as client:
+        client.reset("balls", "softhand")
+        (server.drop_before if when == "before" else server.drop_after).add("step")
+        obs = client.step(hand=[0.3], repeat=5)
+        assert obs.tick == tick
+        assert obs.hand.actuators[0].command == 0.3
+        assert client.step().tick == tick + 1
+    hellos = [request for request in server.requests if request["op"] == "hello"]
+    assert "resume_token" not in hellos[0]
+    assert hellos[1]["resume_token"] == "r"
+
+
+def test_a_fatal_close_is_not_resumed(server: FakeServer) -> None:
+    with palmares.Client(server.url) as client:
+        server.replies.append({"close": True})
+        with pytest.raises(palmares.SessionOverError) as caught:
+            client.time()
+        assert caught.value.fatal
+    assert [request["op"] for request in server.requests] == ["hello", "time"]
+
+
+def test_a_lost_server_is_given_up(server: FakeServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(client_module, "RESUME_DELAYS_S", (0.0, 0.05))
+    with palmares.Client(server.url) as client:
+        assert server.server is not None
+        server.drop_before.add("time")
+        server.server.shutdown()
+        with pytest.raises(palmares.ConnectionLostError, match="did not come back"):
+            client.time()
+
+
+def test_no_server_says_what_to_do() -> None:
+    with pytest.raises(palmares.NoServerError, match="is `palmares serve` running"):
+        palmares.Client("http://127.0.0.1:1")
+
+
+def test_an_address_that_is_none() -> None:
+    with pytest.raises(ValueError, match="not the address of a server"):
+        palmares.Client("ftp://example.org")
+
+
+def test_step_before_reset(server: FakeServer) -> None:
+    with palmares.Client(server.url) as client, pytest.raises(palmares.WrongStateError):
+        client.step()
+
+
+def test_an_unreadable_reply(server: FakeServer) -> None:
+    with palmares.Client(server.url) as client:
+        server.replies.append({"op": "time", "session_left_s": "soon"})
+        with pytest.raises(palmares.ProtocolError, match="cannot read"):
+            client.time()

@@ -1,0 +1,91 @@
+"""The examples: what can be checked of them without physics."""
+
+from __future__ import annotations
+
+import importlib.util
+import itertools
+import math
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+import palmares
+from palmares.messages import Region
+from palmares.rotation import angle_between
+from tests.fake_server import FakeServer
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+BOX = Region(name="box_a", min=(-0.25, -0.25, 0.0), max=(0.25, 0.25, 0.3))
+
+
+def load(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # Where dataclasses look their annotations up.
+    spec.loader.exec_module(module)
+    return module
+
+
+balls = load("balls_softhand")
+
+
+def test_first_steps_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    with FakeServer() as server:
+        monkeypatch.setattr(sys, "argv", ["first_steps.py", server.url])
+        load("first_steps").main()
+    assert "score 0 (practice, stopped)" in capsys.readouterr().out
+
+
+def test_a_lone_ball_in_the_middle_has_room() -> None:
+    alone = np.array([[0.0, 0.0, 0.05]])
+    choice = balls.choose(alone, [0], 0.05, BOX, {})
+    assert choice is not None
+    assert choice.room == 0.0
+
+
+def test_the_hand_comes_from_the_free_side() -> None:
+    # A ball by the +x wall: the hand's base must stand on the -x side of it.
+    by_the_wall = np.array([[0.19, 0.0, 0.05]])
+    choice = balls.choose(by_the_wall, [0], 0.05, BOX, {})
+    assert choice is not None
+    base = by_the_wall[0] - balls.GRASP.rotation(choice.yaw) @ np.array(balls.GRASP.ball_in_hand)
+    assert base[0] < by_the_wall[0, 0]
+
+
+def test_a_neighbour_costs_room_on_its_side() -> None:
+    two = np.array([[0.0, 0.0, 0.05], [0.101, 0.0, 0.05]])
+    choice = balls.choose(two, [0], 0.05, BOX, {})
+    assert choice is not None
+    blocked = [choice.yaw]
+    second = balls.choose(two, [0], 0.05, BOX, {0: blocked})
+    assert second is not None
+    assert math.cos(second.yaw - choice.yaw) < 0.99 or second.room < choice.room
+
+
+def test_no_ball_no_choice() -> None:
+    assert balls.choose(np.zeros((0, 3)), [], 0.05, BOX, {}) is None
+
+
+def test_targets_stay_within_the_base_limits() -> None:
+    with FakeServer() as server, palmares.Client(server.url) as client:
+        summary = balls.run(client, seed=1, picks=3, quiet=True)
+        assert summary.picks == 3
+        assert summary.caught == 0
+        targets = [
+            request["action"]["base"]
+            for request in server.requests
+            if request["op"] == "step" and "base" in request["action"]
+        ]
+    position = np.array([target["position"] for target in targets])
+    velocity = np.diff(position, axis=0) / balls.TICK_S
+    acceleration = np.diff(velocity, axis=0) / balls.TICK_S
+    assert np.linalg.norm(velocity, axis=1).max() < 2.0
+    assert np.linalg.norm(acceleration, axis=1).max() < 4.0
+    quats = [target["quat_xyzw"] for target in targets]
+    turns = [angle_between(a, b) for a, b in itertools.pairwise(quats)]
+    assert max(turns) / balls.TICK_S < 3.0

@@ -1,0 +1,33 @@
+"""Rotations against what they are defined by."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from palmares.rotation import angle_between, matrix_of, quat_of, rot_y, rot_z, slerp
+
+
+def test_known_rotations() -> None:
+    assert rot_z(math.pi / 2) @ [1, 0, 0] == pytest.approx([0, 1, 0])
+    assert rot_y(math.pi / 2) @ [1, 0, 0] == pytest.approx([0, 0, -1])
+    assert matrix_of((0, 0, math.sin(0.3), math.cos(0.3))) == pytest.approx(rot_z(0.6))
+
+
+def test_quaternion_and_matrix_agree_everywhere() -> None:
+    rng = np.random.default_rng(1)
+    quats = [*rng.normal(size=(200, 4)), *np.eye(4)]
+    for quat in quats:
+        unit = quat / np.linalg.norm(quat)
+        back = quat_of(matrix_of(quat))
+        assert abs(float(back @ unit)) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_slerp_turns_evenly_the_short_way() -> None:
+    a, b = quat_of(rot_z(0.1)), -quat_of(rot_z(2.1))
+    for fraction in (0.0, 0.25, 0.5, 1.0):
+        assert matrix_of(slerp(a, b, fraction)) == pytest.approx(rot_z(0.1 + 2.0 * fraction))
+    assert angle_between(a, b) == pytest.approx(2.0)
+    assert slerp(a, a, 0.5) == pytest.approx(a)
