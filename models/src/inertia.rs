@@ -81,7 +81,8 @@ fn moments(shape: &Shape) -> Option<Moments> {
             }
         }
     };
-    (m.volume > 0.0).then_some(m)
+    // A hull of points in one plane comes back as two faces with nothing but rounding errors between.
+    (m.volume > 1e-15).then_some(m)
 }
 
 /// Box of half extents `inner` grown by a ball of radius r: a box, six slabs, twelve quarter cylinders and
@@ -120,6 +121,11 @@ fn polytope(points: &[Vec3]) -> Option<Moments> {
         sum = sum.plus(&Moments { volume, first: s * (volume / 4.0), second });
     }
     Some(sum)
+}
+
+/// Volume of a shape, m³; 0 when it is flat. For a rounded hull, to a few parts in a thousand.
+pub fn volume(shape: &Shape) -> f64 {
+    moments(shape).map_or(0.0, |m| m.volume)
 }
 
 /// Mass properties of `mass` kg spread evenly over the volume of shapes; overlaps count twice.

@@ -214,6 +214,7 @@ fn coordinates(
                 }
             }
             if joint.joint_type != JointType::Continuous {
+                check_limits(&joint.name, joint.limit.lower, joint.limit.upper, report)?;
                 // The limits of a follower bind its leader.
                 let a = (joint.limit.lower - motion.offset) / motion.ratio;
                 let b = (joint.limit.upper - motion.offset) / motion.ratio;
@@ -221,13 +222,7 @@ fn coordinates(
                 upper = f64::min(upper, a.max(b));
             }
         }
-        if lower >= upper {
-            return Err(report.bad(
-                format!("joint '{name}'"),
-                format!("has limits {lower} to {upper}"),
-                "<limit lower=… upper=…> with lower < upper, for the joint and all that mimic it together",
-            ));
-        }
+        check_limits(&name, lower, upper, report)?;
         let tag = tree.transmissions.iter().flat_map(|t| &t.joints).find(|j| j.joint == name);
         let own = settings.coordinates.get(&name).unwrap_or(&none);
         let every = &settings.every_coordinate;
@@ -241,6 +236,17 @@ fn coordinates(
         });
     }
     Ok(out)
+}
+
+fn check_limits(joint: &str, lower: f64, upper: f64, report: &Report) -> Result<(), ModelError> {
+    if lower < upper {
+        return Ok(());
+    }
+    Err(report.bad(
+        format!("joint '{joint}'"),
+        format!("has limits {lower} to {upper}"),
+        "<limit lower=… upper=…> with lower < upper, for the joint and all that mimic it together",
+    ))
 }
 
 /// Motors and tendons: R from the transmissions' tags, the rest from the settings.

@@ -9,9 +9,9 @@ use std::path::Path;
 
 use parry3d_f64::transformation::try_convex_hull;
 
-use crate::Vec3;
 use crate::error::ModelError;
 use crate::shape::Shape;
+use crate::{Vec3, inertia};
 
 /// Point `i` of `n` spread evenly over the unit sphere along a Fibonacci spiral.
 pub fn fibonacci_direction(i: usize, n: usize) -> Vec3 {
@@ -84,9 +84,9 @@ pub fn rounded_hull(points: &[Vec3], directions: usize, rounding: f64) -> Option
             kept.push(p);
         }
     }
-    try_convex_hull(&kept).ok()?;
     let points = kept.iter().map(|p| p.to_array()).collect();
-    Some((Shape::Hull { points, rounding: if rounded { rounding } else { 0.0 } }, rounded))
+    let shape = Shape::Hull { points, rounding: if rounded { rounding } else { 0.0 } };
+    (inertia::volume(&shape) > 0.0).then_some((shape, rounded))
 }
 
 /// Vertices of the hull after moving each face plane inward by `distance`.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::error::ModelError;
 use crate::hand::{Hand, Link};
+use crate::inertia;
 use crate::shape::Shape;
 
 impl Hand {
@@ -154,6 +155,7 @@ impl Shape {
             Shape::Hull { points, rounding }
                 if not_negative(*rounding)
                     && points.iter().flatten().all(|x| x.is_finite())
+                    && inertia::volume(self) > 0.0
                     && self.to_parry().is_some() =>
             {
                 Ok(())

@@ -1,1 +1,188 @@
+//! The published SoftHand of 2016, read unchanged from where it lies; skipped where it does not.
 
+use std::path::{Path, PathBuf};
+
+use parry3d_f64::transformation::try_convex_hull;
+
+use super::softhand;
+use crate::hand::Geom;
+use crate::load::{self, InertiaPolicy, LoadOptions, Loaded};
+use crate::shape::Shape;
+use crate::{Pose, Vec3, mesh};
+
+fn folder() -> Option<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/reference/soft_hand_2016");
+    if folder.join("soft_hand.urdf").is_file() {
+        return Some(folder);
+    }
+    println!("skipped: the published SoftHand is not at {}", folder.display());
+    None
+}
+
+fn load(folder: &Path, inertia: InertiaPolicy) -> Loaded {
+    let options = LoadOptions { inertia, ..LoadOptions::default() };
+    load::hand(&folder.join("soft_hand.urdf"), &options).unwrap()
+}
+
+#[test]
+fn reads_coordinates_and_synergy_from_its_tags() {
+    let Some(folder) = folder() else { return };
+    let Loaded { hand, warnings } = load(&folder, InertiaPolicy::FromFile);
+    let names: Vec<String> = hand
+        .coordinates
+        .iter()
+        .map(|c| c.name.trim_start_matches("soft_hand_").trim_end_matches("_joint").to_owned())
+        .collect();
+    assert_eq!(names, softhand::COORDINATES);
+    assert_eq!(hand.links.len(), 20);
+    assert_eq!(hand.links[0].name, "world");
+    assert!(hand.coordinates.iter().all(|c| c.stiffness == 1.0 && c.rest == 0.0));
+    let ours = softhand::load_with(InertiaPolicy::FromFile).hand;
+    assert_eq!(hand.tendons[0].moment_arms, ours.tendons[0].moment_arms);
+    // 0.5 on each hinge; both hinges of a rolling joint turn by q.
+    assert!(hand.coordinates.iter().all(|c| c.damping == if c.name.contains("_abd_") { 0.5 } else { 1.0 }));
+
+    let count = |part: &str| warnings.iter().filter(|w| w.message.contains(part)).count();
+    assert_eq!(count("paired with"), 14);
+    assert_eq!(count("its mass of 0.1 kg is dropped"), 14);
+    assert_eq!(count("touches nothing; both are dropped"), 1);
+    assert_eq!(count("times what its geometry has"), 20);
+    assert!(warnings.iter().all(|w| w.file.ends_with("soft_hand.urdf") && !w.element.is_empty()));
+    for warning in warnings.iter().filter(|w| w.element.contains("palm") || w.element.contains("synergy")) {
+        println!("{warning}");
+    }
+}
+
+#[test]
+fn absurd_inertias_are_replaced_on_request() {
+    let Some(folder) = folder() else { return };
+    let Loaded { hand, warnings } = load(&folder, InertiaPolicy::FromGeometry);
+    assert!(!warnings.iter().any(|w| w.message.contains("inertia is")));
+    for link in &hand.links {
+        assert_eq!(link.inertia.implausible(), None, "{}", link.name);
+    }
+    let tip = &hand.links[hand.link("soft_hand_index_distal_link").unwrap()];
+    // 0.1 kg in the file; a 32 x 14 x 19 mm solid of that mass has about 1e-5 kg·m² across.
+    assert_eq!(tip.inertia.mass, 0.1);
+    assert!((2e-6..2e-5).contains(&tip.inertia.principal()[2]), "{:?}", tip.inertia.principal());
+}
+
+#[test]
+fn a_settings_file_elsewhere_states_true_masses() {
+    let Some(folder) = folder() else { return };
+    let settings = std::env::temp_dir().join(format!("palmares-models-{}.toml", std::process::id()));
+    std::fs::write(&settings, "[links]\nsoft_hand_index_distal_link = { mass = 0.010 }\n").unwrap();
+    let options = LoadOptions { settings: Some(settings.clone()), ..LoadOptions::default() };
+    let loaded = load::hand(&folder.join("soft_hand.urdf"), &options);
+    std::fs::remove_file(settings).unwrap();
+    let hand = loaded.unwrap().hand;
+    let tip = &hand.links[hand.link("soft_hand_index_distal_link").unwrap()];
+    assert!(tip.inertia.mass == 0.010 && tip.inertia.principal()[2] < 2e-6);
+}
+
+#[test]
+fn our_softhand_moves_like_the_published_one() {
+    let Some(folder) = folder() else { return };
+    let published = load(&folder, InertiaPolicy::FromFile).hand;
+    let ours = softhand::load_with(InertiaPolicy::FromFile).hand;
+    for step in 0..4 {
+        let q: Vec<f64> = (0..19).map(|i| 0.2 * f64::from(step) * (1.0 + 0.02 * i as f64)).collect();
+        for (a, b) in published.base_from_links(&q).iter().zip(ours.base_from_links(&q)).skip(1) {
+            assert!((a.translation - b.translation).length() < 2e-7, "{a:?} {b:?}");
+            assert!(a.rotation.dot(b.rotation).abs() > 1.0 - 1e-10, "{a:?} {b:?}");
+        }
+    }
+}
+
+/// Distance of a point to a shape's surface, negative inside.
+fn signed_distance(geom: &Geom, point: Vec3) -> f64 {
+    let p = geom.link_from_geom.inverse_transform_point(point);
+    match geom.shape {
+        Shape::Capsule { radius, half_length } => {
+            (p - Vec3::new(0.0, 0.0, p.z.clamp(-half_length, half_length))).length() - radius
+        }
+        Shape::Box { half_extents, rounding } => {
+            let outside = p.abs() - Vec3::from_array(half_extents) + Vec3::splat(rounding);
+            outside.max(Vec3::ZERO).length() + outside.max_element().min(0.0) - rounding
+        }
+        _ => panic!("not used in the SoftHand's moving links"),
+    }
+}
+
+/// Points spread over the convex hull of a mesh in proportion to area.
+fn hull_surface(points: &[Vec3], spacing: f64) -> Vec<Vec3> {
+    let (vertices, faces) = try_convex_hull(points).unwrap();
+    let mut out = Vec::new();
+    let (mut area_left, mut seed) = (0.0, 0.5);
+    for face in faces {
+        let [a, b, c] = face.map(|i| vertices[i as usize]);
+        area_left += 0.5 * (b - a).cross(c - a).length();
+        while area_left > spacing * spacing {
+            area_left -= spacing * spacing;
+            // Low-discrepancy barycentric coordinates.
+            seed = f64::fract(seed + 0.618_033_988_749_895);
+            let (mut u, mut v) = (seed, f64::fract(seed * 97.0));
+            if u + v > 1.0 {
+                (u, v) = (1.0 - u, 1.0 - v);
+            }
+            out.push(a + (b - a) * u + (c - a) * v);
+        }
+    }
+    out
+}
+
+/// How far the published meshes' hulls lie from our primitives: the figures that README.md quotes.
+#[test]
+fn primitives_stay_near_the_published_meshes() {
+    let Some(folder) = folder() else { return };
+    let hand = softhand::load_with(InertiaPolicy::FromFile).hand;
+    let palm_from_base = Pose::from_translation(-Vec3::new(0.002, 0.00695, 0.0905));
+    // mesh, our link, mean and largest deviation, mm
+    let cases = [
+        ("fingertip", "index_distal", 0.5, 2.5),
+        ("phalanx", "index_proximal", 1.0, 4.0),
+        ("knuckle", "index_knuckle", 0.9, 4.0),
+        ("thumb_knuckle_right", "thumb_knuckle", 0.9, 4.0),
+        ("palm_right", "base", 1.6, 7.5),
+    ];
+    for (file, link, mean_limit, max_limit) in cases {
+        let path = folder.join(format!("meshes/{file}_collision.stl"));
+        let points = mesh::read_stl(&path, Vec3::splat(1e-3), 1 << 20, 10_000).unwrap();
+        let geoms = &hand.links[hand.link(link).unwrap()].geoms;
+        let frame = if link == "base" { palm_from_base } else { Pose::IDENTITY };
+        let mut placed: Vec<Geom> = geoms
+            .iter()
+            .filter(|g| !matches!(g.shape, Shape::Cylinder { .. }))
+            .map(|g| Geom { link_from_geom: frame * g.link_from_geom, ..g.clone() })
+            .collect();
+        if link == "base" {
+            // The knuckles cover the palm's edge.
+            let poses = hand.base_from_links(&[0.0; 19]);
+            for (link, pose) in hand.links.iter().zip(&poses).filter(|(l, _)| l.name.ends_with("_knuckle")) {
+                let place = |g: &Geom| Geom { link_from_geom: frame * *pose * g.link_from_geom, ..g.clone() };
+                placed.extend(link.geoms.iter().map(place));
+            }
+        }
+        let mut deviations = Vec::new();
+        for p in hull_surface(&points, 5e-4) {
+            let d = placed.iter().map(|g| 1e3 * signed_distance(g, p)).fold(f64::INFINITY, f64::min);
+            // The wrist's box covers the palm's foot.
+            if file != "palm_right" || p.z > 0.009 {
+                deviations.push((d, p));
+            }
+        }
+        let mean = deviations.iter().map(|(d, _)| d.abs()).sum::<f64>() / deviations.len() as f64;
+        let worst = deviations.iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs())).unwrap();
+        let front: Vec<f64> = deviations
+            .iter()
+            .filter(|(_, p)| file == "palm_right" && p.x > 0.0095)
+            .map(|x| x.0.abs())
+            .collect();
+        let front = front.iter().sum::<f64>() / front.len().max(1) as f64;
+        println!(
+            "{file}: mean {mean:.2} mm, max {:.2} mm at {:.4}; palm surface mean {front:.2} mm",
+            worst.0, worst.1
+        );
+        assert!(mean < mean_limit && worst.0.abs() < max_limit, "{file}: {mean} {worst:?}");
+    }
+}
