@@ -1,0 +1,173 @@
+//! `cargo xtask test`: every check there is, one after the other, with a summary.
+
+use crate::cargo::{build_server, cargo};
+use crate::python::Environment;
+use anyhow::{Context, Result};
+use std::fmt;
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Numbers of tests. A check that is not made of tests, such as a linter, counts as one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Tally {
+    passed: u32,
+    failed: u32,
+    skipped: u32,
+}
+
+impl Tally {
+    fn plus(self, other: Tally) -> Tally {
+        Tally {
+            passed: self.passed + other.passed,
+            failed: self.failed + other.failed,
+            skipped: self.skipped + other.skipped,
+        }
+    }
+}
+
+impl fmt::Display for Tally {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} passed, {} failed, {} skipped", self.passed, self.failed, self.skipped)
+    }
+}
+
+struct Step {
+    name: &'static str,
+    took: Duration,
+    tally: Tally,
+}
+
+/// Runs everything, also after a failure, and returns whether all of it passed.
+pub(crate) fn run() -> Result<bool> {
+    let mut steps = vec![
+        step("Rust formatting", || whole(cargo().args(["fmt", "--all", "--check"]))),
+        step("Rust lints", || {
+            whole(cargo().args(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
+        }),
+        step("Rust tests", || counted(cargo().args(["test", "--workspace", "--no-fail-fast"]), rust_tests)),
+    ];
+    let mut server = None;
+    steps.push(step("server for the Python tests", || {
+        server = Some(build_server(false)?);
+        Ok(Tally { passed: 1, ..Tally::default() })
+    }));
+    let mut environment = None;
+    steps.push(step("Python environment", || {
+        environment = Some(Environment::prepare()?);
+        Ok(Tally { passed: 1, ..Tally::default() })
+    }));
+    if let Some(environment) = &environment {
+        let python = |arguments: &[&str]| {
+            let mut command = environment.python();
+            command.args(["-m"]).args(arguments);
+            command
+        };
+        steps.push(step("Python lints", || whole(&mut python(&["ruff", "check"]))));
+        steps.push(step("Python formatting", || whole(&mut python(&["ruff", "format", "--check"]))));
+        steps.push(step("Python types", || whole(&mut python(&["mypy"]))));
+        steps.push(step("Python tests", || {
+            let mut pytest = python(&["pytest", "--color=no"]);
+            if let Some(program) = &server {
+                pytest.env("PALMARES_SERVER_BIN", program);
+            }
+            counted(&mut pytest, python_tests)
+        }));
+    }
+
+    println!("\n== summary");
+    for Step { name, took, tally } in &steps {
+        let verdict = if tally.failed == 0 { "ok    " } else { "FAILED" };
+        println!("{verdict} {:7.1} s  {name}: {tally}", took.as_secs_f64());
+    }
+    let total = steps.iter().fold(Tally::default(), |sum, step| sum.plus(step.tally));
+    println!("{total}");
+    Ok(total.failed == 0)
+}
+
+/// Announces a step, runs it and takes its time. A step that cannot run has failed.
+fn step(name: &'static str, body: impl FnOnce() -> Result<Tally>) -> Step {
+    println!("\n== {name}");
+    let start = Instant::now();
+    let tally = body().unwrap_or_else(|error| {
+        println!("error: {error:#}");
+        Tally { failed: 1, ..Tally::default() }
+    });
+    Step { name, took: start.elapsed(), tally }
+}
+
+/// Runs a command that passes or fails as a whole.
+fn whole(command: &mut Command) -> Result<Tally> {
+    let status = command.status().with_context(|| format!("cannot start {command:?}"))?;
+    let passed = u32::from(status.success());
+    Ok(Tally { passed, failed: 1 - passed, skipped: 0 })
+}
+
+/// Runs a command, shows its standard output as it comes and counts the tests it tells of.
+fn counted(command: &mut Command, read: fn(&str) -> Option<Tally>) -> Result<Tally> {
+    let mut child =
+        command.stdout(Stdio::piped()).spawn().with_context(|| format!("cannot start {command:?}"))?;
+    let mut tally = Tally::default();
+    if let Some(output) = child.stdout.take() {
+        for line in BufReader::new(output).lines() {
+            let line = line?;
+            println!("{line}");
+            tally = tally.plus(read(&line).unwrap_or_default());
+        }
+    }
+    // Something that is no test failed: a crate that does not compile, a test program that crashed.
+    if !child.wait()?.success() && tally.failed == 0 {
+        tally.failed = 1;
+    }
+    Ok(tally)
+}
+
+/// `test result: ok. 3 passed; 0 failed; 1 ignored; 0 measured; …`
+fn rust_tests(line: &str) -> Option<Tally> {
+    let (_, counts) = line.strip_prefix("test result: ")?.split_once(". ")?;
+    Some(read_counts(counts, ';'))
+}
+
+/// `===== 20 passed, 1 skipped in 1.82s =====`, also without the bars.
+fn python_tests(line: &str) -> Option<Tally> {
+    let (counts, time) = line.trim_matches(['=', ' ']).rsplit_once(" in ")?;
+    let seconds = time.split(' ').next()?.strip_suffix('s')?;
+    seconds.parse::<f64>().ok()?;
+    Some(read_counts(counts, ','))
+}
+
+fn read_counts(text: &str, separator: char) -> Tally {
+    let mut tally = Tally::default();
+    for part in text.split(separator) {
+        let Some((number, kind)) = part.trim().split_once(' ') else { continue };
+        let Ok(number) = number.parse::<u32>() else { continue };
+        match kind {
+            "passed" | "xpassed" => tally.passed += number,
+            "failed" | "error" | "errors" => tally.failed += number,
+            "ignored" | "skipped" | "xfailed" => tally.skipped += number,
+            _ => {}
+        }
+    }
+    tally
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_of_cargo_test_are_read() {
+        let line = "test result: FAILED. 3 passed; 1 failed; 2 ignored; 0 measured; 0 filtered out; finished in 0.02s";
+        assert_eq!(rust_tests(line), Some(Tally { passed: 3, failed: 1, skipped: 2 }));
+        assert_eq!(rust_tests("test solver::rests ... ok"), None);
+    }
+
+    #[test]
+    fn counts_of_pytest_are_read() {
+        let quiet = "20 passed, 2 skipped, 13 warnings in 1.67s";
+        assert_eq!(python_tests(quiet), Some(Tally { passed: 20, failed: 0, skipped: 2 }));
+        let loud = "===== 1 failed, 3 passed, 1 error in 61.02s (0:01:01) =====";
+        assert_eq!(python_tests(loud), Some(Tally { passed: 3, failed: 2, skipped: 0 }));
+        assert_eq!(python_tests("platform linux -- Python 3.11"), None);
+    }
+}

@@ -1,0 +1,117 @@
+//! `cargo xtask demo`: the whole system once, from an empty directory to a leaderboard.
+
+use crate::cargo::build_server;
+use crate::python::Environment;
+use crate::server::Server;
+use anyhow::{Context, Result, ensure};
+use clap::Args;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::{env, fs, process};
+
+#[derive(Args)]
+pub(crate) struct Options {
+    /// Print the outcome as one JSON object on the last line.
+    #[arg(long)]
+    json: bool,
+    /// Which scene.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Keep the server's database and log, and say where they are.
+    #[arg(long)]
+    keep: bool,
+}
+
+/// Builds, plays one run, prints what came of it.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    eprintln!("== building the server");
+    let program = build_server(true)?;
+    eprintln!("== preparing the Python environment");
+    let environment = Environment::prepare()?;
+
+    let directory = DataDirectory::create(options.keep)?;
+    let server = Server::start(&program, &directory.path)?;
+    eprintln!("== the example controller plays seed {} on {}", options.seed, server.url());
+    let outcome = play(&environment, &server, options.seed)?;
+    let leaderboard = server.get_json("/v1/leaderboard")?;
+    server.stop()?;
+
+    if options.json {
+        println!("{}", summary(&outcome, &leaderboard));
+    } else {
+        print_for_people(&outcome, &leaderboard);
+    }
+    Ok(())
+}
+
+/// Runs the example; its progress goes to standard error, its outcome is returned.
+fn play(environment: &Environment, server: &Server, seed: u64) -> Result<Value> {
+    let output = environment
+        .python()
+        .args(["examples/balls_softhand.py", "--json"])
+        .args(["--url", &server.url()])
+        .args(["--seed", &seed.to_string()])
+        .stderr(Stdio::inherit())
+        .output()
+        .context("cannot start the example")?;
+    ensure!(output.status.success(), "the example failed ({}); see the messages above", output.status);
+    let said = String::from_utf8_lossy(&output.stdout);
+    let last = said.lines().last().context("the example printed nothing")?;
+    serde_json::from_str(last).with_context(|| format!("the example did not end with JSON: {last}"))
+}
+
+/// The rows of the leaderboard, whether they come bare or in an object.
+fn rows(leaderboard: &Value) -> &Value {
+    leaderboard.get("rows").unwrap_or(leaderboard)
+}
+
+fn summary(outcome: &Value, leaderboard: &Value) -> Value {
+    json!({
+        "score": outcome["score"],
+        "balls_in_b": outcome["balls_in_b"],
+        "run_id": outcome["run_id"],
+        "leaderboard": rows(leaderboard),
+        "rtf": outcome["rtf"],
+    })
+}
+
+fn print_for_people(outcome: &Value, leaderboard: &Value) {
+    println!(
+        "score {}: {} balls in box B, run {}",
+        outcome["score"], outcome["balls_in_b"], outcome["run_id"]
+    );
+    println!(
+        "{:.1} s simulated, {:.1} times as fast as real time",
+        outcome["sim_time_s"].as_f64().unwrap_or_default(),
+        outcome["rtf"].as_f64().unwrap_or_default()
+    );
+    println!("leaderboard:");
+    for row in rows(leaderboard).as_array().into_iter().flatten() {
+        println!("  {row}");
+    }
+}
+
+/// Where the demonstration's server keeps its files; removed afterwards unless they are to be kept.
+struct DataDirectory {
+    path: PathBuf,
+    keep: bool,
+}
+
+impl DataDirectory {
+    fn create(keep: bool) -> Result<Self> {
+        let path = env::temp_dir().join(format!("palmares-demo-{}", process::id()));
+        fs::create_dir_all(&path).with_context(|| format!("cannot create {}", path.display()))?;
+        Ok(DataDirectory { path, keep })
+    }
+}
+
+impl Drop for DataDirectory {
+    fn drop(&mut self) {
+        if self.keep {
+            eprintln!("== the server's files: {}", Path::display(&self.path));
+        } else {
+            let _ = fs::remove_dir_all(&self.path);
+        }
+    }
+}

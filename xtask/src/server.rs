@@ -1,0 +1,109 @@
+//! A server started for a demonstration, and stopped when it is over.
+
+use anyhow::{Context, Result, bail};
+use serde_json::Value;
+use std::fs::File;
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+const START_WITHIN: Duration = Duration::from_secs(20);
+const STOP_WITHIN: Duration = Duration::from_secs(10);
+
+/// A running `palmares serve`. Dropping it kills it; [`Server::stop`] lets it finish its work first.
+pub(crate) struct Server {
+    child: Child,
+    address: SocketAddr,
+}
+
+impl Server {
+    /// Starts the program on a free port with its files in `directory`, and waits until it answers.
+    pub(crate) fn start(program: &Path, directory: &Path) -> Result<Self> {
+        let address = free_address()?;
+        let log_path = directory.join("server.log");
+        let log = File::create(&log_path).with_context(|| format!("cannot write {}", log_path.display()))?;
+        let child = Command::new(program)
+            .arg("serve")
+            .args(["--listen", &address.to_string()])
+            .arg("--data")
+            .arg(directory)
+            .stdin(Stdio::null())
+            .stdout(log.try_clone()?)
+            .stderr(log)
+            .spawn()
+            .with_context(|| format!("cannot start {}", program.display()))?;
+        let mut server = Server { child, address };
+        let start = Instant::now();
+        while server.get("/healthz").is_err() {
+            if let Some(status) = server.child.try_wait()? {
+                let said = std::fs::read_to_string(&log_path).unwrap_or_default();
+                bail!("the server ended at once ({status}); it said:\n{said}");
+            }
+            if start.elapsed() > START_WITHIN {
+                bail!("the server does not answer at {address}; see {}", log_path.display());
+            }
+            sleep(Duration::from_millis(50));
+        }
+        Ok(server)
+    }
+
+    /// Where it listens: `http://127.0.0.1:40123`.
+    pub(crate) fn url(&self) -> String {
+        format!("http://{}", self.address)
+    }
+
+    /// The JSON found at a path.
+    pub(crate) fn get_json(&self, path: &str) -> Result<Value> {
+        let body = self.get(path)?;
+        serde_json::from_str(&body).with_context(|| format!("{path} did not answer with JSON: {body}"))
+    }
+
+    /// A GET by hand: HTTP/1.0 means that the answer ends where the connection does.
+    fn get(&self, path: &str) -> Result<String> {
+        let mut stream = TcpStream::connect_timeout(&self.address, Duration::from_secs(1))?;
+        stream.set_read_timeout(Some(Duration::from_secs(10)))?;
+        write!(stream, "GET {path} HTTP/1.0\r\nHost: {}\r\n\r\n", self.address)?;
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer)?;
+        let (head, body) = answer.split_once("\r\n\r\n").context("not an HTTP answer")?;
+        let status = head.lines().next().unwrap_or_default();
+        if status.split(' ').nth(1) != Some("200") {
+            bail!("{path} answered {status}");
+        }
+        Ok(body.to_owned())
+    }
+
+    /// Asks the server to end (SIGTERM) and waits; kills it when it does not.
+    pub(crate) fn stop(mut self) -> Result<()> {
+        if cfg!(unix) {
+            // std can only kill, and a dependency for one signal is not worth it.
+            let _ = Command::new("kill").args(["-TERM", &self.child.id().to_string()]).status();
+            let start = Instant::now();
+            while start.elapsed() < STOP_WITHIN {
+                match self.child.try_wait()? {
+                    Some(status) if status.success() => return Ok(()),
+                    Some(status) => bail!("the server ended with {status}"),
+                    None => sleep(Duration::from_millis(20)),
+                }
+            }
+            bail!("the server did not end within {STOP_WITHIN:?} of SIGTERM and was killed");
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// A port that was free a moment ago.
+fn free_address() -> Result<SocketAddr> {
+    let listener = TcpListener::bind("127.0.0.1:0").context("no free port on 127.0.0.1")?;
+    Ok(listener.local_addr()?)
+}
