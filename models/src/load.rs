@@ -15,9 +15,9 @@ use crate::rolling::{self, Reduced};
 use crate::settings::{CoordinateSettings, MotorSettings, Settings, TendonSettings};
 use crate::urdf::{self, Urdf};
 
-/// Stands in for a motor no `hand.toml` describes: σ to s as in the 2016 manipulation challenge, which drove its
-/// SoftHand by σ times 7; its scripted grasps closed the hand in 0.8 s.
-const DEFAULT_MOTOR: MotorSettings = MotorSettings { scaling: 7.0, offset: 0.0, speed_limit: 1.25 };
+/// Stands in for a motor no `hand.toml` describes: the 2016 manipulation challenge drove its SoftHand by σ times 7;
+/// the speed is this project's SoftHand's.
+const DEFAULT_MOTOR: MotorSettings = MotorSettings { scaling: 7.0, offset: 0.0, speed_limit: 2.0 };
 /// Stands in for a tendon no `hand.toml` describes: stiff against any joint spring, 20 N on a 45 mm cylinder.
 const DEFAULT_TENDON: TendonSettings = TendonSettings { stiffness: 300.0, damping: 0.0, force_limit: 2.0 };
 
