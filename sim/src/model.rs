@@ -32,6 +32,8 @@ pub struct Collider {
     pub shape: SharedShape,
     /// Bounds in the shape's own frame; parry would compute a hull's from all its vertices every time.
     pub local_bounds: Aabb,
+    /// Largest distance of a point of the shape from its own origin, m.
+    pub reach: f64,
     /// Coulomb friction coefficient.
     pub friction: f64,
     /// Lever of rolling resistance, m.
@@ -158,10 +160,12 @@ impl Model {
     ) -> Result<(), ModelError> {
         let (parry, geom_from_parry) =
             shape.to_parry().ok_or_else(|| ModelError::FlatShape { owner: name.to_owned(), index })?;
+        let local_bounds = parry.compute_local_aabb();
         self.colliders.push(Collider {
             owner,
+            reach: local_bounds.mins.abs().max(local_bounds.maxs.abs()).length(),
             body_from_shape: body_from_geom * geom_from_parry,
-            local_bounds: parry.compute_local_aabb(),
+            local_bounds,
             is_ball: parry.as_ball().is_some(),
             shape: parry,
             friction,

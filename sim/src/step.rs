@@ -4,6 +4,7 @@ use crate::actuation::{base, motor, tendon};
 use crate::contact::anchor::{Anchor, stretch_after};
 use crate::contact::broad::tight_bounds;
 use crate::dynamics::jacobian::add_point_force;
+use crate::dynamics::spatial::Motion;
 use crate::model::Owner;
 use crate::solver::cone::{ConeLaw, RollingLaw};
 use crate::solver::island::Island;
@@ -86,6 +87,19 @@ impl World {
             work.poses.push(pose);
         }
         work.broad.update(model, &work.bounds, &mut state.pairs);
+        let (v, centers, origin) = (&state.v, &state.objects, work.kin.origin);
+        let velocity = |owner: Owner, at: Vec3| match owner {
+            Owner::Static => Motion::ZERO,
+            Owner::Link(i) => work.recursion.velocity[i].moved(at - origin),
+            Owner::Object(k) => {
+                let v = &v[model.object_dofs(k)..];
+                let motion = Motion {
+                    linear: Vec3::new(v[0], v[1], v[2]),
+                    angular: Vec3::new(v[3], v[4], v[5]),
+                };
+                motion.moved(at - centers[k].translation)
+            }
+        };
         loop {
             let sleep = &state.sleep;
             work.contacts.find(
@@ -99,6 +113,7 @@ impl World {
                     Owner::Link(_) => true,
                     Owner::Object(k) => !sleep[k].asleep,
                 },
+                velocity,
                 &mut state.pairs,
             );
             let mut woken = false;
@@ -267,21 +282,22 @@ impl World {
             let pair = &self.work.contacts.pairs[index];
             let first = problem.points.len();
             let mut load = 0.0;
-            for point in &self.work.contacts.points[pair.points.clone()] {
+            let found = &self.work.contacts.points[pair.points.clone()];
+            let w = self.inverse_mass(pair.a, pair.origin, found[0].r)
+                + self.inverse_mass(pair.b, pair.origin, found[0].r);
+            let near_rigid = config.near_rigid.powi(2) / (4.0 * std::f64::consts::PI.powi(2)) * w;
+            let tangential = h * config.anchor_stiffness * (h + tau);
+            for point in found {
                 let [t1, t2] = point.tangents;
                 let axes = [t1, t2, point.normal];
-                let w = self.inverse_mass(pair.a, pair.origin, point.r)
-                    + self.inverse_mass(pair.b, pair.origin, point.r);
-                let near_rigid = config.near_rigid.powi(2) / (4.0 * std::f64::consts::PI.powi(2)) * w;
                 let tau_n = if point.distance < 0.0 { tau } else { 0.0 };
                 let compliant = 1.0 / (h * config.contact_stiffness * (h + tau_n));
-                let anchor = 1.0 / (h * config.anchor_stiffness * (h + tau));
                 // Convexity makes a sliding contact hover: the lagged de Saxcé term takes that out again.
                 let glide = pair.friction * (point.anchor.slip - config.glide_deadband).max(0.0);
                 let stretch = point.anchor.stretch;
                 let law = ConeLaw {
                     friction: pair.friction,
-                    tangential: 1.0 / anchor,
+                    tangential,
                     normal: 1.0 / near_rigid.max(compliant),
                     target: [
                         -stretch.dot(t1) / (h + tau),
@@ -334,6 +350,7 @@ impl World {
     fn remember(&mut self, island: &Island, problem: &Problem) {
         let config = self.model.config();
         let (h, tau) = (config.step_s, config.contact_dissipation_s);
+        // A point that was not worth solving for has been blanked by the search already.
         for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
             let found = &self.work.contacts.pairs[index];
             let pair = &mut self.state.pairs[found.pair];

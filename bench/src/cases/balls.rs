@@ -12,14 +12,13 @@ use palmares_sim::{Command, World};
 use palmares_tasks::Seed;
 use palmares_tasks::Task;
 use palmares_tasks::build::build;
-use std::sync::Arc;
 
 /// Ten balls in box A; the hand comes down among them, closes and rises, over 5 s. The figure is how far the
 /// centre of a ball got out of the boxes' outer planes: nothing may pass through a wall.
 pub fn softhand_balls(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let task = Task::builtin().into_iter().find(|task| task.name == "balls").context("balls is built in")?;
     let task = Task { step_s: setup.dt_s, ..Task::clone(&task) };
-    let built = build(&task, Some(Arc::new(softhand()?)), Seed::from_u64(1))?;
+    let built = build(&task, Some(softhand()?), Seed::from_u64(1))?;
     let mut world: World = built.world;
     // Fingers down, palm towards -x, in the middle of the box.
     let down = Rotation::from_rotation_y(std::f64::consts::PI);

@@ -127,8 +127,7 @@ pub fn rolling_cylinder(setup: &Setup, recorder: &mut Recorder) -> Result<Findin
         let linear = Vec3::new(v[0], v[1], v[2]);
         let angular =
             world.state().objects[0].rotation.inverse() * Vec3::new(v[3], v[4], v[5]);
-        let height = world.state().objects[0].translation.z;
-        0.5 * mass * linear.length_squared() + 0.5 * angular.dot(inertia * angular) + mass * G * height
+        0.5 * mass * linear.length_squared() + 0.5 * angular.dot(inertia * angular)
     };
     let start = energy(&world);
     let mut gain: f64 = 0.0;

@@ -136,7 +136,7 @@ fn path(start: Pose, t: f64) -> BaseReference {
 
 /// The hand palm down over the object, which stands on a pedestal 1 mm before the palm.
 fn scene(dt_s: f64, grasp: &Grasp) -> Result<(World, Pose)> {
-    let mut model = Model::new(Config::with_step(dt_s), Some(Arc::new(softhand()?)))?;
+    let mut model = Model::new(Config::with_step(dt_s), Some(softhand()?))?;
     let parts = vec![(Pose::IDENTITY, grasp.shape.clone())];
     let object = Object::new("object", parts, grasp.mass, 0.8, 0.0)?;
     let (shape, upright) = grasp.shape.to_parry().context("the grasp shapes are solid")?;
@@ -180,3 +180,32 @@ pub fn static_residual(world: &World) -> f64 {
     world.joint_residual().iter().fold(0.0, |most, tau| tau.abs().max(most))
 }
 
+pub fn debug() {
+    let dt_s: f64 = std::env::args().nth(1).and_then(|x| x.parse().ok()).unwrap_or(1e-3);
+    let lying = Rotation::from_rotation_x(FRAC_PI_2);
+    let shape = Shape::Cylinder { radius: 0.04, half_length: 0.035 };
+    let g = Grasp { shape, mass: 0.1, hand_from_object: lying };
+    let (mut world, start) = scene(dt_s, &g).unwrap();
+    let mut command = Command::stay(world.model(), start);
+    println!("hand colliders {} self pairs {} start {:?}", world.model().colliders().len(), world.model().self_pairs().len(), start);
+    let smax: f64 = std::env::args().nth(2).and_then(|x| x.parse().ok()).unwrap_or(1.0);
+    let mut worst = 0.0;
+    let mut pts = 0usize; let mut act = 0usize;
+    for k in 0..steps(4.0, dt_s) {
+        let t = (k + 1) as f64 * dt_s;
+        command.sigma[0] = smax * ramp(t / 0.5).0;
+        command.base = BaseCommand::Exact(path(start, t));
+        world.step(&command);
+        pts += world.outcome().points; act += world.contact_forces().len();
+        let d = world.contact_forces().iter().map(|c| -c.distance).fold(0.0, f64::max);
+        if d > worst + 2e-5 { worst = d; let c = world.contact_forces().iter().max_by(|a,b| (-a.distance).total_cmp(&-b.distance)).unwrap();
+            let name = |o: Owner| match o { Owner::Link(i) => world.model().hand().unwrap().links[i].name.clone(), o => format!("{o:?}") };
+            println!("t {t:.3} pen {:.3} mm {} {} force {:.2}", d*1e3, name(c.a), name(c.b), c.force.length()); }
+        if (k+1) % steps(0.5, dt_s) == 0 {
+            println!("t {t:.2} f {:.3} points {} touching {} it {} pen {:.3} q {:.2?}", world.state().tension[0], world.outcome().points, world.contact_forces().len(), world.outcome().iterations, world.outcome().penetration_m*1e3, world.state().q);
+            for c in world.contact_forces() { if t > 3.9 { let name = |o: Owner| match o { Owner::Link(i) => world.model().hand().unwrap().links[i].name.clone(), o => format!("{o:?}") };
+              println!("   {:20} {:20} F {:.2} d {:.4} at {:?}", name(c.a), name(c.b), c.force.length(), c.distance*1e3, c.colliders); } }
+        }
+    }
+    println!("points/step {:.1} touching {:.1}", pts as f64 / 4000.0, act as f64/4000.0);
+}

@@ -14,32 +14,33 @@ use palmares_sim::dynamics::tree::Kinematics;
 use palmares_sim::{Command, Config, Model, State, World};
 use std::sync::Arc;
 
-/// The stock SoftHand, with a motor that follows a scripted command at any speed.
-pub fn softhand() -> Result<Hand> {
-    let hand = Hand::builtin("softhand").context("the SoftHand is built in")?;
-    let mut hand = Hand::clone(&hand);
-    for motor in &mut hand.motors {
-        motor.speed_limit = f64::INFINITY;
-    }
-    Ok(hand)
+/// The stock SoftHand.
+pub fn softhand() -> Result<Arc<Hand>> {
+    Hand::builtin("softhand").context("the SoftHand is built in")
 }
 
-fn world_of(hand: Hand, dt_s: f64) -> Result<(World, Command)> {
-    let model = Arc::new(Model::new(Config::with_step(dt_s), Some(Arc::new(hand)))?);
+/// Parts of a free hand are at least this far apart, m.
+const FREE_M: f64 = 3e-3;
+
+fn world_of(hand: Arc<Hand>, dt_s: f64) -> Result<(World, Command)> {
+    let model = Arc::new(Model::new(Config::with_step(dt_s), Some(hand))?);
     let state = State::at_rest(&model, Pose::IDENTITY, &[]);
     let command = Command::stay(&model, Pose::IDENTITY);
     Ok((World::new(model, state), command))
 }
 
-/// The largest σ at which no joint of the free hand reaches a limit, times 0.9.
+/// The largest σ at which the free hand is free: no joint within 0.02 rad of a limit, the tendon below its
+/// limit, and no two parts of the hand closer than 3 mm that are farther apart when it is open.
 fn free_sigma(hand: &Hand, form: &ClosedForm) -> f64 {
-    let motor = &hand.motors[0];
+    let open = hand.pairs_closer_than(FREE_M, &vec![0.0; hand.coordinates.len()]);
     let mut sigma: f64 = 1.0;
     while sigma > 0.01 {
-        let (q, f) = form.solve(&[wound(motor, sigma)], &vec![0.0; hand.coordinates.len()]);
+        let s = wound(&hand.motors[0], sigma);
+        let (q, f) = form.solve(&[s], &vec![0.0; hand.coordinates.len()]);
         let inside = q.iter().zip(&hand.coordinates).all(|(q, c)| *q > c.lower + 0.02 && *q < c.upper - 0.02);
         let unsaturated = f.iter().zip(&hand.tendons).all(|(f, t)| *f < 0.95 * t.force_limit);
-        if inside && unsaturated {
+        let apart = hand.pairs_closer_than(FREE_M, &q).iter().all(|pair| open.contains(pair));
+        if inside && unsaturated && apart {
             break;
         }
         sigma -= 0.01;
@@ -105,7 +106,7 @@ pub fn free_close(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
 pub fn push_locked_motor(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let hand = softhand()?;
     let form = ClosedForm::new(&hand)?;
-    let sigma = 0.5 * free_sigma(&hand, &form);
+    let sigma = 0.7 * free_sigma(&hand, &form);
     let wound = wound(&hand.motors[0], sigma);
     let link = hand
         .links

@@ -6,7 +6,7 @@
 //! matching of points by feature.
 
 use crate::state::Digest;
-use palmares_models::Vec3;
+use palmares_models::{Pose, Vec3};
 use parry3d_f64::query::ContactManifold;
 
 /// Memory of one contact point.
@@ -33,12 +33,16 @@ pub struct Pair {
     pub manifold: ContactManifold<(), Anchor>,
     /// What a newly found point starts from: the mean over the pair's loaded points.
     pub mean: Anchor,
+    /// The shapes were known to be this far apart, m, ...
+    pub gap: f64,
+    /// ... when B stood here in A's frame. No gap is known at first.
+    pub gap_pose: Pose,
 }
 
 impl Pair {
     /// A pair that has not touched yet.
     pub fn new(key: (u32, u32)) -> Self {
-        Pair { key, active: false, manifold: ContactManifold::new(), mean: Anchor::default() }
+        Pair { key, active: false, manifold: ContactManifold::new(), mean: Anchor::default(), gap: 0.0, gap_pose: Pose::IDENTITY }
     }
 
     /// Forgets everything: the shapes have parted.
@@ -49,6 +53,7 @@ impl Pair {
             self.manifold.local_n1 = Vec3::ZERO;
             self.manifold.local_n2 = Vec3::ZERO;
             self.mean = Anchor::default();
+            self.gap = 0.0;
         }
     }
 

@@ -2,11 +2,17 @@
 
 use super::anchor::{Anchor, Pair};
 use super::broad::overlap;
+use crate::config::Config;
+use crate::dynamics::spatial::Motion;
 use crate::model::{Collider, Model, Owner, pair_friction};
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::bounding_volume::Aabb;
-use parry3d_f64::query::{DefaultQueryDispatcher, PersistentQueryDispatcher};
+use parry3d_f64::query::{DefaultQueryDispatcher, PersistentQueryDispatcher, QueryDispatcher};
+use parry3d_f64::shape::PackedFeatureId;
 use std::ops::Range;
+
+/// A closest point no deeper than this below the deepest face point says nothing new, m.
+const SAME_DEPTH_M: f64 = 1e-6;
 
 /// A contact point ready for the solver.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +64,9 @@ impl Contacts {
     /// Looks at every near pair of which at least one body is awake.
     ///
     /// `poses` and `bounds` are those of the colliders in the world; `centers[k]` is the centre of mass of
-    /// object k; `awake(owner)` tells whether a body may move in this step.
+    /// object k; `awake(owner)` tells whether a body may move in this step, `velocity(owner, origin)` how it
+    /// moves, about a point of the world.
+    #[allow(clippy::too_many_arguments)]
     pub fn find(
         &mut self,
         model: &Model,
@@ -67,6 +75,7 @@ impl Contacts {
         base_origin: Vec3,
         centers: &[Pose],
         awake: impl Fn(Owner) -> bool,
+        velocity: impl Fn(Owner, Vec3) -> Motion,
         pairs: &mut [Pair],
     ) {
         self.pairs.clear();
@@ -85,7 +94,11 @@ impl Contacts {
                 continue;
             }
             pair.active = true;
-            update_manifold(pair, a, b, &poses[i].inv_mul(&poses[j]), margin, reuse);
+            let a_from_b = poses[i].inv_mul(&poses[j]);
+            if still_apart(pair, a, b, &a_from_b, margin) {
+                continue;
+            }
+            update_manifold(pair, a, b, &a_from_b, margin, reuse);
             if pair.manifold.points.is_empty() {
                 pair.mean = Anchor::default();
                 continue;
@@ -95,7 +108,8 @@ impl Contacts {
                 _ => base_origin,
             };
             let first = self.points.len();
-            self.collect(pair, &poses[i], &poses[j], origin, margin);
+            let relative = velocity(b.owner, origin) - velocity(a.owner, origin);
+            self.collect(pair, &poses[i], &poses[j], origin, relative, config);
             if self.points.len() > first {
                 self.pairs.push(ContactPair {
                     a: a.owner,
@@ -110,25 +124,50 @@ impl Contacts {
         }
     }
 
-    fn collect(&mut self, pair: &mut Pair, pose_a: &Pose, pose_b: &Pose, origin: Vec3, margin: f64) {
+    /// Takes over the points that the step can bring to touch.
+    fn collect(
+        &mut self,
+        pair: &mut Pair,
+        pose_a: &Pose,
+        pose_b: &Pose,
+        origin: Vec3,
+        relative: Motion,
+        config: &Config,
+    ) {
         if !pair.manifold.points.iter().any(|point| point.data.loaded) {
             pair.mean = Anchor::default();
         }
         let normal = pose_a.rotation * pair.manifold.local_n1;
         let t1 = normal.any_orthonormal_vector();
         let t2 = normal.cross(t1);
+        let deepest = pair
+            .manifold
+            .points
+            .iter()
+            .filter(|point| point.fid1 != PackedFeatureId::UNKNOWN)
+            .map(|point| point.dist)
+            .fold(f64::INFINITY, f64::min);
         for (k, point) in pair.manifold.points.iter_mut().enumerate() {
-            if point.dist > margin {
+            // parry adds the closest points (without features) to those of the clipped faces, mostly where
+            // one is already.
+            if point.fid1 == PackedFeatureId::UNKNOWN && deepest <= point.dist + SAME_DEPTH_M {
+                point.data = Anchor::default();
+                continue;
+            }
+            let on_a = pose_a.transform_point(point.local_p1);
+            let on_b = pose_b.transform_point(point.local_p2);
+            let r = (on_a + on_b) * 0.5 - origin;
+            // Twice the present approach speed, and what a step may add to it from rest.
+            let reachable = config.approach_speed + 2.0 * relative.at(r).dot(normal).abs();
+            if point.dist > config.step_s * reachable {
                 point.data = Anchor::default();
                 continue;
             }
             if !point.data.loaded {
                 point.data = Anchor { loaded: false, ..pair.mean };
             }
-            let on_a = pose_a.transform_point(point.local_p1);
-            let on_b = pose_b.transform_point(point.local_p2);
             self.points.push(ContactPoint {
-                r: (on_a + on_b) * 0.5 - origin,
+                r,
                 normal,
                 tangents: [t1, t2],
                 distance: point.dist,
@@ -137,6 +176,28 @@ impl Contacts {
             });
         }
     }
+}
+
+/// Whether the shapes cannot be within the margin of each other. Their exact distance is found once; until
+/// their relative motion could have used it up, nothing else needs to be computed.
+fn still_apart(pair: &mut Pair, a: &Collider, b: &Collider, a_from_b: &Pose, margin: f64) -> bool {
+    if !pair.manifold.points.is_empty() {
+        return false;
+    }
+    if pair.gap > margin {
+        let travel = a_from_b.translation.distance(pair.gap_pose.translation);
+        // Chord of the turn: 2 sin(θ/2), from the quaternions' dot product cos(θ/2).
+        let cosine = a_from_b.rotation.dot(pair.gap_pose.rotation);
+        let chord = 2.0 * (1.0 - cosine * cosine).max(0.0).sqrt();
+        if pair.gap - travel - chord * b.reach > margin {
+            return true;
+        }
+    }
+    let found = DefaultQueryDispatcher.distance(a_from_b, &*a.shape, &*b.shape);
+    let distance = found.map_or(0.0, |found| found.distance);
+    pair.gap = distance;
+    pair.gap_pose = *a_from_b;
+    distance > margin
 }
 
 /// Lets parry find the points. Its own re-use of old points (up to 1 mm and 1°) gives a rolling cylinder

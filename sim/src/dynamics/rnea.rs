@@ -9,7 +9,8 @@ use palmares_models::hand::Hand;
 /// Scratch of the recursion.
 #[derive(Clone, Debug, Default)]
 pub struct Recursion {
-    velocity: Vec<Motion>,
+    /// Spatial velocity of every link about the base origin.
+    pub velocity: Vec<Motion>,
     acceleration: Vec<Motion>,
     force: Vec<Force>,
 }

@@ -117,12 +117,42 @@ pub struct SolveReport {
     pub converged: bool,
 }
 
+/// What determines the blocks and their couplings.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct LayOut {
+    hand_dofs: usize,
+    rows: usize,
+    objects: Vec<usize>,
+    pairs: Vec<(Owner, Owner)>,
+}
+
+impl LayOut {
+    fn describes(&self, problem: &Problem) -> bool {
+        self.hand_dofs == problem.hand_dofs
+            && self.rows == problem.rows
+            && self.objects.iter().eq(problem.objects.iter().map(|object| &object.object))
+            && self.pairs.len() == problem.pairs.len()
+            && self.pairs.iter().zip(&problem.pairs).all(|(&(a, b), pair)| a == pair.a && b == pair.b)
+    }
+
+    fn describe(&mut self, problem: &Problem) {
+        self.hand_dofs = problem.hand_dofs;
+        self.rows = problem.rows;
+        self.objects.clear();
+        self.objects.extend(problem.objects.iter().map(|object| object.object));
+        self.pairs.clear();
+        self.pairs.extend(problem.pairs.iter().map(|pair| (pair.a, pair.b)));
+    }
+}
+
 /// Workspace of the solver; one per island, so that orderings are re-used from step to step.
 #[derive(Clone, Debug, Default)]
 pub struct Newton {
     cholesky: BlockCholesky,
     sizes: Vec<usize>,
     pattern: Vec<(u32, u32)>,
+    /// What the present ordering was made for.
+    laid_out: LayOut,
     /// Of every hand dof: (block, place in it).
     dof_block: Vec<(usize, usize)>,
     /// Of every object in the model: place in the island.
@@ -228,6 +258,18 @@ impl Newton {
 
     /// Blocks and their couplings: the hand's clusters, the objects, and the tendons last.
     fn lay_out(&mut self, model: &Model, problem: &Problem) {
+        self.inverse_diagonal.clear();
+        let h = problem.hand_dofs;
+        self.inverse_diagonal.extend((0..h).map(|i| 1.0 / problem.hand_matrix[i * h + i]));
+        for object in &problem.objects {
+            let i = object.inertia;
+            self.inverse_diagonal.extend([1.0 / object.mass; 3]);
+            self.inverse_diagonal.extend([1.0 / i.x_axis.x, 1.0 / i.y_axis.y, 1.0 / i.z_axis.z]);
+        }
+        if self.laid_out.describes(problem) {
+            return;
+        }
+        self.laid_out.describe(problem);
         self.sizes.clear();
         self.dof_block.clear();
         self.slot.resize(model.objects().len(), usize::MAX);
@@ -284,14 +326,6 @@ impl Newton {
         self.pattern.sort_unstable();
         self.pattern.dedup();
         self.cholesky.analyse(&self.sizes, &self.pattern, tendons);
-        self.inverse_diagonal.clear();
-        let h = problem.hand_dofs;
-        self.inverse_diagonal.extend((0..h).map(|i| 1.0 / problem.hand_matrix[i * h + i]));
-        for object in &problem.objects {
-            let i = object.inertia;
-            self.inverse_diagonal.extend([1.0 / object.mass; 3]);
-            self.inverse_diagonal.extend([1.0 / i.x_axis.x, 1.0 / i.y_axis.y, 1.0 / i.z_axis.z]);
-        }
     }
 
     /// Body velocities at `x`, then velocities of pairs, points and rows; of the search direction if asked.
