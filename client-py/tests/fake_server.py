@@ -24,6 +24,7 @@ class FakeServer:
     drop_after: set[str] = field(default_factory=set)
     """Operations at which the connection breaks once, after they were taken."""
     tick: int = 0
+    running: bool = False
     base: dict[str, Any] = field(
         default_factory=lambda: {"position": [0.0, 0.0, 0.8], "quat_xyzw": [0.0, 0.0, 0.0, 1.0]}
     )
@@ -74,10 +75,42 @@ class FakeServer:
     def _reply(self, request: dict[str, Any]) -> dict[str, Any]:
         match request["op"]:
             case "hello":
-                return {"op": "welcome", "session_id": "s", "resume_token": "r", "tasks": [], "hands": []}
+                run = {
+                    "run_id": "run-1",
+                    "task": "balls",
+                    "hand": "softhand",
+                    "tick": self.tick,
+                    "open": True,
+                }
+                return {
+                    "op": "welcome",
+                    "session_id": "s",
+                    "resume_token": "r",
+                    "team": request["client"]["name"],
+                    "tasks": [],
+                    "hands": [],
+                    "limits": {
+                        "message_bytes": 65536,
+                        "repeat": 1000,
+                        "requests_per_s": 5000.0,
+                        "requests_burst": 1000.0,
+                        "resume_grace_s": 30.0,
+                    },
+                    "run": run if self.running else None,
+                }
+            case "reset" if self.running:
+                return {"op": "error", "code": "wrong_state", "message": "stop the open run first"}
             case "reset":
                 self.tick = 0
-                return {**self._obs(), "scene": SCENE}
+                self.running = True
+                opened: dict[str, Any] = {
+                    "task": "balls",
+                    "hand": "softhand",
+                    "mode": "lockstep",
+                    "sensing": "truth",
+                }
+                opened |= {"seed": request.get("seed", 77), "tick_s": 0.01, "time_limit_s": 600.0}
+                return {**self._obs(), "run": opened, "scene": SCENE}
             case "step":
                 if request["tick"] != self.tick:
                     return {"op": "error", "code": "stale_tick", "message": "", "fatal": False}
@@ -87,16 +120,25 @@ class FakeServer:
                 self.sigma = action.get("hand", [self.sigma])[0]
                 return self._obs()
             case "stop":
+                self.running = False
                 return {
                     "op": "result",
                     "run_id": "run-1",
+                    "task": "balls",
+                    "hand": "softhand",
                     "score": 0.0,
+                    "in_goal": 0,
+                    "outside": 0,
                     "status": "practice",
                     "reason": "stopped",
+                    "ticks": self.tick,
+                    "sim_time_s": self.tick * 0.01,
+                    "state_hash": "0" * 16,
                     "events": [],
                 }
             case "time":
-                return {"op": "time", "session_left_s": None}
+                clock = {"session_left_s": None, "session_s": None, "elapsed_s": 0.0}
+                return {"op": "time", **clock, "wall_s": 0.0, "simulated_s": 0.0}
             case op:
                 return {"op": "error", "code": "unknown_op", "message": op, "fatal": False}
 

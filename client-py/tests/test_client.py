@@ -65,16 +65,14 @@ def test_every_error_code_has_its_exception(server: FakeServer) -> None:
         "session_taken": palmares.SessionTakenError,
         "session_over": palmares.SessionOverError,
         "capacity": palmares.CapacityError,
-        "rate_limited": palmares.RateLimitedError,
         "too_large": palmares.TooLargeError,
         "internal": palmares.InternalError,
         "from_the_future": palmares.PalmaresError,
     }
     with palmares.Client(server.url) as client:
         for code, kind in kinds.items():
-            server.replies.append(
-                {"op": "error", "code": code, "message": "why", "fatal": False, "retry_after_s": 2.5}
-            )
+            refusal = {"op": "error", "code": code, "message": "why", "fatal": False, "retry_after_s": 2.5}
+            server.replies.append(refusal)
             with pytest.raises(kind, match=f"{code}: why") as caught:
                 client.time()
             assert caught.value.code == code
@@ -97,7 +95,8 @@ def test_a_step_survives_a_broken_connection(
     server: FakeServer, monkeypatch: pytest.MonkeyPatch, when: str, tick: int
 ) -> None:
     monkeypatch.setattr(client_module, "RESUME_DELAYS_S", (0.0, 0.05, 0.1))
-    with palmares.Client(server.url) as client:
+    with palmares.Client(server.url, team="crabs") as client:
+        assert client.welcome.team == "crabs"
         client.reset("balls", "softhand")
         (server.drop_before if when == "before" else server.drop_after).add("step")
         obs = client.step(hand=[0.3], repeat=5)
@@ -107,6 +106,33 @@ def test_a_step_survives_a_broken_connection(
     hellos = [request for request in server.requests if request["op"] == "hello"]
     assert "resume_token" not in hellos[0]
     assert hellos[1]["resume_token"] == "r"
+
+
+def test_a_reset_survives_a_broken_connection(server: FakeServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(client_module, "RESUME_DELAYS_S", (0.0, 0.05))
+    with palmares.Client(server.url) as client:
+        server.drop_after.add("reset")
+        obs = client.reset("balls", "softhand")
+        assert obs.tick == 0
+        assert obs.run is not None
+        assert obs.run.seed == 77
+    ops = [request["op"] for request in server.requests]
+    assert ops == ["hello", "reset", "hello", "stop", "reset", "bye"]
+
+
+def test_the_rate_limit_is_waited_for(server: FakeServer) -> None:
+    with palmares.Client(server.url) as client:
+        limited = {"op": "error", "code": "rate_limited", "message": "slower", "retry_after_s": 0.01}
+        server.replies += [limited, limited]
+        assert client.time().elapsed_s == 0.0
+
+
+def test_warnings_are_logged(server: FakeServer, caplog: pytest.LogCaptureFixture) -> None:
+    with palmares.Client(server.url) as client:
+        server.replies.append({"op": "warning", "id": None, "mark_s": 60, "session_left_s": 59.9})
+        client._send("time", {})
+        client.time()
+    assert "60 s of the session are left" in caplog.text
 
 
 def test_a_fatal_close_is_not_resumed(server: FakeServer) -> None:

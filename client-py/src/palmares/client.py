@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import time
 from collections.abc import Iterable
@@ -26,8 +27,8 @@ from palmares.errors import (
     ConnectionLostError,
     NoServerError,
     ProtocolError,
+    RateLimitedError,
     SessionTakenError,
-    StaleTickError,
     WrongStateError,
     error_of,
 )
@@ -36,9 +37,12 @@ from palmares.messages import (
     BaseTarget,
     Envelope,
     ErrorMessage,
+    LeaderboardRow,
     Observation,
     Result,
+    RunInfo,
     Scene,
+    SessionWarning,
     Time,
     Welcome,
 )
@@ -50,6 +54,10 @@ RESUME_DELAYS_S = (0.0, 0.2, 0.5, 1.0, 2.0, 4.0, 8.0, 8.0)
 # A scene with hulls is larger than the library's default of 1 MiB.
 LARGEST_MESSAGE = 64 * 1024 * 1024
 
+# How often a single request may be put off by the rate limit or a broken connection.
+MOST_WAITS = 20
+
+LOG = logging.getLogger("palmares")
 Reply = TypeVar("Reply")
 
 
@@ -72,8 +80,10 @@ class Client:
 
     Args:
         url: Where the server listens: ``http://host:port`` (or https, ws, wss).
+        team: The name on a practice server's leaderboard, 1 to 64 characters.
         token: The team's token; the environment variable ``PALMARES_TOKEN`` when left out. A
             practice server needs none.
+        session_s: Practice only: ask for a session of this length, s. Left out, it has no limit.
         timeout_s: How long to wait for any reply before giving up, s.
 
     Raises:
@@ -85,11 +95,16 @@ class Client:
     def __init__(
         self,
         url: str = "http://127.0.0.1:8080",
+        *,
+        team: str = "palmares-py",
         token: str | None = None,
+        session_s: float | None = None,
         timeout_s: float = 60.0,
     ) -> None:
         self._http_url, self._ws_url = _addresses(url)
         self._token = token if token is not None else os.environ.get("PALMARES_TOKEN")
+        self._team = team
+        self._session_s = session_s
         self._timeout_s = timeout_s
         self._last_id = 0
         self._tick: int | None = None
@@ -121,7 +136,9 @@ class Client:
             hand: Name of the hand, such as ``softhand``.
             mode: ``lockstep``: the world waits for every step.
             sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
-            seed: Which scene, in practice; left out, the server draws one.
+            seed: Which scene, in practice; left out, the server draws one and `obs.run.seed` tells it.
+
+        A run still open must be stopped first.
 
         """
         fields: dict[str, Any] = {"task": task, "hand": hand, "mode": mode, "sensing": sensing}
@@ -143,17 +160,14 @@ class Client:
         Args:
             base: `palmares.pose(…)` or `palmares.twist(…)`; left out, the last target stands.
             hand: σ of every motor in [0, 1]; left out, the last command stands.
-            repeat: How many ticks.
+            repeat: How many ticks; fewer are taken when the run ends before.
 
         """
         if self._tick is None:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
         action = Action(base=base, hand=None if hand is None else [float(s) for s in hand])
         fields = {"tick": self._tick, "action": action, "repeat": repeat}
-        try:
-            obs = self._request("step", fields, "obs", Observation)
-        except ConnectionClosed as lost:
-            obs = self._resume_step(lost, fields)
+        obs = self._request("step", fields, "obs", Observation)
         self._tick = obs.tick
         return obs
 
@@ -167,7 +181,7 @@ class Client:
         """Read the session's clock. Works at any moment."""
         return self._request("time", {}, "time", Time)
 
-    def leaderboard(self) -> list[dict[str, Any]]:
+    def leaderboard(self) -> list[LeaderboardRow]:
         """Return the rows of the leaderboard, best first."""
         return rest.leaderboard(self._http_url)
 
@@ -193,7 +207,7 @@ class Client:
         return self._tick
 
     def close(self) -> None:
-        """Say good-bye. A run still open is lost to this session."""
+        """End the session. A run still open is stopped and scored by the server."""
         # If the connection is gone already, that is what was wanted.
         with contextlib.suppress(WebSocketException, OSError):
             self._send("bye", {})
@@ -219,14 +233,28 @@ class Client:
         return self._last_id
 
     def _request(self, op: str, fields: dict[str, Any], reply_op: str, kind: type[Reply]) -> Reply:
-        try:
-            return self._exchange(op, fields, reply_op, kind)
-        except ConnectionClosed as lost:
-            _raise_if_fatal(lost)
-            if op == "step":
-                raise  # Whether the step was taken is for `step` to find out.
-            self._resume(lost)
-            return self._exchange(op, fields, reply_op, kind)
+        """Ask until there is an answer: wait when told to, take up the session when it breaks."""
+        for _ in range(MOST_WAITS):
+            try:
+                return self._exchange(op, fields, reply_op, kind)
+            except RateLimitedError as slower:
+                # A request that fails has changed nothing, so it can be sent again.
+                time.sleep(0.1 if slower.retry_after_s is None else slower.retry_after_s)
+            except ConnectionClosed as lost:
+                _raise_if_fatal(lost)
+                run = self._resume(lost).run
+                fields = self._after_resume(op, fields, run)
+        return self._exchange(op, fields, reply_op, kind)
+
+    def _after_resume(self, op: str, fields: dict[str, Any], run: RunInfo | None) -> dict[str, Any]:
+        """Return what to send now that the connection is back; the request may have been taken before."""
+        if op == "step" and run is not None and run.tick != fields["tick"]:
+            # The step was taken but its observation is lost: one tick more, with the same targets, shows it.
+            return {"tick": run.tick, "action": Action(), "repeat": 1}
+        if op == "reset" and run is not None:
+            # The run was opened but its scene is lost: close it and open another.
+            self._exchange("stop", {}, "result", Result)
+        return fields
 
     def _exchange(self, op: str, fields: dict[str, Any], reply_op: str, kind: type[Reply]) -> Reply:
         request_id = self._send(op, fields)
@@ -250,7 +278,10 @@ class Client:
                         )
                 elif envelope.op == reply_op and envelope.id == request_id:
                     return msgspec.json.decode(raw, type=kind)
-                # Anything else is news nobody asked for, or the reply to a request given up.
+                elif envelope.op == "warning":
+                    warning = msgspec.json.decode(raw, type=SessionWarning)
+                    LOG.warning("%.0f s of the session are left", warning.session_left_s)
+                # Anything else is news of a later version, or the reply to a request given up.
             except msgspec.MsgspecError as unreadable:
                 raise ProtocolError(f"cannot read the server's reply to `{op}`: {unreadable}") from unreadable
 
@@ -284,9 +315,11 @@ class Client:
             ) from None
 
     def _greet(self) -> Welcome:
-        fields: dict[str, Any] = {"client": f"palmares-py/{VERSION}"}
+        fields: dict[str, Any] = {"client": {"name": self._team, "version": VERSION}}
         if self._resume_token is not None:
             fields["resume_token"] = self._resume_token
+        elif self._session_s is not None:
+            fields["session_s"] = self._session_s
         try:
             welcome = self._exchange("hello", fields, "welcome", Welcome)
         except ConnectionClosed as closed:
@@ -309,15 +342,6 @@ class Client:
             except (NoServerError, ConnectionLostError, SessionTakenError) as not_yet:
                 last = not_yet
         raise ConnectionLostError(f"the connection broke and did not come back: {last}") from last
-
-    def _resume_step(self, lost: ConnectionClosed, fields: dict[str, Any]) -> Observation:
-        """Send a step again after its connection broke. If it had been taken, look with an empty one."""
-        self._resume(lost)
-        try:
-            return self._exchange("step", fields, "obs", Observation)
-        except StaleTickError:
-            taken = {"tick": fields["tick"] + fields["repeat"], "action": Action(), "repeat": 1}
-            return self._exchange("step", taken, "obs", Observation)
 
 
 def _addresses(url: str) -> tuple[str, str]:

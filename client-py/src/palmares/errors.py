@@ -138,6 +138,12 @@ class InternalError(PalmaresError):
     code = "internal"
 
 
+class NotFoundError(PalmaresError):
+    """No such page, run or hand."""
+
+    code = "not_found"
+
+
 _BY_CODE: dict[str, type[PalmaresError]] = {
     kind.code: kind
     for kind in (
@@ -156,6 +162,7 @@ _BY_CODE: dict[str, type[PalmaresError]] = {
         RateLimitedError,
         TooLargeError,
         InternalError,
+        NotFoundError,
     )
 }
 

@@ -203,6 +203,21 @@ class Scene(msgspec.Struct, kw_only=True):
         raise KeyError(f"no region {name!r} in this scene; there are: {known}")
 
 
+class Opened(msgspec.Struct, kw_only=True):
+    """How a run was opened."""
+
+    task: str
+    hand: str
+    mode: str
+    sensing: str
+    tick_s: float
+    """Length of a tick, s"""
+    time_limit_s: float
+    """Longest run, s of simulated time"""
+    seed: int | None = None
+    """In practice: what `reset` takes to build this scene again"""
+
+
 class Observation(msgspec.Struct, kw_only=True):
     """State after a tick."""
 
@@ -224,6 +239,8 @@ class Observation(msgspec.Struct, kw_only=True):
     truncated: bool = False
     """Cut short by a limit."""
     reason: str | None = None
+    run: Opened | None = None
+    """Only in the reply to `reset`."""
     scene: Scene | None = None
     """Only in the reply to `reset`; `Client.scene` keeps it."""
 
@@ -237,38 +254,131 @@ class Result(msgspec.Struct, kw_only=True):
     """What a finished run is worth."""
 
     run_id: str
-    score: float
+    task: str
+    hand: str
     status: str
-    """``provisional`` or ``practice``"""
+    """``practice``, or ``voided`` after a fault of the server"""
+    score: float
+    in_goal: int
+    """Objects in the goal"""
+    outside: int
+    """Objects outside both boxes"""
     reason: str
-    """Why it ended: ``stopped``, ``time_limit``, …"""
+    """Why it ended: ``stopped``, ``time_limit``, ``session_over``, …"""
+    ticks: int
+    sim_time_s: float
+    """s of simulated time played"""
+    state_hash: str
+    """Hash of the final state: the same for the same seed and actions"""
     events: list[Event] = []
-    in_goal: int | None = None
-    outside: int | None = None
-    ticks: int | None = None
-    sim_time_s: float | None = None
-    state_hash: str | None = None
+    session_left_s: float | None = None
+
+
+class RunInfo(msgspec.Struct, kw_only=True):
+    """The session's present run."""
+
+    run_id: str
+    task: str
+    hand: str
+    tick: int
+    """The tick the next step must name"""
+    open: bool
+    """False when the server closed it: `Client.stop` fetches the result"""
 
 
 class Time(msgspec.Struct, kw_only=True):
-    """The session's clock."""
+    """How the session's clock stands."""
 
-    session_left_s: float | None = None
+    session_left_s: float | None
     """s; ``None`` when the session has no limit"""
+    session_s: float | None
+    """Length of the session, s; ``None`` for no limit"""
+    elapsed_s: float
+    """The greater of the next two, s"""
+    wall_s: float
+    """Wall-clock time since the first reset, s"""
+    simulated_s: float
+    """Simulated time of all runs, s"""
+    run: RunInfo | None = None
+
+
+class TaskInfo(msgspec.Struct, kw_only=True):
+    """A task in short."""
+
+    name: str
+    description: str
+    tick_s: float
+    step_s: float
+    time_limit_s: float
+
+
+class HandInfo(msgspec.Struct, kw_only=True):
+    """A hand in short; `Client.describe_hand` has the rest."""
+
+    name: str
+    description: str
+    motors: list[str]
+    """In the order of the command `hand`"""
+    joints: list[str]
+    """In the order of `Truth.joints`"""
+
+
+class Limits(msgspec.Struct, kw_only=True):
+    """What a client must keep to."""
+
+    message_bytes: int
+    repeat: int
+    """Largest `repeat` of a step"""
+    requests_per_s: float
+    requests_burst: float
+    resume_grace_s: float
+    """How long a session waits for its client to come back, s"""
 
 
 class Welcome(msgspec.Struct, kw_only=True):
-    """The server's answer to the greeting."""
+    """What the server says when a session begins or is taken up again."""
 
     session_id: str
     resume_token: str
-    tasks: list[Any] = []
-    hands: list[Any] = []
-    competition: Any = None
+    team: str
+    """Name on the leaderboard"""
+    tasks: list[TaskInfo]
+    hands: list[HandInfo]
+    limits: Limits
+    session_left_s: float | None = None
+    competition: dict[str, Any] = {}
     server: dict[str, Any] = {}
-    limits: dict[str, Any] = {}
-    specs: Any = None
-    run: Any = None
+    specs: dict[str, Any] = {}
+    run: RunInfo | None = None
+    """The run that goes on, when a session is taken up again"""
+
+
+class TaskBest(msgspec.Struct, kw_only=True):
+    """A team's best run of a task."""
+
+    score: float
+    run_id: str
+    ended_unix_ms: int
+
+
+class LeaderboardRow(msgspec.Struct, kw_only=True):
+    """A team's place."""
+
+    rank: int
+    team: str
+    total: float
+    """Sum of the best scores"""
+    runs: int
+    reached_unix_ms: int
+    """When the total was reached, ms since 1970 UTC"""
+    tasks: dict[str, TaskBest]
+
+
+class SessionWarning(msgspec.Struct, kw_only=True):
+    """The session's time is running out."""
+
+    mark_s: float
+    session_left_s: float
 
 
 class Envelope(msgspec.Struct, kw_only=True):

@@ -10,6 +10,7 @@ from urllib.parse import urlsplit
 import msgspec
 
 from palmares.errors import NoServerError, PalmaresError, ProtocolError, error_of
+from palmares.messages import LeaderboardRow
 
 TIMEOUT_S = 10.0
 
@@ -46,13 +47,14 @@ def get_object(base_url: str, path: str) -> dict[str, Any]:
     return value
 
 
-def leaderboard(base_url: str) -> list[dict[str, Any]]:
-    """Return the rows of ``/v1/leaderboard``."""
+def leaderboard(base_url: str) -> list[LeaderboardRow]:
+    """Return the rows of ``/v1/leaderboard``, best first."""
     value = get_json(base_url, "/v1/leaderboard")
     rows = value.get("rows") if isinstance(value, dict) else value
-    if not isinstance(rows, list):
-        raise ProtocolError(f"{base_url}/v1/leaderboard has no rows")
-    return rows
+    try:
+        return msgspec.convert(rows, list[LeaderboardRow])
+    except msgspec.ValidationError as unreadable:
+        raise ProtocolError(f"{base_url}/v1/leaderboard: {unreadable}") from None
 
 
 def error_of_response(status: int, body: bytes | bytearray, where: str) -> PalmaresError:
