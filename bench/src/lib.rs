@@ -4,5 +4,10 @@
 //! against the same scene at a step of 0.02 ms. Invariants that any run must keep are reported beside it.
 
 pub mod cases;
+pub mod fingerprint;
+#[cfg(test)]
+mod gates;
 pub mod recorder;
 pub mod report;
+#[cfg(test)]
+mod steady;

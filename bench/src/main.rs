@@ -16,6 +16,8 @@ struct Arguments {
 enum What {
     /// List the cases.
     List,
+    /// Print the state hash of five scripted seconds of balls: the same for every build and machine.
+    Fingerprint,
     /// Run one case and print its report.
     Case {
         /// Name of the case; see `palmares-bench list`.
@@ -42,6 +44,7 @@ fn main() -> Result<()> {
                 println!("{:<24}{}", case.name, case.about);
             }
         }
+        What::Fingerprint => println!("{}", palmares_bench::fingerprint::balls()?),
         What::Case { name, dt, engine, json, reference_dt } => {
             let reference_dt_s = (reference_dt > 0.0).then_some(reference_dt);
             let (report, recorder) = cases::run(&name, &engine, &Setup { dt_s: dt, reference_dt_s })?;

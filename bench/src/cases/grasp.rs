@@ -19,6 +19,9 @@ use std::sync::Arc;
 const ALONG_FINGERS_M: f64 = 0.17;
 const ACROSS_FINGERS_M: f64 = 0.0;
 
+/// Where the motor goes: as far as it gets in half a second at the hand's own motor speed.
+const CLOSED_SIGMA: f64 = 0.6;
+
 /// An object of the grasp cases, in the hand's frame.
 struct Grasp {
     shape: Shape,
@@ -78,19 +81,18 @@ fn play(dt_s: f64, grasp: &Grasp, recorder: &mut Recorder) -> Result<Run> {
     };
     let every = steps(8e-3, dt_s).max(1);
     let (mut trace, mut tension) = (Vec::new(), Vec::new());
-    let (mut closed, mut settled, mut held) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
+    let (mut settled, mut held) = (Vec3::ZERO, Vec3::ZERO);
+    let floor = world.state().objects[0].translation.z;
     let mut residual = 0.0;
     for k in 0..steps(6.0, dt_s) {
         let t = (k + 1) as f64 * dt_s;
-        command.sigma[0] = ramp(t / 0.5).0;
+        command.sigma[0] = CLOSED_SIGMA * ramp(t / 0.5).0;
         command.base = BaseCommand::Exact(path(start, t));
         recorder.step(&mut world, &command);
-        let reached = |time: f64| (t - time).abs() < 0.5 * dt_s;
+        // In the first step that ends at or after a time; steps need not divide it.
+        let reached = |time: f64| t >= time - 1e-9 && t - dt_s < time - 1e-9;
         if (k + 1) % every == 0 && t <= 4.0 + 0.5 * dt_s {
             trace.push(in_palm(&world));
-        }
-        if reached(0.5) {
-            closed = in_palm(&world);
         }
         if reached(2.5) {
             settled = in_palm(&world);
@@ -106,8 +108,9 @@ fn play(dt_s: f64, grasp: &Grasp, recorder: &mut Recorder) -> Result<Run> {
     let mean = tension.iter().sum::<f64>() / tension.len().max(1) as f64;
     let variance =
         tension.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / tension.len().max(1) as f64;
+    let lifted = world.state().objects[0].translation.z > floor + 0.05;
     let invariants = Invariants {
-        held: Some((in_palm(&world) - closed).length() < 0.03),
+        held: Some(lifted && (in_palm(&world) - settled).length() < 0.03),
         slip_mm_s: Some((held - settled).length() * 1e3 / 1.5),
         tension_chatter: Some(variance.sqrt()),
         static_residual_nm: Some(residual),
@@ -180,32 +183,26 @@ pub fn static_residual(world: &World) -> f64 {
     world.joint_residual().iter().fold(0.0, |most, tau| tau.abs().max(most))
 }
 
-pub fn debug() {
-    let dt_s: f64 = std::env::args().nth(1).and_then(|x| x.parse().ok()).unwrap_or(1e-3);
+/// The cylinder grasp after `time_s` of its path, and the command that keeps closing there.
+#[cfg(test)]
+pub(crate) fn closing(time_s: f64) -> (World, Command) {
     let lying = Rotation::from_rotation_x(FRAC_PI_2);
     let shape = Shape::Cylinder { radius: 0.04, half_length: 0.035 };
-    let g = Grasp { shape, mass: 0.1, hand_from_object: lying };
-    let (mut world, start) = scene(dt_s, &g).unwrap();
+    let grasp = Grasp { shape, mass: 0.1, hand_from_object: lying };
+    let dt_s = 1e-3;
+    let (mut world, start) = scene(dt_s, &grasp).expect("the scene is sound");
     let mut command = Command::stay(world.model(), start);
-    println!("hand colliders {} self pairs {} start {:?}", world.model().colliders().len(), world.model().self_pairs().len(), start);
-    let smax: f64 = std::env::args().nth(2).and_then(|x| x.parse().ok()).unwrap_or(1.0);
-    let mut worst = 0.0;
-    let mut pts = 0usize; let mut act = 0usize;
-    for k in 0..steps(4.0, dt_s) {
+    for k in 0..steps(time_s, dt_s) {
         let t = (k + 1) as f64 * dt_s;
-        command.sigma[0] = smax * ramp(t / 0.5).0;
+        command.sigma[0] = CLOSED_SIGMA * ramp(t / 0.5).0;
         command.base = BaseCommand::Exact(path(start, t));
         world.step(&command);
-        pts += world.outcome().points; act += world.contact_forces().len();
-        let d = world.contact_forces().iter().map(|c| -c.distance).fold(0.0, f64::max);
-        if d > worst + 2e-5 { worst = d; let c = world.contact_forces().iter().max_by(|a,b| (-a.distance).total_cmp(&-b.distance)).unwrap();
-            let name = |o: Owner| match o { Owner::Link(i) => world.model().hand().unwrap().links[i].name.clone(), o => format!("{o:?}") };
-            println!("t {t:.3} pen {:.3} mm {} {} force {:.2}", d*1e3, name(c.a), name(c.b), c.force.length()); }
-        if (k+1) % steps(0.5, dt_s) == 0 {
-            println!("t {t:.2} f {:.3} points {} touching {} it {} pen {:.3} q {:.2?}", world.state().tension[0], world.outcome().points, world.contact_forces().len(), world.outcome().iterations, world.outcome().penetration_m*1e3, world.state().q);
-            for c in world.contact_forces() { if t > 3.9 { let name = |o: Owner| match o { Owner::Link(i) => world.model().hand().unwrap().links[i].name.clone(), o => format!("{o:?}") };
-              println!("   {:20} {:20} F {:.2} d {:.4} at {:?}", name(c.a), name(c.b), c.force.length(), c.distance*1e3, c.colliders); } }
-        }
     }
-    println!("points/step {:.1} touching {:.1}", pts as f64 / 4000.0, act as f64/4000.0);
+    (world, command)
+}
+
+/// The cylinder held still in the air.
+#[cfg(test)]
+pub(crate) fn held_still() -> (World, Command) {
+    closing(3.5)
 }
