@@ -6,7 +6,7 @@ use crate::server::Server;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Stdio;
 use std::{env, fs, process};
 
@@ -61,17 +61,12 @@ fn play(environment: &Environment, server: &Server, seed: u64) -> Result<Value> 
     serde_json::from_str(last).with_context(|| format!("the example did not end with JSON: {last}"))
 }
 
-/// The rows of the leaderboard, whether they come bare or in an object.
-fn rows(leaderboard: &Value) -> &Value {
-    leaderboard.get("rows").unwrap_or(leaderboard)
-}
-
 fn summary(outcome: &Value, leaderboard: &Value) -> Value {
     json!({
         "score": outcome["score"],
         "balls_in_b": outcome["balls_in_b"],
         "run_id": outcome["run_id"],
-        "leaderboard": rows(leaderboard),
+        "leaderboard": leaderboard["rows"],
         "rtf": outcome["rtf"],
     })
 }
@@ -87,8 +82,9 @@ fn print_for_people(outcome: &Value, leaderboard: &Value) {
         outcome["rtf"].as_f64().unwrap_or_default()
     );
     println!("leaderboard:");
-    for row in rows(leaderboard).as_array().into_iter().flatten() {
-        println!("  {row}");
+    for row in leaderboard["rows"].as_array().into_iter().flatten() {
+        let team = row["team"].as_str().unwrap_or("?");
+        println!("  {}. {team}: {} points in {} run(s)", row["rank"], row["total"], row["runs"]);
     }
 }
 
@@ -109,7 +105,7 @@ impl DataDirectory {
 impl Drop for DataDirectory {
     fn drop(&mut self) {
         if self.keep {
-            eprintln!("== the server's files: {}", Path::display(&self.path));
+            eprintln!("== the server's files: {}", self.path.display());
         } else {
             let _ = fs::remove_dir_all(&self.path);
         }

@@ -2,52 +2,47 @@
 
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
-use std::fs::File;
-use std::io::{Read, Write};
-use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::fs::{self, File};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-const START_WITHIN: Duration = Duration::from_secs(20);
-const STOP_WITHIN: Duration = Duration::from_secs(10);
+const STOP_WITHIN: Duration = Duration::from_secs(40);
 
 /// A running `palmares serve`. Dropping it kills it; [`Server::stop`] lets it finish its work first.
 pub(crate) struct Server {
     child: Child,
-    address: SocketAddr,
+    /// Kept open: a server whose standard output is closed could fail at its next line.
+    _stdout: BufReader<ChildStdout>,
+    address: String,
 }
 
 impl Server {
-    /// Starts the program on a free port with its files in `directory`, and waits until it answers.
+    /// Starts the program on a free port with its files in `directory`, and waits until it listens.
     pub(crate) fn start(program: &Path, directory: &Path) -> Result<Self> {
-        let address = free_address()?;
         let log_path = directory.join("server.log");
         let log = File::create(&log_path).with_context(|| format!("cannot write {}", log_path.display()))?;
-        let child = Command::new(program)
-            .arg("serve")
-            .args(["--listen", &address.to_string()])
-            .arg("--data")
+        let mut child = Command::new(program)
+            .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
             .arg(directory)
             .stdin(Stdio::null())
-            .stdout(log.try_clone()?)
+            .stdout(Stdio::piped())
             .stderr(log)
             .spawn()
             .with_context(|| format!("cannot start {}", program.display()))?;
-        let mut server = Server { child, address };
-        let start = Instant::now();
-        while server.get("/healthz").is_err() {
-            if let Some(status) = server.child.try_wait()? {
-                let said = std::fs::read_to_string(&log_path).unwrap_or_default();
-                bail!("the server ended at once ({status}); it said:\n{said}");
-            }
-            if start.elapsed() > START_WITHIN {
-                bail!("the server does not answer at {address}; see {}", log_path.display());
-            }
-            sleep(Duration::from_millis(50));
-        }
-        Ok(server)
+        let mut stdout = BufReader::new(child.stdout.take().context("the server has no standard output")?);
+        let mut line = String::new();
+        stdout.read_line(&mut line)?;
+        let Some(address) = line.trim().strip_prefix("listening on http://") else {
+            let _ = child.kill();
+            let _ = child.wait();
+            let said = fs::read_to_string(&log_path).unwrap_or_default();
+            bail!("the server did not start; it said:\n{line}{said}");
+        };
+        Ok(Server { child, _stdout: stdout, address: address.to_owned() })
     }
 
     /// Where it listens: `http://127.0.0.1:40123`.
@@ -63,7 +58,7 @@ impl Server {
 
     /// A GET by hand: HTTP/1.0 means that the answer ends where the connection does.
     fn get(&self, path: &str) -> Result<String> {
-        let mut stream = TcpStream::connect_timeout(&self.address, Duration::from_secs(1))?;
+        let mut stream = TcpStream::connect(&self.address)?;
         stream.set_read_timeout(Some(Duration::from_secs(10)))?;
         write!(stream, "GET {path} HTTP/1.0\r\nHost: {}\r\n\r\n", self.address)?;
         let mut answer = String::new();
@@ -100,10 +95,4 @@ impl Drop for Server {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
-}
-
-/// A port that was free a moment ago.
-fn free_address() -> Result<SocketAddr> {
-    let listener = TcpListener::bind("127.0.0.1:0").context("no free port on 127.0.0.1")?;
-    Ok(listener.local_addr()?)
 }

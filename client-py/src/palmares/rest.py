@@ -49,8 +49,7 @@ def get_object(base_url: str, path: str) -> dict[str, Any]:
 
 def leaderboard(base_url: str) -> list[LeaderboardRow]:
     """Return the rows of ``/v1/leaderboard``, best first."""
-    value = get_json(base_url, "/v1/leaderboard")
-    rows = value.get("rows") if isinstance(value, dict) else value
+    rows = get_object(base_url, "/v1/leaderboard").get("rows")
     try:
         return msgspec.convert(rows, list[LeaderboardRow])
     except msgspec.ValidationError as unreadable:

@@ -1,0 +1,130 @@
+"""The client against the real server, over a real socket."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import palmares
+from palmares import client as client_module
+
+PROGRAM = os.environ.get("PALMARES_SERVER_BIN")
+
+pytestmark = pytest.mark.skipif(
+    PROGRAM is None, reason="PALMARES_SERVER_BIN does not name a palmares program; `cargo xtask test` sets it"
+)
+
+
+@pytest.fixture(scope="module")
+def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    assert PROGRAM is not None
+    data: Path = tmp_path_factory.mktemp("data")
+    command = [PROGRAM, "serve", "--listen", "127.0.0.1:0", "--data-dir", str(data)]
+    with (data / "server.log").open("w") as log:
+        server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
+    assert server.stdout is not None
+    line = server.stdout.readline()  # "listening on http://127.0.0.1:40123"
+    if not line.startswith("listening on "):
+        server.kill()
+        pytest.fail((data / "server.log").read_text())
+    yield line.removeprefix("listening on ").strip()
+    server.terminate()
+    assert server.wait(timeout=30) == 0
+    server.stdout.close()
+
+
+def test_a_run_and_its_place_on_the_leaderboard(url: str) -> None:
+    with palmares.Client(url, team="pytest") as client:
+        assert client.welcome.team == "pytest"
+        assert "balls" in [task.name for task in client.welcome.tasks]
+        obs = client.reset("balls", "softhand", seed=5)
+        assert obs.tick == 0
+        assert obs.run is not None
+        assert obs.run.seed == 5
+        assert obs.truth is not None
+        assert obs.truth.positions.shape == (10, 3)
+        box_a = client.scene.region("box_a")
+        assert all(box_a.contains(center) for center in obs.truth.positions)
+
+        up = obs.hand.base.xyz + np.array([0.0, 0.0, 0.01])
+        obs = client.step(base=palmares.pose(up, obs.hand.base.quat_xyzw), hand=np.array([0.2]))
+        assert obs.tick == 1
+        assert obs.applied_action.hand == [0.2]
+        obs = client.step(repeat=30)
+        assert obs.sim_time_s == pytest.approx(0.31)
+        assert obs.hand.base.xyz == pytest.approx(up, abs=2e-3)
+        assert obs.hand.actuators[0].position == pytest.approx(0.2, abs=1e-3)
+
+        time = client.time()
+        assert time.session_left_s is None
+        assert time.run is not None
+        assert time.run.tick == 31
+        result = client.stop()
+        assert (result.status, result.reason, result.score) == ("practice", "stopped", 0.0)
+
+        row = next(row for row in client.leaderboard() if row.team == "pytest")
+        assert row.tasks["balls"].run_id == result.run_id
+
+
+def test_same_seed_and_actions_same_bits(url: str) -> None:
+    hashes = set()
+    with palmares.Client(url) as client:
+        for _ in range(2):
+            client.reset("balls", "softhand", seed=9)
+            client.step(base=palmares.twist([0.1, 0, -0.2], [0, 0, 0.5]), hand=[0.7], repeat=40)
+            hashes.add(client.stop().state_hash)
+    assert len(hashes) == 1
+
+
+def test_sensors_show_no_truth(url: str) -> None:
+    with palmares.Client(url) as client:
+        assert client.reset("balls", "softhand", sensing="sensors").truth is None
+        client.stop()
+
+
+def test_refusals_leave_the_run_unharmed(url: str) -> None:
+    with palmares.Client(url) as client:
+        with pytest.raises(palmares.UnknownTaskError):
+            client.reset("juggling", "softhand")
+        with pytest.raises(palmares.UnknownHandError):
+            client.reset("balls", "claw")
+        with pytest.raises(palmares.WrongStateError):
+            client.stop()
+        client.reset("balls", "softhand", seed=1)
+        with pytest.raises(palmares.WrongStateError):
+            client.reset("balls", "softhand", seed=2)
+        client._tick = 0
+        with pytest.raises(palmares.BadActionError):
+            client.step(hand=[0.1, 0.2])
+        with pytest.raises(palmares.BadActionError):
+            client.step(hand=[float("nan")])
+        with pytest.raises(palmares.BadRequestError):
+            client.step(repeat=0)
+        assert client.step(hand=[0.1]).tick == 1
+        assert client.stop().ticks >= 1
+
+
+def test_a_run_goes_on_after_the_connection_broke(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(client_module, "RESUME_DELAYS_S", (0.0, 0.2, 0.5, 1.0, 2.0))
+    with palmares.Client(url) as client:
+        obs = client.reset("balls", "softhand", seed=3)
+        run_id = obs.run_id
+        client.step(repeat=5)
+        client._socket.socket.close()
+        obs = client.step(hand=[0.1])
+        assert obs.run_id == run_id
+        assert obs.tick >= 6
+        assert client.stop().run_id == run_id
+
+
+def test_the_hand_is_described(url: str) -> None:
+    with palmares.Client(url) as client:
+        hand = client.describe_hand("softhand")
+        assert hand["name"] == "softhand"
+        with pytest.raises(palmares.UnknownHandError):
+            client.describe_hand("claw")
