@@ -20,7 +20,7 @@ pub fn softhand() -> Result<Arc<Hand>> {
 }
 
 /// Parts of a free hand are at least this far apart, m.
-const FREE_M: f64 = 3e-3;
+const FREE_M: f64 = 5e-4;
 
 fn world_of(hand: Arc<Hand>, dt_s: f64) -> Result<(World, Command)> {
     let model = Arc::new(Model::new(Config::with_step(dt_s), Some(hand))?);
@@ -30,16 +30,15 @@ fn world_of(hand: Arc<Hand>, dt_s: f64) -> Result<(World, Command)> {
 }
 
 /// The largest σ at which the free hand is free: no joint within 0.02 rad of a limit, the tendon below its
-/// limit, and no two parts of the hand closer than 3 mm that are farther apart when it is open.
+/// limit, and no two parts of the hand that collide closer than half a millimetre.
 fn free_sigma(hand: &Hand, form: &ClosedForm) -> f64 {
-    let open = hand.pairs_closer_than(FREE_M, &vec![0.0; hand.coordinates.len()]);
     let mut sigma: f64 = 1.0;
     while sigma > 0.01 {
         let s = wound(&hand.motors[0], sigma);
         let (q, f) = form.solve(&[s], &vec![0.0; hand.coordinates.len()]);
         let inside = q.iter().zip(&hand.coordinates).all(|(q, c)| *q > c.lower + 0.02 && *q < c.upper - 0.02);
         let unsaturated = f.iter().zip(&hand.tendons).all(|(f, t)| *f < 0.95 * t.force_limit);
-        let apart = hand.pairs_closer_than(FREE_M, &q).iter().all(|pair| open.contains(pair));
+        let apart = hand.pairs_closer_than(FREE_M, &q).iter().all(|pair| hand.no_collision.contains(pair));
         if inside && unsaturated && apart {
             break;
         }
