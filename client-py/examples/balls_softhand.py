@@ -71,6 +71,9 @@ class Script:
     """The motor needs 0.8 s from open to closed"""
     squeeze_s: float = 0.2
     """Wait between closing and lifting"""
+    drag: float = 0.1
+    """Where there is little room, the closed hand first draws the ball this far from the walls, m"""
+    drag_s: float = 0.6
     lift_s: float = 0.8
     carry_s: float = 1.2
     hold_s: float = 0.2
@@ -132,8 +135,12 @@ CAPSULE_RADIUS = np.array([r for _, _, r in HAND_CAPSULES])
 APPROACH_SAMPLES = (0.0, 0.05, 0.12)
 MARGIN = 0.005
 """Room to leave between hand and other balls, m"""
-HOPELESS = -0.6
-"""A candidate with less room than this is not tried, m (sum of all overlaps)"""
+TIGHT = -0.1
+"""With less room than this, the ball is drawn away from the walls before it is lifted"""
+SLIPS = 4
+"""A ball that slipped this often is left where it is, unless it has moved since"""
+MOVED = 0.01
+"""A ball that lies farther than this from where it slipped is a new case, m"""
 
 
 def room(rotation: Array, position: Array, others: Array, ball_radius: float, box: palmares.Region) -> float:
@@ -176,21 +183,32 @@ class Candidate:
     """Centre of the ball when the choice was made, (3,), m"""
 
 
-def choose(
-    balls: Array,
-    in_a: list[int],
-    radius: float,
-    box: palmares.Region,
-    failed: dict[int, list[float]],
-) -> Candidate | None:
-    """Return the ball and the yaw with the most room, or `None` if nothing can be reached.
+@dataclass(frozen=True)
+class Slip:
+    """An attempt that lifted nothing."""
 
-    A ball that slipped before counts less, and from about the same direction much less.
+    ball: int
+    yaw: float
+    position: Array
+
+
+def choose(
+    balls: Array, in_a: list[int], radius: float, box: palmares.Region, slips: list[Slip]
+) -> Candidate | None:
+    """Return the ball and the yaw with the most room, or `None` if nothing is worth another try.
+
+    A ball that slipped where it lies now counts less, and from about the same direction much less.
     """
-    best: Candidate | None = None
+    best, best_score = None, -math.inf
     for ball in in_a:
-        others = np.array([balls[other] for other in range(len(balls)) if other != ball]).reshape(-1, 3)
-        slips = failed.get(ball, [])
+        others = np.delete(balls, ball, axis=0)
+        here = [
+            slip
+            for slip in slips
+            if slip.ball == ball and np.linalg.norm(slip.position - balls[ball]) < MOVED
+        ]
+        if len(here) >= SLIPS:
+            continue
         for yaw in YAWS:
             rotation = GRASP.rotation(yaw)
             grasp_at = balls[ball] - rotation @ np.array(GRASP.ball_in_hand)
@@ -199,10 +217,9 @@ def choose(
             least = min(
                 room(rotation, before_advance - back * down, others, radius, box) for back in APPROACH_SAMPLES
             )
-            score = least - 0.02 * len(slips)
-            score -= 0.1 * sum(math.cos(yaw - slip) > 0.7 for slip in slips)
-            if score > HOPELESS and (best is None or score > best.room):
-                best = Candidate(ball, float(yaw), score, balls[ball].copy())
+            score = least - 0.05 * len(here) - 0.2 * sum(max(0.0, math.cos(yaw - slip.yaw)) for slip in here)
+            if score > best_score:
+                best, best_score = Candidate(ball, float(yaw), least, balls[ball].copy()), score
     return best
 
 
@@ -284,7 +301,7 @@ class Mover:
             raise RunOverError(self.obs.reason)
 
 
-def pick_and_carry(mover: Mover, target: Candidate, box_b: palmares.Region) -> bool:
+def pick_and_carry(mover: Mover, target: Candidate, box_a: palmares.Region, box_b: palmares.Region) -> bool:
     """Take the ball, carry it over box B and let it go. Return whether a ball was in the hand."""
     rotation = GRASP.rotation(target.yaw)
     quat = quat_of(rotation)
@@ -299,13 +316,18 @@ def pick_and_carry(mover: Mover, target: Candidate, box_b: palmares.Region) -> b
     mover.to(SCRIPT.close_s, sigma=GRASP.sigma_closed)
     mover.wait(SCRIPT.squeeze_s)
 
+    if target.room < TIGHT and SCRIPT.drag > 0.0:
+        outward = np.array([*(target.position - middle_of(box_a))[:2], 0.0])
+        mover.to(SCRIPT.drag_s, grasp_at - SCRIPT.drag * outward / max(float(np.linalg.norm(outward)), 1e-6))
+
     heights = true_positions(mover.obs)[:, 2]
-    mover.to(SCRIPT.lift_s, grasp_at + np.array([0.0, 0.0, SCRIPT.lift_height]))
+    mover.to(SCRIPT.lift_s, mover.position + np.array([0.0, 0.0, SCRIPT.lift_height]))
     caught = bool(np.any(true_positions(mover.obs)[:, 2] > heights + SCRIPT.lifted))
     if caught:
         # The ball, not the hand, should arrive near the middle of box B.
-        middle = (np.array(box_b.min) + np.array(box_b.max)) / 2
-        way = np.array([middle[0] - target.position[0], 0.7 * (middle[1] - target.position[1]), 0.0])
+        to_middle = middle_of(box_b) - target.position
+        moved = mover.position - grasp_at
+        way = np.array([to_middle[0] - moved[0], 0.7 * to_middle[1] - moved[1], 0.0])
         mover.to(SCRIPT.carry_s, mover.position + way)
         mover.wait(SCRIPT.hold_s)
     mover.to(SCRIPT.open_s, sigma=0.0)
@@ -373,6 +395,12 @@ class Progress:
             print(file=sys.stderr)
 
 
+def middle_of(region: palmares.Region) -> Array:
+    """Return the middle of a region, (3,), m."""
+    middle: Array = (np.array(region.min) + np.array(region.max)) / 2
+    return middle
+
+
 def count_inside(points: Array, region: palmares.Region) -> int:
     """Return how many of the points (n, 3) lie in the region."""
     return sum(region.contains(point) for point in points)
@@ -393,24 +421,23 @@ def run(client: palmares.Client, seed: int | None, picks: int, quiet: bool) -> S
     progress = Progress(box_b, quiet)
     mover = Mover(client, obs, progress.show)
     caught = 0
-    failed: dict[int, list[float]] = {}  # ball -> directions it slipped away from
+    slips: list[Slip] = []
     failures: list[dict[str, float]] = []
     try:
-        middle_of_a = (np.array(box_a.min) + np.array(box_a.max)) / 2
-        ready = np.array([middle_of_a[0], middle_of_a[1], SCRIPT.ready_height])
+        ready = np.array([*middle_of(box_a)[:2], SCRIPT.ready_height])
         mover.to(1.0, ready, quat_of(GRASP.rotation(0.0)))
         while progress.pick < picks:
             balls = true_positions(mover.obs)
             in_a = [ball for ball in range(len(balls)) if box_a.contains(balls[ball])]
-            target = choose(balls, in_a, radius, box_a, failed)
+            target = choose(balls, in_a, radius, box_a, slips)
             if target is None:
                 break
             progress.pick += 1
-            if pick_and_carry(mover, target, box_b):
+            if pick_and_carry(mover, target, box_a, box_b):
                 caught += 1
             else:
-                failed.setdefault(target.ball, []).append(target.yaw)
-                x, y, _ = target.position
+                slips.append(Slip(target.ball, target.yaw, target.position))
+                x, y = (float(v) for v in target.position[:2])
                 failures.append({"x": x, "y": y, "yaw": target.yaw, "room": target.room})
             progress.show(mover.obs, always=True)
         mover.wait(0.5)

@@ -8,6 +8,7 @@ import math
 import sys
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -43,7 +44,7 @@ def test_first_steps_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captur
 
 def test_a_lone_ball_in_the_middle_has_room() -> None:
     alone = np.array([[0.0, 0.0, 0.05]])
-    choice = balls.choose(alone, [0], 0.05, BOX, {})
+    choice = balls.choose(alone, [0], 0.05, BOX, [])
     assert choice is not None
     assert choice.room == 0.0
 
@@ -51,7 +52,7 @@ def test_a_lone_ball_in_the_middle_has_room() -> None:
 def test_the_hand_comes_from_the_free_side() -> None:
     # A ball by the +x wall: the hand's base must stand on the -x side of it.
     by_the_wall = np.array([[0.19, 0.0, 0.05]])
-    choice = balls.choose(by_the_wall, [0], 0.05, BOX, {})
+    choice = balls.choose(by_the_wall, [0], 0.05, BOX, [])
     assert choice is not None
     base = by_the_wall[0] - balls.GRASP.rotation(choice.yaw) @ np.array(balls.GRASP.ball_in_hand)
     assert base[0] < by_the_wall[0, 0]
@@ -59,16 +60,26 @@ def test_the_hand_comes_from_the_free_side() -> None:
 
 def test_a_neighbour_costs_room_on_its_side() -> None:
     two = np.array([[0.0, 0.0, 0.05], [0.101, 0.0, 0.05]])
-    choice = balls.choose(two, [0], 0.05, BOX, {})
+    choice = balls.choose(two, [0], 0.05, BOX, [])
     assert choice is not None
-    blocked = [choice.yaw]
-    second = balls.choose(two, [0], 0.05, BOX, {0: blocked})
-    assert second is not None
-    assert math.cos(second.yaw - choice.yaw) < 0.99 or second.room < choice.room
+    assert math.cos(choice.yaw) < 0.99  # not straight over the neighbour
+
+
+def test_a_slip_turns_the_hand_and_four_give_up() -> None:
+    alone = np.array([[0.0, 0.0, 0.05]])
+    slips: list[Any] = []
+    for _ in range(balls.SLIPS):
+        choice = balls.choose(alone, [0], 0.05, BOX, slips)
+        assert choice is not None
+        assert all(math.cos(choice.yaw - slip.yaw) < 0.9 for slip in slips)
+        slips.append(balls.Slip(0, choice.yaw, alone[0]))
+    assert balls.choose(alone, [0], 0.05, BOX, slips) is None
+    moved = alone + np.array([0.02, 0.0, 0.0])
+    assert balls.choose(moved, [0], 0.05, BOX, slips) is not None
 
 
 def test_no_ball_no_choice() -> None:
-    assert balls.choose(np.zeros((0, 3)), [], 0.05, BOX, {}) is None
+    assert balls.choose(np.zeros((0, 3)), [], 0.05, BOX, []) is None
 
 
 def test_targets_stay_within_the_base_limits() -> None:
