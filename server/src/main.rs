@@ -1,2 +1,23 @@
-//! The server.
-fn main() {}
+//! Palmares: a competition server where remote controllers drive emulated compliant underactuated robot hands.
+
+mod api;
+mod cli;
+mod config;
+mod protocol;
+mod session;
+mod store;
+mod telemetry;
+mod ws;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    match cli::Cli::parse().run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("palmares: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

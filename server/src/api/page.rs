@@ -1,0 +1,150 @@
+//! The leaderboard as a page: plain HTML from the server, no scripts, nothing from elsewhere.
+
+use super::Problem;
+use super::rest::store_failed;
+use crate::session::Host;
+use crate::store::LeaderboardRow;
+use axum::extract::State;
+use axum::http::HeaderMap;
+use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, HOST};
+use axum::response::{Html, IntoResponse};
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use std::sync::Arc;
+
+const STYLE: &str = include_str!("page.css");
+
+/// `GET /`.
+pub(super) async fn leaderboard(
+    State(host): State<Arc<Host>>,
+    headers: HeaderMap,
+) -> Result<impl IntoResponse, Problem> {
+    let rows = host.store.leaderboard().await.map_err(|error| store_failed(&error))?;
+    let here = headers.get(HOST).and_then(|value| value.to_str().ok()).unwrap_or("127.0.0.1:8080");
+    let tasks: Vec<&str> = host.tasks.iter().map(|task| task.name.as_str()).collect();
+    let page = render(&rows, &tasks, here);
+    let policy = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; frame-ancestors 'none'";
+    Ok(([(CACHE_CONTROL, "no-store"), (CONTENT_SECURITY_POLICY, policy)], Html(page)))
+}
+
+fn render(rows: &[LeaderboardRow], tasks: &[&str], here: &str) -> String {
+    let body = if rows.is_empty() { empty(here) } else { table(rows, tasks) };
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
+         <meta http-equiv=\"refresh\" content=\"10\"><meta name=\"color-scheme\" content=\"light dark\">\
+         <title>Palmares leaderboard</title><style>{STYLE}</style></head><body><main>\
+         <header><h1>Palmares</h1><p>Practice leaderboard</p></header>\n{body}\n\
+         <footer>Best score of each task; equal totals: the earlier first. Refreshes every 10 s. \
+         <a href=\"/v1/leaderboard\">as JSON</a></footer></main></body></html>\n"
+    )
+}
+
+fn empty(here: &str) -> String {
+    let here = escape(here);
+    format!(
+        "<section class=\"empty\"><h2>No finished run yet</h2><p>Start a client and close a run, and its team \
+         appears here:</p><pre>pip install ./client-py\npython client-py/examples/balls_softhand.py \
+         http://{here}</pre><p>or connect a WebSocket of your own to <code>ws://{here}/v1/control</code> with \
+         the subprotocol <code>palmares.v1.json</code>.</p></section>"
+    )
+}
+
+fn table(rows: &[LeaderboardRow], tasks: &[&str]) -> String {
+    // Tasks of today first, then those that only old runs know.
+    let old: BTreeSet<&str> = rows.iter().flat_map(|row| row.tasks.keys().map(String::as_str)).collect();
+    let columns: Vec<&str> =
+        tasks.iter().copied().chain(old.into_iter().filter(|name| !tasks.contains(name))).collect();
+    let mut html = String::from(
+        "<div class=\"scroll\"><table><thead><tr><th scope=\"col\" class=\"n\">Rank</th>\
+         <th scope=\"col\">Team</th><th scope=\"col\" class=\"n\">Total</th>",
+    );
+    // Writing into a string cannot fail.
+    for name in &columns {
+        let _ = write!(html, "<th scope=\"col\" class=\"n\">{}</th>", escape(name));
+    }
+    html.push_str("<th scope=\"col\" class=\"n\">Runs</th></tr></thead><tbody>");
+    for row in rows {
+        let _ = write!(
+            html,
+            "\n<tr><td class=\"n\">{}</td><th scope=\"row\">{}</th><td class=\"n total\">{}</td>",
+            row.rank,
+            escape(&row.team),
+            points(row.total)
+        );
+        for name in &columns {
+            let _ = match row.tasks.get(*name) {
+                Some(best) => write!(
+                    html,
+                    "<td class=\"n\"><a href=\"/v1/runs/{}\">{}</a></td>",
+                    escape(&best.run_id),
+                    points(best.score)
+                ),
+                None => write!(html, "<td class=\"n none\">–</td>"),
+            };
+        }
+        let _ = write!(html, "<td class=\"n\">{}</td></tr>", row.runs);
+    }
+    html.push_str("</tbody></table></div>");
+    html
+}
+
+/// Points with one decimal and a true minus sign.
+fn points(score: f64) -> String {
+    // Adding zero turns −0 into 0.
+    format!("{:.1}", score + 0.0).replace('-', "−")
+}
+
+/// Text as HTML, in elements and in quoted attributes.
+fn escape(text: &str) -> String {
+    let mut html = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => html.push_str("&amp;"),
+            '<' => html.push_str("&lt;"),
+            '>' => html.push_str("&gt;"),
+            '"' => html.push_str("&quot;"),
+            '\'' => html.push_str("&#39;"),
+            other => html.push(other),
+        }
+    }
+    html
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::TaskBest;
+
+    fn row(team: &str) -> LeaderboardRow {
+        let best = TaskBest { score: 3.5, run_id: "run_1".into(), ended_unix_ms: 0 };
+        LeaderboardRow {
+            rank: 1,
+            team: team.into(),
+            total: -0.5,
+            runs: 2,
+            reached_unix_ms: 0,
+            tasks: [("balls".to_owned(), best)].into(),
+        }
+    }
+
+    #[test]
+    fn what_a_team_calls_itself_is_text() {
+        let page = render(&[row("<script>alert('x')</script>\"&")], &["balls"], "h");
+        assert!(page.contains("&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt;&quot;&amp;"));
+        assert!(!page.contains("<script"));
+    }
+
+    #[test]
+    fn every_task_has_a_column_also_when_only_old_runs_know_it() {
+        let page = render(&[row("a")], &["shelf"], "h");
+        assert!(page.contains(">shelf</th>") && page.contains(">balls</th>"));
+        assert!(page.contains("class=\"n none\">–<") && page.contains("−0.5"));
+    }
+
+    #[test]
+    fn an_empty_leaderboard_tells_how_to_fill_it() {
+        let page = render(&[], &["balls"], "host:1\"><script>");
+        assert!(page.contains("ws://host:1&quot;&gt;&lt;script&gt;/v1/control"));
+    }
+}

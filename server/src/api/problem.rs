@@ -1,0 +1,53 @@
+//! Errors as `application/problem+json` (RFC 9457) with the protocol's codes.
+
+use crate::protocol::{Code, Refusal};
+use axum::http::{HeaderName, HeaderValue, Method, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+
+/// A refusal as an HTTP response.
+#[derive(Debug)]
+pub(crate) struct Problem(pub(crate) Refusal);
+
+#[derive(Serialize)]
+struct Body<'a> {
+    /// No page describes the codes one by one: the standard's word for that.
+    r#type: &'static str,
+    title: &'a str,
+    status: u16,
+    detail: &'a str,
+    code: Code,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    retry_after_s: Option<f64>,
+}
+
+fn respond(status: StatusCode, refusal: &Refusal) -> Response {
+    let body = Body {
+        r#type: "about:blank",
+        title: status.canonical_reason().unwrap_or_default(),
+        status: status.as_u16(),
+        detail: &refusal.message,
+        code: refusal.code,
+        retry_after_s: refusal.retry_after_s,
+    };
+    // Strings and numbers only: cannot fail.
+    let json = serde_json::to_string(&body).unwrap_or_default();
+    let content_type: (HeaderName, &str) = (header::CONTENT_TYPE, "application/problem+json");
+    let mut response = (status, [content_type], json).into_response();
+    if let Some(seconds) = refusal.retry_after_s {
+        response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(seconds.ceil().max(1.0) as u64));
+    }
+    response
+}
+
+impl IntoResponse for Problem {
+    fn into_response(self) -> Response {
+        respond(self.0.code.status(), &self.0)
+    }
+}
+
+/// The address exists, but not for this method.
+pub(crate) fn method_not_allowed(method: &Method) -> Response {
+    let message = format!("{method} is not possible here; use GET");
+    respond(StatusCode::METHOD_NOT_ALLOWED, &Refusal::new(Code::BadRequest, message))
+}

@@ -1,0 +1,71 @@
+//! The command line.
+
+mod list;
+mod schema;
+mod serve;
+
+use crate::config::ServeOptions;
+use clap::{Parser, Subcommand};
+
+/// Palmares: a competition server where remote controllers drive emulated compliant underactuated robot hands.
+#[derive(Debug, Parser)]
+#[command(version, about, propagate_version = true, arg_required_else_help = true, after_help = AFTER_HELP)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const AFTER_HELP: &str = "\
+Quick start:
+  palmares serve                 a practice server on http://127.0.0.1:8080
+  open http://127.0.0.1:8080/    the leaderboard
+
+Log lines go to stderr; RUST_LOG=palmares=debug shows more of them.";
+
+const SERVE_HELP: &str = "\
+When it is ready it prints one line on stdout, `listening on http://ADDRESS:PORT`. Ctrl-C (or SIGTERM) ends it:
+open runs are stopped and scored first.
+
+Examples:
+  palmares serve
+  palmares serve --listen 0.0.0.0:8080 --data-dir /var/lib/palmares
+  palmares serve --listen 127.0.0.1:0";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a practice server
+    ///
+    /// Teams connect without a token, choose their own seeds and may see the full state. Scores are kept in
+    /// a SQLite file in the data directory, which is created on the first start.
+    #[command(after_help = SERVE_HELP)]
+    Serve(ServeOptions),
+    /// List the hands that come with the program
+    Hands,
+    /// List the tasks that come with the program
+    Tasks,
+    /// Print the JSON Schema of the protocol's messages
+    Schema,
+}
+
+impl Cli {
+    /// Does what was asked.
+    pub(crate) fn run(self) -> anyhow::Result<()> {
+        match self.command {
+            Command::Serve(options) => serve::serve(&options),
+            Command::Hands => list::hands(),
+            Command::Tasks => list::tasks(),
+            Command::Schema => schema::schema(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cli;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_is_sound() {
+        Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,99 @@
+//! `palmares serve`.
+
+use crate::api;
+use crate::config::ServeOptions;
+use crate::session::Host;
+use crate::store::{Location, Store};
+use crate::telemetry;
+use anyhow::Context;
+use axum::serve::ListenerExt;
+use std::io::Write;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::net::TcpListener;
+use tokio::signal::unix::{Signal, SignalKind, signal};
+use tokio::time::timeout;
+
+/// How long open runs and connections may take to finish at shutdown.
+const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(30);
+
+/// Serves until a signal ends it.
+pub(super) fn serve(options: &ServeOptions) -> anyhow::Result<()> {
+    telemetry::start()?;
+    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
+    let runtime = runtime.context("cannot start the asynchronous runtime")?;
+    runtime.block_on(run(options))
+}
+
+async fn run(options: &ServeOptions) -> anyhow::Result<()> {
+    let (mut interrupt, mut terminate) = (on(SignalKind::interrupt())?, on(SignalKind::terminate())?);
+    // The port before the database: a second server by mistake must not touch the first one's runs.
+    let listener = TcpListener::bind(options.listen).await.with_context(|| {
+        format!("cannot listen on {}; choose another with --listen, port 0 takes a free one", options.listen)
+    })?;
+    let address = listener.local_addr().context("the listening socket has no address")?;
+    let location = options.location();
+    let store = Store::open(&location).await?;
+    for run in store.abort_open_runs().await? {
+        tracing::warn!(run, "the server stopped during this run; marked as aborted");
+    }
+    let host = Arc::new(Host::new(store, options.settings()));
+    greet(address, &location, &host)?;
+
+    // Small messages, each waited for: Nagle's algorithm would only hold them back.
+    let listener = listener.tap_io(|stream| {
+        if let Err(error) = stream.set_nodelay(true) {
+            tracing::debug!(%error, "no TCP_NODELAY");
+        }
+    });
+    let signalled = {
+        let host = host.clone();
+        async move {
+            tokio::select! {
+                _ = interrupt.recv() => {}
+                _ = terminate.recv() => {}
+            }
+            tracing::info!("shutting down: open runs are stopped and scored");
+            host.stop();
+        }
+    };
+    let server = axum::serve(listener, api::router(host.clone())).with_graceful_shutdown(signalled);
+    let server = tokio::spawn(server.into_future());
+    host.stopping().await;
+    // Sockets and sessions first, then the last HTTP answers.
+    if timeout(SHUTDOWN_TIMEOUT, host.deserted()).await.is_err() {
+        tracing::warn!("some runs did not finish in time; they are marked at the next start");
+    }
+    if let Ok(ended) = timeout(Duration::from_secs(5), server).await {
+        ended.context("the server's task failed")?.context("the server failed")?;
+    }
+    host.store.close().await;
+    tracing::info!("stopped");
+    Ok(())
+}
+
+fn on(kind: SignalKind) -> anyhow::Result<Signal> {
+    signal(kind).context("cannot listen for signals")
+}
+
+/// One line for programs on stdout, hints for people on stderr.
+fn greet(address: SocketAddr, location: &Location, host: &Host) -> anyhow::Result<()> {
+    let database = match location {
+        Location::DataDir(folder) => folder.join("palmares.sqlite").display().to_string(),
+        Location::Url(_) => "as given by --database-url".into(),
+    };
+    let tasks: Vec<&str> = host.tasks.iter().map(|task| task.name.as_str()).collect();
+    let hands: Vec<&str> = host.hands.iter().map(|hand| hand.name.as_str()).collect();
+    eprintln!(
+        "Palmares {} practice server\n  leaderboard  http://{address}/\n  controllers  ws://{address}/v1/control\n  \
+         tasks        {}\n  hands        {}\n  database     {database}\nCtrl-C ends it; open runs are scored first.",
+        env!("CARGO_PKG_VERSION"),
+        tasks.join(", "),
+        hands.join(", "),
+    );
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "listening on http://{address}")
+        .and_then(|()| out.flush())
+        .context("cannot write to stdout")
+}

@@ -1,0 +1,359 @@
+//! What a client asks: parsed in two stages, so that an error names the field and what would be right.
+
+use super::action::parse_action;
+use super::{Code, MAX_SAFE_INTEGER, Refusal};
+use palmares_tasks::{Action, Sensing};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+
+/// A request without its envelope (`op`, `id`).
+#[derive(Debug)]
+pub(crate) enum Request {
+    /// Greets the server: opens a session or takes one up again.
+    Hello(Hello),
+    /// Opens a run.
+    Reset(Reset),
+    /// Advances the world.
+    Step(Step),
+    /// Closes the run and asks for its result.
+    Stop(Stop),
+    /// Asks for the session's clock.
+    Time(Time),
+    /// Ends the session.
+    Bye(Bye),
+}
+
+impl Request {
+    /// The `op` on the wire.
+    pub(crate) fn op(&self) -> &'static str {
+        match self {
+            Request::Hello(_) => "hello",
+            Request::Reset(_) => "reset",
+            Request::Step(_) => "step",
+            Request::Stop(_) => "stop",
+            Request::Time(_) => "time",
+            Request::Bye(_) => "bye",
+        }
+    }
+}
+
+/// `hello`: the first request on every connection.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Hello {
+    /// Who is asking. In practice its name is the team's name on the leaderboard.
+    pub(crate) client: ClientInfo,
+    /// From an earlier `welcome`: takes that session up again, within 30 s of losing the connection.
+    #[serde(default)]
+    pub(crate) resume_token: Option<String>,
+    /// Practice only: length of the session in s. Without it a practice session has no limit.
+    #[serde(default)]
+    pub(crate) session_s: Option<f64>,
+}
+
+/// Who is asking: `"name/version"`, or an object.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected a string \"name\" or an object {\"name\": …, \"version\"?: …}")]
+pub(crate) enum ClientInfo {
+    /// `"name"` or `"name/version"`.
+    Short(String),
+    /// In full.
+    #[serde(rename_all = "snake_case")]
+    Full {
+        /// 1 to 64 characters.
+        name: String,
+        /// Version of the client program.
+        #[serde(default)]
+        version: Option<String>,
+    },
+}
+
+impl ClientInfo {
+    /// Name and version, checked.
+    pub(crate) fn checked(&self) -> Result<(String, Option<String>), Refusal> {
+        let (name, version) = match self {
+            ClientInfo::Short(text) => match text.split_once('/') {
+                Some((name, version)) => (name, Some(version)),
+                None => (text.as_str(), None),
+            },
+            ClientInfo::Full { name, version } => (name.as_str(), version.as_deref()),
+        };
+        let valid = |text: &str| text.chars().count() <= 64 && !text.chars().any(char::is_control);
+        let name = name.trim();
+        if name.is_empty() || !valid(name) || !version.is_none_or(valid) {
+            return Err(Refusal::new(
+                Code::BadRequest,
+                "client: the name must have 1 to 64 characters, the version at most 64, none of them a control \
+                 character",
+            ));
+        }
+        Ok((name.to_owned(), version.map(str::to_owned)))
+    }
+}
+
+/// `reset`: opens a run at tick 0.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Reset {
+    /// Name of a task, see `welcome.tasks`.
+    pub(crate) task: String,
+    /// Name of a hand, see `welcome.hands`.
+    pub(crate) hand: String,
+    /// How time passes.
+    #[serde(default)]
+    pub(crate) mode: Mode,
+    /// How much `obs` shows.
+    #[serde(default)]
+    pub(crate) sensing: Sensing,
+    /// Practice only: which scene, 0 to 2⁵³ − 1. Left out, the server draws one.
+    #[serde(default)]
+    pub(crate) seed: Option<u64>,
+    /// None are defined yet; must be left out or empty.
+    #[serde(default)]
+    pub(crate) options: Map<String, Value>,
+}
+
+/// How time passes in a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Mode {
+    /// The world waits for the controller.
+    #[default]
+    Lockstep,
+    /// The world ticks at wall-clock rate. Not available in this version.
+    Realtime,
+}
+
+/// `step`: advances the world by `repeat` ticks under one action.
+#[derive(Clone, Debug, JsonSchema)]
+pub(crate) struct Step {
+    /// The current tick: that of the last `obs`.
+    pub(crate) tick: u64,
+    /// Targets; what is left out keeps its last target.
+    pub(crate) action: Action,
+    /// Ticks to advance, 1 to `welcome.limits.repeat`; 1 when left out. Ends early when the run is over.
+    #[schemars(default = "one")]
+    pub(crate) repeat: u32,
+}
+
+/// `step` with its action not yet looked into, which has a code of its own when it is wrong.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawStep {
+    tick: u64,
+    #[serde(default)]
+    action: Option<Value>,
+    #[serde(default = "one")]
+    repeat: u32,
+}
+
+fn one() -> u32 {
+    1
+}
+
+/// `stop`: lets the objects settle, counts, closes the run.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Stop {}
+
+/// `time`: how the session's clock stands.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Time {}
+
+/// `bye`: ends the session; an open run is stopped and scored first.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Bye {}
+
+/// A message with as much of its envelope as could be read.
+pub(crate) struct Parsed {
+    /// The request's id, where there is a valid one.
+    pub(crate) id: Option<u64>,
+    /// The request, or why it is none.
+    pub(crate) request: Result<Request, Refusal>,
+}
+
+/// Reads one text frame.
+pub(crate) fn parse(text: &str) -> Parsed {
+    let mut fields = match serde_json::from_str::<Value>(text) {
+        Ok(Value::Object(fields)) => fields,
+        Ok(other) => {
+            let message = format!("a message is a JSON object with `op` and `id`, not {}", kind_of(&other));
+            return Parsed { id: None, request: Err(Refusal::new(Code::BadRequest, message)) };
+        }
+        Err(error) => {
+            let message = format!("not JSON: {error}");
+            return Parsed { id: None, request: Err(Refusal::new(Code::BadJson, message)) };
+        }
+    };
+    let id = match fields.remove("id") {
+        Some(Value::Number(number)) => number.as_u64().filter(|&id| id <= MAX_SAFE_INTEGER),
+        _ => None,
+    };
+    let request = if id.is_none() {
+        Err(Refusal::new(Code::BadRequest, "id: every request carries a whole number from 0 to 2^53 - 1"))
+    } else {
+        parse_op(fields)
+    };
+    Parsed { id, request }
+}
+
+fn parse_op(mut fields: Map<String, Value>) -> Result<Request, Refusal> {
+    let op = match fields.remove("op") {
+        Some(Value::String(op)) => op,
+        Some(other) => {
+            let message = format!("op: expected a string, not {}", kind_of(&other));
+            return Err(Refusal::new(Code::BadRequest, message));
+        }
+        None => return Err(Refusal::new(Code::BadRequest, "op: missing")),
+    };
+    match op.as_str() {
+        "hello" => Ok(Request::Hello(typed("hello", fields)?)),
+        "reset" => parse_reset(fields).map(Request::Reset),
+        "step" => parse_step(fields).map(Request::Step),
+        "stop" => Ok(Request::Stop(typed("stop", fields)?)),
+        "time" => Ok(Request::Time(typed("time", fields)?)),
+        "bye" => Ok(Request::Bye(typed("bye", fields)?)),
+        "act" | "perturb" => Err(Refusal::new(
+            Code::BadRequest,
+            format!("op `{op}` is not available in this version; use `step` in mode `lockstep`"),
+        )),
+        _ => Err(Refusal::new(
+            Code::UnknownOp,
+            format!("no op `{}`; there are hello, reset, step, stop, time, bye", shortened(&op)),
+        )),
+    }
+}
+
+fn parse_reset(fields: Map<String, Value>) -> Result<Reset, Refusal> {
+    let reset: Reset = typed("reset", fields)?;
+    if reset.mode == Mode::Realtime {
+        let message = "mode: `realtime` is not available in this version; use `lockstep`";
+        return Err(Refusal::new(Code::BadRequest, message));
+    }
+    if reset.seed.is_some_and(|seed| seed > MAX_SAFE_INTEGER) {
+        return Err(Refusal::new(Code::BadRequest, "seed: expected a whole number from 0 to 2^53 - 1"));
+    }
+    if let Some(name) = reset.options.keys().next() {
+        let message = format!("options.{}: no options are defined in this version", shortened(name));
+        return Err(Refusal::new(Code::BadRequest, message));
+    }
+    Ok(reset)
+}
+
+fn parse_step(fields: Map<String, Value>) -> Result<Step, Refusal> {
+    let raw: RawStep = typed("step", fields)?;
+    let action = match raw.action {
+        Some(action) => parse_action(action)?,
+        None => return Err(Refusal::new(Code::BadRequest, "action: missing; {} keeps the last targets")),
+    };
+    Ok(Step { tick: raw.tick, action, repeat: raw.repeat })
+}
+
+fn typed<T: DeserializeOwned>(op: &str, fields: Map<String, Value>) -> Result<T, Refusal> {
+    serde_path_to_error::deserialize(Value::Object(fields)).map_err(|error| {
+        let path = error.path().to_string();
+        let why = error.into_inner();
+        // At the top level the path is ".", and serde names the field itself.
+        let message = if path == "." { format!("{op}: {why}") } else { format!("{path}: {why}") };
+        Refusal::new(Code::BadRequest, message)
+    })
+}
+
+/// What a JSON value is, for messages.
+pub(super) fn kind_of(value: &Value) -> &'static str {
+    match value {
+        Value::Null => "null",
+        Value::Bool(_) => "a boolean",
+        Value::Number(_) => "a number",
+        Value::String(_) => "a string",
+        Value::Array(_) => "an array",
+        Value::Object(_) => "an object",
+    }
+}
+
+/// The client's own words, short enough to be quoted.
+pub(crate) fn shortened(text: &str) -> String {
+    const LONGEST: usize = 64;
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refusal(text: &str) -> (Option<u64>, Code, String) {
+        let parsed = parse(text);
+        match parsed.request {
+            Ok(request) => panic!("accepted: {request:?}"),
+            Err(refusal) => (parsed.id, refusal.code, refusal.message),
+        }
+    }
+
+    #[test]
+    fn shape_errors_name_the_field() {
+        let (id, code, message) = refusal(r#"{"op":"step","id":7,"tick":"x","action":{}}"#);
+        assert_eq!((id, code), (Some(7), Code::BadRequest));
+        assert!(message.starts_with("tick: "), "{message}");
+
+        let (_, code, message) = refusal(r#"{"op":"reset","id":7,"task":"balls","hand":"h","mode":"slow"}"#);
+        assert_eq!(code, Code::BadRequest);
+        assert!(message.contains("mode: ") && message.contains("lockstep"), "{message}");
+
+        let (_, _, message) = refusal(r#"{"op":"reset","id":7,"task":"balls"}"#);
+        assert!(message.contains("`hand`"), "{message}");
+
+        let (_, _, message) = refusal(r#"{"op":"stop","id":7,"why":1}"#);
+        assert!(message.contains("`why`"), "{message}");
+
+        let (_, _, message) = refusal(r#"{"op":"hello","id":7,"client":3}"#);
+        assert!(message.contains("client: ") && message.contains("name"), "{message}");
+    }
+
+    #[test]
+    fn what_is_not_json_is_bad_json() {
+        for text in ["", "{", "nonsense", r#"{"op":"step","id":1,"tick":NaN}"#, r#"{"a":1e999}"#, "{} {}"] {
+            assert_eq!(refusal(text).1, Code::BadJson, "{text}");
+        }
+        let deep = "[".repeat(100_000);
+        assert_eq!(refusal(&deep).1, Code::BadJson);
+    }
+
+    #[test]
+    fn an_id_is_a_safe_whole_number() {
+        for id in ["-1", "1.5", "\"1\"", "null", "9007199254740992"] {
+            let (echoed, code, message) = refusal(&format!(r#"{{"op":"time","id":{id}}}"#));
+            assert_eq!((echoed, code), (None, Code::BadRequest), "{id}");
+            assert!(message.starts_with("id: "), "{message}");
+        }
+        assert!(parse(r#"{"op":"time","id":9007199254740991}"#).request.is_ok());
+    }
+
+    #[test]
+    fn what_this_version_lacks_is_said() {
+        for text in [
+            r#"{"op":"act","id":1,"action":{}}"#,
+            r#"{"op":"perturb","id":1}"#,
+            r#"{"op":"reset","id":1,"task":"balls","hand":"softhand","mode":"realtime"}"#,
+        ] {
+            let (_, code, message) = refusal(text);
+            assert_eq!(code, Code::BadRequest);
+            assert!(message.contains("not available in this version"), "{message}");
+        }
+    }
+
+    #[test]
+    fn names_are_checked() {
+        let name = |text: &str| ClientInfo::Short(text.to_owned()).checked();
+        assert_eq!(name("team/1.2").ok(), Some(("team".to_owned(), Some("1.2".to_owned()))));
+        for bad in ["", "   ", "/1", "a\nb", &"x".repeat(65)] {
+            assert!(name(bad).is_err(), "{bad:?}");
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! Names, shapes, units and ranges of the fields of actions and observations.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// Every numeric field a controller writes or reads.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct Specs {
+    /// Fields of `step.action`.
+    pub(crate) action: Vec<Field>,
+    /// Fields of `obs`.
+    pub(crate) observation: Vec<Field>,
+}
+
+/// One field.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct Field {
+    /// Path; `[]` stands for every entry of a list.
+    pub(crate) name: &'static str,
+    /// Lengths; empty for a single number.
+    pub(crate) shape: Vec<Length>,
+    /// Unit; empty for a pure number.
+    pub(crate) unit: &'static str,
+    /// Least value of an entry; null for none. Commands beyond are clipped.
+    pub(crate) minimum: Option<f64>,
+    /// Largest value of an entry; null for none.
+    pub(crate) maximum: Option<f64>,
+}
+
+/// A length that is fixed, or that of the hand or scene.
+#[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub(crate) enum Length {
+    /// Fixed.
+    Fixed(usize),
+    /// `motors`, `joints` (see `welcome.hands`) or `objects` (free bodies of the scene).
+    Of(&'static str),
+}
+
+/// Half the width of the cube that the base may be sent about in, m.
+const BASE_REACH: f64 = 2.0;
+/// Largest speed of the base servo, m/s.
+const BASE_SPEED: f64 = 2.0;
+/// Largest turning speed of the base servo, rad/s.
+const BASE_TURN: f64 = 3.0;
+
+fn field(
+    name: &'static str,
+    shape: &[Length],
+    unit: &'static str,
+    range: (Option<f64>, Option<f64>),
+) -> Field {
+    Field { name, shape: shape.to_vec(), unit, minimum: range.0, maximum: range.1 }
+}
+
+impl Specs {
+    /// The fields of this version.
+    pub(crate) fn new() -> Self {
+        const FREE: (Option<f64>, Option<f64>) = (None, None);
+        const UNIT: (Option<f64>, Option<f64>) = (Some(-1.0), Some(1.0));
+        const SIGMA: (Option<f64>, Option<f64>) = (Some(0.0), Some(1.0));
+        const FROM_ZERO: (Option<f64>, Option<f64>) = (Some(0.0), None);
+        let symmetric = |limit: f64| (Some(-limit), Some(limit));
+        let (three, four) = ([Length::Fixed(3)], [Length::Fixed(4)]);
+        let (motors, joints) = ([Length::Of("motors")], [Length::Of("joints")]);
+        let of_objects = |n: usize| [Length::Of("objects"), Length::Fixed(n)];
+        Specs {
+            action: vec![
+                field("base.position", &three, "m", symmetric(BASE_REACH)),
+                field("base.quat_xyzw", &four, "", UNIT),
+                field("base.linear", &three, "m/s", symmetric(BASE_SPEED)),
+                field("base.angular", &three, "rad/s", symmetric(BASE_TURN)),
+                field("hand", &motors, "", SIGMA),
+            ],
+            observation: vec![
+                field("tick", &[], "", FROM_ZERO),
+                field("sim_time_s", &[], "s", FROM_ZERO),
+                field("hand.base.position", &three, "m", FREE),
+                field("hand.base.quat_xyzw", &four, "", UNIT),
+                field("hand.base.linear", &three, "m/s", FREE),
+                field("hand.base.angular", &three, "rad/s", FREE),
+                field("hand.actuators[].command", &motors, "", SIGMA),
+                field("hand.actuators[].position", &motors, "", FREE),
+                field("hand.actuators[].velocity", &motors, "1/s", FREE),
+                field("hand.actuators[].tension", &motors, "tendon", FROM_ZERO),
+                field("hand.wrist.force", &three, "N", FREE),
+                field("hand.wrist.torque", &three, "N·m", FREE),
+                field("truth.objects[].position", &of_objects(3), "m", FREE),
+                field("truth.objects[].quat_xyzw", &of_objects(4), "", UNIT),
+                field("truth.objects[].linear", &of_objects(3), "m/s", FREE),
+                field("truth.objects[].angular", &of_objects(3), "rad/s", FREE),
+                field("truth.joints.position", &joints, "rad", FREE),
+                field("truth.joints.velocity", &joints, "rad/s", FREE),
+                field("truth.predicted_equilibrium", &joints, "rad", FREE),
+                field("score", &[], "points", FREE),
+            ],
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! What all sessions of a server share.
+
+use super::registry::Registry;
+use crate::protocol::reply::{Competition, HandInfo, Limits, TaskInfo};
+use crate::protocol::{Code, Refusal};
+use crate::store::Store;
+use palmares_models::hand::Hand;
+use palmares_tasks::Task;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
+
+/// Largest inbound message, bytes.
+pub(crate) const MESSAGE_BYTES: usize = 64 << 10;
+/// Largest `repeat` of a step.
+pub(crate) const REPEAT: u32 = 100;
+/// Period of pings.
+pub(crate) const PING_INTERVAL: Duration = Duration::from_secs(5);
+/// A connection silent for this long is dropped.
+pub(crate) const PING_TIMEOUT: Duration = Duration::from_secs(15);
+/// Longest session a practice client may ask for, s.
+pub(crate) const LONGEST_SESSION_S: f64 = 86_400.0;
+
+/// What an organizer sets.
+#[derive(Clone, Debug)]
+pub(crate) struct Settings {
+    /// Worlds that may be open at once.
+    pub(crate) max_worlds: usize,
+    /// Control connections that may be open at once.
+    pub(crate) max_connections: usize,
+    /// Requests per second that a connection may keep up.
+    pub(crate) requests_per_s: f64,
+    /// How long a session waits for its client to come back.
+    pub(crate) resume_grace: Duration,
+}
+
+/// What all sessions share.
+#[derive(Debug)]
+pub(crate) struct Host {
+    /// The database.
+    pub(crate) store: Store,
+    /// Tasks that can be played.
+    pub(crate) tasks: Vec<Arc<Task>>,
+    /// Hands that can be played with.
+    pub(crate) hands: Vec<Arc<Hand>>,
+    /// What an organizer sets.
+    pub(crate) settings: Settings,
+    /// Where sessions wait for their clients.
+    pub(crate) registry: Registry,
+    worlds: Arc<Semaphore>,
+    connections: Arc<Semaphore>,
+    started: Instant,
+    stopping: watch::Sender<bool>,
+    alive: watch::Sender<usize>,
+}
+
+/// Keeps the server from exiting while it exists.
+#[derive(Debug)]
+pub(crate) struct Alive(watch::Sender<usize>);
+
+impl Drop for Alive {
+    fn drop(&mut self) {
+        self.0.send_modify(|count| *count -= 1);
+    }
+}
+
+impl Host {
+    /// A host with the given store and the tasks and hands that come with the program.
+    pub(crate) fn new(store: Store, settings: Settings) -> Self {
+        Host {
+            store,
+            tasks: Task::builtin(),
+            hands: palmares_models::builtin::builtin_hands().to_vec(),
+            registry: Registry::default(),
+            worlds: Arc::new(Semaphore::new(settings.max_worlds)),
+            connections: Arc::new(Semaphore::new(settings.max_connections)),
+            settings,
+            started: Instant::now(),
+            stopping: watch::Sender::new(false),
+            alive: watch::Sender::new(0),
+        }
+    }
+
+    /// The sessions' time: since the server started.
+    pub(crate) fn now(&self) -> Duration {
+        self.started.elapsed()
+    }
+
+    /// The task of that name.
+    pub(crate) fn task(&self, name: &str) -> Option<&Arc<Task>> {
+        self.tasks.iter().find(|task| task.name == name)
+    }
+
+    /// The hand of that name.
+    pub(crate) fn hand(&self, name: &str) -> Option<&Arc<Hand>> {
+        self.hands.iter().find(|hand| hand.name == name)
+    }
+
+    /// A place for another world.
+    pub(crate) fn place_for_world(&self) -> Result<OwnedSemaphorePermit, Refusal> {
+        self.worlds.clone().try_acquire_owned().map_err(|_| {
+            let message = format!("all {} worlds of this server are in use", self.settings.max_worlds);
+            Refusal::new(Code::Capacity, message).retry_after(5.0)
+        })
+    }
+
+    /// A place for another connection.
+    pub(crate) fn place_for_connection(&self) -> Result<OwnedSemaphorePermit, Refusal> {
+        self.connections.clone().try_acquire_owned().map_err(|_| {
+            let message =
+                format!("all {} connections of this server are in use", self.settings.max_connections);
+            Refusal::new(Code::Capacity, message).retry_after(5.0)
+        })
+    }
+
+    /// A guard that the server waits for before it exits.
+    pub(crate) fn alive(&self) -> Alive {
+        self.alive.send_modify(|count| *count += 1);
+        Alive(self.alive.clone())
+    }
+
+    /// Tells everyone to finish.
+    pub(crate) fn stop(&self) {
+        self.stopping.send_replace(true);
+    }
+
+    /// Returns when the server is to finish.
+    pub(crate) async fn stopping(&self) {
+        // The sender lives in `self`: waiting cannot fail.
+        let _ = self.stopping.subscribe().wait_for(|&stopping| stopping).await;
+    }
+
+    /// Whether the server is finishing.
+    pub(crate) fn is_stopping(&self) -> bool {
+        *self.stopping.borrow()
+    }
+
+    /// Returns when nobody is left.
+    pub(crate) async fn deserted(&self) {
+        let _ = self.alive.subscribe().wait_for(|&count| count == 0).await;
+    }
+
+    /// The competition.
+    pub(crate) fn competition(&self) -> Competition {
+        Competition { name: "practice".into(), mode: "practice".into(), session_s: None }
+    }
+
+    /// What a client must keep to.
+    pub(crate) fn limits(&self) -> Limits {
+        Limits {
+            message_bytes: MESSAGE_BYTES,
+            repeat: REPEAT,
+            requests_per_s: self.settings.requests_per_s,
+            requests_burst: 2.0 * self.settings.requests_per_s,
+            resume_grace_s: self.settings.resume_grace.as_secs_f64(),
+            ping_interval_s: PING_INTERVAL.as_secs_f64(),
+            ping_timeout_s: PING_TIMEOUT.as_secs_f64(),
+        }
+    }
+
+    /// The tasks in short.
+    pub(crate) fn task_infos(&self) -> Vec<TaskInfo> {
+        self.tasks.iter().map(|task| TaskInfo::of(task)).collect()
+    }
+
+    /// The hands in short.
+    pub(crate) fn hand_infos(&self) -> Vec<HandInfo> {
+        self.hands.iter().map(|hand| HandInfo::of(hand)).collect()
+    }
+}
+
+impl TaskInfo {
+    /// A task in short.
+    pub(crate) fn of(task: &Task) -> Self {
+        TaskInfo {
+            name: task.name.clone(),
+            description: task.description.clone(),
+            tick_s: task.tick_s,
+            step_s: task.step_s,
+            time_limit_s: task.time_limit_s,
+        }
+    }
+}
+
+impl HandInfo {
+    /// A hand in short.
+    pub(crate) fn of(hand: &Hand) -> Self {
+        HandInfo {
+            name: hand.name.clone(),
+            description: hand.description.clone(),
+            motors: hand.motors.iter().map(|motor| motor.name.clone()).collect(),
+            joints: hand.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect(),
+        }
+    }
+}

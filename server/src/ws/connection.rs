@@ -1,0 +1,240 @@
+//! One control connection: reads requests one by one, answers each, keeps the heart beating.
+//!
+//! The next request is read only after the last was answered, so nothing queues up on the server; a client
+//! that sends faster fills its own socket.
+
+use super::rate::RateLimit;
+use crate::protocol::request::{Parsed, parse};
+use crate::protocol::{Code, Refusal, Reply, Request};
+use crate::session::{Host, MESSAGE_BYTES, PING_INTERVAL, PING_TIMEOUT, Session};
+use axum::body::Bytes;
+use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
+use palmares_tasks::Reason;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::time::{Instant, MissedTickBehavior, interval_at, sleep, timeout};
+
+/// How long a client may take to accept a message.
+const SEND_TIMEOUT: Duration = PING_TIMEOUT;
+/// How long a client may take to answer a close frame.
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
+/// Normal closure, RFC 6455.
+const CLOSE_NORMAL: u16 = 1000;
+/// The server is going away, RFC 6455.
+const CLOSE_AWAY: u16 = 1001;
+
+/// Why a connection ends.
+enum End {
+    /// The client is gone.
+    Lost,
+    /// The client said `bye`.
+    Bye,
+    /// A fatal error; the client was told.
+    Fatal(Code),
+    /// The server shuts down.
+    Stopping,
+}
+
+struct Connection {
+    socket: WebSocket,
+    host: Arc<Host>,
+    session: Option<Box<Session>>,
+    rate: RateLimit,
+    /// When the client last showed a sign of life.
+    heard: Instant,
+}
+
+/// Serves a connection until it ends, then leaves its session in order.
+pub(crate) async fn serve(socket: WebSocket, host: Arc<Host>) {
+    let _alive = host.alive();
+    let limits = host.limits();
+    let rate = RateLimit::new(limits.requests_per_s, limits.requests_burst, host.now());
+    let mut connection = Connection { socket, host, session: None, rate, heard: Instant::now() };
+    let end = connection.talk().await;
+    let session = connection.session.take();
+    // The session is settled before the socket closes: a client that comes back at once finds it waiting.
+    match end {
+        End::Lost => {
+            if let Some(session) = session {
+                session.park();
+            }
+        }
+        End::Fatal(code) => {
+            if let Some(session) = session {
+                session.park();
+            }
+            connection.close(code.close_code(), code.name()).await;
+        }
+        End::Bye => {
+            if let Some(session) = session {
+                session.end(Reason::Stopped, Some("the client said bye")).await;
+            }
+            connection.close(CLOSE_NORMAL, "bye").await;
+        }
+        End::Stopping => {
+            if let Some(session) = session
+                && let Some(result) = session.end(Reason::Stopped, Some("the server shut down")).await
+            {
+                // The client may be gone; the result is stored.
+                let _ = connection.send(&result).await;
+            }
+            connection.close(CLOSE_AWAY, "server_shutdown").await;
+        }
+    }
+}
+
+impl Connection {
+    async fn talk(&mut self) -> End {
+        let mut ping = interval_at(Instant::now() + PING_INTERVAL, PING_INTERVAL);
+        ping.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let host = self.host.clone();
+        let stopping = host.stopping();
+        tokio::pin!(stopping);
+        loop {
+            let change = self.session.as_ref().and_then(|session| session.next_change());
+            let flow = tokio::select! {
+                biased;
+                () = &mut stopping => return End::Stopping,
+                _ = ping.tick() => self.beat().await,
+                () = sleep(change.unwrap_or_default()), if change.is_some() => self.expire().await,
+                message = self.socket.recv() => self.receive(message).await,
+            };
+            if let ControlFlow::Break(end) = flow {
+                return end;
+            }
+        }
+    }
+
+    async fn beat(&mut self) -> ControlFlow<End> {
+        if self.heard.elapsed() >= PING_TIMEOUT {
+            tracing::info!("no sign of life; connection dropped");
+            return ControlFlow::Break(End::Lost);
+        }
+        self.send_message(Message::Ping(Bytes::new())).await
+    }
+
+    /// The session's clock has passed a mark or its end.
+    async fn expire(&mut self) -> ControlFlow<End> {
+        if let Some(session) = &mut self.session
+            && let Some(warning) = session.expire().await
+        {
+            return self.send(&warning).await;
+        }
+        ControlFlow::Continue(())
+    }
+
+    async fn receive(&mut self, message: Option<Result<Message, axum::Error>>) -> ControlFlow<End> {
+        let flow = match message {
+            None | Some(Ok(Message::Close(_))) => ControlFlow::Break(End::Lost),
+            // The WebSocket layer's own limit; its error has no type we could name.
+            Some(Err(error)) if error.to_string().contains("too long") => self.too_large().await,
+            Some(Err(error)) => {
+                tracing::debug!(%error, "connection failed");
+                ControlFlow::Break(End::Lost)
+            }
+            Some(Ok(Message::Ping(_) | Message::Pong(_))) => ControlFlow::Continue(()),
+            Some(Ok(Message::Text(text))) if text.len() > MESSAGE_BYTES => self.too_large().await,
+            Some(Ok(Message::Binary(bytes))) if bytes.len() > MESSAGE_BYTES => self.too_large().await,
+            Some(Ok(Message::Binary(_))) => {
+                let message = "palmares.v1.json has text frames only";
+                self.refuse(None, &Refusal::new(Code::BadJson, message)).await
+            }
+            Some(Ok(Message::Text(text))) => self.answer(text).await,
+        };
+        // After the answer, not before: while the world computes, nobody listens for signs of life.
+        self.heard = Instant::now();
+        flow
+    }
+
+    async fn too_large(&mut self) -> ControlFlow<End> {
+        let message = format!("a message may have at most {MESSAGE_BYTES} bytes");
+        self.refuse(None, &Refusal::new(Code::TooLarge, message).fatal()).await
+    }
+
+    async fn refuse(&mut self, id: Option<u64>, refusal: &Refusal) -> ControlFlow<End> {
+        tracing::debug!(code = refusal.code.name(), why = refusal.message, "request refused");
+        self.send(&Reply::refused(id, refusal)).await?;
+        if refusal.fatal { ControlFlow::Break(End::Fatal(refusal.code)) } else { ControlFlow::Continue(()) }
+    }
+
+    /// Answers one text frame.
+    async fn answer(&mut self, text: Utf8Bytes) -> ControlFlow<End> {
+        let Parsed { id, request } = parse(&text);
+        if let Err(wait_s) = self.rate.take(self.host.now()) {
+            let message = format!("more than {} requests per second", self.host.settings.requests_per_s);
+            return self.refuse(id, &Refusal::new(Code::RateLimited, message).retry_after(wait_s)).await;
+        }
+        let (id, request) = match (id, request) {
+            (Some(id), Ok(Request::Bye(_))) => {
+                tracing::debug!(id, "bye");
+                return ControlFlow::Break(End::Bye);
+            }
+            (Some(id), Ok(request)) => (id, request),
+            (id, Err(refusal)) => return self.refuse(id, &refusal).await,
+            // The parser gives no request without an id.
+            (None, Ok(_)) => return ControlFlow::Continue(()),
+        };
+        match self.carry_out(id, request).await {
+            Ok(reply) => {
+                // A mark passed by simulating is announced before the reply that passed it.
+                self.expire().await?;
+                self.send(&reply).await
+            }
+            Err(refusal) => self.refuse(Some(id), &refusal).await,
+        }
+    }
+
+    async fn carry_out(&mut self, id: u64, request: Request) -> Result<Reply, Refusal> {
+        let op = request.op();
+        match (&mut self.session, request) {
+            (Some(_), Request::Hello(_)) => Err(Refusal::new(Code::WrongState, "hello was said already")),
+            (None, Request::Hello(hello)) => {
+                let session = match &hello.resume_token {
+                    Some(token) => Session::resume(&self.host, token).await?,
+                    None => Session::begin(&self.host, &hello).await?,
+                };
+                let welcome = session.welcome(id);
+                self.session = Some(session);
+                Ok(welcome)
+            }
+            (None, _) => Err(Refusal::new(Code::WrongState, format!("say hello before {op}"))),
+            (Some(session), Request::Reset(reset)) => session.reset(id, reset).await,
+            (Some(session), Request::Step(step)) => session.step(id, step).await,
+            (Some(session), Request::Stop(_)) => session.stop(id).await,
+            (Some(session), Request::Time(_)) => Ok(session.time(id)),
+            // Ends the connection before it gets here.
+            (Some(_), Request::Bye(_)) => Err(Refusal::new(Code::WrongState, "bye")),
+        }
+    }
+
+    async fn send(&mut self, reply: &Reply) -> ControlFlow<End> {
+        match serde_json::to_string(reply) {
+            Ok(text) => self.send_message(Message::Text(text.into())).await,
+            Err(error) => {
+                tracing::error!(%error, "reply cannot be written as JSON");
+                ControlFlow::Break(End::Fatal(Code::Internal))
+            }
+        }
+    }
+
+    async fn send_message(&mut self, message: Message) -> ControlFlow<End> {
+        match timeout(SEND_TIMEOUT, self.socket.send(message)).await {
+            Ok(Ok(())) => ControlFlow::Continue(()),
+            Ok(Err(_)) | Err(_) => ControlFlow::Break(End::Lost),
+        }
+    }
+
+    /// Says why, and waits a little for the client to have read it: closing a socket with unread input would
+    /// throw away what is on its way to the client.
+    async fn close(mut self, code: u16, reason: &'static str) {
+        let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
+        let farewell = async {
+            if self.socket.send(Message::Close(Some(frame))).await.is_ok() {
+                while let Some(Ok(_)) = self.socket.recv().await {}
+            }
+        };
+        // A client that does not answer is left.
+        let _ = timeout(CLOSE_TIMEOUT, farewell).await;
+    }
+}

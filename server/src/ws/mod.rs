@@ -1,0 +1,43 @@
+//! WebSockets.
+
+mod connection;
+mod rate;
+
+use crate::api::Problem;
+use crate::protocol::{Code, Refusal, SUBPROTOCOL_JSON};
+use crate::session::Host;
+use axum::extract::State;
+use axum::extract::ws::WebSocketUpgrade;
+use axum::extract::ws::rejection::WebSocketUpgradeRejection;
+use axum::response::{IntoResponse, Response};
+use std::sync::Arc;
+
+/// Inbound messages up to here are read whole, so that the answer `too_large` reaches the client; what is
+/// larger still is not read.
+const READ_BYTES: usize = 1 << 20;
+
+/// `GET /v1/control`.
+pub(crate) async fn control(
+    State(host): State<Arc<Host>>,
+    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
+) -> Response {
+    let upgrade = match upgrade {
+        Ok(upgrade) => upgrade.protocols([SUBPROTOCOL_JSON]),
+        Err(rejection) => {
+            let message = format!("this address speaks WebSocket: {}", rejection.body_text());
+            return Problem(Refusal::new(Code::BadRequest, message)).into_response();
+        }
+    };
+    if upgrade.selected_protocol().is_none() {
+        let message = format!("offer the WebSocket subprotocol {SUBPROTOCOL_JSON} (Sec-WebSocket-Protocol)");
+        return Problem(Refusal::new(Code::BadRequest, message)).into_response();
+    }
+    let place = match host.place_for_connection() {
+        Ok(place) => place,
+        Err(refusal) => return Problem(refusal).into_response(),
+    };
+    upgrade.max_message_size(READ_BYTES).max_frame_size(READ_BYTES).on_upgrade(async move |socket| {
+        let _place = place;
+        connection::serve(socket, host).await;
+    })
+}

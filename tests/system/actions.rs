@@ -1,0 +1,53 @@
+//! Actions that are wrong: refused with `bad_action`, and the run goes on.
+
+use crate::harness::{Client, Server, assert_error};
+use serde_json::json;
+
+#[tokio::test]
+async fn wrong_actions_are_refused_and_harm_nothing() {
+    let server = Server::start();
+    let (mut client, _) = Client::playing(&server, "a").await;
+    let pose =
+        |position: serde_json::Value| json!({"base": {"position": position, "quat_xyzw": [0, 0, 0, 1]}});
+    let cases = [
+        ("wrong length of hand", json!({"hand": [0.1, 0.2]}), "action.hand"),
+        ("empty hand", json!({"hand": []}), "action.hand"),
+        ("wrong length of position", pose(json!([0, 0])), "action.base.position"),
+        ("null for NaN", json!({"hand": [null]}), "action.hand[0]"),
+        ("null in a pose", pose(json!([0, null, 0])), "action.base.position[1]"),
+        ("a word for NaN", json!({"hand": ["NaN"]}), "action.hand[0]"),
+        ("half a pose", json!({"base": {"position": [0, 0, 1]}}), "action.base"),
+        ("no rotation", json!({"base": {"position": [0, 0, 1], "quat_xyzw": [0, 0, 0, 0]}}), "quat_xyzw"),
+        ("unknown field", json!({"grip": 1}), "`grip`"),
+        ("not an object", json!([1]), "action"),
+    ];
+    for (tick, (what, action, named)) in cases.into_iter().enumerate() {
+        let tick = tick as u64;
+        let step = json!({"op": "step", "tick": tick, "action": action});
+        let error = client.refused(step, "bad_action").await;
+        assert!(error["message"].as_str().is_some_and(|text| text.contains(named)), "{what}: {error}");
+        client.goes_on(tick).await;
+    }
+}
+
+#[tokio::test]
+async fn numbers_that_json_does_not_have_are_bad_json() {
+    let server = Server::start();
+    let (mut client, _) = Client::playing(&server, "a").await;
+    for (tick, number) in ["NaN", "Infinity", "-Infinity", "1e999", "-1e999"].into_iter().enumerate() {
+        let text = format!(r#"{{"op":"step","id":1,"tick":{tick},"action":{{"hand":[{number}]}}}}"#);
+        client.send(&text).await;
+        assert_error(&client.next().await, "bad_json", false);
+        client.goes_on(tick as u64).await;
+    }
+}
+
+#[tokio::test]
+async fn commands_out_of_range_are_clipped_and_reported() {
+    let server = Server::start();
+    let (mut client, _) = Client::playing(&server, "a").await;
+    let obs = client.ask(json!({"op": "step", "tick": 0, "action": {"hand": [7.5]}})).await;
+    assert_eq!(obs["applied_action"]["hand"], json!([1.0]));
+    let obs = client.ask(json!({"op": "step", "tick": 1, "action": {}})).await;
+    assert_eq!(obs["applied_action"]["hand"], json!([1.0]), "what is left out keeps its last target");
+}

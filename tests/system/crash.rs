@@ -1,0 +1,47 @@
+//! SIGKILL in the middle of a run: what was finished is there, what was open is marked, the file is whole.
+
+use crate::harness::{Client, Server, get, reset};
+use serde_json::json;
+use sqlx::ConnectOptions;
+use sqlx::sqlite::SqliteConnectOptions;
+
+#[tokio::test]
+async fn after_sigkill_everything_finished_is_there_and_the_open_run_is_marked() {
+    let server = Server::start();
+    let (mut client, _) = Client::greet(&server, "survivor").await;
+    let mut finished = Vec::new();
+    for _ in 0..3 {
+        assert_eq!(client.ask(reset()).await["op"], "obs");
+        client.goes_on(0).await;
+        finished.push(client.ask(json!({"op": "stop"})).await);
+    }
+    let open = client.ask(reset()).await;
+    client.goes_on(0).await;
+    let rows = get(&server, "/v1/leaderboard").json()["rows"].clone();
+
+    let folder = server.kill();
+    let options = SqliteConnectOptions::new().filename(folder.path().join("palmares.sqlite"));
+    let mut database = options.connect().await.expect("opens");
+    let (verdict,): (String,) =
+        sqlx::query_as("PRAGMA integrity_check").fetch_one(&mut database).await.expect("query");
+    assert_eq!(verdict, "ok");
+    drop(database);
+
+    let server = Server::start_in(folder, &[]);
+    for result in finished {
+        let run = get(&server, &format!("/v1/runs/{}", result["run_id"].as_str().expect("an id"))).json();
+        for field in ["score", "ticks", "state_hash", "reason", "status", "in_goal", "outside", "events"] {
+            assert_eq!(run[field], result[field], "{field}: {run}");
+        }
+    }
+    let run_id = open["run_id"].as_str().expect("an id");
+    let run = get(&server, &format!("/v1/runs/{run_id}")).json();
+    assert_eq!((&run["status"], &run["score"]), (&json!("aborted"), &json!(null)), "{run}");
+    assert_eq!(get(&server, "/v1/leaderboard").json()["rows"], rows);
+    Client::playing(&server, "survivor").await.0.goes_on(0).await;
+
+    server.signal("TERM");
+    let (status, log, _folder) = server.wait();
+    assert!(status.success(), "{status}");
+    assert!(log.contains(run_id) && log.contains("aborted"), "the marked run is logged:\n{log}");
+}

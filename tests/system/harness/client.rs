@@ -1,0 +1,146 @@
+//! A client that can also misbehave.
+
+use super::Server;
+use futures_util::{SinkExt, StreamExt};
+use serde_json::{Value, json};
+use std::time::Duration;
+use tokio::net::TcpStream;
+use tokio::time::timeout;
+use tokio_tungstenite::tungstenite::Message;
+use tokio_tungstenite::tungstenite::client::IntoClientRequest;
+use tokio_tungstenite::tungstenite::http::{HeaderValue, Request};
+use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
+
+/// A test that waits longer than this hangs.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A control connection.
+pub(crate) struct Client {
+    socket: WebSocketStream<MaybeTlsStream<TcpStream>>,
+    next_id: u64,
+}
+
+/// A handshake for the control socket that offers `protocols`.
+pub(crate) fn handshake(server: &Server, protocols: Option<&str>) -> Request<()> {
+    let url = format!("ws://{}/v1/control", server.address());
+    let mut request = url.into_client_request().expect("request");
+    if let Some(protocols) = protocols {
+        let value = HeaderValue::from_str(protocols).expect("header");
+        request.headers_mut().insert("Sec-WebSocket-Protocol", value);
+    }
+    request
+}
+
+impl Client {
+    /// A connection that has said nothing yet.
+    pub(crate) async fn connect(server: &Server) -> Self {
+        let request = handshake(server, Some("palmares.v1.json"));
+        let (socket, _) = connect_async(request).await.expect("connects");
+        Client { socket, next_id: 1 }
+    }
+
+    /// A connection that has said hello; and the welcome.
+    pub(crate) async fn greet(server: &Server, team: &str) -> (Self, Value) {
+        let mut client = Self::connect(server).await;
+        let welcome = client.ask(json!({"op": "hello", "client": {"name": team}})).await;
+        assert_eq!(welcome["op"], "welcome", "{welcome}");
+        (client, welcome)
+    }
+
+    /// A connection with an open run at tick 0; and the welcome.
+    pub(crate) async fn playing(server: &Server, team: &str) -> (Self, Value) {
+        let (mut client, welcome) = Self::greet(server, team).await;
+        let obs = client.ask(super::reset()).await;
+        assert_eq!((&obs["op"], &obs["tick"]), (&json!("obs"), &json!(0)), "{obs}");
+        (client, welcome)
+    }
+
+    /// A new connection that takes a session up again; and the welcome.
+    pub(crate) async fn resume(server: &Server, token: &Value) -> (Self, Value) {
+        let mut client = Self::connect(server).await;
+        // The server may not have noticed yet that the old connection is gone.
+        let start = tokio::time::Instant::now();
+        loop {
+            let hello = json!({"op": "hello", "client": {"name": "again"}, "resume_token": token});
+            let reply = client.ask(hello).await;
+            if reply["code"] != "session_taken" || start.elapsed() > PATIENCE {
+                return (client, reply);
+            }
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    }
+
+    /// Sends a request with the next id; returns the reply, whose id must be the same.
+    pub(crate) async fn ask(&mut self, mut request: Value) -> Value {
+        let id = self.next_id;
+        self.next_id += 1;
+        request["id"] = id.into();
+        self.send(&request.to_string()).await;
+        let mut reply = self.next().await;
+        while reply["op"] == "warning" {
+            reply = self.next().await;
+        }
+        assert_eq!(reply["id"], id, "{request} was answered by {reply}");
+        reply
+    }
+
+    /// Sends a request that must be refused, and not fatally; returns the error.
+    pub(crate) async fn refused(&mut self, request: Value, code: &str) -> Value {
+        let reply = self.ask(request).await;
+        assert_error(&reply, code, false);
+        reply
+    }
+
+    /// Sends a text frame as it is.
+    pub(crate) async fn send(&mut self, text: &str) {
+        self.send_message(Message::text(text)).await;
+    }
+
+    /// Sends a text frame to a server that may not want all of it.
+    pub(crate) async fn try_send(&mut self, text: &str) {
+        let _ = timeout(PATIENCE, self.socket.send(Message::text(text))).await.expect("in time");
+    }
+
+    /// Sends any frame.
+    pub(crate) async fn send_message(&mut self, message: Message) {
+        timeout(PATIENCE, self.socket.send(message)).await.expect("in time").expect("sent");
+    }
+
+    /// The next message from the server.
+    pub(crate) async fn next(&mut self) -> Value {
+        loop {
+            match timeout(PATIENCE, self.socket.next()).await.expect("in time") {
+                Some(Ok(Message::Text(text))) => return serde_json::from_str(&text).expect("JSON"),
+                Some(Ok(Message::Ping(_) | Message::Pong(_))) => {}
+                other => panic!("expected a message, got {other:?}"),
+            }
+        }
+    }
+
+    /// Code and reason of the close frame that comes next.
+    pub(crate) async fn closed(&mut self) -> (u16, String) {
+        loop {
+            match timeout(PATIENCE, self.socket.next()).await.expect("in time") {
+                Some(Ok(Message::Close(Some(frame)))) => {
+                    return (frame.code.into(), frame.reason.to_string());
+                }
+                Some(Ok(Message::Ping(_) | Message::Pong(_))) => {}
+                other => panic!("expected a close frame, got {other:?}"),
+            }
+        }
+    }
+
+    /// One step from `tick`, which must succeed: the run is unharmed.
+    pub(crate) async fn goes_on(&mut self, tick: u64) {
+        let obs = self.ask(super::step(tick)).await;
+        assert_eq!((&obs["op"], &obs["tick"]), (&json!("obs"), &json!(tick + 1)), "{obs}");
+    }
+}
+
+/// Checks an error message.
+pub(crate) fn assert_error(reply: &Value, code: &str, fatal: bool) {
+    assert_eq!(reply["op"], "error", "{reply}");
+    assert_eq!(reply["code"], code, "{reply}");
+    assert_eq!(reply["fatal"], fatal, "{reply}");
+    assert!(reply["message"].as_str().is_some_and(|message| !message.is_empty()), "{reply}");
+}

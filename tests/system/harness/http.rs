@@ -1,0 +1,48 @@
+//! A GET by hand: one connection, one answer.
+
+use super::Server;
+use serde_json::Value;
+use std::io::{Read, Write};
+use std::net::TcpStream;
+
+/// What the server answered.
+pub(crate) struct Response {
+    /// 200, 404, …
+    pub(crate) status: u16,
+    /// Lower-case header lines.
+    pub(crate) head: String,
+    /// The rest.
+    pub(crate) body: String,
+}
+
+impl Response {
+    /// The body as JSON.
+    pub(crate) fn json(&self) -> Value {
+        serde_json::from_str(&self.body).expect("JSON")
+    }
+
+    /// Checks that this is a problem with a code.
+    pub(crate) fn assert_problem(&self, status: u16, code: &str) {
+        assert_eq!(self.status, status, "{}", self.body);
+        assert!(self.head.contains("content-type: application/problem+json"), "{}", self.head);
+        assert_eq!(self.json()["code"], code, "{}", self.body);
+        assert_eq!(self.json()["status"], status, "{}", self.body);
+    }
+}
+
+/// GETs a path.
+pub(crate) fn get(server: &Server, path: &str) -> Response {
+    request(server, "GET", path)
+}
+
+/// Any request without a body.
+pub(crate) fn request(server: &Server, method: &str, path: &str) -> Response {
+    let mut stream = TcpStream::connect(server.address()).expect("connects");
+    // HTTP/1.0: the answer ends where the connection does.
+    write!(stream, "{method} {path} HTTP/1.0\r\nHost: {}\r\n\r\n", server.address()).expect("sent");
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).expect("answer");
+    let (head, body) = answer.split_once("\r\n\r\n").expect("a head and a body");
+    let status = head.split(' ').nth(1).and_then(|status| status.parse().ok()).expect("a status");
+    Response { status, head: head.to_lowercase(), body: body.to_owned() }
+}

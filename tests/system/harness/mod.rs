@@ -1,0 +1,21 @@
+//! What every test needs: a server of its own, a client that speaks raw frames, plain HTTP.
+
+mod client;
+mod http;
+mod server;
+
+pub(crate) use client::{Client, assert_error, handshake};
+pub(crate) use http::{get, request};
+pub(crate) use server::{Server, program};
+
+use serde_json::{Value, json};
+
+/// A run as most tests open it.
+pub(crate) fn reset() -> Value {
+    json!({"op": "reset", "task": "balls", "hand": "softhand", "seed": 7})
+}
+
+/// A step that holds still.
+pub(crate) fn step(tick: u64) -> Value {
+    json!({"op": "step", "tick": tick, "action": {}})
+}

@@ -1,0 +1,15 @@
+//! Whole-system tests: the real program, real sockets, a real database. They assert what happens, never how
+//! fast.
+
+mod harness;
+
+mod actions;
+mod crash;
+mod handshake;
+mod leaderboard;
+mod lifecycle;
+mod limits;
+mod messages;
+mod order;
+mod resume;
+mod session_time;
