@@ -11,7 +11,8 @@ use crate::solver::island::Island;
 use crate::solver::newton::{ObjectProblem, PairProblem, Point, Problem};
 use crate::solver::terms::{AxisTerm, ScalarLaw};
 use crate::world::{Command, ContactForce, FreeTurn, Outcome, Phase, Probe, World};
-use palmares_models::{Mat3, Rotation, Vec3};
+use palmares_models::{Mat3, Pose, Rotation, Vec3};
+use parry3d_f64::bounding_volume::Aabb;
 use std::sync::Arc;
 
 impl World {
@@ -75,16 +76,21 @@ impl World {
     fn collide(&mut self) {
         let (model, state, work) = (&self.model, &mut self.state, &mut self.work);
         let margin = 0.5 * model.config().margin();
-        work.poses.clear();
-        work.bounds.clear();
-        for collider in model.colliders() {
+        let fresh = work.bounds.len() != model.colliders().len();
+        if fresh {
+            work.poses.resize(model.colliders().len(), Pose::IDENTITY);
+            work.bounds.resize(model.colliders().len(), Aabb::new_invalid());
+        }
+        for (i, collider) in model.colliders().iter().enumerate() {
             let pose = match collider.owner {
+                // Furniture is where it was.
+                Owner::Static if !fresh => continue,
                 Owner::Static => collider.body_from_shape,
                 Owner::Link(i) => work.kin.pose[i] * collider.body_from_shape,
                 Owner::Object(k) => state.objects[k] * collider.body_from_shape,
             };
-            work.bounds.push(tight_bounds(&collider.local_bounds, &pose, margin));
-            work.poses.push(pose);
+            work.bounds[i] = tight_bounds(&collider.local_bounds, &pose, margin);
+            work.poses[i] = pose;
         }
         work.broad.update(model, &work.bounds, &mut state.pairs);
         let (v, centers, origin) = (&state.v, &state.objects, work.kin.origin);
@@ -93,10 +99,8 @@ impl World {
             Owner::Link(i) => work.recursion.velocity[i].moved(at - origin),
             Owner::Object(k) => {
                 let v = &v[model.object_dofs(k)..];
-                let motion = Motion {
-                    linear: Vec3::new(v[0], v[1], v[2]),
-                    angular: Vec3::new(v[3], v[4], v[5]),
-                };
+                let motion =
+                    Motion { linear: Vec3::new(v[0], v[1], v[2]), angular: Vec3::new(v[3], v[4], v[5]) };
                 motion.moved(at - centers[k].translation)
             }
         };
@@ -295,16 +299,13 @@ impl World {
                 // Convexity makes a sliding contact hover: the lagged de Saxcé term takes that out again.
                 let glide = pair.friction * (point.anchor.slip - config.glide_deadband).max(0.0);
                 let stretch = point.anchor.stretch;
-                let law = ConeLaw {
-                    friction: pair.friction,
-                    tangential,
-                    normal: 1.0 / near_rigid.max(compliant),
-                    target: [
-                        -stretch.dot(t1) / (h + tau),
-                        -stretch.dot(t2) / (h + tau),
-                        -point.distance / (h + tau_n) - glide,
-                    ],
-                };
+                let target = [
+                    -stretch.dot(t1) / (h + tau),
+                    -stretch.dot(t2) / (h + tau),
+                    -point.distance / (h + tau_n) - glide,
+                ];
+                let normal = 1.0 / near_rigid.max(compliant);
+                let law = ConeLaw::new(pair.friction, tangential, normal, target);
                 load += point.anchor.normal_force;
                 problem.points.push(Point::new(point.r, axes, law));
             }
@@ -474,10 +475,11 @@ fn turned(rotation: Rotation, by: Vec3) -> Rotation {
 /// A rigid body's rotation over h without torque: L is constant, `ω = I(R)⁻¹ L`, by one step of the classical
 /// fourth-order Runge–Kutta method on the quaternion.
 fn torque_free(rotation: Rotation, omega: Vec3, inertia: Mat3, inverse: Mat3, h: f64) -> FreeTurn {
+    let isotropic = inertia == Mat3::from_diagonal(Vec3::splat(inertia.x_axis.x));
     let r = Mat3::from_quat(rotation);
-    let world = r * inertia * r.transpose();
-    if omega == Vec3::ZERO {
-        return FreeTurn { inertia: world, rotation, angular: omega };
+    let world = if isotropic { inertia } else { r * inertia * r.transpose() };
+    if isotropic || omega == Vec3::ZERO {
+        return FreeTurn { inertia: world, rotation: turned(rotation, omega * h), angular: omega };
     }
     let momentum = world * omega;
     let omega_at = |q: Rotation| {

@@ -165,6 +165,7 @@ impl World {
     pub fn restore(&mut self, state: State) {
         self.state = state;
         self.work.broad.invalidate();
+        self.work.bounds.clear();
         self.work.forces.clear();
         self.work.limits.clear();
     }
@@ -172,6 +173,7 @@ impl World {
     /// Lets a test or a scene builder set velocities and poses by hand. Contact memory is kept.
     pub fn state_mut(&mut self) -> &mut State {
         self.work.broad.invalidate();
+        self.work.bounds.clear();
         &mut self.state
     }
 

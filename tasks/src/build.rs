@@ -37,10 +37,7 @@ pub struct Built {
 /// Where the hand's base starts.
 pub fn start_pose(task: &Task) -> Pose {
     let [x, y, z, w] = task.hand.quat_xyzw;
-    Pose::from_parts(
-        Vec3::from_array(task.hand.position),
-        Rotation::from_xyzw(x, y, z, w).normalize(),
-    )
+    Pose::from_parts(Vec3::from_array(task.hand.position), Rotation::from_xyzw(x, y, z, w).normalize())
 }
 
 /// Builds the scene: furniture, boxes and poured objects, with or without a hand.
@@ -55,9 +52,8 @@ pub fn build(task: &Task, hand: Option<Arc<Hand>>, seed: Seed) -> Result<Built, 
     for (k, center) in centers.iter().enumerate() {
         let name = format!("{}_{k}", object.name);
         let parts = vec![(Pose::IDENTITY, object.shape.clone())];
-        let built =
-            Object::new(&name, parts, object.mass, object.friction, object.rolling_friction)
-                .map_err(|e| failed(e.to_string()))?;
+        let built = Object::new(&name, parts, object.mass, object.friction, object.rolling_friction)
+            .map_err(|e| failed(e.to_string()))?;
         model.add_object(Arc::new(built)).map_err(|e| failed(e.to_string()))?;
         bodies.push(SceneBody {
             id: k,
@@ -110,10 +106,7 @@ pub fn build(task: &Task, hand: Option<Arc<Hand>>, seed: Seed) -> Result<Built, 
     Ok(Built { world, scene, body_names })
 }
 
-fn add_furniture(
-    task: &Task,
-    model: &mut Model,
-) -> Result<Vec<SceneBody>, palmares_sim::model::ModelError> {
+fn add_furniture(task: &Task, model: &mut Model) -> Result<Vec<SceneBody>, palmares_sim::model::ModelError> {
     let mut bodies = Vec::new();
     let fixed = task
         .furniture

@@ -63,8 +63,7 @@ impl Referee {
             if now == *place {
                 continue;
             }
-            let mut note =
-                |kind: &str| events.push(Event { tick, kind: kind.to_owned(), object: Some(k) });
+            let mut note = |kind: &str| events.push(Event { tick, kind: kind.to_owned(), object: Some(k) });
             match (*place, now) {
                 (_, Place::Goal) => note("in_goal"),
                 (_, Place::Outside) => note("outside"),

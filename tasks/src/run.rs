@@ -3,8 +3,8 @@
 use crate::action::{Action, ActionError, BaseTarget};
 use crate::build::{SceneError, build, start_pose};
 use crate::observation::{
-    ActuatorObservation, BodyState, ContactObservation, Event, HandObservation, Joints,
-    ObjectObservation, Observation, Sensing, Truth, Wrench,
+    ActuatorObservation, BodyState, ContactObservation, Event, HandObservation, Joints, ObjectObservation,
+    Observation, Sensing, Truth, Wrench,
 };
 use crate::referee::{Referee, Sighting};
 use crate::scene::Scene;

@@ -59,9 +59,8 @@ pub fn pour(task: &Task, seed: Seed) -> Vec<Vec3> {
         .chain(task.boxes.iter().flat_map(|b| b.slabs().into_iter().map(|slab| (slab, b.friction))));
     for (slab, friction) in slabs {
         let [x, y, z] = slab.half_extents;
-        let collider = ColliderBuilder::cuboid(x, y, z)
-            .translation(Vec3::from_array(slab.position))
-            .friction(friction);
+        let collider =
+            ColliderBuilder::cuboid(x, y, z).translation(Vec3::from_array(slab.position)).friction(friction);
         world.insert_collider(collider, None);
     }
     let Some((shape, pose)) = task.objects.shape.to_parry() else { return Vec::new() };

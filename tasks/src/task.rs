@@ -184,9 +184,11 @@ impl Task {
                 task.step_s, task.tick_s
             )));
         }
-        for (field, name) in
-            [("pour.into", &task.pour.into), ("rules.goal", &task.rules.goal), ("rules.start", &task.rules.start)]
-        {
+        for (field, name) in [
+            ("pour.into", &task.pour.into),
+            ("rules.goal", &task.rules.goal),
+            ("rules.start", &task.rules.start),
+        ] {
             if !task.boxes.iter().any(|b| &b.name == name) {
                 let known: Vec<&str> = task.boxes.iter().map(|b| b.name.as_str()).collect();
                 return Err(error(format!("{field} = \"{name}\" is no box; boxes: {}", known.join(", "))));

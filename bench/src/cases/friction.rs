@@ -13,13 +13,7 @@ use std::sync::Arc;
 const G: f64 = 9.81;
 
 /// One object on a wide plate whose top is z = 0.
-fn on_plate(
-    config: Config,
-    shape: Shape,
-    mass: f64,
-    friction: f64,
-    pose: Pose,
-) -> Result<(World, Command)> {
+fn on_plate(config: Config, shape: Shape, mass: f64, friction: f64, pose: Pose) -> Result<(World, Command)> {
     let mut model = Model::new(config, None)?;
     let plate = Shape::Box { half_extents: [20.0, 20.0, 0.05], rounding: 0.0 };
     model.add_static("plate", &plate, Pose::translation(0.0, 0.0, -0.05), friction)?;
@@ -125,8 +119,7 @@ pub fn rolling_cylinder(setup: &Setup, recorder: &mut Recorder) -> Result<Findin
     let energy = |world: &World| {
         let v = &world.state().v;
         let linear = Vec3::new(v[0], v[1], v[2]);
-        let angular =
-            world.state().objects[0].rotation.inverse() * Vec3::new(v[3], v[4], v[5]);
+        let angular = world.state().objects[0].rotation.inverse() * Vec3::new(v[3], v[4], v[5]);
         0.5 * mass * linear.length_squared() + 0.5 * angular.dot(inertia * angular)
     };
     let start = energy(&world);

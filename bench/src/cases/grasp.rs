@@ -60,7 +60,11 @@ fn case(setup: &Setup, recorder: &mut Recorder, grasp: &Grasp) -> Result<Finding
         }
     };
     Ok(Finding {
-        error: Figure { name: "largest object error until the end of the hold".into(), value: error, unit: "mm".into() },
+        error: Figure {
+            name: "largest object error until the end of the hold".into(),
+            value: error,
+            unit: "mm".into(),
+        },
         invariants: run.invariants,
     })
 }
@@ -106,8 +110,7 @@ fn play(dt_s: f64, grasp: &Grasp, recorder: &mut Recorder) -> Result<Run> {
         }
     }
     let mean = tension.iter().sum::<f64>() / tension.len().max(1) as f64;
-    let variance =
-        tension.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / tension.len().max(1) as f64;
+    let variance = tension.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / tension.len().max(1) as f64;
     let lifted = world.state().objects[0].translation.z > floor + 0.05;
     let invariants = Invariants {
         held: Some(lifted && (in_palm(&world) - settled).length() < 0.03),

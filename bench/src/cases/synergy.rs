@@ -8,9 +8,9 @@ use palmares_models::hand::Hand;
 use palmares_models::{Pose, Vec3};
 use palmares_sim::actuation::equilibrium::ClosedForm;
 use palmares_sim::actuation::motor::wound;
-use palmares_sim::world::Push;
 use palmares_sim::dynamics::jacobian::add_point_force;
 use palmares_sim::dynamics::tree::Kinematics;
+use palmares_sim::world::Push;
 use palmares_sim::{Command, Config, Model, State, World};
 use std::sync::Arc;
 

@@ -42,7 +42,14 @@ pub struct Pair {
 impl Pair {
     /// A pair that has not touched yet.
     pub fn new(key: (u32, u32)) -> Self {
-        Pair { key, active: false, manifold: ContactManifold::new(), mean: Anchor::default(), gap: 0.0, gap_pose: Pose::IDENTITY }
+        Pair {
+            key,
+            active: false,
+            manifold: ContactManifold::new(),
+            mean: Anchor::default(),
+            gap: 0.0,
+            gap_pose: Pose::IDENTITY,
+        }
     }
 
     /// Forgets everything: the shapes have parted.

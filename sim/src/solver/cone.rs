@@ -16,6 +16,10 @@ pub struct ConeLaw {
     pub normal: f64,
     /// v̂, m/s.
     pub target: [f64; 3],
+    /// μ r_t / r_n: slope of the polar cone in the metric R.
+    slope: f64,
+    /// 1 / (1 + μ · slope)
+    shrink: f64,
 }
 
 /// Hessian of ℓ in contact axes.
@@ -30,6 +34,12 @@ pub enum ConeHessian {
 }
 
 impl ConeLaw {
+    /// A law from friction coefficient, 1/r_t, 1/r_n and v̂.
+    pub fn new(friction: f64, tangential: f64, normal: f64, target: [f64; 3]) -> Self {
+        let slope = friction * normal / tangential;
+        ConeLaw { friction, tangential, normal, target, slope, shrink: 1.0 / (1.0 + friction * slope) }
+    }
+
     /// Impulse γ at contact velocity `v` (N·s), and the Hessian of the term.
     #[inline]
     pub fn impulse(&self, v: [f64; 3]) -> ([f64; 3], ConeHessian) {
@@ -42,12 +52,10 @@ impl ConeLaw {
             return ([y0, y1, yn], ConeHessian::Stick);
         }
         let yr = squared.sqrt();
-        // μ r_t / r_n: slope of the polar cone in the metric R.
-        let slope = mu * self.normal / self.tangential;
+        let (slope, k) = (self.slope, self.shrink);
         if yn <= -slope * yr {
             return ([0.0; 3], ConeHessian::Open);
         }
-        let k = 1.0 / (1.0 + mu * slope);
         let gn = (yn + slope * yr) * k;
         if yr == 0.0 {
             return ([0.0, 0.0, gn], ConeHessian::Stick);
@@ -125,24 +133,26 @@ impl RollingLaw {
 mod tests {
     use super::*;
 
-    const LAW: ConeLaw = ConeLaw { friction: 0.7, tangential: 3.0, normal: 2.0, target: [0.01, -0.02, 0.05] };
+    fn law() -> ConeLaw {
+        ConeLaw::new(0.7, 3.0, 2.0, [0.01, -0.02, 0.05])
+    }
 
     /// ℓ by quadrature of −γ along a ray, differentiated numerically, must give γ and its Hessian back.
     #[test]
     fn hessian_is_the_derivative_of_the_impulse() {
         for v in [[0.0, 0.0, 0.0], [0.3, -0.2, 0.01], [0.02, 0.4, 0.2], [0.0, 0.0, 1.0], [0.2, 0.1, -0.3]] {
-            let (_, hessian) = LAW.impulse(v);
+            let (_, hessian) = law().impulse(v);
             for axis in 0..3 {
                 let e = 1e-7;
                 let (mut plus, mut minus) = (v, v);
                 plus[axis] += e;
                 minus[axis] -= e;
-                let (gp, _) = LAW.impulse(plus);
-                let (gm, _) = LAW.impulse(minus);
+                let (gp, _) = law().impulse(plus);
+                let (gm, _) = law().impulse(minus);
                 let mut w = [0.0; 3];
                 w[axis] = 1.0;
                 let numeric = -(gp[axis] - gm[axis]) / (2.0 * e);
-                assert!((LAW.curvature(&hessian, w) - numeric).abs() < 1e-5, "{v:?} axis {axis}");
+                assert!((law().curvature(&hessian, w) - numeric).abs() < 1e-5, "{v:?} axis {axis}");
             }
         }
     }
@@ -151,7 +161,7 @@ mod tests {
     fn impulse_stays_in_the_cone_and_never_pulls() {
         for i in 0..1000 {
             let f = |k: f64| libm::sin(f64::from(i) * k) * 0.5;
-            let (g, _) = LAW.impulse([f(1.1), f(2.3), f(0.7)]);
+            let (g, _) = law().impulse([f(1.1), f(2.3), f(0.7)]);
             assert!(g[2] >= 0.0);
             assert!((g[0] * g[0] + g[1] * g[1]).sqrt() <= 0.7 * g[2] + 1e-12);
         }
