@@ -3,7 +3,7 @@
 use crate::protocol::reply::{ErrorReply, Obs, Reply, RunResult, TimeReport, Warning, Welcome};
 use crate::protocol::request::{Bye, Hello, Reset, Step, Stop, Time};
 use schemars::{JsonSchema, schema_for};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use std::io::Write;
 
 fn fields<T: JsonSchema>() -> Value {
@@ -13,26 +13,22 @@ fn fields<T: JsonSchema>() -> Value {
 /// Prints the JSON Schema of every message: requests without their `op` and `id`, replies each and as the
 /// union told apart by `op`.
 pub(super) fn schema() -> anyhow::Result<()> {
-    let requests: Map<String, Value> = [
-        ("hello", fields::<Hello>()),
-        ("reset", fields::<Reset>()),
-        ("step", fields::<Step>()),
-        ("stop", fields::<Stop>()),
-        ("time", fields::<Time>()),
-        ("bye", fields::<Bye>()),
-    ]
-    .map(|(op, schema)| (op.to_owned(), schema))
-    .into();
-    let replies: Map<String, Value> = [
-        ("welcome", fields::<Welcome>()),
-        ("obs", fields::<Obs>()),
-        ("result", fields::<RunResult>()),
-        ("time", fields::<TimeReport>()),
-        ("error", fields::<ErrorReply>()),
-        ("warning", fields::<Warning>()),
-    ]
-    .map(|(op, schema)| (op.to_owned(), schema))
-    .into();
+    let requests = json!({
+        "hello": fields::<Hello>(),
+        "reset": fields::<Reset>(),
+        "step": fields::<Step>(),
+        "stop": fields::<Stop>(),
+        "time": fields::<Time>(),
+        "bye": fields::<Bye>(),
+    });
+    let replies = json!({
+        "welcome": fields::<Welcome>(),
+        "obs": fields::<Obs>(),
+        "result": fields::<RunResult>(),
+        "time": fields::<TimeReport>(),
+        "error": fields::<ErrorReply>(),
+        "warning": fields::<Warning>(),
+    });
     let all = json!({"requests": requests, "replies": replies, "reply": fields::<Reply>()});
     let mut out = std::io::stdout().lock();
     writeln!(out, "{}", serde_json::to_string_pretty(&all)?)?;

@@ -8,23 +8,33 @@ use tempfile::TempDir;
 
 /// The program under test, built by the same cargo, profile and target directory as the tests.
 pub(crate) fn program() -> &'static Path {
-    static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
-    PROGRAM.get_or_init(|| {
-        let own = std::env::current_exe().expect("own path");
-        // target/<profile>/deps/system-…
-        let profile = own.parent().and_then(Path::parent).expect("profile directory");
-        let target = profile.parent().expect("target directory");
-        let mut build = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-        build.args(["build", "--quiet", "--package", "palmares", "--bin", "palmares"]);
-        build.arg("--manifest-path").arg(concat!(env!("CARGO_MANIFEST_DIR"), "/../Cargo.toml"));
-        build.arg("--target-dir").arg(target);
-        if profile.ends_with("release") {
-            build.arg("--release");
+    static PROGRAM: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    // The failure is kept as well: one failed build is enough.
+    match PROGRAM.get_or_init(build) {
+        Ok(program) => program,
+        Err(why) => panic!("palmares does not build: {why}"),
+    }
+}
+
+fn build() -> Result<PathBuf, String> {
+    let own = std::env::current_exe().map_err(|error| error.to_string())?;
+    // target/<profile>/deps/system-…
+    let profile = own.parent().and_then(Path::parent).ok_or("no profile directory")?;
+    let target = profile.parent().ok_or("no target directory")?;
+    let mut build = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    build.args(["build", "--quiet", "--package", "palmares", "--bin", "palmares"]);
+    build.arg("--manifest-path").arg(concat!(env!("CARGO_MANIFEST_DIR"), "/../Cargo.toml"));
+    build.arg("--target-dir").arg(target);
+    if profile.ends_with("release") {
+        build.arg("--release");
+    }
+    match build.status() {
+        Ok(status) if status.success() => {
+            Ok(profile.join(format!("palmares{}", std::env::consts::EXE_SUFFIX)))
         }
-        let status = build.status().expect("cargo runs");
-        assert!(status.success(), "palmares does not build: {status}");
-        profile.join(format!("palmares{}", std::env::consts::EXE_SUFFIX))
-    })
+        Ok(status) => Err(status.to_string()),
+        Err(error) => Err(error.to_string()),
+    }
 }
 
 /// A running server. Dropping it kills it.
