@@ -13,3 +13,4 @@ mod messages;
 mod order;
 mod resume;
 mod session_time;
+mod store_trouble;

@@ -45,7 +45,7 @@ fn empty(here: &str) -> String {
     format!(
         "<section class=\"empty\"><h2>No finished run yet</h2><p>Start a client and close a run, and its team \
          appears here:</p><pre>pip install ./client-py\npython client-py/examples/balls_softhand.py \
-         http://{here}</pre><p>or connect a WebSocket of your own to <code>ws://{here}/v1/control</code> with \
+         --url http://{here}</pre><p>or connect a WebSocket of your own to <code>ws://{here}/v1/control</code> with \
          the subprotocol <code>palmares.v1.json</code>.</p></section>"
     )
 }

@@ -74,9 +74,12 @@ impl ClientInfo {
     /// Name and version, checked.
     pub(crate) fn checked(&self) -> Result<(String, Option<String>), Refusal> {
         let (name, version) = match self {
-            ClientInfo::Short(text) => match text.split_once('/') {
-                Some((name, version)) => (name, Some(version)),
-                None => (text.as_str(), None),
+            // A slash may also stand in a name; a version begins with a digit.
+            ClientInfo::Short(text) => match text.rsplit_once('/') {
+                Some((name, version)) if version.starts_with(|c: char| c.is_ascii_digit()) => {
+                    (name, Some(version))
+                }
+                _ => (text.as_str(), None),
             },
             ClientInfo::Full { name, version } => (name.as_str(), version.as_deref()),
         };
@@ -352,6 +355,7 @@ mod tests {
     fn names_are_checked() {
         let name = |text: &str| ClientInfo::Short(text.to_owned()).checked();
         assert_eq!(name("team/1.2").ok(), Some(("team".to_owned(), Some("1.2".to_owned()))));
+        assert_eq!(name("either/or").ok(), Some(("either/or".to_owned(), None)));
         for bad in ["", "   ", "/1", "a\nb", &"x".repeat(65)] {
             assert!(name(bad).is_err(), "{bad:?}");
         }
