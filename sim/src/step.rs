@@ -8,7 +8,7 @@ use crate::dynamics::spatial::Motion;
 use crate::model::Owner;
 use crate::solver::cone::{ConeLaw, RollingLaw};
 use crate::solver::island::Island;
-use crate::solver::newton::{ObjectProblem, PairProblem, Point, Problem};
+use crate::solver::problem::{ObjectProblem, PairProblem, Point, Problem};
 use crate::solver::terms::{AxisTerm, ScalarLaw};
 use crate::world::{Command, ContactForce, FreeTurn, Outcome, Phase, Probe, World};
 use palmares_models::{Mat3, Pose, Rotation, Vec3};

@@ -5,8 +5,10 @@
 //! with springs and dampers linearly implicit in A and contacts, limits, tendons and servos as convex terms
 //! ℓ (Castro, Permenter, Han, *An Unconstrained Convex Formulation of Compliant Contact*, 2022).
 
+mod assembly;
 pub mod cholesky;
 pub mod cone;
 pub mod island;
 pub mod newton;
+pub mod problem;
 pub mod terms;

@@ -1,0 +1,127 @@
+//! The data of an island's minimisation problem.
+
+use super::cone::{ConeLaw, RollingLaw};
+use super::terms::{AxisTerm, RowTerm};
+use crate::dynamics::spatial::Motion;
+use crate::model::Owner;
+use palmares_models::{Mat3, Vec3};
+
+/// Contact point in the iteration.
+#[derive(Clone, Copy, Debug)]
+pub struct Point {
+    /// Place from the pair's origin, m.
+    pub r: Vec3,
+    /// Contact axes: two tangents, normal.
+    pub axes: [Vec3; 3],
+    /// The law.
+    pub law: ConeLaw,
+    /// Impulse on body B in contact axes.
+    pub impulse: [f64; 3],
+    /// Contact velocity.
+    pub velocity: [f64; 3],
+    pub(super) direction: [f64; 3],
+}
+
+impl Point {
+    /// A point before its first iteration.
+    pub fn new(r: Vec3, axes: [Vec3; 3], law: ConeLaw) -> Self {
+        Point { r, axes, law, impulse: [0.0; 3], velocity: [0.0; 3], direction: [0.0; 3] }
+    }
+
+    #[inline]
+    pub(super) fn project(&self, relative: Motion) -> [f64; 3] {
+        let v = relative.at(self.r);
+        [self.axes[0].dot(v), self.axes[1].dot(v), self.axes[2].dot(v)]
+    }
+}
+
+/// Two bodies in contact.
+#[derive(Clone, Debug)]
+pub struct PairProblem {
+    /// Body A.
+    pub a: Owner,
+    /// Body B.
+    pub b: Owner,
+    /// Origin of the pair's spatial quantities in the world, m.
+    pub origin: Vec3,
+    /// Rolling resistance.
+    pub rolling: RollingLaw,
+    /// First point in [`Problem::points`].
+    pub first: usize,
+    /// One past the last.
+    pub end: usize,
+    pub(super) relative: Motion,
+    pub(super) direction: Motion,
+}
+
+impl PairProblem {
+    /// A pair before its first iteration.
+    pub fn new(a: Owner, b: Owner, origin: Vec3, rolling: RollingLaw, first: usize, end: usize) -> Self {
+        PairProblem { a, b, origin, rolling, first, end, relative: Motion::ZERO, direction: Motion::ZERO }
+    }
+}
+
+/// A free object in an island.
+#[derive(Clone, Copy, Debug)]
+pub struct ObjectProblem {
+    /// Which object.
+    pub object: usize,
+    /// Centre of mass in the world, m.
+    pub center: Vec3,
+    /// kg
+    pub mass: f64,
+    /// Inertia about the centre of mass in world axes.
+    pub inertia: Mat3,
+}
+
+/// An island's minimisation problem. Local velocities: the hand's, if it takes part, then six per object.
+#[derive(Clone, Debug, Default)]
+pub struct Problem {
+    /// Length of the hand's part; 0 without the hand.
+    pub hand_dofs: usize,
+    /// A of the hand, row-major.
+    pub hand_matrix: Vec<f64>,
+    /// The objects, in ascending order.
+    pub objects: Vec<ObjectProblem>,
+    /// A v*.
+    pub momentum: Vec<f64>,
+    /// Pairs in contact.
+    pub pairs: Vec<PairProblem>,
+    /// Their points.
+    pub points: Vec<Point>,
+    /// Limits and servo of the hand.
+    pub axis_terms: Vec<AxisTerm>,
+    /// Tendons of the hand.
+    pub row_terms: Vec<RowTerm>,
+    /// Number of `row_terms` in use.
+    pub rows: usize,
+}
+
+/// `out = A x`
+pub(super) fn multiply(problem: &Problem, x: &[f64], out: &mut [f64]) {
+    let h = problem.hand_dofs;
+    for i in 0..h {
+        let row = &problem.hand_matrix[i * h..(i + 1) * h];
+        // Four partial sums: a fixed order that the processor can still overlap.
+        let mut s = [0.0; 4];
+        let (chunks, tail) = row.as_chunks::<4>();
+        let (xs, x_tail) = x[..h].as_chunks::<4>();
+        for (a, b) in chunks.iter().zip(xs) {
+            for k in 0..4 {
+                s[k] += a[k] * b[k];
+            }
+        }
+        for (a, b) in tail.iter().zip(x_tail) {
+            s[0] += a * b;
+        }
+        out[i] = (s[0] + s[1]) + (s[2] + s[3]);
+    }
+    for (slot, object) in problem.objects.iter().enumerate() {
+        let at = h + 6 * slot;
+        for k in 0..3 {
+            out[at + k] = object.mass * x[at + k];
+        }
+        let w = object.inertia * Vec3::new(x[at + 3], x[at + 4], x[at + 5]);
+        out[at + 3..at + 6].copy_from_slice(&w.to_array());
+    }
+}
