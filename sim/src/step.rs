@@ -104,12 +104,23 @@ impl World {
                 motion.moved(at - centers[k].translation)
             }
         };
+        work.speeds.clear();
+        work.speeds.extend(model.colliders().iter().zip(&work.poses).map(|(collider, pose)| {
+            match collider.owner {
+                Owner::Static => 0.0,
+                owner => {
+                    let motion = velocity(owner, pose.translation);
+                    motion.linear.length() + motion.angular.length() * collider.reach
+                }
+            }
+        }));
         loop {
             let sleep = &state.sleep;
             work.contacts.find(
                 model,
                 &work.poses,
                 &work.bounds,
+                &work.speeds,
                 work.kin.origin,
                 &state.objects,
                 |owner| match owner {

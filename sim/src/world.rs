@@ -129,6 +129,7 @@ pub(crate) struct Workspace {
     pub contacts: Contacts,
     pub poses: Vec<Pose>,
     pub bounds: Vec<Aabb>,
+    pub speeds: Vec<f64>,
     pub islands: Islands,
     pub solvers: Vec<(Problem, Newton)>,
     pub velocity: Vec<f64>,

@@ -63,7 +63,8 @@ pub struct Contacts {
 impl Contacts {
     /// Looks at every near pair of which at least one body is awake.
     ///
-    /// `poses` and `bounds` are those of the colliders in the world; `centers[k]` is the centre of mass of
+    /// `poses`, `bounds` and `speeds` (an upper bound over the shape's points) are those of the colliders in
+    /// the world; `centers[k]` is the centre of mass of
     /// object k; `awake(owner)` tells whether a body may move in this step, `velocity(owner, origin)` how it
     /// moves, about a point of the world.
     #[allow(clippy::too_many_arguments)]
@@ -72,6 +73,7 @@ impl Contacts {
         model: &Model,
         poses: &[Pose],
         bounds: &[Aabb],
+        speeds: &[f64],
         base_origin: Vec3,
         centers: &[Pose],
         awake: impl Fn(Owner) -> bool,
@@ -95,10 +97,15 @@ impl Contacts {
             }
             pair.active = true;
             let a_from_b = poses[i].inv_mul(&poses[j]);
-            if still_apart(pair, a, b, &a_from_b, margin) {
+            // Twice the present approach speed at most, and what a step may add to it from rest.
+            let reachable = config.step_s * (config.approach_speed + 2.0 * (speeds[i] + speeds[j]));
+            if still_apart(pair, a, b, &a_from_b, reachable.min(margin)) {
                 continue;
             }
             update_manifold(pair, a, b, &a_from_b, margin, reuse);
+            let deepest = pair.manifold.points.iter().map(|point| point.dist).fold(f64::INFINITY, f64::min);
+            pair.gap = if deepest.is_finite() { deepest } else { 0.0 };
+            pair.gap_pose = a_from_b;
             if pair.manifold.points.is_empty() {
                 pair.mean = Anchor::default();
                 continue;
@@ -178,26 +185,30 @@ impl Contacts {
     }
 }
 
-/// Whether the shapes cannot be within the margin of each other. Their exact distance is found once; until
-/// their relative motion could have used it up, nothing else needs to be computed.
-fn still_apart(pair: &mut Pair, a: &Collider, b: &Collider, a_from_b: &Pose, margin: f64) -> bool {
-    if !pair.manifold.points.is_empty() {
+/// Whether the shapes cannot touch in this step: they are farther apart than what is `reachable`. Their exact
+/// distance is found once; until their relative motion could have used it up, nothing needs to be computed.
+fn still_apart(pair: &mut Pair, a: &Collider, b: &Collider, a_from_b: &Pose, reachable: f64) -> bool {
+    if pair.manifold.points.iter().any(|point| point.data.loaded) {
         return false;
     }
-    if pair.gap > margin {
+    if pair.gap > reachable {
         let travel = a_from_b.translation.distance(pair.gap_pose.translation);
         // Chord of the turn: 2 sin(θ/2), from the quaternions' dot product cos(θ/2).
         let cosine = a_from_b.rotation.dot(pair.gap_pose.rotation);
         let chord = 2.0 * (1.0 - cosine * cosine).max(0.0).sqrt();
-        if pair.gap - travel - chord * b.reach > margin {
+        if pair.gap - travel - chord * b.reach > reachable {
+            pair.manifold.points.clear();
+            pair.mean = Anchor::default();
             return true;
         }
     }
+    if !pair.manifold.points.is_empty() {
+        return false;
+    }
     let found = DefaultQueryDispatcher.distance(a_from_b, &*a.shape, &*b.shape);
-    let distance = found.map_or(0.0, |found| found.distance);
-    pair.gap = distance;
+    pair.gap = found.map_or(0.0, |found| found.distance);
     pair.gap_pose = *a_from_b;
-    distance > margin
+    pair.gap > reachable
 }
 
 /// Lets parry find the points. Its own re-use of old points (up to 1 mm and 1°) gives a rolling cylinder

@@ -70,6 +70,13 @@ impl Add for Motion {
     }
 }
 
+impl AddAssign for Motion {
+    #[inline]
+    fn add_assign(&mut self, o: Motion) {
+        *self = *self + o;
+    }
+}
+
 impl Sub for Motion {
     type Output = Motion;
     #[inline]

@@ -53,7 +53,7 @@ impl Kinematics {
                 };
                 let x = hinge.ratio * q[joint.coordinate] + hinge.offset;
                 let axis = pose.rotation * hinge.axis;
-                screw = screw + hinge_screw(hinge, axis, pose.translation - self.origin);
+                screw += hinge_screw(hinge, axis, pose.translation - self.origin);
                 match hinge.kind {
                     HingeKind::Revolute => {
                         let half = match known {
@@ -61,7 +61,7 @@ impl Kinematics {
                             _ => libm::sincos(0.5 * x),
                         };
                         known = Some((x, half));
-                        pose.rotation = pose.rotation * turn(hinge.axis, half);
+                        pose.rotation *= turn(hinge.axis, half);
                     }
                     HingeKind::Prismatic => pose.translation += axis * x,
                 }

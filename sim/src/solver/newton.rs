@@ -131,7 +131,7 @@ impl Newton {
             self.av[i] += step * self.a_direction[i];
         }
         for pair in &mut problem.pairs {
-            pair.relative = pair.relative + pair.direction * step;
+            pair.relative += pair.direction * step;
         }
         for point in &mut problem.points {
             for k in 0..3 {
