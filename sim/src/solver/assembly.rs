@@ -115,8 +115,13 @@ impl Newton {
         let h = problem.hand_dofs;
         let hand_blocks = if h > 0 { model.hand_clusters() } else { 0 };
         let links = self.link_force.len();
-        self.link_stiffness.clear();
         self.link_stiffness.resize(links, SpatialMatrix::ZERO);
+        self.link_touched.resize(links, false);
+        for (stiffness, touched) in self.link_stiffness.iter_mut().zip(&mut self.link_touched) {
+            if std::mem::take(touched) {
+                *stiffness = SpatialMatrix::ZERO;
+            }
+        }
         for (slot, object) in problem.objects.iter().enumerate() {
             let at = self.cholesky.at(hand_blocks + slot, hand_blocks + slot);
             let data = self.cholesky.data();
@@ -205,18 +210,26 @@ impl Newton {
             Owner::Object(o) => pair.origin - problem.objects[self.slot[o]].center,
         };
         let (from_a, from_b) = (lever(pair.a), lever(pair.b));
+        let about = |d: Vec3| if d == Vec3::ZERO { *k } else { k.rows_moved(d).columns_moved(d) };
         for (owner, d) in [(pair.a, from_a), (pair.b, from_b)] {
             match owner {
                 Owner::Static => {}
-                Owner::Link(i) => self.link_stiffness[i] += k.rows_moved(d).columns_moved(d),
+                Owner::Link(i) => {
+                    self.link_stiffness[i] += about(d);
+                    self.link_touched[i] = true;
+                }
                 Owner::Object(o) => {
                     let block = hand_blocks + self.slot[o];
-                    let own = k.rows_moved(d).columns_moved(d);
-                    self.add_spatial(block, block, &own, 1.0);
+                    self.add_spatial(block, block, &about(d), 1.0);
                 }
             }
         }
-        let across = k.rows_moved(from_a).columns_moved(from_b);
+        if pair.a == Owner::Static || pair.b == Owner::Static {
+            return;
+        }
+        // An object is its pair's origin: most levers are zero.
+        let across = if from_a == Vec3::ZERO { *k } else { k.rows_moved(from_a) };
+        let across = if from_b == Vec3::ZERO { across } else { across.columns_moved(from_b) };
         match (pair.a, pair.b) {
             (Owner::Object(a), Owner::Object(b)) => {
                 let (a, b) = (hand_blocks + self.slot[a], hand_blocks + self.slot[b]);
@@ -317,11 +330,12 @@ impl Newton {
         let Some(hand) = model.hand() else { return };
         for i in (1..hand.links.len()).rev() {
             let (Some(parent), Some(joint)) = (hand.links[i].parent, &hand.links[i].joint) else { continue };
-            let own = self.link_stiffness[i];
-            if own.ll == Mat3::ZERO && own.aa == Mat3::ZERO {
+            if !self.link_touched[i] {
                 continue;
             }
+            let own = self.link_stiffness[i];
             self.link_stiffness[parent] += own;
+            self.link_touched[parent] = true;
             let f = own.mul(kin.screw[i]);
             let (block, row) = self.dof_block[6 + joint.coordinate];
             let mut j = i;
@@ -342,8 +356,10 @@ impl Newton {
                 data[at.offset + row * at.row + c * at.column] += x;
             }
         }
-        let base = self.link_stiffness[0];
-        self.add_spatial(0, 0, &base, 1.0);
+        if self.link_touched[0] {
+            let base = self.link_stiffness[0];
+            self.add_spatial(0, 0, &base, 1.0);
+        }
     }
 
     /// Tendons as the last, negative block: rows R, diagonal −1/curvature. A slack or saturated tendon has

@@ -268,36 +268,85 @@ fn split(data: &mut [f64], a: usize, la: usize, b: usize, lb: usize) -> (&[f64],
 /// Dense Cholesky of the lower half; the diagonal of the result holds reciprocals.
 #[inline]
 fn factor_diagonal(a: &mut [f64], s: usize) -> bool {
-    for i in 0..s {
-        for j in 0..i {
-            let mut x = a[i * s + j];
-            for k in 0..j {
-                x -= a[i * s + k] * a[j * s + k];
+    match s {
+        6 => factor_rows::<6>(a.as_chunks_mut().0),
+        4 => factor_rows::<4>(a.as_chunks_mut().0),
+        3 => factor_rows::<3>(a.as_chunks_mut().0),
+        _ => {
+            for i in 0..s {
+                let (above, row) = a.split_at_mut(i * s);
+                if !factor_row(above.chunks_exact(s), row, i) {
+                    return false;
+                }
             }
-            a[i * s + j] = x * a[j * s + j];
+            true
         }
-        let mut d = a[i * s + i];
-        for k in 0..i {
-            d -= a[i * s + k] * a[i * s + k];
-        }
-        if d.is_nan() || d <= 0.0 {
+    }
+}
+
+/// As [`factor_diagonal`], of a size known to the compiler.
+#[inline]
+fn factor_rows<const S: usize>(a: &mut [[f64; S]]) -> bool {
+    for i in 0..S {
+        let (above, row) = a.split_at_mut(i);
+        if !factor_row(above.iter().map(|r| r.as_slice()), &mut row[0], i) {
             return false;
         }
-        a[i * s + i] = 1.0 / d.sqrt();
     }
+    true
+}
+
+/// Turns row i of the matrix into row i of the factor, given the rows above it.
+#[inline(always)]
+fn factor_row<'a>(above: impl Iterator<Item = &'a [f64]>, row: &mut [f64], i: usize) -> bool {
+    for (j, upper) in above.enumerate() {
+        let mut x = row[j];
+        for k in 0..j {
+            x -= row[k] * upper[k];
+        }
+        row[j] = x * upper[j];
+    }
+    let mut d = row[i];
+    for &x in &row[..i] {
+        d -= x * x;
+    }
+    if d.is_nan() || d <= 0.0 {
+        return false;
+    }
+    row[i] = 1.0 / d.sqrt();
     true
 }
 
 /// `x := L⁻¹ x`
 #[inline]
 fn forward(l: &[f64], s: usize, x: &mut [f64]) {
-    for i in 0..s {
-        let mut y = x[i];
-        for k in 0..i {
-            y -= l[i * s + k] * x[k];
+    match s {
+        6 => forward_rows::<6>(l.as_chunks().0, x),
+        4 => forward_rows::<4>(l.as_chunks().0, x),
+        3 => forward_rows::<3>(l.as_chunks().0, x),
+        _ => {
+            for (i, row) in l.chunks_exact(s).enumerate() {
+                forward_row(row, x, i);
+            }
         }
-        x[i] = y * l[i * s + i];
     }
+}
+
+#[inline]
+fn forward_rows<const S: usize>(l: &[[f64; S]], x: &mut [f64]) {
+    let (x, _) = x.split_at_mut(S);
+    for (i, row) in l.iter().enumerate().take(S) {
+        forward_row(row, x, i);
+    }
+}
+
+#[inline(always)]
+fn forward_row(row: &[f64], x: &mut [f64], i: usize) {
+    let mut y = x[i];
+    for k in 0..i {
+        y -= row[k] * x[k];
+    }
+    x[i] = y * row[i];
 }
 
 /// `x := L⁻ᵀ x`

@@ -45,6 +45,8 @@ pub struct Newton {
     pub(super) link_velocity: Vec<Motion>,
     pub(super) link_force: Vec<Force>,
     pub(super) link_stiffness: Vec<SpatialMatrix>,
+    /// Which of them are not zero.
+    pub(super) link_touched: Vec<bool>,
     pub(super) av: Vec<f64>,
     pub(super) a_direction: Vec<f64>,
     pub(super) gradient: Vec<f64>,
