@@ -72,7 +72,8 @@ fn a_rolling_cylinder_gains_no_energy() {
     let report = report("rolling_cylinder", 1e-3);
     converged(&report);
     let gain = report.invariants.energy_gain_j.expect("the gain is reported");
-    assert_eq!(gain, 0.0, "{gain:e} J");
+    // Of its 1.9e-4 J, some 3e-10 J come and go with the contact springs, which store 1.2e-6 J under its weight.
+    assert!(gain <= 1e-9, "{gain:e} J");
     assert!(error(&report) <= 0.1, "{} %", error(&report));
 }
 
