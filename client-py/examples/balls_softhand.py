@@ -5,8 +5,10 @@ ball and the direction that leave the hand most room, and then plays a fixed seq
 
     above the ball -> down (slightly tilted) -> forward along the palm -> close -> up -> over box B -> open
 
-It does not react to touch. What it does react to is what it sees after each pick: a ball that slipped is
-tried again later, from another side if there is one.
+A ball by a wall or in a corner leaves the fingers no room to get around it. It is raked away from there
+first: the fingers come down on its inner side, curl over it and draw it to the middle of the box.
+
+It does not react to touch. What it does react to is what it sees after each attempt.
 
     python balls_softhand.py --seed 7 --runs 3
 """
@@ -19,7 +21,7 @@ import math
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -71,9 +73,6 @@ class Script:
     """The motor needs 0.8 s from open to closed"""
     squeeze_s: float = 0.2
     """Wait between closing and lifting"""
-    drag: float = 0.1
-    """Where there is little room, the closed hand first draws the ball this far from the walls, m"""
-    drag_s: float = 0.6
     lift_s: float = 0.8
     carry_s: float = 1.2
     hold_s: float = 0.2
@@ -91,8 +90,27 @@ class Script:
     """A ball that rose by this much is in the hand, m"""
 
 
+@dataclass(frozen=True)
+class Rake:
+    """How a ball is drawn away from a wall. The hand is turned as for a grasp, fingers to the wall."""
+
+    height: float = 0.02
+    """The hand stays this far above where it would grasp, m"""
+    inward: float = 0.07
+    """... and this far nearer to the middle, so that the fingers do not land on the wall, m"""
+    sigma: float = 0.6
+    """Motor command that curls the fingers over the ball"""
+    curl_s: float = 0.5
+    way: float = 0.12
+    """How far the hand draws, m; the ball rolls on"""
+    draw_s: float = 0.8
+    retreat_height: float = 0.3
+    """How far it then goes up, m"""
+
+
 GRASP = Grasp()
 SCRIPT = Script()
+RAKE = Rake()
 PICKS = 25
 """Attempts per run"""
 YAWS = np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False)
@@ -136,11 +154,13 @@ APPROACH_SAMPLES = (0.0, 0.05, 0.12)
 MARGIN = 0.005
 """Room to leave between hand and other balls, m"""
 TIGHT = -0.1
-"""With less room than this, the ball is drawn away from the walls before it is lifted"""
-SLIPS = 4
-"""A ball that slipped this often is left where it is, unless it has moved since"""
+"""With less room than this, a ball is raked, not grasped"""
+CENTRAL = 0.12
+"""A ball this near to the middle of the box is not raked, m"""
+TRIES = 4
+"""A ball that stayed where it is through so many attempts is left there"""
 MOVED = 0.01
-"""A ball that lies farther than this from where it slipped is a new case, m"""
+"""A ball that has moved farther than this since an attempt is a new case, m"""
 
 
 def room(rotation: Array, position: Array, others: Array, ball_radius: float, box: palmares.Region) -> float:
@@ -181,11 +201,13 @@ class Candidate:
     room: float
     position: Array
     """Centre of the ball when the choice was made, (3,), m"""
+    tried: int
+    """How often it was tried where it lies"""
 
 
 @dataclass(frozen=True)
-class Slip:
-    """An attempt that lifted nothing."""
+class Attempt:
+    """What was tried: which ball, from where, and where it lay."""
 
     ball: int
     yaw: float
@@ -193,21 +215,18 @@ class Slip:
 
 
 def choose(
-    balls: Array, in_a: list[int], radius: float, box: palmares.Region, slips: list[Slip]
+    balls: Array, in_a: list[int], radius: float, box: palmares.Region, attempts: list[Attempt]
 ) -> Candidate | None:
     """Return the ball and the yaw with the most room, or `None` if nothing is worth another try.
 
-    A ball that slipped where it lies now counts less, and from about the same direction much less.
+    A ball that was tried where it lies now counts less, and from about the same direction much less.
     """
     best, best_score = None, -math.inf
     for ball in in_a:
         others = np.delete(balls, ball, axis=0)
-        here = [
-            slip
-            for slip in slips
-            if slip.ball == ball and np.linalg.norm(slip.position - balls[ball]) < MOVED
-        ]
-        if len(here) >= SLIPS:
+        of_it = [attempt for attempt in attempts if attempt.ball == ball]
+        here = [tried for tried in of_it if np.linalg.norm(tried.position - balls[ball]) < MOVED]
+        if len(here) >= TRIES:
             continue
         for yaw in YAWS:
             rotation = GRASP.rotation(yaw)
@@ -217,9 +236,11 @@ def choose(
             least = min(
                 room(rotation, before_advance - back * down, others, radius, box) for back in APPROACH_SAMPLES
             )
-            score = least - 0.05 * len(here) - 0.2 * sum(max(0.0, math.cos(yaw - slip.yaw)) for slip in here)
+            score = (
+                least - 0.05 * len(here) - 0.2 * sum(max(0.0, math.cos(yaw - tried.yaw)) for tried in here)
+            )
             if score > best_score:
-                best, best_score = Candidate(ball, float(yaw), least, balls[ball].copy()), score
+                best, best_score = Candidate(ball, float(yaw), least, balls[ball].copy(), len(here)), score
     return best
 
 
@@ -301,7 +322,7 @@ class Mover:
             raise RunOverError(self.obs.reason)
 
 
-def pick_and_carry(mover: Mover, target: Candidate, box_a: palmares.Region, box_b: palmares.Region) -> bool:
+def pick_and_carry(mover: Mover, target: Candidate, box_b: palmares.Region) -> bool:
     """Take the ball, carry it over box B and let it go. Return whether a ball was in the hand."""
     rotation = GRASP.rotation(target.yaw)
     quat = quat_of(rotation)
@@ -316,23 +337,37 @@ def pick_and_carry(mover: Mover, target: Candidate, box_a: palmares.Region, box_
     mover.to(SCRIPT.close_s, sigma=GRASP.sigma_closed)
     mover.wait(SCRIPT.squeeze_s)
 
-    if target.room < TIGHT and SCRIPT.drag > 0.0:
-        outward = np.array([*(target.position - middle_of(box_a))[:2], 0.0])
-        mover.to(SCRIPT.drag_s, grasp_at - SCRIPT.drag * outward / max(float(np.linalg.norm(outward)), 1e-6))
-
     heights = true_positions(mover.obs)[:, 2]
-    mover.to(SCRIPT.lift_s, mover.position + np.array([0.0, 0.0, SCRIPT.lift_height]))
+    mover.to(SCRIPT.lift_s, grasp_at + np.array([0.0, 0.0, SCRIPT.lift_height]))
     caught = bool(np.any(true_positions(mover.obs)[:, 2] > heights + SCRIPT.lifted))
     if caught:
         # The ball, not the hand, should arrive near the middle of box B.
-        to_middle = middle_of(box_b) - target.position
-        moved = mover.position - grasp_at
-        way = np.array([to_middle[0] - moved[0], 0.7 * to_middle[1] - moved[1], 0.0])
-        mover.to(SCRIPT.carry_s, mover.position + way)
+        x, y, _ = middle_of(box_b) - target.position
+        mover.to(SCRIPT.carry_s, mover.position + np.array([x, 0.7 * y, 0.0]))
         mover.wait(SCRIPT.hold_s)
     mover.to(SCRIPT.open_s, sigma=0.0)
     mover.wait(SCRIPT.fall_s)
     return caught
+
+
+def rake(mover: Mover, target: Candidate, outward: Array) -> None:
+    """Draw the ball towards the middle of its box; `outward` is the unit vector away from there."""
+    # The ball lies in front of the hand: turn the hand so that it reaches outward.
+    yaw = max(YAWS, key=lambda yaw: float(GRASP.rotation(yaw) @ np.array(GRASP.ball_in_hand) @ outward))
+    rotation = GRASP.rotation(yaw)
+    behind = target.position - rotation @ np.array(GRASP.ball_in_hand) - RAKE.inward * outward
+    down_at = behind + np.array([0.0, 0.0, RAKE.height])
+    drawn_to = down_at - RAKE.way * outward
+    down = GRASP.approach_direction(yaw)
+    above = down_at - SCRIPT.clearance_height / abs(down[2]) * down
+
+    mover.to(SCRIPT.travel_s, above, quat_of(rotation), sigma=GRASP.sigma_preshape)
+    mover.to(SCRIPT.approach_s, down_at)
+    mover.to(RAKE.curl_s, sigma=RAKE.sigma)
+    mover.to(RAKE.draw_s, drawn_to)
+    mover.to(SCRIPT.lift_s, drawn_to + np.array([0.0, 0.0, RAKE.retreat_height]))
+    mover.to(SCRIPT.open_s, sigma=0.0)
+    mover.wait(SCRIPT.fall_s)
 
 
 # --------------------------------------------------------------------------------------------------------
@@ -346,7 +381,17 @@ def true_positions(obs: palmares.Observation) -> Array:
     return obs.truth.positions
 
 
-@dataclass
+@dataclass(frozen=True)
+class Failure:
+    """A grasp that lifted nothing: where the ball lay (m), the hand's direction (rad), its room."""
+
+    x: float
+    y: float
+    yaw: float
+    room: float
+
+
+@dataclass(frozen=True)
 class Summary:
     """What came of a run."""
 
@@ -356,13 +401,14 @@ class Summary:
     balls_in_b: int
     picks: int
     """Attempts made"""
+    raked: int
+    """... that drew a ball away from a wall"""
     caught: int
     """Attempts with a ball in the hand after the lift"""
     sim_time_s: float
     rtf: float
     """Simulated time per wall time"""
-    failures: list[dict[str, float]] = field(default_factory=list)
-    """Attempts that lifted nothing: where the ball lay, from which direction, with how much room"""
+    failures: list[Failure]
 
 
 class Progress:
@@ -420,25 +466,30 @@ def run(client: palmares.Client, seed: int | None, picks: int, quiet: bool) -> S
     radius = ball_radius(client.scene)
     progress = Progress(box_b, quiet)
     mover = Mover(client, obs, progress.show)
-    caught = 0
-    slips: list[Slip] = []
-    failures: list[dict[str, float]] = []
+    caught = raked = 0
+    attempts: list[Attempt] = []
+    failures: list[Failure] = []
     try:
         ready = np.array([*middle_of(box_a)[:2], SCRIPT.ready_height])
         mover.to(1.0, ready, quat_of(GRASP.rotation(0.0)))
         while progress.pick < picks:
             balls = true_positions(mover.obs)
             in_a = [ball for ball in range(len(balls)) if box_a.contains(balls[ball])]
-            target = choose(balls, in_a, radius, box_a, slips)
+            target = choose(balls, in_a, radius, box_a, attempts)
             if target is None:
                 break
             progress.pick += 1
-            if pick_and_carry(mover, target, box_a, box_b):
+            outward = np.array([*(target.position - middle_of(box_a))[:2], 0.0])
+            distance = float(np.linalg.norm(outward))
+            if (target.room < TIGHT or target.tried > 0) and distance > CENTRAL:
+                rake(mover, target, outward / distance)
+                raked += 1
+            elif pick_and_carry(mover, target, box_b):
                 caught += 1
             else:
-                slips.append(Slip(target.ball, target.yaw, target.position))
-                x, y = (float(v) for v in target.position[:2])
-                failures.append({"x": x, "y": y, "yaw": target.yaw, "room": target.room})
+                x, y, _ = (float(v) for v in target.position)
+                failures.append(Failure(x, y, target.yaw, target.room))
+            attempts.append(Attempt(target.ball, target.yaw, target.position))
             progress.show(mover.obs, always=True)
         mover.wait(0.5)
     except RunOverError:
@@ -453,6 +504,7 @@ def run(client: palmares.Client, seed: int | None, picks: int, quiet: bool) -> S
         score=result.score,
         balls_in_b=result.in_goal,
         picks=progress.pick,
+        raked=raked,
         caught=caught,
         sim_time_s=sim_time_s,
         rtf=sim_time_s / wall_s,
@@ -483,7 +535,8 @@ def main() -> None:
             else:
                 print(
                     f"run {summary.run_id}: score {summary.score:g}, {summary.balls_in_b} balls in B, "
-                    f"{summary.caught} of {summary.picks} picks held, {summary.sim_time_s:.1f} s simulated, "
+                    f"{summary.caught} of {summary.picks - summary.raked} grasps held, "
+                    f"{summary.raked} balls raked, {summary.sim_time_s:.1f} s simulated, "
                     f"{summary.rtf:.1f} x real time",
                     flush=True,
                 )

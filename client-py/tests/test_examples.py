@@ -65,17 +65,17 @@ def test_a_neighbour_costs_room_on_its_side() -> None:
     assert math.cos(choice.yaw) < 0.99  # not straight over the neighbour
 
 
-def test_a_slip_turns_the_hand_and_four_give_up() -> None:
+def test_a_failure_turns_the_hand_and_four_give_up() -> None:
     alone = np.array([[0.0, 0.0, 0.05]])
-    slips: list[Any] = []
-    for _ in range(balls.SLIPS):
-        choice = balls.choose(alone, [0], 0.05, BOX, slips)
+    tried: list[Any] = []
+    for _ in range(balls.TRIES):
+        choice = balls.choose(alone, [0], 0.05, BOX, tried)
         assert choice is not None
-        assert all(math.cos(choice.yaw - slip.yaw) < 0.9 for slip in slips)
-        slips.append(balls.Slip(0, choice.yaw, alone[0]))
-    assert balls.choose(alone, [0], 0.05, BOX, slips) is None
+        assert all(math.cos(choice.yaw - attempt.yaw) < 0.9 for attempt in tried)
+        tried.append(balls.Attempt(0, choice.yaw, alone[0]))
+    assert balls.choose(alone, [0], 0.05, BOX, tried) is None
     moved = alone + np.array([0.02, 0.0, 0.0])
-    assert balls.choose(moved, [0], 0.05, BOX, slips) is not None
+    assert balls.choose(moved, [0], 0.05, BOX, tried) is not None
 
 
 def test_no_ball_no_choice() -> None:
