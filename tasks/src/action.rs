@@ -1,5 +1,6 @@
 //! What a controller commands: one message per tick.
 
+use palmares_sim::config::BaseConfig;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -33,6 +34,33 @@ pub enum BaseTarget {
         /// rad/s
         angular: [f64; 3],
     },
+}
+
+/// What actions are clipped to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ActionLimits {
+    /// Largest |x|, |y|, |z| of a base position, m.
+    pub reach_m: f64,
+    /// Largest speed of the base, m/s.
+    pub speed: f64,
+    /// Largest angular speed of the base, rad/s.
+    pub angular_speed: f64,
+}
+
+impl ActionLimits {
+    /// Half the width of the cube in which the base may be sent about, m.
+    pub(crate) const REACH_M: f64 = 2.0;
+}
+
+impl Default for ActionLimits {
+    fn default() -> Self {
+        let base = BaseConfig::default();
+        ActionLimits {
+            reach_m: Self::REACH_M,
+            speed: base.speed_limit,
+            angular_speed: base.angular_speed_limit,
+        }
+    }
 }
 
 /// Why an action was refused. A refused action changes nothing.

@@ -11,7 +11,7 @@ pub mod seed;
 pub mod settle;
 pub mod task;
 
-pub use action::{Action, ActionError, BaseTarget};
+pub use action::{Action, ActionError, ActionLimits, BaseTarget};
 pub use build::SceneError;
 pub use observation::{Event, Observation, Sensing};
 pub use run::{Outcome, Reason, Run};

@@ -1,6 +1,6 @@
 //! A run: one world, one task, one hand, from tick 0 to its score.
 
-use crate::action::{Action, ActionError, BaseTarget};
+use crate::action::{Action, ActionError, ActionLimits, BaseTarget};
 use crate::build::{SceneError, build, start_pose};
 use crate::observation::{
     ActuatorObservation, BodyState, ContactObservation, Event, HandObservation, Joints, ObjectObservation,
@@ -21,8 +21,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Half the width of the cube in which the base may be sent about, m.
-const REACH_M: f64 = 2.0;
 /// Slower than this an object counts as at rest, m/s; carried objects move with the hand.
 const REST_SPEED: f64 = 5e-3;
 
@@ -198,7 +196,7 @@ impl Run {
         if let Some(base) = &action.base {
             let (clipped, target) = match base {
                 BaseTarget::Pose { position, quat_xyzw: [x, y, z, w] } => {
-                    let position = position.map(|x| x.clamp(-REACH_M, REACH_M));
+                    let position = position.map(|x| x.clamp(-ActionLimits::REACH_M, ActionLimits::REACH_M));
                     let rotation = Rotation::from_xyzw(*x, *y, *z, *w).normalize();
                     let to = Pose::from_parts(Vec3::from_array(position), rotation);
                     let from = self.origin_of(to);

@@ -1,5 +1,6 @@
 //! Names, shapes, units and ranges of the fields of actions and observations.
 
+use palmares_tasks::ActionLimits;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -37,13 +38,6 @@ pub(crate) enum Length {
     Of(&'static str),
 }
 
-/// Half the width of the cube that the base may be sent about in, m.
-const BASE_REACH: f64 = 2.0;
-/// Largest speed of the base servo, m/s.
-const BASE_SPEED: f64 = 2.0;
-/// Largest turning speed of the base servo, rad/s.
-const BASE_TURN: f64 = 3.0;
-
 fn field(
     name: &'static str,
     shape: &[Length],
@@ -60,16 +54,17 @@ impl Specs {
         const UNIT: (Option<f64>, Option<f64>) = (Some(-1.0), Some(1.0));
         const SIGMA: (Option<f64>, Option<f64>) = (Some(0.0), Some(1.0));
         const FROM_ZERO: (Option<f64>, Option<f64>) = (Some(0.0), None);
+        let limits = ActionLimits::default();
         let symmetric = |limit: f64| (Some(-limit), Some(limit));
         let (three, four) = ([Length::Fixed(3)], [Length::Fixed(4)]);
         let (motors, joints) = ([Length::Of("motors")], [Length::Of("joints")]);
         let of_objects = |n: usize| [Length::Of("objects"), Length::Fixed(n)];
         Specs {
             action: vec![
-                field("base.position", &three, "m", symmetric(BASE_REACH)),
+                field("base.position", &three, "m", symmetric(limits.reach_m)),
                 field("base.quat_xyzw", &four, "", UNIT),
-                field("base.linear", &three, "m/s", symmetric(BASE_SPEED)),
-                field("base.angular", &three, "rad/s", symmetric(BASE_TURN)),
+                field("base.linear", &three, "m/s", symmetric(limits.speed)),
+                field("base.angular", &three, "rad/s", symmetric(limits.angular_speed)),
                 field("hand", &motors, "", SIGMA),
             ],
             observation: vec![
