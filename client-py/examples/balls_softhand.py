@@ -70,7 +70,7 @@ class Script:
     approach_s: float = 0.8
     advance_s: float = 0.3
     close_s: float = 0.8
-    """The motor needs 0.8 s from open to closed"""
+    """The motor needs 0.5 s from open to closed; the tendon then takes up its tension"""
     squeeze_s: float = 0.2
     """Wait between closing and lifting"""
     lift_s: float = 0.8
