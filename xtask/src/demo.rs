@@ -72,10 +72,8 @@ fn summary(outcome: &Value, leaderboard: &Value) -> Value {
 }
 
 fn print_for_people(outcome: &Value, leaderboard: &Value) {
-    println!(
-        "score {}: {} balls in box B, run {}",
-        outcome["score"], outcome["balls_in_b"], outcome["run_id"]
-    );
+    let run_id = outcome["run_id"].as_str().unwrap_or("?");
+    println!("score {}: {} balls in box B, run {run_id}", outcome["score"], outcome["balls_in_b"]);
     println!(
         "{:.1} s simulated, {:.1} times as fast as real time",
         outcome["sim_time_s"].as_f64().unwrap_or_default(),
