@@ -223,13 +223,4 @@ impl World {
         }
         tau
     }
-
-    /// World poses of the hand's links at the present configuration.
-    pub fn link_poses(&self) -> Vec<Pose> {
-        let mut kin = Kinematics::default();
-        if let Some(hand) = self.model.hand() {
-            kin.update(hand, self.state.base, &self.state.q);
-        }
-        kin.pose
-    }
 }

@@ -13,7 +13,7 @@ use crate::seed::Seed;
 use crate::task::Task;
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Rotation, Vec3};
-use palmares_sim::actuation::base::shortest_turn;
+use palmares_sim::actuation::base::{bounded, shortest_turn};
 use palmares_sim::actuation::equilibrium::ClosedForm;
 use palmares_sim::actuation::motor::wound;
 use palmares_sim::{BaseCommand, Command, World};
@@ -424,9 +424,4 @@ impl Run {
             state_hash: self.state_hash(),
         }
     }
-}
-
-fn bounded(v: Vec3, limit: f64) -> Vec3 {
-    let length = v.length();
-    if length > limit { v * (limit / length) } else { v }
 }

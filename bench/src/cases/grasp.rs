@@ -143,7 +143,8 @@ fn path(start: Pose, t: f64) -> BaseReference {
 
 /// The hand palm down over the object, which stands on a pedestal 1 mm before the palm.
 fn scene(dt_s: f64, grasp: &Grasp) -> Result<(World, Pose)> {
-    let mut model = Model::new(Config::with_step(dt_s), Some(softhand()?))?;
+    let hand = softhand()?;
+    let mut model = Model::new(Config::with_step(dt_s), Some(Arc::clone(&hand)))?;
     let parts = vec![(Pose::IDENTITY, grasp.shape.clone())];
     let object = Object::new("object", parts, grasp.mass, 0.8, 0.0)?;
     let (shape, upright) = grasp.shape.to_parry().context("the grasp shapes are solid")?;
@@ -151,8 +152,7 @@ fn scene(dt_s: f64, grasp: &Grasp) -> Result<(World, Pose)> {
         let at = Vec3::new(x, ACROSS_FINGERS_M, ALONG_FINGERS_M);
         Pose::from_parts(at, grasp.hand_from_object) * upright
     };
-    let open = World::new(Arc::new(model.clone()), State::at_rest(&model, Pose::IDENTITY, &[]));
-    let links = open.link_poses();
+    let links = hand.base_from_links(&vec![0.0; hand.coordinates.len()]);
     let clearance = |x: f64| {
         let mut least = f64::INFINITY;
         for collider in model.colliders() {

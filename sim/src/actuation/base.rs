@@ -80,7 +80,8 @@ fn approach(offset: Vec3, target: Vec3, a: f64, h: f64) -> Vec3 {
     target + offset * (brake.min(distance / h) / distance)
 }
 
-fn bounded(v: Vec3, limit: f64) -> Vec3 {
+/// `v`, shortened to at most `limit`.
+pub fn bounded(v: Vec3, limit: f64) -> Vec3 {
     let length = v.length();
     if length > limit { v * (limit / length) } else { v }
 }
@@ -99,27 +100,15 @@ pub fn servo(config: &Config, reference: &BaseReference, base: Pose, terms: &mut
     let turn = shortest_turn(base.rotation, reference.pose.rotation).to_array();
     let (linear, angular) = (reference.linear.to_array(), reference.angular.to_array());
     // The set point is that of the end of the step, and so is the implicit law: f = k (x_ref,1 − x_1) + …
-    for k in 0..3 {
-        let law = ScalarLaw::Servo {
-            h,
-            stiffness: servo.stiffness,
-            damping: servo.damping,
-            error: offset[k],
-            target: linear[k],
-            limit: servo.force_limit,
-        };
-        terms.push(AxisTerm { dof: k, sign: 1.0, law });
-    }
-    for k in 0..3 {
-        let law = ScalarLaw::Servo {
-            h,
-            stiffness: servo.angular_stiffness,
-            damping: servo.angular_damping,
-            error: turn[k],
-            target: angular[k],
-            limit: servo.torque_limit,
-        };
-        terms.push(AxisTerm { dof: 3 + k, sign: 1.0, law });
+    let axes = [
+        (0, offset, linear, servo.stiffness, servo.damping, servo.force_limit),
+        (3, turn, angular, servo.angular_stiffness, servo.angular_damping, servo.torque_limit),
+    ];
+    for (first, error, target, stiffness, damping, limit) in axes {
+        for k in 0..3 {
+            let law = ScalarLaw::Servo { h, stiffness, damping, error: error[k], target: target[k], limit };
+            terms.push(AxisTerm { dof: first + k, sign: 1.0, law });
+        }
     }
 }
 

@@ -92,3 +92,32 @@ fn hinge_screw(hinge: &Hinge, axis: Vec3, at: Vec3) -> Motion {
         HingeKind::Prismatic => Motion { angular: Vec3::ZERO, linear: axis } * hinge.ratio,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The recursion with shared sines against the plain product of poses that describes a hand.
+    #[test]
+    fn poses_are_those_of_the_hand_and_screws_their_derivatives() {
+        let hand = Hand::builtin("softhand").expect("it is built in");
+        let q: Vec<f64> = (0..hand.coordinates.len()).map(|i| 0.1 + 0.03 * i as f64).collect();
+        let mut kin = Kinematics::default();
+        kin.update(&hand, Pose::IDENTITY, &q);
+        for (ours, plain) in kin.pose.iter().zip(hand.base_from_links(&q)) {
+            assert!((ours.translation - plain.translation).length() < 1e-14);
+            assert!(ours.rotation.dot(plain.rotation).abs() > 1.0 - 1e-14);
+        }
+        let step = 1e-6;
+        for (i, link) in hand.links.iter().enumerate().skip(1) {
+            let joint = link.joint.as_ref().expect("every link but the base moves");
+            let (mut more, mut less) = (q.clone(), q.clone());
+            more[joint.coordinate] += step;
+            less[joint.coordinate] -= step;
+            let origin = |q: &[f64]| hand.base_from_links(q)[i].translation;
+            let numeric = (origin(&more) - origin(&less)) / (2.0 * step);
+            let exact = kin.screw[i].at(kin.pose[i].translation);
+            assert!((numeric - exact).length() < 1e-9, "{}: {numeric} {exact}", link.name);
+        }
+    }
+}
