@@ -2,7 +2,8 @@
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
-use palmares_bench::cases::{self, CASES, Setup};
+use palmares_bench::cases::{self, Setup};
+use palmares_bench::engine::EngineKind;
 
 /// Speed against error of the hand emulator.
 #[derive(Parser)]
@@ -40,14 +41,15 @@ enum What {
 fn main() -> Result<()> {
     match Arguments::parse().command {
         What::List => {
-            for case in CASES {
+            for case in cases::all() {
                 println!("{:<24}{}", case.name, case.about);
             }
         }
         What::Fingerprint => println!("{}", palmares_bench::fingerprint::balls()?),
         What::Case { name, dt, engine, json, reference_dt } => {
             let reference_dt_s = (reference_dt > 0.0).then_some(reference_dt);
-            let (report, recorder) = cases::run(&name, &engine, &Setup { dt_s: dt, reference_dt_s })?;
+            let setup = Setup { engine: EngineKind::from_name(&engine)?, dt_s: dt, reference_dt_s };
+            let (report, recorder) = cases::run(&name, &setup)?;
             if json {
                 println!("{}", serde_json::to_string(&report)?);
             } else {

@@ -1,17 +1,26 @@
 //! The balls task's scene with a scripted hand.
 
 use super::synergy::softhand;
-use super::{Finding, Setup, ramp, steps};
+use super::{Case, Finding, Setup, ramp, steps};
 use crate::recorder::Recorder;
 use crate::report::Figure;
 use anyhow::{Context, Result};
 use palmares_models::{Pose, Rotation, Vec3};
+use palmares_sim::Command;
 use palmares_sim::actuation::base::BaseCommand;
 use palmares_sim::state::BaseReference;
-use palmares_sim::{Command, World};
 use palmares_tasks::Seed;
 use palmares_tasks::Task;
 use palmares_tasks::build::build;
+use std::sync::Arc;
+
+/// Cases of this file.
+pub const CASES: &[Case] = &[Case {
+    name: "softhand_balls",
+    about: "SoftHand reaches into a box of ten 1 kg balls, closes and lifts; self-collision on",
+    peers: true,
+    run: softhand_balls,
+}];
 
 /// Ten balls in box A; the hand comes down among them, closes and rises, over 5 s. The figure is how far the
 /// centre of a ball got out of the boxes' outer planes: nothing may pass through a wall.
@@ -19,14 +28,13 @@ pub fn softhand_balls(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
     let task = Task::builtin().into_iter().find(|task| task.name == "balls").context("balls is built in")?;
     let task = Task { step_s: setup.dt_s, ..Task::clone(&task) };
     let built = build(&task, Some(softhand()?), Seed::from_u64(1))?;
-    let mut world: World = built.world;
     // Fingers down, palm towards -x, in the middle of the box.
     let down = Rotation::from_rotation_y(std::f64::consts::PI);
     let top = Vec3::new(0.05, 0.0, 0.6);
-    let mut state = world.state().clone();
+    let mut state = built.world.state().clone();
     state.base = Pose::from_parts(top, down);
     state.reference.pose = state.base;
-    world.restore(state);
+    let mut world = setup.start(Arc::clone(built.world.model()), state)?;
     let mut command = Command::stay(world.model(), Pose::from_parts(top, down));
     let (low, high) = task.open_box("box_a").context("balls has a box A")?.inner_volume();
     let mut escaped: f64 = 0.0;
@@ -41,7 +49,7 @@ pub fn softhand_balls(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
             linear: Vec3::new(0.0, 0.0, depth * (rising - sinking) / 1.5),
             angular: Vec3::ZERO,
         });
-        recorder.step(&mut world, &command);
+        recorder.step(&mut *world, &command)?;
         for pose in &world.state().objects {
             let p = pose.translation;
             if p.z < high[2] {

@@ -1,7 +1,8 @@
 //! SoftHand grasps: close 0.5 s, lift 0.1 m in 1.5 s, hold 2 s, shake ±2 cm at 3 Hz for 2 s.
 
 use super::synergy::softhand;
-use super::{Finding, Setup, ramp, steps};
+use super::{Case, Finding, Setup, ramp, steps};
+use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
 use anyhow::{Context, Result};
@@ -14,6 +15,22 @@ use palmares_sim::{Command, Config, Model, Owner, State, World};
 use parry3d_f64::query;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
+
+/// Cases of this file.
+pub const CASES: &[Case] = &[
+    Case {
+        name: "softhand_cylinder",
+        about: "SoftHand closes on a 0.1 kg cylinder, lifts, holds and shakes it",
+        peers: true,
+        run: cylinder,
+    },
+    Case {
+        name: "softhand_box",
+        about: "SoftHand closes on a 0.5 kg box, lifts, holds and shakes it",
+        peers: true,
+        run: cuboid,
+    },
+];
 
 /// Where the object lies in the hand's frame before closing: on the palm's normal (+x), across the fingers.
 const ALONG_FINGERS_M: f64 = 0.16;
@@ -45,12 +62,12 @@ pub fn cuboid(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
 }
 
 fn case(setup: &Setup, recorder: &mut Recorder, grasp: &Grasp) -> Result<Finding> {
-    let run = play(setup.dt_s, grasp, recorder)?;
-    let error = match setup.reference_dt_s {
+    let run = play(setup, grasp, recorder)?;
+    let error = match setup.reference() {
         None => None,
         Some(fine) => {
-            eprintln!("reference run at {} ms ...", fine * 1e3);
-            let reference = play(fine, grasp, &mut Recorder::default())?;
+            eprintln!("reference run at {} ms ...", fine.dt_s * 1e3);
+            let reference = play(&fine, grasp, &mut Recorder::default())?;
             let worst = run
                 .trace
                 .iter()
@@ -77,10 +94,12 @@ struct Run {
     invariants: Invariants,
 }
 
-fn play(dt_s: f64, grasp: &Grasp, recorder: &mut Recorder) -> Result<Run> {
-    let (mut world, start) = scene(dt_s, grasp)?;
+fn play(setup: &Setup, grasp: &Grasp, recorder: &mut Recorder) -> Result<Run> {
+    let dt_s = setup.dt_s;
+    let (model, state, start) = scene(dt_s, grasp)?;
+    let mut world = setup.start(model, state)?;
     let mut command = Command::stay(world.model(), start);
-    let in_palm = |world: &World| {
+    let in_palm = |world: &dyn Engine| {
         let base = world.state().base;
         base.inverse_transform_point(world.state().objects[0].translation)
     };
@@ -88,36 +107,36 @@ fn play(dt_s: f64, grasp: &Grasp, recorder: &mut Recorder) -> Result<Run> {
     let (mut trace, mut tension) = (Vec::new(), Vec::new());
     let (mut settled, mut held) = (Vec3::ZERO, Vec3::ZERO);
     let floor = world.state().objects[0].translation.z;
-    let mut residual = 0.0;
+    let mut residual = None;
     for k in 0..steps(6.0, dt_s) {
         let t = (k + 1) as f64 * dt_s;
         command.sigma[0] = CLOSED_SIGMA * ramp(t / 0.5).0;
         command.base = BaseCommand::Exact(path(start, t));
-        recorder.step(&mut world, &command);
+        recorder.step(&mut *world, &command)?;
         // In the first step that ends at or after a time; steps need not divide it.
         let reached = |time: f64| t >= time - 1e-9 && t - dt_s < time - 1e-9;
         if (k + 1) % every == 0 && t <= 4.0 + 0.5 * dt_s {
-            trace.push(in_palm(&world));
+            trace.push(in_palm(&*world));
         }
         if reached(2.5) {
-            settled = in_palm(&world);
+            settled = in_palm(&*world);
         }
         if t > 2.5 && t <= 4.0 {
             tension.push(world.state().tension[0]);
         }
         if reached(4.0) {
-            held = in_palm(&world);
-            residual = static_residual(&world);
+            held = in_palm(&*world);
+            residual = world.world().map(static_residual);
         }
     }
     let mean = tension.iter().sum::<f64>() / tension.len().max(1) as f64;
     let variance = tension.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / tension.len().max(1) as f64;
     let lifted = world.state().objects[0].translation.z > floor + 0.05;
     let invariants = Invariants {
-        held: Some(lifted && (in_palm(&world) - settled).length() < 0.03),
+        held: Some(lifted && (in_palm(&*world) - settled).length() < 0.03),
         slip_mm_s: Some((held - settled).length() * 1e3 / 1.5),
         tension_chatter: Some(variance.sqrt()),
-        static_residual_nm: Some(residual),
+        static_residual_nm: residual,
         ..recorder.invariants()
     };
     Ok(Run { trace, invariants })
@@ -142,7 +161,7 @@ fn path(start: Pose, t: f64) -> BaseReference {
 }
 
 /// The hand palm down over the object, which stands on a pedestal 1 mm before the palm.
-fn scene(dt_s: f64, grasp: &Grasp) -> Result<(World, Pose)> {
+fn scene(dt_s: f64, grasp: &Grasp) -> Result<(Model, State, Pose)> {
     let hand = softhand()?;
     let mut model = Model::new(Config::with_step(dt_s), Some(Arc::clone(&hand)))?;
     let parts = vec![(Pose::IDENTITY, grasp.shape.clone())];
@@ -178,7 +197,7 @@ fn scene(dt_s: f64, grasp: &Grasp) -> Result<(World, Pose)> {
     model.add_static("pedestal", &pedestal, Pose::translation(0.0, 0.0, low - 0.02 - 1e-5), 0.5)?;
     model.add_object(Arc::new(object))?;
     let state = State::at_rest(&model, base, &[object_pose]);
-    Ok((World::new(Arc::new(model), state), base))
+    Ok((model, state, base))
 }
 
 /// Largest unbalanced torque on a joint, `|Rᵀ f − E (q − q₀) + Jᵀ f_c + limits|`: the static balance of
@@ -194,7 +213,8 @@ pub(crate) fn closing(time_s: f64) -> (World, Command) {
     let shape = Shape::Cylinder { radius: 0.04, half_length: 0.035 };
     let grasp = Grasp { shape, mass: 0.1, hand_from_object: lying };
     let dt_s = 1e-3;
-    let (mut world, start) = scene(dt_s, &grasp).expect("the scene is sound");
+    let (model, state, start) = scene(dt_s, &grasp).expect("the scene is sound");
+    let mut world = World::new(Arc::new(model), state);
     let mut command = Command::stay(world.model(), start);
     for k in 0..steps(time_s, dt_s) {
         let t = (k + 1) as f64 * dt_s;

@@ -1,6 +1,7 @@
 //! The SoftHand alone: closing on air, against the closed form of adaptive synergies.
 
-use super::{Finding, Setup, ramp, steps};
+use super::{Case, Finding, Setup, ramp, steps};
+use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::report::Figure;
 use anyhow::{Context, Result};
@@ -11,8 +12,30 @@ use palmares_sim::actuation::motor::wound;
 use palmares_sim::dynamics::jacobian::add_point_force;
 use palmares_sim::dynamics::tree::Kinematics;
 use palmares_sim::world::Push;
-use palmares_sim::{Command, Config, Model, State, World};
+use palmares_sim::{Command, Config, Model, State};
 use std::sync::Arc;
+
+/// Cases of this file.
+pub const CASES: &[Case] = &[
+    Case {
+        name: "softhand_free",
+        about: "SoftHand closes on air; joint error against the reference while it moves",
+        peers: true,
+        run: free,
+    },
+    Case {
+        name: "syn_free_close",
+        about: "SoftHand closed on air at rest against the closed form of adaptive synergies",
+        peers: false,
+        run: free_close,
+    },
+    Case {
+        name: "syn_push_locked_motor",
+        about: "closed SoftHand, motor locked, 1 N on the index fingertip, against the closed form",
+        peers: false,
+        run: push_locked_motor,
+    },
+];
 
 /// The stock SoftHand.
 pub fn softhand() -> Result<Arc<Hand>> {
@@ -22,11 +45,11 @@ pub fn softhand() -> Result<Arc<Hand>> {
 /// Parts of a free hand are at least this far apart, m.
 const FREE_M: f64 = 5e-4;
 
-fn world_of(hand: Arc<Hand>, dt_s: f64) -> Result<(World, Command)> {
-    let model = Arc::new(Model::new(Config::with_step(dt_s), Some(hand))?);
+fn world_of(hand: Arc<Hand>, setup: &Setup) -> Result<(Box<dyn Engine>, Command)> {
+    let model = Model::new(Config::with_step(setup.dt_s), Some(hand))?;
     let state = State::at_rest(&model, Pose::IDENTITY, &[]);
     let command = Command::stay(&model, Pose::IDENTITY);
-    Ok((World::new(model, state), command))
+    Ok((setup.start(model, state)?, command))
 }
 
 /// The largest σ at which the free hand is free: no joint within 0.02 rad of a limit, the tendon below its
@@ -48,16 +71,16 @@ fn free_sigma(hand: &Hand, form: &ClosedForm) -> f64 {
 }
 
 /// Runs the closing and returns the trace of q every 8 ms.
-fn close_trace(dt_s: f64, recorder: &mut Recorder) -> Result<Vec<Vec<f64>>> {
+fn close_trace(setup: &Setup, recorder: &mut Recorder) -> Result<Vec<Vec<f64>>> {
     let hand = softhand()?;
     let sigma = free_sigma(&hand, &ClosedForm::new(&hand)?);
-    let (mut world, mut command) = world_of(hand, dt_s)?;
-    let every = steps(8e-3, dt_s).max(1);
+    let (mut world, mut command) = world_of(hand, setup)?;
+    let every = steps(8e-3, setup.dt_s).max(1);
     let mut trace = Vec::new();
-    for k in 0..steps(2.0, dt_s) {
-        let t = (k + 1) as f64 * dt_s;
+    for k in 0..steps(2.0, setup.dt_s) {
+        let t = (k + 1) as f64 * setup.dt_s;
         command.sigma[0] = sigma * ramp(t / 1.0).0;
-        recorder.step(&mut world, &command);
+        recorder.step(&mut *world, &command)?;
         if (k + 1) % every == 0 {
             trace.push(world.state().q.clone());
         }
@@ -67,11 +90,11 @@ fn close_trace(dt_s: f64, recorder: &mut Recorder) -> Result<Vec<Vec<f64>>> {
 
 /// Largest joint error against the reference run while the free hand closes in 1 s and rests for 1 s.
 pub fn free(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
-    let trace = close_trace(setup.dt_s, recorder)?;
-    let error = match setup.reference_dt_s {
+    let trace = close_trace(setup, recorder)?;
+    let error = match setup.reference() {
         None => None,
         Some(fine) => {
-            let reference = close_trace(fine, &mut Recorder::default())?;
+            let reference = close_trace(&fine, &mut Recorder::default())?;
             let worst = trace
                 .iter()
                 .zip(&reference)
@@ -90,10 +113,10 @@ pub fn free_close(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let form = ClosedForm::new(&hand)?;
     let sigma = free_sigma(&hand, &form);
     let wound = wound(&hand.motors[0], sigma);
-    let (mut world, mut command) = world_of(hand, setup.dt_s)?;
+    let (mut world, mut command) = world_of(hand, setup)?;
     for k in 0..steps(4.0, setup.dt_s) {
         command.sigma[0] = sigma * ramp((k + 1) as f64 * setup.dt_s).0;
-        recorder.step(&mut world, &command);
+        recorder.step(&mut *world, &command)?;
     }
     let (expected, _) = form.solve(&[wound], &vec![0.0; form.rest.len()]);
     let error = largest(&world.state().q, &expected);
@@ -113,7 +136,7 @@ pub fn push_locked_motor(setup: &Setup, recorder: &mut Recorder) -> Result<Findi
         .position(|link| link.name.contains("index_distal"))
         .context("the SoftHand has a link `index_distal`")?;
     let push = Push { link, point: Vec3::new(0.02, 0.0, 0.0), force: Vec3::new(-0.8, 0.0, -0.6) };
-    let (mut world, mut command) = world_of(hand.clone(), setup.dt_s)?;
+    let (mut world, mut command) = world_of(hand.clone(), setup)?;
     for k in 0..steps(6.0, setup.dt_s) {
         let t = (k + 1) as f64 * setup.dt_s;
         command.sigma[0] = sigma * ramp(t).0;
@@ -121,7 +144,7 @@ pub fn push_locked_motor(setup: &Setup, recorder: &mut Recorder) -> Result<Findi
         if t > 1.5 {
             command.pushes.push(push);
         }
-        recorder.step(&mut world, &command);
+        recorder.step(&mut *world, &command)?;
     }
     // The servo yields a little under the push: the pose of the base is read, the joints are predicted.
     let base = world.state().base;

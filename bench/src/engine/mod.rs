@@ -1,0 +1,74 @@
+//! Engines that can step a scene: ours, and the peers it is compared with.
+//!
+//! A scene is a [`Model`] with a start [`State`]; every engine mirrors what it simulates into a [`State`], so
+//! that a case is written once and judged by the same code whoever steps it.
+
+mod own;
+
+use anyhow::{Result, bail};
+use palmares_sim::world::Outcome;
+use palmares_sim::{Command, Model, State, World};
+use std::sync::Arc;
+
+/// What a step cost.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Cost {
+    /// CPU time of the stepping thread, s.
+    pub total_s: f64,
+    /// Wall time by phase (dynamics, collision, solver), s; zeros where the engine does not tell. Only the
+    /// ratios are used.
+    pub phases_s: [f64; 3],
+}
+
+/// Something that steps a scene.
+pub trait Engine {
+    /// The scene.
+    fn model(&self) -> &Arc<Model>;
+    /// One step of the length the engine was made with.
+    fn step(&mut self, command: &Command) -> Result<Cost>;
+    /// Poses, coordinates, velocities and tensions now.
+    fn state(&self) -> &State;
+    /// Sets poses and velocities by hand; the engine goes on from them.
+    fn state_mut(&mut self) -> &mut State;
+    /// How the last step went. Peers fill in the deepest overlap and whether all numbers are finite.
+    fn outcome(&self) -> Outcome;
+    /// Our own world, for figures that only it has (contact forces, joint residuals).
+    fn world(&self) -> Option<&World> {
+        None
+    }
+}
+
+/// Names of the engines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EngineKind {
+    /// Palmares.
+    Own,
+}
+
+impl EngineKind {
+    /// All of them.
+    pub const ALL: &[EngineKind] = &[EngineKind::Own];
+
+    /// As on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            EngineKind::Own => "own",
+        }
+    }
+
+    /// From the command line.
+    pub fn from_name(name: &str) -> Result<Self> {
+        if let Some(kind) = Self::ALL.iter().find(|kind| kind.name() == name) {
+            return Ok(*kind);
+        }
+        let names: Vec<&str> = Self::ALL.iter().map(|kind| kind.name()).collect();
+        bail!("unknown engine `{name}`; known engines: {}", names.join(", "))
+    }
+
+    /// An engine about to take its first step from `state`.
+    pub fn start(self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>> {
+        match self {
+            EngineKind::Own => Ok(Box::new(own::Own::new(World::new(model, state)))),
+        }
+    }
+}

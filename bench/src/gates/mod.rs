@@ -1,0 +1,36 @@
+//! Cases that gate: what must hold, at every step length asked for. No timing is asserted here.
+//! One file per subject, mirroring `cases/`.
+
+mod balls;
+mod friction;
+mod grasp;
+mod synergy;
+
+use crate::cases::{Setup, run};
+use crate::engine::EngineKind;
+use crate::report::Report;
+
+/// Runs a case of ours without a reference run.
+pub(crate) fn report(case: &str, dt_s: f64) -> Report {
+    let setup = Setup { engine: EngineKind::Own, dt_s, reference_dt_s: None };
+    run(case, &setup).expect("the case runs").0
+}
+
+/// The figure of a case with an analytic answer.
+pub(crate) fn error(report: &Report) -> f64 {
+    report.error.value.expect("the case has an analytic answer")
+}
+
+/// Every step of the run converged and stayed finite.
+pub(crate) fn converged(report: &Report) {
+    assert_eq!(report.invariants.newton_unconverged, Some(0), "{}", report.case);
+}
+
+#[test]
+fn unknown_names_are_refused_with_the_known_ones() {
+    let setup = Setup { engine: EngineKind::Own, dt_s: 1e-3, reference_dt_s: None };
+    let message = run("softhand_fre", &setup).err().expect("refused").to_string();
+    assert!(message.contains("softhand_free"), "{message}");
+    let message = EngineKind::from_name("other").expect_err("refused").to_string();
+    assert!(message.contains("known engines: own"), "{message}");
+}
