@@ -15,10 +15,12 @@ pub enum ModelError {
         source: std::io::Error,
     },
     /// The file asks for more than a description needs; it may be hostile.
-    #[error("{}: {what}: {found} is more than the limit of {limit}", file.display())]
+    #[error("{}: {element}: {found} {what}; the limit is {limit}", file.display())]
     TooLarge {
         /// The file.
         file: PathBuf,
+        /// Which element: `link 'palm'`.
+        element: String,
         /// What there is too much of.
         what: &'static str,
         /// How much, as far as counted.

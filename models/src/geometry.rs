@@ -1,12 +1,16 @@
 //! Shapes and mass properties of one URDF link, before fixed joints are merged.
 
-use std::path::{Path, PathBuf};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
 
 use urdf_rs::Geometry;
 
 use crate::error::ModelError;
+use crate::files::{Files, has_extension};
 use crate::hand::{Geom, Inertia};
 use crate::load::{InertiaPolicy, LoadOptions, Report};
+use crate::mesh::MeshLimits;
 use crate::settings::{LinkSettings, Settings};
 use crate::shape::Shape;
 use crate::{Mat3, Vec3, inertia, mesh, urdf};
@@ -22,13 +26,31 @@ pub(crate) struct Body {
 
 /// What a link is built with: the same for all links of a file.
 pub(crate) struct Builder<'a> {
-    pub(crate) settings: &'a Settings,
-    pub(crate) options: &'a LoadOptions,
+    settings: &'a Settings,
+    options: &'a LoadOptions,
     /// Where meshes lie; `None` for a hand without files.
-    pub(crate) folder: Option<&'a Path>,
+    files: Option<&'a Files>,
+    /// Hulls of the meshes read so far, and whether they could be rounded; links often share them.
+    hulls: RefCell<BTreeMap<MeshKey, (Shape, bool)>>,
+    /// What was read for them.
+    read: RefCell<MeshesRead>,
 }
 
-impl Builder<'_> {
+/// A mesh file and the bits of its scale.
+type MeshKey = (PathBuf, [u64; 3]);
+
+#[derive(Default)]
+struct MeshesRead {
+    bytes: u64,
+    vertices: usize,
+}
+
+impl<'a> Builder<'a> {
+    /// A builder that has read nothing yet.
+    pub(crate) fn new(settings: &'a Settings, options: &'a LoadOptions, files: Option<&'a Files>) -> Self {
+        Builder { settings, options, files, hulls: RefCell::default(), read: RefCell::default() }
+    }
+
     /// Builds a link's body; reports what is odd about its inertia.
     pub(crate) fn body(&self, link: &urdf_rs::Link, report: &mut Report) -> Result<Body, ModelError> {
         let default = LinkSettings::default();
@@ -69,18 +91,7 @@ impl Builder<'_> {
             Geometry::Box { size } => Shape::Box { half_extents: size.map(|x| 0.5 * x), rounding },
             Geometry::Mesh { filename, scale } => {
                 let scale = scale.map_or(Vec3::ONE, |s| Vec3::from_array(*s));
-                let file = self.mesh_file(filename, element, report)?;
-                let limits = &self.options.limits;
-                let points = mesh::read_stl(&file, scale, limits.bytes, limits.mesh_vertices)?;
-                let (shape, rounded) =
-                    mesh::rounded_hull(&points, self.options.hull_directions, self.options.hull_rounding)
-                        .ok_or_else(|| {
-                            report.bad(
-                                element.to_owned(),
-                                format!("mesh '{filename}' spans no volume"),
-                                "a mesh whose convex hull is a solid",
-                            )
-                        })?;
+                let (shape, rounded) = self.hull(filename, scale, element, report)?;
                 if !rounded && self.options.hull_rounding > 0.0 {
                     report
                         .warn(element, format!("mesh '{filename}' is too thin to round; its hull is sharp"));
@@ -90,26 +101,50 @@ impl Builder<'_> {
         })
     }
 
-    /// `package://name/path` and relative paths lie in the URDF's folder, and never outside it.
-    fn mesh_file(&self, name: &str, element: &str, report: &Report) -> Result<PathBuf, ModelError> {
-        let valid = "an .stl file in or under the URDF's own folder";
-        let bad = |problem: String| report.bad(element.to_owned(), problem, valid);
-        let Some(folder) = self.folder else {
-            return Err(bad(format!("names mesh '{name}', but has no folder")));
-        };
-        let relative = match name.strip_prefix("package://") {
-            Some(rest) => rest.split_once('/').map_or(rest, |(_, path)| path),
-            None => name.strip_prefix("file://").unwrap_or(name),
-        };
-        let relative = Path::new(relative);
-        let inside = relative
-            .components()
-            .all(|c| matches!(c, std::path::Component::Normal(_) | std::path::Component::CurDir));
-        let is_stl = relative.extension().is_some_and(|e| e.eq_ignore_ascii_case("stl"));
-        if !inside || !is_stl {
-            return Err(bad(format!("names mesh '{name}'")));
+    /// The rounded hull of a mesh, and whether it could be rounded.
+    fn hull(
+        &self,
+        name: &str,
+        scale: Vec3,
+        element: &str,
+        report: &Report,
+    ) -> Result<(Shape, bool), ModelError> {
+        let relative = mesh_path(name, element, report)?;
+        let key = (relative.clone(), scale.to_array().map(f64::to_bits));
+        if let Some(known) = self.hulls.borrow().get(&key) {
+            return Ok(known.clone());
         }
-        Ok(folder.join(relative))
+        let Some(files) = self.files else {
+            return Err(report.bad(
+                element.to_owned(),
+                format!("names mesh '{name}', but the URDF has no folder"),
+                "a hand from a folder or an archive",
+            ));
+        };
+        let limits = &self.options.limits;
+        let mut read = self.read.borrow_mut();
+        report.limit(element, "mesh files up to here", self.hulls.borrow().len() + 1, limits.meshes)?;
+        let bytes = files.read(&relative, element, limits.mesh_bytes)?;
+        read.bytes += bytes.len() as u64;
+        let megabytes = |bytes: u64| (bytes >> 20) as usize;
+        if read.bytes > limits.mesh_total_bytes {
+            let (found, limit) = (megabytes(read.bytes) + 1, megabytes(limits.mesh_total_bytes));
+            report.limit(element, "MB of mesh files up to here", found, limit)?;
+        }
+        let bounds = MeshLimits { vertices: limits.mesh_vertices, length_m: limits.length_m };
+        let points = mesh::read_stl(&files.display(&relative), element, &bytes, scale, bounds)?;
+        read.vertices += points.len();
+        report.limit(element, "mesh vertices up to here", read.vertices, limits.mesh_total_vertices)?;
+        let hull = mesh::rounded_hull(&points, self.options.hull_directions, self.options.hull_rounding);
+        let hull = hull.ok_or_else(|| {
+            report.bad(
+                element.to_owned(),
+                format!("mesh '{name}' spans no volume"),
+                "a mesh whose convex hull is a solid",
+            )
+        })?;
+        self.hulls.borrow_mut().insert(key, hull.clone());
+        Ok(hull)
     }
 
     fn inertia(
@@ -160,6 +195,21 @@ impl Builder<'_> {
             }
         }
     }
+}
+
+/// `package://name/path` and relative paths lie in the URDF's folder, and never outside it.
+fn mesh_path(name: &str, element: &str, report: &Report) -> Result<PathBuf, ModelError> {
+    let relative = match name.strip_prefix("package://") {
+        Some(rest) => rest.split_once('/').map_or(rest, |(_, path)| path),
+        None => name.strip_prefix("file://").unwrap_or(name),
+    };
+    let relative = Path::new(relative);
+    let inside = relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
+    if !inside || name.contains('\\') || !has_extension(relative, "stl") {
+        let valid = "an .stl file in or under the URDF's own folder";
+        return Err(report.bad(element.to_owned(), format!("names mesh '{name}'"), valid));
+    }
+    Ok(relative.to_owned())
 }
 
 fn check_inertia(stated: &Inertia, derived: Option<&Inertia>, element: &str, report: &mut Report) {

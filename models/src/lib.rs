@@ -6,10 +6,12 @@
 pub mod builtin;
 pub mod describe;
 pub mod error;
+pub mod files;
 mod geometry;
 pub mod hand;
 pub mod inertia;
 mod kinematics;
+pub mod limits;
 pub mod load;
 pub mod mesh;
 pub mod object;

@@ -1,7 +1,6 @@
 //! Hands from files: a URDF, and a `hand.toml` beside it for what a URDF has no place for.
 
 use std::collections::BTreeMap;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
@@ -9,8 +8,10 @@ use serde::{Deserialize, Serialize};
 use urdf_rs::JointType;
 
 use crate::error::{LoadWarning, ModelError};
+use crate::files::{Files, has_extension, read_limited};
 use crate::geometry::Builder;
 use crate::hand::{Coordinate, Hand, Motor, Tendon};
+use crate::limits::Limits;
 use crate::rolling::{self, Reduced};
 use crate::settings::{CoordinateSettings, MotorSettings, Settings, TendonSettings};
 use crate::urdf::{self, Urdf};
@@ -33,36 +34,6 @@ pub enum InertiaPolicy {
     FromFile,
     /// From the collision shapes and the stated mass.
     FromGeometry,
-}
-
-/// Bounds on what a file may ask for.
-#[derive(Clone, Debug)]
-pub struct Limits {
-    /// Size of each file.
-    pub bytes: u64,
-    /// Links (and joints) of a hand.
-    pub links: usize,
-    /// Links from the base to a fingertip, couplers and fixed ones included.
-    pub depth: usize,
-    /// Vertices of a mesh, three per triangle.
-    pub mesh_vertices: usize,
-    /// XML nodes of a URDF.
-    pub xml_nodes: u32,
-    /// Nested XML elements.
-    pub xml_depth: usize,
-}
-
-impl Default for Limits {
-    fn default() -> Limits {
-        Limits {
-            bytes: 16 << 20,
-            links: 256,
-            depth: 64,
-            mesh_vertices: 300_000,
-            xml_nodes: 100_000,
-            xml_depth: 32,
-        }
-    }
 }
 
 /// How to read a hand.
@@ -104,32 +75,59 @@ pub struct Loaded {
     pub warnings: Vec<LoadWarning>,
 }
 
-/// Reads a hand from a URDF file and the `hand.toml` beside it, if there is one.
+/// Reads a hand: a URDF file, a folder or a ZIP archive with one. The `hand.toml` beside the URDF is used, if there
+/// is one and the options name no other.
 ///
 /// # Errors
 /// The first thing found wrong, with file, element and what would be valid.
 pub fn hand(path: &Path, options: &LoadOptions) -> Result<Loaded, ModelError> {
-    let urdf = read_text(path, options.limits.bytes)?;
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let beside = folder.join("hand.toml");
-    let settings_file = options.settings.clone().or_else(|| beside.is_file().then_some(beside));
-    let settings = match &settings_file {
-        Some(file) => Some((file.as_path(), read_text(file, options.limits.bytes)?)),
-        None => None,
-    };
-    let settings = settings.as_ref().map(|(file, text)| (*file, text.as_str()));
-    from_text((path, &urdf), settings, Some(folder), options)
+    if has_extension(path, "zip") && path.is_file() {
+        return from_files(Files::open_archive(path, &options.limits)?, None, options);
+    }
+    if path.is_dir() {
+        return from_files(Files::Folder(path.to_owned()), None, options);
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    from_files(Files::Folder(folder.to_owned()), path.file_name().map(Path::new), options)
 }
 
-/// Reads a hand from texts already in memory, each with the name to report it by. Without a folder, a mesh is an
-/// error.
+/// Reads a hand from a folder or an archive. Without a URDF's name, `hand.urdf` or the only one is taken.
+///
+/// # Errors
+/// As [`hand`].
+pub fn from_files(
+    mut files: Files,
+    urdf: Option<&Path>,
+    options: &LoadOptions,
+) -> Result<Loaded, ModelError> {
+    let limit = options.limits.text_bytes;
+    let urdf = urdf.map_or_else(|| files.find_urdf(), |name| Ok(name.to_owned()))?;
+    let urdf_file = files.display(&urdf);
+    let text = read_text(files.read(&urdf, "URDF", limit)?, &urdf_file)?;
+    let beside = Path::new("hand.toml");
+    let settings = match &options.settings {
+        Some(file) => Some((file.clone(), read_limited(file, "settings", limit)?)),
+        None if files.contains(beside) => {
+            Some((files.display(beside), files.read(beside, "settings", limit)?))
+        }
+        None => None,
+    };
+    let settings = match settings {
+        Some((file, bytes)) => Some((read_text(bytes, &file)?, file)),
+        None => None,
+    };
+    let settings = settings.as_ref().map(|(text, file)| (file.as_path(), text.as_str()));
+    from_text((&urdf_file, &text), settings, Some(&files), options)
+}
+
+/// Reads a hand from texts already in memory, each with the name to report it by. Without files, a mesh is an error.
 ///
 /// # Errors
 /// As [`hand`].
 pub fn from_text(
     urdf: (&Path, &str),
     settings: Option<(&Path, &str)>,
-    folder: Option<&Path>,
+    files: Option<&Files>,
     options: &LoadOptions,
 ) -> Result<Loaded, ModelError> {
     let mut report = Report { file: urdf.0.to_owned(), warnings: Vec::new() };
@@ -138,12 +136,13 @@ pub fn from_text(
         Some((file, text)) => {
             let at = Report { file: file.to_owned(), warnings: Vec::new() };
             let settings: Settings = toml::from_str(text).map_err(|e| at.syntax("TOML", e))?;
+            settings.check(&options.limits, &at)?;
             check_names(&settings, &tree, &at)?;
             settings
         }
         None => Settings::default(),
     };
-    let builder = Builder { settings: &settings, options, folder };
+    let builder = Builder::new(&settings, options, files);
     let reduced = rolling::reduce(&tree, &builder, &mut report)?;
     let coordinates = coordinates(&tree, &reduced, &settings, &mut report)?;
     let (motors, tendons) = actuation(&tree, &reduced, &settings, &mut report)?;
@@ -345,28 +344,42 @@ impl Report {
         ModelError::Syntax { file: self.file.clone(), format, message: error.to_string() }
     }
 
-    pub(crate) fn limit(&self, what: &'static str, found: usize, limit: usize) -> Result<(), ModelError> {
+    /// Refuses more than `limit` of something.
+    pub(crate) fn limit(
+        &self,
+        element: impl Into<String>,
+        what: &'static str,
+        found: usize,
+        limit: usize,
+    ) -> Result<(), ModelError> {
         if found <= limit {
             return Ok(());
         }
-        Err(ModelError::TooLarge { file: self.file.clone(), what, found: found as u64, limit: limit as u64 })
+        let (file, element) = (self.file.clone(), element.into());
+        Err(ModelError::TooLarge { file, element, what, found: found as u64, limit: limit as u64 })
+    }
+
+    /// Refuses a number that is not finite or larger than `limit`.
+    pub(crate) fn number(
+        &self,
+        element: impl FnOnce() -> String,
+        what: &str,
+        value: f64,
+        limit: f64,
+    ) -> Result<(), ModelError> {
+        if value.abs() <= limit {
+            return Ok(());
+        }
+        Err(self.bad(
+            element(),
+            format!("has {what} {value:e}"),
+            format!("finite numbers of at most {limit:e}"),
+        ))
     }
 }
 
-/// A file's bytes, never more than `limit` of them in memory.
-pub(crate) fn read_limited(file: &Path, limit: u64) -> Result<Vec<u8>, ModelError> {
-    let failed = |source| ModelError::Read { file: file.to_owned(), source };
-    let mut bytes = Vec::new();
-    std::fs::File::open(file).map_err(failed)?.take(limit + 1).read_to_end(&mut bytes).map_err(failed)?;
-    if bytes.len() as u64 > limit {
-        let found = bytes.len() as u64;
-        return Err(ModelError::TooLarge { file: file.to_owned(), what: "bytes", found, limit });
-    }
-    Ok(bytes)
-}
-
-fn read_text(file: &Path, limit: u64) -> Result<String, ModelError> {
-    String::from_utf8(read_limited(file, limit)?).map_err(|e| ModelError::Syntax {
+fn read_text(bytes: Vec<u8>, file: &Path) -> Result<String, ModelError> {
+    String::from_utf8(bytes).map_err(|e| ModelError::Syntax {
         file: file.to_owned(),
         format: "UTF-8",
         message: e.to_string(),

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use crate::load::InertiaPolicy;
+use crate::error::ModelError;
+use crate::limits::Limits;
+use crate::load::{InertiaPolicy, Report};
 
 /// The file beside a URDF. All of it is optional.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -32,6 +34,41 @@ pub(crate) struct Settings {
     /// By name of the URDF's link.
     #[serde(default)]
     pub(crate) links: BTreeMap<String, LinkSettings>,
+}
+
+impl Settings {
+    /// Refuses numbers that are not finite or absurdly large, before anything is computed from them.
+    pub(crate) fn check(&self, limits: &Limits, at: &Report) -> Result<(), ModelError> {
+        let check = |table: &str, name: &str, what: &str, value: Option<f64>, limit: f64| {
+            let element = || if name.is_empty() { table.to_owned() } else { format!("[{table}.{name}]") };
+            value.map_or(Ok(()), |value| at.number(element, what, value, limit))
+        };
+        let most = limits.number;
+        check("settings", "", "friction", self.friction, most)?;
+        for (name, m) in &self.motors {
+            check("motors", name, "scaling", Some(m.scaling), most)?;
+            check("motors", name, "offset", Some(m.offset), most)?;
+            check("motors", name, "speed_limit", Some(m.speed_limit), most)?;
+        }
+        for (name, t) in &self.tendons {
+            check("tendons", name, "stiffness", Some(t.stiffness), most)?;
+            check("tendons", name, "damping", Some(t.damping), most)?;
+            check("tendons", name, "force_limit", Some(t.force_limit), most)?;
+        }
+        let every = [("every", &self.every_coordinate)];
+        let coordinates = self.coordinates.iter().map(|(name, c)| (name.as_str(), c));
+        for (name, c) in coordinates.chain(every) {
+            check("coordinates", name, "stiffness", c.stiffness, most)?;
+            check("coordinates", name, "damping", c.damping, most)?;
+            check("coordinates", name, "rest", c.rest, most)?;
+        }
+        for (name, l) in &self.links {
+            check("links", name, "mass", l.mass, limits.mass_kg)?;
+            check("links", name, "rounding", l.rounding, limits.length_m)?;
+            check("links", name, "friction", l.friction, most)?;
+        }
+        Ok(())
+    }
 }
 
 #[derive(Clone, Debug, Deserialize)]

@@ -8,6 +8,7 @@ use std::collections::BTreeSet;
 use roxmltree::Node;
 
 use crate::error::ModelError;
+use crate::limits::Limits;
 use crate::load::Report;
 
 const KIND: &str = "AdaptiveSynergyTransmission";
@@ -33,7 +34,11 @@ pub(crate) struct TransmissionJoint {
 }
 
 /// Reads every adaptive-synergy transmission; other types couple nothing and are reported.
-pub(crate) fn read(robot: Node<'_, '_>, report: &mut Report) -> Result<Vec<Transmission>, ModelError> {
+pub(crate) fn read(
+    robot: Node<'_, '_>,
+    limits: &Limits,
+    report: &mut Report,
+) -> Result<Vec<Transmission>, ModelError> {
     let mut found: Vec<Transmission> = Vec::new();
     for node in robot.children().filter(|c| c.has_tag_name("transmission")) {
         let name = node.attribute("name").unwrap_or_default().to_owned();
@@ -65,7 +70,7 @@ pub(crate) fn read(robot: Node<'_, '_>, report: &mut Report) -> Result<Vec<Trans
             let number = |tag: &str, default: f64| -> Result<f64, ModelError> {
                 let Some(node) = joint.children().find(|c| c.has_tag_name(tag)) else { return Ok(default) };
                 let text = node.text().unwrap_or_default().trim();
-                text.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| {
+                text.parse().ok().filter(|x: &f64| x.abs() <= limits.number).ok_or_else(|| {
                     report.bad(
                         format!("{element}, joint '{joint_name}'"),
                         format!("<{tag}> is '{text}'"),

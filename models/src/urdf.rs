@@ -6,7 +6,8 @@ use std::path::Path;
 use urdf_rs::{Joint, JointType, Robot};
 
 use crate::error::ModelError;
-use crate::load::{Limits, Report};
+use crate::limits::Limits;
+use crate::load::Report;
 use crate::transmission::{self, Transmission};
 use crate::{Pose, Rotation, Vec3};
 
@@ -25,11 +26,18 @@ pub(crate) struct Urdf {
 /// Reads and checks the text of a URDF file.
 pub(crate) fn parse(text: &str, limits: &Limits, report: &mut Report) -> Result<Urdf, ModelError> {
     let document = document(text, limits, &report.file)?;
-    let transmissions = transmission::read(document.root_element(), report)?;
+    let transmissions = transmission::read(document.root_element(), limits, report)?;
     let robot = urdf_rs::read_from_string(text).map_err(|e| report.syntax("URDF", e))?;
-    report.limit("links", robot.links.len(), limits.links)?;
-    report.limit("joints", robot.joints.len(), limits.links)?;
-    check_numbers(&robot, report)?;
+    report.limit("robot", "links", robot.links.len(), limits.links)?;
+    report.limit("robot", "joints", robot.joints.len(), limits.joints)?;
+    let mut shapes = 0;
+    for link in &robot.links {
+        let element = format!("link '{}'", link.name);
+        report.limit(element, "collision shapes", link.collision.len(), limits.link_shapes)?;
+        shapes += link.collision.len();
+    }
+    report.limit("robot", "collision shapes", shapes, limits.shapes)?;
+    check_numbers(&robot, limits, report)?;
 
     let mut link_by_name = BTreeMap::new();
     for (i, link) in robot.links.iter().enumerate() {
@@ -79,25 +87,34 @@ pub(crate) fn parse(text: &str, limits: &Limits, report: &mut Report) -> Result<
             "exactly one root link, the hand's base",
         ));
     };
-    check_reach(&children, &child_link, root, limits, report)?;
+    check_reach(&robot, &children, &child_link, root, limits, report)?;
     Ok(Urdf { robot, transmissions, root, children, child_link })
 }
 
 /// Well-formed XML of bounded size and nesting; later parsers recurse.
 fn document<'a>(text: &'a str, limits: &Limits, file: &Path) -> Result<roxmltree::Document<'a>, ModelError> {
     let syntax = |message: String| ModelError::Syntax { file: file.to_owned(), format: "XML", message };
+    let too_large = |element: String, what: &'static str, found: u64, limit: u64| ModelError::TooLarge {
+        file: file.to_owned(),
+        element,
+        what,
+        found,
+        limit,
+    };
+    limits.check_tags(text, file)?;
     let options = roxmltree::ParsingOptions { nodes_limit: limits.xml_nodes, ..Default::default() };
-    let document =
-        roxmltree::Document::parse_with_options(text, options).map_err(|e| syntax(e.to_string()))?;
+    let document = roxmltree::Document::parse_with_options(text, options).map_err(|e| match e {
+        roxmltree::Error::NodesLimitReached => {
+            let limit = u64::from(limits.xml_nodes);
+            too_large("robot".to_owned(), "XML nodes and more", limit + 1, limit)
+        }
+        e => syntax(e.to_string()),
+    })?;
     let mut open = vec![(document.root_element(), 1_usize)];
     while let Some((node, depth)) = open.pop() {
         if depth > limits.xml_depth {
-            return Err(ModelError::TooLarge {
-                file: file.to_owned(),
-                what: "nested XML elements",
-                found: depth as u64,
-                limit: limits.xml_depth as u64,
-            });
+            let element = format!("<{}>", node.tag_name().name());
+            return Err(too_large(element, "nested XML elements", depth as u64, limits.xml_depth as u64));
         }
         open.extend(node.children().filter(roxmltree::Node::is_element).map(|child| (child, depth + 1)));
     }
@@ -109,6 +126,7 @@ fn document<'a>(text: &'a str, limits: &Limits, file: &Path) -> Result<roxmltree
 
 /// Every link hangs on the root, and the tree is not absurdly deep.
 fn check_reach(
+    robot: &Robot,
     children: &[Vec<usize>],
     child_link: &[usize],
     root: usize,
@@ -119,7 +137,10 @@ fn check_reach(
     let mut open = vec![(root, 1)];
     while let Some((link, depth)) = open.pop() {
         reached += 1;
-        report.limit("links in one chain", depth, limits.depth)?;
+        if depth > limits.depth {
+            let element = format!("link '{}'", robot.links[link].name);
+            return report.limit(element, "links in one chain", depth, limits.depth);
+        }
         open.extend(children[link].iter().map(|&j| (child_link[j], depth + 1)));
     }
     if reached != children.len() {
@@ -132,42 +153,41 @@ fn check_reach(
     Ok(())
 }
 
-fn check_numbers(robot: &Robot, report: &Report) -> Result<(), ModelError> {
-    let pose_is_finite = |p: &urdf_rs::Pose| p.xyz.iter().chain(p.rpy.iter()).all(|x| x.is_finite());
-    let finite = "finite numbers";
+fn check_numbers(robot: &Robot, limits: &Limits, report: &Report) -> Result<(), ModelError> {
+    let pose = |element: &dyn Fn() -> String, p: &urdf_rs::Pose| {
+        p.xyz.iter().try_for_each(|&x| report.number(element, "an origin at (m)", x, limits.length_m))?;
+        p.rpy.iter().try_for_each(|&x| report.number(element, "an origin turned by (rad)", x, limits.number))
+    };
     for link in &robot.links {
-        let i = &link.inertial;
-        let numbers = [
-            i.mass.value,
-            i.inertia.ixx,
-            i.inertia.ixy,
-            i.inertia.ixz,
-            i.inertia.iyy,
-            i.inertia.iyz,
-            i.inertia.izz,
-        ];
-        if !numbers.iter().all(|x| x.is_finite())
-            || i.mass.value < 0.0
-            || !pose_is_finite(&i.origin)
-            || !link.collision.iter().all(|c| pose_is_finite(&c.origin))
-        {
+        let element = || format!("link '{}'", link.name);
+        let mass = link.inertial.mass.value;
+        if mass < 0.0 {
             return Err(report.bad(
-                format!("link '{}'", link.name),
-                "has a number that is not finite, or a negative mass",
-                "finite numbers, mass of at least 0 kg",
+                element(),
+                format!("has the negative mass {mass} kg"),
+                "a mass of at least 0 kg",
             ));
+        }
+        report.number(element, "a mass (kg) of", mass, limits.mass_kg)?;
+        let i = &link.inertial.inertia;
+        for moment in [i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz] {
+            report.number(element, "a moment of inertia (kg·m²) of", moment, limits.number)?;
+        }
+        pose(&element, &link.inertial.origin)?;
+        for collision in &link.collision {
+            pose(&element, &collision.origin)?;
+            check_geometry(&collision.geometry, &element, limits, report)?;
         }
     }
     for joint in &robot.joints {
         let element = || format!("joint '{}'", joint.name);
+        pose(&element, &joint.origin)?;
+        joint.axis.xyz.iter().try_for_each(|&x| report.number(element, "an axis with", x, limits.number))?;
+        report.number(element, "a lower limit of", joint.limit.lower, f64::MAX)?;
+        report.number(element, "an upper limit of", joint.limit.upper, f64::MAX)?;
         let damping = joint.dynamics.as_ref().map_or(0.0, |d| d.damping);
-        if !pose_is_finite(&joint.origin) || !joint.axis.xyz.iter().all(|x| x.is_finite()) {
-            return Err(report.bad(element(), "has a number that is not finite", finite));
-        }
-        if joint.limit.lower.is_nan() || joint.limit.upper.is_nan() {
-            return Err(report.bad(element(), "has a limit that is not a number", finite));
-        }
-        if !(damping.is_finite() && damping >= 0.0) {
+        report.number(element, "damping", damping, limits.number)?;
+        if damping < 0.0 {
             return Err(report.bad(
                 element(),
                 format!("has damping {damping}"),
@@ -176,7 +196,8 @@ fn check_numbers(robot: &Robot, report: &Report) -> Result<(), ModelError> {
         }
         if let Some(m) = &joint.mimic {
             let (multiplier, offset) = (m.multiplier.unwrap_or(1.0), m.offset.unwrap_or(0.0));
-            if !multiplier.is_finite() || multiplier == 0.0 || !offset.is_finite() {
+            let usable = 1.0 / limits.number..=limits.number;
+            if !usable.contains(&multiplier.abs()) || !(0.0..=limits.number).contains(&offset.abs()) {
                 return Err(report.bad(
                     element(),
                     format!("mimics with multiplier {multiplier} and offset {offset}"),
@@ -186,6 +207,26 @@ fn check_numbers(robot: &Robot, report: &Report) -> Result<(), ModelError> {
         }
     }
     Ok(())
+}
+
+/// Sizes are bounded before anything is computed from them; whether they are positive, the shape itself checks.
+fn check_geometry(
+    geometry: &urdf_rs::Geometry,
+    element: &dyn Fn() -> String,
+    limits: &Limits,
+    report: &Report,
+) -> Result<(), ModelError> {
+    use urdf_rs::Geometry;
+    let sizes: &[f64] = match geometry {
+        Geometry::Box { size } => &**size,
+        Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => &[*radius, *length],
+        Geometry::Sphere { radius } => &[*radius],
+        // A mesh's corners are looked at when it has been read and scaled.
+        Geometry::Mesh { .. } => &[],
+    };
+    sizes
+        .iter()
+        .try_for_each(|&x| report.number(element, "a collision shape of size (m)", x, limits.length_m))
 }
 
 /// A URDF origin as a pose: fixed-axis roll, pitch, yaw.

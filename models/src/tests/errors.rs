@@ -4,7 +4,8 @@ use std::path::Path;
 
 use crate::error::ModelError;
 use crate::hand::Hand;
-use crate::load::{self, InertiaPolicy, Limits, LoadOptions, Loaded};
+use crate::limits::Limits;
+use crate::load::{self, InertiaPolicy, LoadOptions, Loaded};
 
 use super::softhand;
 
@@ -60,16 +61,15 @@ fn files_that_are_not_there_too_large_or_not_text() {
     let with = |limits: Limits| load::hand(ours, &LoadOptions { limits, ..LoadOptions::default() });
     let default = Limits::default;
     for (limits, what) in [
-        (Limits { bytes: 1000, ..default() }, "bytes"),
+        (Limits { text_bytes: 1000, ..default() }, "bytes"),
         (Limits { links: 10, ..default() }, "links"),
         (Limits { depth: 5, ..default() }, "links in one chain"),
         (Limits { xml_depth: 3, ..default() }, "nested XML elements"),
+        (Limits { xml_nodes: 100, ..default() }, "XML nodes and more"),
     ] {
         let error = with(limits).unwrap_err();
         assert!(matches!(&error, ModelError::TooLarge { what: w, .. } if *w == what), "{error}");
     }
-    let few_nodes = with(Limits { xml_nodes: 100, ..default() }).unwrap_err();
-    assert!(matches!(few_nodes, ModelError::Syntax { format: "XML", .. }));
 
     fails("<robot", None, &["x/hand.urdf", "not valid XML"]);
     fails("<sdf/>", None, &["not <robot>"]);
@@ -168,7 +168,7 @@ fn settings_that_fit_nothing() {
     let slack = "[tendons.t]\nstiffness = -1\nforce_limit = 1";
     fails(&good, Some(slack), &["tendon 't'", "stiffness"]);
     fails(&good, Some("[coordinates.a]\nstiffness = -1"), &["coordinate 'a'", "negative"]);
-    fails(&good, Some("[links.one]\nmass = nan"), &["link 'one'", "mass NaN"]);
+    fails(&good, Some("[links.one]\nmass = nan"), &["x/hand.toml", "[links.one]", "mass NaN"]);
     fails(&good, Some("friction = -1"), &["friction"]);
 }
 

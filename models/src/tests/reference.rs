@@ -7,6 +7,7 @@ use parry3d_f64::transformation::try_convex_hull;
 use super::softhand;
 use crate::hand::Geom;
 use crate::load::{self, InertiaPolicy, LoadOptions, Loaded};
+use crate::mesh::MeshLimits;
 use crate::shape::Shape;
 use crate::{Pose, Vec3, mesh};
 
@@ -149,7 +150,11 @@ fn primitives_stay_near_the_published_meshes() {
     ];
     for (file, link, mean_limit, max_limit) in cases {
         let path = folder.join(format!("meshes/{file}_collision.stl"));
-        let points = mesh::read_stl(&path, Vec3::splat(1e-3), 1 << 20, 10_000).unwrap();
+        let points = {
+            let limits = MeshLimits { vertices: 10_000, length_m: 1.0 };
+            let bytes = std::fs::read(&path).unwrap();
+            mesh::read_stl(&path, link, &bytes, Vec3::splat(1e-3), limits).unwrap()
+        };
         let geoms = &hand.links[hand.link(link).unwrap()].geoms;
         let frame = if link == "base" { palm_from_base } else { Pose::IDENTITY };
         let mut placed: Vec<Geom> = geoms

@@ -109,7 +109,7 @@ fn stated_inertias_are_those_of_the_shapes() {
     let mut report = Report { file: "hand.urdf".into(), warnings: vec![] };
     let mut body = |inertia: InertiaPolicy, link: &urdf_rs::Link| {
         let options = LoadOptions { inertia, ..LoadOptions::default() };
-        let builder = Builder { settings: &settings, options: &options, folder: None };
+        let builder = Builder::new(&settings, &options, None);
         builder.body(link, &mut report).unwrap().inertia
     };
     let mut wrong = String::new();
