@@ -8,6 +8,7 @@ pub mod engine;
 pub mod fingerprint;
 #[cfg(test)]
 mod gates;
+pub mod random;
 pub mod recorder;
 pub mod report;
 #[cfg(test)]

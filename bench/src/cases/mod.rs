@@ -3,6 +3,7 @@
 pub mod balls;
 pub mod friction;
 pub mod grasp;
+pub mod pile;
 pub mod synergy;
 
 use crate::engine::{Engine, EngineKind};
@@ -56,7 +57,7 @@ pub struct Case {
 }
 
 /// Every case there is, by subject.
-pub const GROUPS: &[&[Case]] = &[synergy::CASES, grasp::CASES, balls::CASES, friction::CASES];
+pub const GROUPS: &[&[Case]] = &[synergy::CASES, grasp::CASES, balls::CASES, pile::CASES, friction::CASES];
 
 /// Every case there is.
 pub fn all() -> impl Iterator<Item = &'static Case> {

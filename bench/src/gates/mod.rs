@@ -4,6 +4,7 @@
 mod balls;
 mod friction;
 mod grasp;
+mod pile;
 mod synergy;
 
 use crate::cases::{Setup, run};
