@@ -4,6 +4,7 @@
 //! against the same scene at a step of 0.02 ms. Invariants that any run must keep are reported beside it.
 
 pub mod cases;
+pub mod energy;
 pub mod engine;
 pub mod fingerprint;
 #[cfg(test)]
@@ -11,5 +12,6 @@ mod gates;
 pub mod random;
 pub mod recorder;
 pub mod report;
+pub mod rigs;
 #[cfg(test)]
 mod steady;

@@ -3,8 +3,10 @@
 pub mod balls;
 pub mod friction;
 pub mod grasp;
+pub mod hand_dynamics;
 pub mod pile;
 pub mod synergy;
+pub mod tendon;
 
 use crate::engine::{Engine, EngineKind};
 use crate::recorder::Recorder;
@@ -57,7 +59,15 @@ pub struct Case {
 }
 
 /// Every case there is, by subject.
-pub const GROUPS: &[&[Case]] = &[synergy::CASES, grasp::CASES, balls::CASES, pile::CASES, friction::CASES];
+pub const GROUPS: &[&[Case]] = &[
+    synergy::CASES,
+    grasp::CASES,
+    balls::CASES,
+    pile::CASES,
+    hand_dynamics::CASES,
+    tendon::CASES,
+    friction::CASES,
+];
 
 /// Every case there is.
 pub fn all() -> impl Iterator<Item = &'static Case> {

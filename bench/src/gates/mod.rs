@@ -4,8 +4,10 @@
 mod balls;
 mod friction;
 mod grasp;
+mod hand_dynamics;
 mod pile;
 mod synergy;
+mod tendon;
 
 use crate::cases::{Setup, run};
 use crate::engine::EngineKind;

@@ -1,0 +1,32 @@
+//! Tendons: blocked, slack, through a cycle.
+
+use super::{converged, error, report};
+
+#[test]
+fn a_blocked_joint_leaves_the_others_to_the_closed_form() {
+    for dt in [0.5e-3, 1e-3, 2e-3, 4e-3, 8e-3] {
+        let report = report("syn_joint_blocked", dt);
+        converged(&report);
+        assert!(error(&report) <= 1e-8, "{dt}: {:e} rad", error(&report));
+    }
+}
+
+#[test]
+fn a_slack_cable_neither_pushes_nor_pulls() {
+    // The case itself fails when it does. The swing's error falls with the step.
+    let (coarse, fine) = (report("syn_slack", 1e-3), report("syn_slack", 0.25e-3));
+    converged(&coarse);
+    converged(&fine);
+    assert!(error(&fine) <= 0.35 * error(&coarse), "{:e} {:e}", error(&coarse), error(&fine));
+}
+
+#[test]
+fn what_the_motor_gives_in_a_cycle_is_accounted_for() {
+    for dt in [0.5e-3, 1e-3, 2e-3] {
+        let report = report("syn_energy", dt);
+        converged(&report);
+        assert!(error(&report) <= 1.0, "{dt}: {} %", error(&report));
+        let gain = report.invariants.energy_gain_j.expect("the gain is reported");
+        assert!(gain <= 1e-4, "{dt}: {gain:e} J");
+    }
+}

@@ -1,0 +1,124 @@
+//! Small hands built in code, and a base that does not yield: what textbook answers need.
+
+use crate::cases::synergy::softhand;
+use anyhow::Result;
+use palmares_models::hand::{Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Motor, Tendon};
+use palmares_models::{Mat3, Pose, Vec3};
+use palmares_sim::Config;
+use palmares_sim::config::BaseConfig;
+
+/// Limits that are never reached, rad or m.
+pub const WIDE: f64 = 1e3;
+
+/// Constants under which the base is as good as welded: it yields 5e-8 m under 5 N.
+pub fn welded(config: Config) -> Config {
+    let base = BaseConfig {
+        stiffness: 1e8,
+        damping: 1e5,
+        angular_stiffness: 1e6,
+        angular_damping: 1e3,
+        force_limit: 1e9,
+        torque_limit: 1e9,
+        ..config.base
+    };
+    Config { base, ..config }
+}
+
+/// The stock SoftHand as a bare chain: no shapes to touch with, no dampers, no limits, its weight not compensated,
+/// the tendon paid out. With or without its springs.
+pub fn bare_chain(springs: bool) -> Result<Hand> {
+    let mut hand = Hand::clone(&*softhand()?);
+    hand.gravity_compensation = false;
+    for link in &mut hand.links {
+        link.geoms.clear();
+    }
+    for c in &mut hand.coordinates {
+        (c.lower, c.upper, c.damping) = (-WIDE, WIDE, 0.0);
+        if !springs {
+            c.stiffness = 0.0;
+        }
+    }
+    for motor in &mut hand.motors {
+        motor.offset = WIDE;
+    }
+    Ok(hand)
+}
+
+/// A part that moves against the base along or about z, and what pulls it.
+pub struct Finger {
+    /// Whether it turns or slides.
+    pub kind: HingeKind,
+    /// Where its joint stands in the base, z being the axis.
+    pub base_from_hinge: Pose,
+    /// kg; its centre of mass lies in the joint.
+    pub mass: f64,
+    /// About the joint, kg·m².
+    pub inertia: f64,
+    /// N·m/rad or N/m
+    pub stiffness: f64,
+    /// N·m·s/rad or N·s/m
+    pub damping: f64,
+    /// The largest tension of the tendon that pulls on it alone with R = 1.
+    pub tension: f64,
+    /// Its shapes.
+    pub geoms: Vec<Geom>,
+}
+
+/// A base of 1 kg with fingers of one joint, each with a motor and a tendon of its own. A motor winds a unit of
+/// length at once at σ = 1 and has paid out a unit at σ = 0.
+pub fn fingers(name: &str, base_geoms: Vec<Geom>, fingers: Vec<Finger>) -> Result<Hand> {
+    let stock = softhand()?;
+    let body = |mass: f64, inertia: f64| Inertia {
+        mass,
+        com: Vec3::ZERO,
+        about_com: Mat3::from_diagonal(Vec3::splat(inertia)),
+    };
+    let base = Link {
+        name: "base".to_owned(),
+        inertia: body(1.0, 1e-3),
+        geoms: base_geoms,
+        ..stock.links[0].clone()
+    };
+    let mut hand = Hand {
+        name: name.to_owned(),
+        links: vec![base],
+        coordinates: Vec::new(),
+        tendons: Vec::new(),
+        motors: Vec::new(),
+        no_collision: Vec::new(),
+        ..Hand::clone(&stock)
+    };
+    for (i, finger) in fingers.into_iter().enumerate() {
+        let hinge = Hinge {
+            parent_from_hinge: finger.base_from_hinge,
+            axis: Vec3::Z,
+            kind: finger.kind,
+            ratio: 1.0,
+            offset: 0.0,
+        };
+        hand.links.push(Link {
+            name: format!("finger_{i}"),
+            parent: Some(0),
+            joint: Some(Joint { name: format!("joint_{i}"), coordinate: i, hinges: vec![hinge] }),
+            inertia: body(finger.mass, finger.inertia),
+            geoms: finger.geoms,
+        });
+        hand.coordinates.push(Coordinate {
+            name: format!("joint_{i}"),
+            lower: -WIDE,
+            upper: WIDE,
+            stiffness: finger.stiffness,
+            damping: finger.damping,
+            rest: 0.0,
+        });
+        hand.tendons.push(Tendon {
+            name: format!("tendon_{i}"),
+            motor: i,
+            moment_arms: vec![(i, 1.0)],
+            force_limit: finger.tension,
+            ..stock.tendons[0].clone()
+        });
+        hand.motors.push(Motor { name: format!("motor_{i}"), scaling: 2.0, offset: 0.5, speed_limit: 1e6 });
+    }
+    Ok(hand)
+}
