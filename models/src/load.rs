@@ -71,6 +71,8 @@ impl Default for LoadOptions {
 pub struct Loaded {
     /// The hand.
     pub hand: Hand,
+    /// Its URDF, as messages call it.
+    pub file: PathBuf,
     /// What was odd, in the order it was found.
     pub warnings: Vec<LoadWarning>,
 }
@@ -159,7 +161,7 @@ pub fn from_text(
     hand.validate()?;
     let rest: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
     hand.no_collision = hand.pairs_closer_than(TOUCHING_AT_REST, &rest);
-    Ok(Loaded { hand, warnings: report.warnings })
+    Ok(Loaded { hand, file: report.file, warnings: report.warnings })
 }
 
 /// Every name in the settings stands for something in the URDF.

@@ -5,6 +5,7 @@ mod harness;
 
 mod actions;
 mod crash;
+mod hand;
 mod handshake;
 mod leaderboard;
 mod lifecycle;

@@ -45,7 +45,7 @@ fn fails(urdf: &str, settings: Option<&str>, parts: &[&str]) {
 #[test]
 fn the_plain_case_loads() {
     let text = urdf(LIMIT, LIMIT, &transmission(r#"<joint name="a"/>"#));
-    let Loaded { hand, warnings } = read(&text, None).unwrap();
+    let Loaded { hand, warnings, .. } = read(&text, None).unwrap();
     assert_eq!((hand.links.len(), hand.coordinates.len(), hand.tendons.len()), (3, 2, 1));
     assert_eq!(warnings.iter().filter(|w| w.message.contains("no [")).count(), 2, "{warnings:?}");
 }

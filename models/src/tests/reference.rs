@@ -28,7 +28,7 @@ fn load(folder: &Path, inertia: InertiaPolicy) -> Loaded {
 #[test]
 fn reads_coordinates_and_synergy_from_its_tags() {
     let Some(folder) = folder() else { return };
-    let Loaded { hand, warnings } = load(&folder, InertiaPolicy::FromFile);
+    let Loaded { hand, warnings, .. } = load(&folder, InertiaPolicy::FromFile);
     let names: Vec<String> = hand
         .coordinates
         .iter()
@@ -59,7 +59,7 @@ fn reads_coordinates_and_synergy_from_its_tags() {
 #[test]
 fn absurd_inertias_are_replaced_on_request() {
     let Some(folder) = folder() else { return };
-    let Loaded { hand, warnings } = load(&folder, InertiaPolicy::FromGeometry);
+    let Loaded { hand, warnings, .. } = load(&folder, InertiaPolicy::FromGeometry);
     assert!(!warnings.iter().any(|w| w.message.contains("inertia is")));
     for link in &hand.links {
         assert_eq!(link.inertia.implausible(), None, "{}", link.name);

@@ -1,11 +1,13 @@
 //! The command line.
 
+mod hand;
 mod list;
 mod schema;
 mod serve;
 
 use crate::config::ServeOptions;
 use clap::{Parser, Subcommand};
+use std::process::ExitCode;
 
 /// Palmares: a competition server where remote controllers drive emulated compliant underactuated robot hands.
 #[derive(Debug, Parser)]
@@ -43,19 +45,24 @@ enum Command {
     Hands,
     /// List the tasks that come with the program
     Tasks,
+    /// Check a hand of your own
+    #[command(subcommand)]
+    Hand(hand::HandCommand),
     /// Print the JSON Schema of the protocol's messages
     Schema,
 }
 
 impl Cli {
-    /// Does what was asked.
-    pub(crate) fn run(self) -> anyhow::Result<()> {
+    /// Does what was asked. Errors are for the caller to print; the code is for a failure that was reported already.
+    pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
         match self.command {
-            Command::Serve(options) => serve::serve(&options),
-            Command::Hands => list::hands(),
-            Command::Tasks => list::tasks(),
-            Command::Schema => schema::schema(),
+            Command::Serve(options) => serve::serve(&options)?,
+            Command::Hands => list::hands()?,
+            Command::Tasks => list::tasks()?,
+            Command::Hand(command) => return command.run(),
+            Command::Schema => schema::schema()?,
         }
+        Ok(ExitCode::SUCCESS)
     }
 }
 

@@ -1,0 +1,240 @@
+//! `palmares hand check`.
+
+use super::advice::advice;
+use super::closure::{AGREEMENT, Closure, close};
+use super::describe::{describe, short, table};
+use super::{Found, hint, load_hand, parse_sigma};
+use clap::Args;
+use palmares_models::describe::HandDescription;
+use palmares_models::error::LoadWarning;
+use palmares_models::hand::Hand;
+use serde::Serialize;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+/// The exit code of `--strict` when there are warnings.
+const WARNED: u8 = 2;
+
+/// Which hand, and how to report.
+#[derive(Debug, Args)]
+pub(crate) struct CheckArgs {
+    /// A URDF file, a folder or .zip with one, or the name of a hand that comes with the program
+    hand: String,
+    /// Motor positions to close to, from 0 (open) to 1; all motors go there together
+    #[arg(long, value_delimiter = ',', value_parser = parse_sigma, default_value = "0.25,0.5,0.75,1")]
+    sigma: Vec<f64>,
+    /// Print every warning, also where many say the same
+    #[arg(long)]
+    all: bool,
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    json: bool,
+    /// Warnings make the exit code 2
+    #[arg(long)]
+    strict: bool,
+}
+
+/// How it ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Verdict {
+    Usable,
+    Unusable,
+}
+
+#[derive(Debug, Serialize)]
+struct Warning {
+    file: String,
+    element: String,
+    message: String,
+}
+
+impl From<&LoadWarning> for Warning {
+    fn from(w: &LoadWarning) -> Self {
+        let file = w.file.display().to_string();
+        Warning { file, element: w.element.clone(), message: w.message.clone() }
+    }
+}
+
+/// What `--json` prints.
+#[derive(Debug, Serialize)]
+struct Report {
+    verdict: Verdict,
+    /// Why it is unusable.
+    errors: Vec<String>,
+    warnings: Vec<Warning>,
+    hand: Option<HandDescription>,
+    closures: Vec<Closure>,
+}
+
+/// Checks and prints; the exit code says how it ended.
+pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
+    let mut report =
+        Report { verdict: Verdict::Unusable, errors: vec![], warnings: vec![], hand: None, closures: vec![] };
+    let mut text = String::new();
+    match load_hand(&args.hand) {
+        Err(error) => {
+            report.errors.push(error.to_string());
+            report.errors.extend(hint(&args.hand));
+        }
+        Ok(Found { hand, file, mut warnings }) => {
+            warnings.extend(advice(&hand, &file));
+            report.warnings = warnings.iter().map(Warning::from).collect();
+            report.hand = Some(hand.describe());
+            text += &describe(&hand);
+            text += &warned(&warnings, args.all);
+            simulate(&hand, &args.sigma, &mut report);
+            text += &closures(&hand, &report.closures, args.all);
+        }
+    }
+    if report.errors.is_empty() {
+        report.verdict = Verdict::Usable;
+    }
+    let code = match report.verdict {
+        Verdict::Unusable => ExitCode::FAILURE,
+        Verdict::Usable if args.strict && !report.warnings.is_empty() => ExitCode::from(WARNED),
+        Verdict::Usable => ExitCode::SUCCESS,
+    };
+    let mut out = std::io::stdout().lock();
+    if args.json {
+        writeln!(out, "{}", serde_json::to_string_pretty(&report)?)?;
+    } else {
+        write!(out, "{text}{}", verdict(&args.hand, &report))?;
+    }
+    Ok(code)
+}
+
+/// Closes the hand: all motors together at every σ, and each of several alone.
+fn simulate(hand: &Arc<Hand>, sigma: &[f64], report: &mut Report) {
+    let motors = hand.motors.len();
+    if motors == 0 {
+        return;
+    }
+    let mut targets: Vec<Vec<f64>> = sigma.iter().map(|&s| vec![s; motors]).collect();
+    if motors > 1 {
+        let most = sigma.iter().copied().fold(0.0, f64::max);
+        targets.extend((0..motors).map(|m| (0..motors).map(|k| if k == m { most } else { 0.0 }).collect()));
+    }
+    for target in targets {
+        match close(hand, &target) {
+            Err(error) => {
+                report.errors.push(format!("hand '{}': {error}", hand.name));
+                return;
+            }
+            Ok(closure) => {
+                if closure.q.iter().any(|q| !q.is_finite()) {
+                    report.errors.push(format!(
+                        "hand '{}': the simulation is not finite at σ = {}",
+                        hand.name,
+                        sigmas(&target)
+                    ));
+                } else if closure.disagrees() {
+                    report.errors.push(format!(
+                        "hand '{}': at σ = {} simulation and closed form differ by {:.1e}, more than {AGREEMENT:e}",
+                        hand.name,
+                        sigmas(&target),
+                        closure.error.unwrap_or(f64::NAN)
+                    ));
+                }
+                report.closures.push(closure);
+            }
+        }
+    }
+}
+
+fn sigmas(sigma: &[f64]) -> String {
+    sigma.iter().map(|s| short(*s)).collect::<Vec<_>>().join(" ")
+}
+
+fn warned(warnings: &[LoadWarning], all: bool) -> String {
+    let mut out = format!("\nWarnings: {}\n", warnings.len());
+    let lines = warnings.iter().map(|w| (w.message.as_str(), w.to_string()));
+    for line in if all { lines.map(|(_, line)| line).collect() } else { of_each_kind(lines) } {
+        let _ = writeln!(out, "  {line}");
+    }
+    out
+}
+
+/// So many lines that differ only in names and numbers are printed.
+const OF_A_KIND: usize = 2;
+
+/// The first few of each kind of line, and how many more there are. A kind is a message but for names and numbers.
+fn of_each_kind<'a>(lines: impl Iterator<Item = (&'a str, String)>) -> Vec<String> {
+    let mut kinds: Vec<(String, Vec<String>)> = Vec::new();
+    for (message, line) in lines {
+        let kind = kind_of(message);
+        match kinds.iter_mut().find(|(known, _)| *known == kind) {
+            Some((_, of_kind)) => of_kind.push(line),
+            None => kinds.push((kind, vec![line])),
+        }
+    }
+    let mut out = Vec::new();
+    for (_, mut of_kind) in kinds {
+        let more = of_kind.len().saturating_sub(OF_A_KIND);
+        // A line that says that one is left out can as well be that one.
+        if more > 1 {
+            of_kind.truncate(OF_A_KIND);
+            of_kind.push(format!("... and {more} more like this (--all prints them)"));
+        }
+        out.append(&mut of_kind);
+    }
+    out
+}
+
+/// A message without its names and numbers.
+fn kind_of(message: &str) -> String {
+    let mut outside = true;
+    let plain = |c: char| !c.is_ascii_digit() && c != '.';
+    message
+        .chars()
+        .filter(|&c| {
+            outside ^= c == '\'';
+            outside && plain(c)
+        })
+        .collect()
+}
+
+fn closures(hand: &Hand, closures: &[Closure], all: bool) -> String {
+    if closures.is_empty() {
+        return "\nFree closure: not simulated, the hand has no motor\n".to_owned();
+    }
+    let mut rows = vec![vec!["σ".to_owned(), "rest (s)".to_owned(), "max |q - q_closed|".to_owned()]];
+    rows[0].extend(hand.tendons.iter().flat_map(|t| [format!("f {}", t.name), "closed".to_owned()]));
+    let mut notes = String::new();
+    for c in closures {
+        let error = match (c.error, c.beyond.is_empty()) {
+            (Some(error), true) => format!("{error:.1e}"),
+            (Some(_), false) | (None, _) => "(see below)".to_owned(),
+        };
+        let mut row = vec![sigmas(&c.sigma), c.rest_s.map_or("-".to_owned(), |t| format!("{t:.2}")), error];
+        for (k, f) in c.tension.iter().enumerate() {
+            row.push(format!("{f:.6}"));
+            row.push(c.predicted_tension.as_ref().map_or("-".to_owned(), |p| format!("{:.6}", p[k])));
+        }
+        rows.push(row);
+        if !c.beyond.is_empty() {
+            let _ = writeln!(notes, "  σ = {}: the closed form does not apply:", sigmas(&c.sigma));
+            let reasons = c.beyond.iter().map(|reason| (reason.as_str(), reason.clone()));
+            for reason in if all { c.beyond.clone() } else { of_each_kind(reasons) } {
+                let _ = writeln!(notes, "    {reason}");
+            }
+        }
+    }
+    format!("\nFree closure, simulated and by the closed form (tensions f)\n{}{notes}", table(&rows))
+}
+
+fn verdict(name: &str, report: &Report) -> String {
+    let mut out = String::new();
+    for error in &report.errors {
+        let _ = writeln!(out, "error: {error}");
+    }
+    let _ = match (report.verdict, report.warnings.len()) {
+        (Verdict::Unusable, _) => writeln!(out, "\n{name}: not usable"),
+        (Verdict::Usable, 0) => writeln!(out, "\n{name}: usable"),
+        (Verdict::Usable, 1) => writeln!(out, "\n{name}: usable, with 1 warning"),
+        (Verdict::Usable, n) => writeln!(out, "\n{name}: usable, with {n} warnings"),
+    };
+    out
+}

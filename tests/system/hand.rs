@@ -1,0 +1,158 @@
+//! `palmares hand`: hands from folders, archives and files that are wrong.
+
+use crate::harness::program;
+use serde_json::Value;
+use std::io::{Cursor, Write};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use tempfile::TempDir;
+use zip::write::SimpleFileOptions;
+
+/// Exit code, what was printed to stdout, and to stderr.
+fn palmares(arguments: &[&str]) -> (i32, String, String) {
+    let output = Command::new(program()).args(arguments).output().expect("palmares runs");
+    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).expect("UTF-8");
+    let code = output.status.code().expect("it ended by itself");
+    (code, text(&output.stdout), text(&output.stderr))
+}
+
+fn softhand(file: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/hands/softhand").join(file);
+    std::fs::read_to_string(path).expect("the SoftHand's files are part of the source")
+}
+
+/// The SoftHand's own folder under another name.
+fn folder_of_softhand() -> TempDir {
+    let folder = TempDir::new().expect("temporary directory");
+    for file in ["hand.urdf", "hand.toml"] {
+        std::fs::write(folder.path().join(file), softhand(file)).expect("written");
+    }
+    folder
+}
+
+fn archive(folder: &Path, name: &str, entries: &[(&str, &[u8])]) -> PathBuf {
+    let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    for (path, content) in entries {
+        zip.start_file(*path, SimpleFileOptions::default()).expect("entry");
+        zip.write_all(content).expect("content");
+    }
+    let path = folder.join(name);
+    std::fs::write(&path, zip.finish().expect("archive").into_inner()).expect("written");
+    path
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("UTF-8")
+}
+
+#[test]
+fn a_folder_is_checked_and_closes_along_the_closed_form() {
+    let folder = folder_of_softhand();
+    let (code, out, err) = palmares(&["hand", "check", text(folder.path()), "--sigma", "0.3,1"]);
+    assert_eq!(code, 0, "{out}{err}");
+    for part in [
+        "20 links, 19 coordinates, 1 tendon, 1 motor",
+        "├─ index_knuckle: 0.009 kg",
+        "Warnings: 0",
+        "σ = 1: the closed form does not apply",
+        "tendon 'tendon' is at its limit of 2",
+        "joint 'index_inner' is at its upper limit 0.7854",
+        ": usable",
+    ] {
+        assert!(out.contains(part), "'{part}' is not in:\n{out}");
+    }
+
+    let (code, out, _) = palmares(&["hand", "check", text(folder.path()), "--sigma", "0.3,0.5", "--json"]);
+    assert_eq!(code, 0);
+    let report: Value = serde_json::from_str(&out).expect("JSON");
+    assert_eq!(report["verdict"], "usable");
+    assert_eq!(report["hand"]["coordinates"].as_array().expect("a list").len(), 19);
+    for closure in report["closures"].as_array().expect("a list") {
+        assert_eq!(closure["beyond"].as_array().map(Vec::len), Some(0), "{closure}");
+        assert!(closure["error"].as_f64().expect("a number") < 1e-9, "{closure}");
+        assert!(closure["rest_s"].as_f64().is_some());
+    }
+    assert_eq!(report["closures"].as_array().map(Vec::len), Some(2));
+}
+
+#[test]
+fn an_archive_with_meshes_in_a_folder_is_read_without_unpacking() {
+    let folder = TempDir::new().expect("temporary directory");
+    // A tetrahedron instead of the index fingertip's box.
+    let tip = "solid t\n facet normal 0 0 0\n outer loop\n vertex 0 0 0\n vertex 0.03 0 0\n vertex 0 0.01 0\n endloop\n \
+               endfacet\n facet normal 0 0 0\n outer loop\n vertex 0 0 0\n vertex 0 0.01 0\n vertex 0 0 0.01\n endloop\n \
+               endfacet\n facet normal 0 0 0\n outer loop\n vertex 0.03 0 0\n vertex 0 0.01 0\n vertex 0 0 0.01\n endloop\n \
+               endfacet\nendsolid t\n";
+    let urdf = softhand("hand.urdf");
+    let start = urdf.find("<link name=\"index_distal\">").expect("the link");
+    let start = start + urdf[start..].find("<collision>").expect("its collision shape");
+    let from = start + urdf[start..].find("<box").expect("its box");
+    let to = from + urdf[from..].find("/>").expect("its end") + 2;
+    let urdf = format!("{}<mesh filename=\"package://mine/meshes/tip.STL\"/>{}", &urdf[..from], &urdf[to..]);
+    let toml = softhand("hand.toml").replace("index_distal = { rounding = 0.004 }", "");
+    let entries: [(&str, &[u8]); 4] = [
+        ("mine/hand.urdf", urdf.as_bytes()),
+        ("mine/hand.toml", toml.as_bytes()),
+        ("mine/meshes/tip.STL", tip.as_bytes()),
+        ("mine/README.md", b"mine"),
+    ];
+    let path = archive(folder.path(), "mine.zip", &entries);
+    let (code, out, err) = palmares(&["hand", "check", text(&path), "--sigma", "0.3"]);
+    assert_eq!(code, 0, "{out}{err}");
+    assert!(out.contains("rolling by index_outer; hull"), "{out}");
+
+    // The same without its mesh.
+    let path = archive(folder.path(), "less.zip", &entries[..2]);
+    let (code, out, _) = palmares(&["hand", "check", text(&path)]);
+    assert_eq!(code, 1);
+    assert!(out.contains("less.zip/mine/meshes/tip.STL") && out.contains(": not usable"), "{out}");
+}
+
+#[test]
+fn what_is_wrong_is_named_with_file_and_element() {
+    let folder = folder_of_softhand();
+    let urdf = folder.path().join("hand.urdf");
+    let broken = softhand("hand.urdf").replacen("<mass value=\"", "<mass value=\"-", 1);
+    std::fs::write(&urdf, broken).expect("written");
+    let (code, out, _) = palmares(&["hand", "check", text(&urdf)]);
+    assert_eq!(code, 1);
+    for part in ["hand.urdf", "link '", "negative mass", "not usable"] {
+        assert!(out.contains(part), "'{part}' is not in:\n{out}");
+    }
+
+    let (code, out, _) = palmares(&["hand", "check", "no-such-hand", "--json"]);
+    assert_eq!(code, 1);
+    let report: Value = serde_json::from_str(&out).expect("JSON");
+    assert_eq!(report["verdict"], "unusable");
+    assert!(report["errors"].to_string().contains("no-such-hand"), "{report}");
+    assert!(report["errors"].to_string().contains("softhand"), "{report}");
+
+    let slip = archive(folder.path(), "slip.zip", &[("../../hand.urdf", b"<robot/>")]);
+    let (code, out, _) = palmares(&["hand", "check", text(&slip)]);
+    assert_eq!(code, 1);
+    assert!(out.contains("slip.zip: entry '../../hand.urdf': leads out of the archive"), "{out}");
+
+    let (code, _, err) = palmares(&["hand", "check", "softhand", "--sigma", "2"]);
+    assert_eq!(code, 2, "a wrong command line");
+    assert!(err.contains("0 (open) to 1 (closed)"), "{err}");
+}
+
+#[test]
+fn the_published_softhand_is_usable_and_its_oddities_are_named() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/reference/soft_hand_2016");
+    if !folder.join("soft_hand.urdf").is_file() {
+        println!("skipped: the published SoftHand is not at {}", folder.display());
+        return;
+    }
+    let (code, out, err) = palmares(&["hand", "check", text(&folder), "--sigma", "1", "--strict"]);
+    assert_eq!(code, 2, "warnings, and --strict: {out}{err}");
+    for part in [
+        "19 coordinates",
+        "soft_hand.urdf: link 'soft_hand_palm_link': inertia is 7.959e2 times",
+        "and 12 more like this",
+        "closes slowly",
+        "usable, with 56 warnings",
+    ] {
+        assert!(out.contains(part), "'{part}' is not in:\n{out}");
+    }
+}
