@@ -71,4 +71,8 @@ pub struct Invariants {
     pub newton_unconverged: Option<u64>,
     /// Energy that appeared from nowhere, J.
     pub energy_gain_j: Option<f64>,
+    /// Largest relative error of contact forces that statics knows, %.
+    pub force_error_percent: Option<f64>,
+    /// Largest change of the angular momentum where nothing turns the scene from outside, % of the largest.
+    pub momentum_error_percent: Option<f64>,
 }

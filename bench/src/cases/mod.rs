@@ -1,10 +1,16 @@
 //! The cases, by name.
 
 pub mod balls;
+mod elliptic;
+pub mod free_motion;
 pub mod friction;
 pub mod grasp;
 pub mod hand_dynamics;
+pub mod mechanism;
 pub mod pile;
+pub mod rolling;
+mod scene;
+pub mod stacking;
 pub mod synergy;
 pub mod tendon;
 
@@ -67,6 +73,10 @@ pub const GROUPS: &[&[Case]] = &[
     hand_dynamics::CASES,
     tendon::CASES,
     friction::CASES,
+    free_motion::CASES,
+    rolling::CASES,
+    stacking::CASES,
+    mechanism::CASES,
 ];
 
 /// Every case there is.

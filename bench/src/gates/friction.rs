@@ -1,28 +1,35 @@
-//! Sliding and rolling.
+//! Sliding and sticking.
 
 use super::{converged, error, report};
 
 #[test]
 fn a_block_on_a_critical_slope_stays_and_on_a_steeper_one_slides() {
-    let report = report("incline_critical", 1e-3);
-    converged(&report);
-    assert!(error(&report) <= 1.0, "{} %", error(&report));
-    assert!(report.invariants.slip_mm_s.expect("creep is reported") <= 1e-6);
+    // What glides in the deadband of the correction is a part in ten thousand of friction's pull.
+    for dt in [1e-3, 4e-3] {
+        let report = report("incline_critical", dt);
+        converged(&report);
+        assert!(error(&report) <= 0.1, "at {dt}: {} % of mu g", error(&report));
+        let creep = report.invariants.slip_mm_s.expect("creep is reported");
+        assert!(creep <= 1e-6, "at {dt}: {creep:e} mm/s");
+    }
 }
 
 #[test]
 fn a_sliding_cube_stops_where_coulomb_says() {
-    let report = report("slide_stop", 1e-3);
-    converged(&report);
-    assert!(error(&report) <= 1.0, "{} %", error(&report));
+    // Positions move with the velocities of the end of a step, which is v₀ h/2 short: 0.39 % at 1 ms.
+    for (dt, percent) in [(0.25e-3, 0.15), (1e-3, 0.5), (8e-3, 4.0)] {
+        let report = report("slide_stop", dt);
+        converged(&report);
+        assert!(error(&report) <= percent, "at {dt}: {} %", error(&report));
+    }
 }
 
 #[test]
-fn a_rolling_cylinder_gains_no_energy() {
-    let report = report("rolling_cylinder", 1e-3);
-    converged(&report);
-    let gain = report.invariants.energy_gain_j.expect("the gain is reported");
-    // Of its 1.9e-4 J, some 3e-10 J come and go with the contact springs, which store 1.2e-6 J under its weight.
-    assert!(gain <= 1e-9, "{gain:e} J");
-    assert!(error(&report) <= 0.1, "{} %", error(&report));
+fn a_box_tips_or_slides_where_statics_says() {
+    // The search stops at 0.1 %; two seconds are short for a box a few parts in a thousand beyond balance.
+    for dt in [1e-3, 8e-3] {
+        let report = report("tip_or_slide", dt);
+        converged(&report);
+        assert!(error(&report) <= 0.5, "at {dt}: {} %", error(&report));
+    }
 }

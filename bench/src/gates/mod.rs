@@ -2,10 +2,14 @@
 //! One file per subject, mirroring `cases/`.
 
 mod balls;
+mod free_motion;
 mod friction;
 mod grasp;
 mod hand_dynamics;
+mod mechanism;
 mod pile;
+mod rolling;
+mod stacking;
 mod synergy;
 mod tendon;
 

@@ -1,0 +1,133 @@
+//! Scenes of free bodies and furniture, and the mechanics their cases are judged by.
+
+use super::Setup;
+use crate::engine::Engine;
+use anyhow::Result;
+use palmares_models::hand::Hand;
+use palmares_models::object::Object;
+use palmares_models::shape::Shape;
+use palmares_models::{Mat3, Pose, Vec3};
+use palmares_sim::{Command, Config, Model, State};
+use std::sync::Arc;
+
+/// Gravity where a case does not say otherwise, m/s².
+pub(crate) const G: f64 = 9.81;
+
+/// Our constants without sleep: a sleeping body neither creeps nor loses speed, which these cases ask about.
+pub(crate) fn awake(dt_s: f64) -> Config {
+    Config { sleeping: false, ..Config::with_step(dt_s) }
+}
+
+/// The same without gravity.
+pub(crate) fn weightless(dt_s: f64) -> Config {
+    Config { gravity: Vec3::ZERO, ..awake(dt_s) }
+}
+
+/// Gravity as a level plane feels it when it is tilted by atan(`tan`) down the x axis.
+pub(crate) fn tilted(config: Config, tan: f64) -> Config {
+    let cos = 1.0 / (1.0 + tan * tan).sqrt();
+    Config { gravity: Vec3::new(G * cos * tan, 0.0, -G * cos), ..config }
+}
+
+/// A box without rounding, from its edge lengths.
+pub(crate) fn cuboid(x: f64, y: f64, z: f64) -> Shape {
+    Shape::Box { half_extents: [0.5 * x, 0.5 * y, 0.5 * z], rounding: 0.0 }
+}
+
+/// Furniture and free bodies about to be put under an engine.
+pub(crate) struct Scene {
+    model: Model,
+    base: Pose,
+    poses: Vec<Pose>,
+}
+
+impl Scene {
+    /// Nothing yet.
+    pub(crate) fn new(config: Config) -> Result<Self> {
+        Ok(Scene { model: Model::new(config, None)?, base: Pose::IDENTITY, poses: Vec::new() })
+    }
+
+    /// A hand alone, its base at `base`.
+    pub(crate) fn with_hand(config: Config, hand: Arc<Hand>, base: Pose) -> Result<Self> {
+        Ok(Scene { model: Model::new(config, Some(hand))?, base, poses: Vec::new() })
+    }
+
+    /// A wide plate whose top is z = 0.
+    pub(crate) fn floor(self, friction: f64) -> Result<Self> {
+        self.fixed(&cuboid(40.0, 40.0, 0.1), Pose::translation(0.0, 0.0, -0.05), friction)
+    }
+
+    /// A fixed shape.
+    pub(crate) fn fixed(mut self, shape: &Shape, pose: Pose, friction: f64) -> Result<Self> {
+        self.model.add_static("furniture", shape, pose, friction)?;
+        Ok(self)
+    }
+
+    /// A free body.
+    pub(crate) fn body(self, shape: Shape, mass: f64, friction: f64, pose: Pose) -> Result<Self> {
+        let name = format!("body {}", self.poses.len());
+        self.object(Object::new(name, vec![(Pose::IDENTITY, shape)], mass, friction, 0.0)?, pose)
+    }
+
+    /// A free body, described in full.
+    pub(crate) fn object(mut self, object: Object, pose: Pose) -> Result<Self> {
+        self.model.add_object(Arc::new(object))?;
+        self.poses.push(pose);
+        Ok(self)
+    }
+
+    /// Puts it under the engine of `setup`, at rest.
+    pub(crate) fn start(self, setup: &Setup) -> Result<(Box<dyn Engine>, Command)> {
+        let state = State::at_rest(&self.model, self.base, &self.poses);
+        let command = Command::stay(&self.model, self.base);
+        Ok((setup.start(self.model, state)?, command))
+    }
+}
+
+/// Linear velocity of the centre of mass and angular velocity of a body.
+pub(crate) fn velocity(engine: &dyn Engine, body: usize) -> (Vec3, Vec3) {
+    engine.state().object_velocity(engine.model(), body)
+}
+
+/// Sets them.
+pub(crate) fn set_velocity(engine: &mut dyn Engine, body: usize, linear: Vec3, angular: Vec3) {
+    let at = engine.model().object_dofs(body);
+    let v = &mut engine.state_mut().v[at..at + 6];
+    v[..3].copy_from_slice(&linear.to_array());
+    v[3..].copy_from_slice(&angular.to_array());
+}
+
+/// Lets a force act on a body during the next step, as the impulse it has over it: what it does to the
+/// velocities before contacts answer. `arm` is where it acts, from the centre of mass, in the world's axes.
+pub(crate) fn push(engine: &mut dyn Engine, body: usize, force: Vec3, arm: Vec3) {
+    let model = Arc::clone(engine.model());
+    let h = model.config().step_s;
+    let (linear, angular) = velocity(engine, body);
+    let turn = Mat3::from_quat(engine.state().objects[body].rotation);
+    let kick = turn * (model.object_inertia_inverse(body) * (turn.transpose() * arm.cross(force)));
+    set_velocity(engine, body, linear + force * (h / model.objects()[body].mass), angular + kick * h);
+}
+
+/// Angular momentum about a body's own centre of mass.
+pub(crate) fn spin(engine: &dyn Engine, body: usize) -> Vec3 {
+    let turn = Mat3::from_quat(engine.state().objects[body].rotation);
+    turn * (engine.model().objects()[body].inertia * (turn.transpose() * velocity(engine, body).1))
+}
+
+/// Kinetic energy of a body, J.
+pub(crate) fn kinetic(engine: &dyn Engine, body: usize) -> f64 {
+    let (linear, angular) = velocity(engine, body);
+    0.5 * engine.model().objects()[body].mass * linear.length_squared()
+        + 0.5 * angular.dot(spin(engine, body))
+}
+
+/// Energy of a body in the field of gravity, J.
+pub(crate) fn potential(engine: &dyn Engine, body: usize) -> f64 {
+    let gravity = engine.model().config().gravity;
+    -engine.model().objects()[body].mass * gravity.dot(engine.state().objects[body].translation)
+}
+
+/// Kinetic and potential energy of all bodies, J.
+pub(crate) fn energy(engine: &dyn Engine) -> f64 {
+    (0..engine.model().objects().len()).map(|k| kinetic(engine, k) + potential(engine, k)).sum()
+}
