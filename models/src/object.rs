@@ -21,6 +21,9 @@ pub struct Object {
     pub friction: f64,
     /// Coefficient of rolling resistance as a length, m: the lever of the resisting torque per normal force.
     pub rolling_friction: f64,
+    /// Coefficient of restitution e of Newton's law of impact; 0 leaves the rebound to the contact's own
+    /// spring and damper.
+    pub restitution: f64,
 }
 
 impl Object {
@@ -58,6 +61,21 @@ impl Object {
         let Some(body) = inertia::of_shapes(parts.iter().map(|(pose, shape)| (*pose, shape)), mass) else {
             return bad("parts", "there are none with a volume".to_owned());
         };
-        Ok(Object { name, parts, mass, com: body.com, inertia: body.about_com, friction, rolling_friction })
+        Ok(Object {
+            name,
+            parts,
+            mass,
+            com: body.com,
+            inertia: body.about_com,
+            friction,
+            rolling_friction,
+            restitution: 0.0,
+        })
+    }
+
+    /// The same object with a coefficient of restitution, cut to [0, 1].
+    #[must_use]
+    pub fn with_restitution(self, restitution: f64) -> Object {
+        Object { restitution: restitution.clamp(0.0, 1.0), ..self }
     }
 }

@@ -15,9 +15,6 @@ pub struct Config {
     pub anchor_stiffness: f64,
     /// Dissipation time of contacts and anchors, s. Critical for a tenth of a kilogram.
     pub contact_dissipation_s: f64,
-    /// β of the near-rigid regularisation (Castro, Permenter, Han 2022, eq. 19). Larger values make the
-    /// depth of penetration depend on h.
-    pub near_rigid: f64,
     /// Contacts are looked for up to this distance, m, plus `approach_speed · h`.
     pub contact_margin_m: f64,
     /// Approach speed that contact detection must foresee, m/s.
@@ -28,6 +25,12 @@ pub struct Config {
     pub manifold_reuse_m: f64,
     /// ... and its normals have turned less than this, rad.
     pub manifold_reuse_rad: f64,
+    /// Shapes that are found this deep in each other at first sight, m, are led apart ...
+    pub overlap_m: f64,
+    /// ... at this speed, m/s, instead of being thrown apart by their contact springs.
+    pub separation_speed: f64,
+    /// Surfaces with restitution rebound when they meet faster than this, m/s; slower contacts are springs.
+    pub rebound_speed: f64,
     /// Stiffness of joint limits, N·m/rad.
     pub limit_stiffness: f64,
     /// Relative speed over which rolling resistance builds up, rad/s.
@@ -98,12 +101,14 @@ impl Default for Config {
             contact_stiffness: 2e5,
             anchor_stiffness: 2e5,
             contact_dissipation_s: 2e-3,
-            near_rigid: 0.1,
             contact_margin_m: 2e-3,
             approach_speed: 1.0,
             glide_deadband: 2e-3,
             manifold_reuse_m: 1e-5,
             manifold_reuse_rad: 3.5e-4,
+            overlap_m: 1e-3,
+            separation_speed: 0.2,
+            rebound_speed: 0.05,
             limit_stiffness: 1e3,
             rolling_deadband: 1e-2,
             tolerance: 1e-6,

@@ -14,6 +14,9 @@ pub mod state;
 pub mod step;
 pub mod world;
 
+#[cfg(test)]
+mod tests;
+
 pub use actuation::base::BaseCommand;
 pub use config::Config;
 pub use model::{Model, Owner};

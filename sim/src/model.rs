@@ -38,8 +38,17 @@ pub struct Collider {
     pub friction: f64,
     /// Lever of rolling resistance, m.
     pub rolling_friction: f64,
+    /// Coefficient of restitution.
+    pub restitution: f64,
     /// A ball: its contact is found in closed form, cached manifolds would only make it polygonal.
     pub is_ball: bool,
+}
+
+#[derive(Clone, Copy, Default)]
+struct Surface {
+    friction: f64,
+    rolling_friction: f64,
+    restitution: f64,
 }
 
 /// A block of the solver's unknowns that couple densely: the base, a finger, or an object.
@@ -81,6 +90,8 @@ pub struct Model {
     clusters: Vec<Cluster>,
     /// Collider pairs of the hand with itself, ascending.
     self_pairs: Vec<(u32, u32)>,
+    /// The hand has joints and none of them is damped.
+    undamped_hand: bool,
 }
 
 impl Model {
@@ -94,6 +105,9 @@ impl Model {
             colliders: Vec::new(),
             clusters: Vec::new(),
             self_pairs: Vec::new(),
+            undamped_hand: hand
+                .as_ref()
+                .is_some_and(|hand| hand.coordinates.iter().all(|c| c.damping == 0.0)),
         };
         if let Some(hand) = &hand {
             for (i, link) in hand.links.iter().enumerate() {
@@ -102,7 +116,7 @@ impl Model {
                     return Err(ModelError::BadMass { owner: link.name.clone(), mass });
                 }
                 for (k, geom) in link.geoms.iter().enumerate() {
-                    let surface = (geom.friction, 0.0);
+                    let surface = Surface { friction: geom.friction, ..Surface::default() };
                     model.add_collider(
                         Owner::Link(i),
                         &link.name,
@@ -127,7 +141,8 @@ impl Model {
         world_from_shape: Pose,
         friction: f64,
     ) -> Result<(), ModelError> {
-        self.add_collider(Owner::Static, name, 0, shape, world_from_shape, (friction, 0.0))
+        let surface = Surface { friction, ..Surface::default() };
+        self.add_collider(Owner::Static, name, 0, shape, world_from_shape, surface)
     }
 
     /// Adds a free object; returns its index.
@@ -139,7 +154,11 @@ impl Model {
         for (k, (pose, shape)) in object.parts.iter().enumerate() {
             // The body frame of an object in this crate is central: at its centre of mass.
             let central = Pose::from_parts(pose.translation - object.com, pose.rotation);
-            let surface = (object.friction, object.rolling_friction);
+            let surface = Surface {
+                friction: object.friction,
+                rolling_friction: object.rolling_friction,
+                restitution: object.restitution,
+            };
             self.add_collider(Owner::Object(id), &object.name, k, shape, central, surface)?;
         }
         let first = self.velocity_len();
@@ -156,8 +175,9 @@ impl Model {
         index: usize,
         shape: &Shape,
         body_from_geom: Pose,
-        (friction, rolling_friction): (f64, f64),
+        surface: Surface,
     ) -> Result<(), ModelError> {
+        let Surface { friction, rolling_friction, restitution } = surface;
         let (parry, geom_from_parry) =
             shape.to_parry().ok_or_else(|| ModelError::FlatShape { owner: name.to_owned(), index })?;
         let local_bounds = parry.compute_local_aabb();
@@ -170,6 +190,7 @@ impl Model {
             shape: parry,
             friction,
             rolling_friction,
+            restitution,
         });
         Ok(())
     }
@@ -202,6 +223,11 @@ impl Model {
     /// Collider pairs of the hand that may touch each other.
     pub fn self_pairs(&self) -> &[(u32, u32)] {
         &self.self_pairs
+    }
+
+    /// Whether no joint of the hand is damped: untouched, it keeps its energy.
+    pub fn undamped_hand(&self) -> bool {
+        self.undamped_hand
     }
 
     /// Blocks of the generalized velocity: the hand's first, then one per object.

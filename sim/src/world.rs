@@ -137,6 +137,12 @@ pub(crate) struct Workspace {
     pub limits: Vec<(AxisTerm, f64)>,
     pub servo_force: [f64; 6],
     pub free_turn: Vec<FreeTurn>,
+    /// Forces from outside in this step.
+    pub pushes: Vec<Push>,
+    /// Whether the base servo acts in this step.
+    pub servo_on: bool,
+    /// Of every object: when in this step it rebounds, if it does.
+    pub met: Vec<Option<f64>>,
 }
 
 /// Where an object turns to in a step without torque.

@@ -3,6 +3,7 @@
 use crate::config::{BaseConfig, Config};
 use crate::solver::terms::{AxisTerm, ScalarLaw};
 use crate::state::BaseReference;
+use crate::step::Stride;
 use palmares_models::{Pose, Rotation, Vec3};
 
 /// What the base is told to do.
@@ -27,6 +28,8 @@ pub enum BaseCommand {
     },
     /// Be the set point of the servo itself: a path computed elsewhere, not limited here.
     Exact(BaseReference),
+    /// The servo is off: the hand flies as a free body.
+    Free,
 }
 
 impl BaseCommand {
@@ -41,6 +44,7 @@ pub fn advance(config: &Config, reference: &mut BaseReference, command: &BaseCom
     let (h, base) = (config.step_s, &config.base);
     match *command {
         BaseCommand::Exact(exact) => *reference = exact,
+        BaseCommand::Free => {}
         BaseCommand::Twist { linear, angular } => {
             let linear = bounded(linear, base.speed_limit);
             let angular = bounded(angular, base.angular_speed_limit);
@@ -94,8 +98,15 @@ pub fn shortest_turn(from: Rotation, to: Rotation) -> Vec3 {
 }
 
 /// The servo as six saturated spring-dampers along the world axes, implicit in the solve.
-pub fn servo(config: &Config, reference: &BaseReference, base: Pose, terms: &mut Vec<AxisTerm>) {
-    let (h, servo) = (config.step_s, &config.base);
+pub(crate) fn servo(
+    servo: &BaseConfig,
+    reference: &BaseReference,
+    base: Pose,
+    stride: Stride,
+    terms: &mut Vec<AxisTerm>,
+) {
+    let Stride { h, theta } = stride;
+    let reach = theta * h;
     let offset = (reference.pose.translation - base.translation).to_array();
     let turn = shortest_turn(base.rotation, reference.pose.rotation).to_array();
     let (linear, angular) = (reference.linear.to_array(), reference.angular.to_array());
@@ -106,7 +117,8 @@ pub fn servo(config: &Config, reference: &BaseReference, base: Pose, terms: &mut
     ];
     for (first, error, target, stiffness, damping, limit) in axes {
         for k in 0..3 {
-            let law = ScalarLaw::Servo { h, stiffness, damping, error: error[k], target: target[k], limit };
+            let error = error[k] - (h - reach) * target[k];
+            let law = ScalarLaw::Servo { h, reach, stiffness, damping, error, target: target[k], limit };
             terms.push(AxisTerm { dof: first + k, sign: 1.0, law });
         }
     }

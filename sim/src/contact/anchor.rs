@@ -37,6 +37,9 @@ pub struct Pair {
     pub gap: f64,
     /// ... when B stood here in A's frame. No gap is known at first.
     pub gap_pose: Pose,
+    /// Overlap that the contact did not bring about, m: the shapes were first seen in each other. It counts as
+    /// touching and is taken back slowly.
+    pub excess: f64,
 }
 
 impl Pair {
@@ -49,6 +52,7 @@ impl Pair {
             mean: Anchor::default(),
             gap: 0.0,
             gap_pose: Pose::IDENTITY,
+            excess: 0.0,
         }
     }
 
@@ -61,12 +65,14 @@ impl Pair {
             self.manifold.local_n2 = Vec3::ZERO;
             self.mean = Anchor::default();
             self.gap = 0.0;
+            self.excess = 0.0;
         }
     }
 
     pub(crate) fn digest(&self, h: &mut Digest) {
         h.word(u64::from(self.key.0) << 32 | u64::from(self.key.1));
         h.vector(self.manifold.local_n1);
+        h.floats(&[self.excess]);
         for point in &self.manifold.points {
             h.vector(point.local_p1);
             h.vector(point.local_p2);

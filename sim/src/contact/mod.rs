@@ -2,4 +2,5 @@
 
 pub mod anchor;
 pub mod broad;
+pub mod impact;
 pub mod narrow;

@@ -29,6 +29,8 @@ pub struct ContactPoint {
     pub anchor: Anchor,
     /// Which of the manifold's points.
     pub point: u32,
+    /// Normal velocity of B against A at the start of the step, m/s; negative when they approach.
+    pub approach: f64,
 }
 
 /// The contact points of two bodies' shapes.
@@ -45,6 +47,10 @@ pub struct ContactPair {
     pub friction: f64,
     /// Lever of rolling resistance, m.
     pub rolling_friction: f64,
+    /// Coefficient of restitution.
+    pub restitution: f64,
+    /// Overlap that counts as touching, m.
+    pub excess: f64,
     /// Places in the list of points.
     pub points: Range<usize>,
     /// Place in the state's list of pairs.
@@ -102,8 +108,13 @@ impl Contacts {
             if still_apart(pair, a, b, &a_from_b, reachable.min(margin)) {
                 continue;
             }
+            let first_sight = pair.manifold.points.is_empty();
             update_manifold(pair, a, b, &a_from_b, margin, reuse);
             let deepest = pair.manifold.points.iter().map(|point| point.dist).fold(f64::INFINITY, f64::min);
+            // What was not overlapping cannot come to overlap far within a step: it was put there.
+            let taken_back = pair.excess - config.separation_speed * config.step_s;
+            pair.excess = if first_sight && deepest < -config.overlap_m { -deepest } else { taken_back };
+            pair.excess = pair.excess.min(-deepest).max(0.0);
             pair.gap = if deepest.is_finite() { deepest } else { 0.0 };
             pair.gap_pose = a_from_b;
             if pair.manifold.points.is_empty() {
@@ -124,6 +135,8 @@ impl Contacts {
                     origin,
                     friction: pair_friction(a, b),
                     rolling_friction: a.rolling_friction.max(b.rolling_friction),
+                    restitution: a.restitution.max(b.restitution),
+                    excess: pair.excess,
                     points: first..self.points.len(),
                     pair: index,
                 });
@@ -165,7 +178,8 @@ impl Contacts {
             let on_b = pose_b.transform_point(point.local_p2);
             let r = (on_a + on_b) * 0.5 - origin;
             // Twice the present approach speed, and what a step may add to it from rest.
-            let reachable = config.approach_speed + 2.0 * relative.at(r).dot(normal).abs();
+            let approach = relative.at(r).dot(normal);
+            let reachable = config.approach_speed + 2.0 * approach.abs();
             if point.dist > config.step_s * reachable {
                 point.data = Anchor::default();
                 continue;
@@ -180,6 +194,7 @@ impl Contacts {
                 distance: point.dist,
                 anchor: Anchor { stretch: pose_a.rotation * point.data.stretch, ..point.data },
                 point: k as u32,
+                approach,
             });
         }
     }

@@ -1,0 +1,57 @@
+//! Rebound by Newton's law of impact, `v_n⁺ = −e v_n⁻`, at the moment within the step at which surfaces meet.
+//!
+//! The contact springs of a light ball are softer than a step is short, so that what they give back depends on
+//! the step. A surface with a coefficient of restitution therefore rebounds as a rigid one, in one step.
+
+/// A rebound within a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rebound {
+    /// When the surfaces meet, s from the start of the step.
+    pub time_s: f64,
+    /// Normal velocity at the end of the step, m/s.
+    pub velocity: f64,
+}
+
+/// The rebound of two surfaces at `gap` (m) that move apart at `velocity` (m/s, negative when they approach)
+/// and are accelerated apart by `acceleration` (m/s²), if they meet within the step `h` and faster than
+/// `least` (m/s).
+pub fn rebound(
+    restitution: f64,
+    gap: f64,
+    velocity: f64,
+    acceleration: f64,
+    h: f64,
+    least: f64,
+) -> Option<Rebound> {
+    if restitution <= 0.0 || velocity >= -least || gap + h * velocity >= 0.0 {
+        return None;
+    }
+    let time_s = (gap.max(0.0) / -velocity).min(h);
+    let met = velocity + acceleration * time_s;
+    Some(Rebound { time_s, velocity: -restitution * met + acceleration * (h - time_s) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fast_surface_rebounds_and_a_slow_or_parting_one_does_not() {
+        let hit = rebound(0.5, 1e-3, -2.0, 0.0, 1e-3, 0.05).expect("it meets in half a millisecond");
+        assert!((hit.time_s - 5e-4).abs() < 1e-15 && (hit.velocity - 1.0).abs() < 1e-15);
+        for (e, gap, v) in [(0.0, 0.0, -2.0), (0.5, 3e-3, -2.0), (0.5, 0.0, -0.01), (0.5, -1e-3, 1.0)] {
+            assert_eq!(rebound(e, gap, v, 0.0, 1e-3, 0.05), None);
+        }
+    }
+
+    #[test]
+    fn an_elastic_rebound_under_gravity_keeps_the_energy() {
+        let (g, h, gap, v) = (9.81, 1e-2, 0.03, -5.0);
+        let hit = rebound(1.0, gap, v, -g, h, 0.05).expect("it meets");
+        let t = h - hit.time_s;
+        // Height over the floor at the end: up from contact with the met speed, less the fall.
+        let height = t * hit.velocity + 0.5 * g * t * t;
+        let (before, after) = (0.5 * v * v + g * gap, 0.5 * hit.velocity.powi(2) + g * height);
+        assert!((after / before - 1.0).abs() < 2e-3, "{before} {after}");
+    }
+}

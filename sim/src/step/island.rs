@@ -1,0 +1,204 @@
+//! Solves an island and takes over the result: velocities, positions, contact memory, forces, sleep.
+
+use super::free::{advanced, turned};
+use super::midpoint::Stride;
+use super::pose::rebound_of;
+use crate::contact::anchor::{Anchor, stretch_after};
+use crate::model::Owner;
+use crate::solver::island::Island;
+use crate::solver::newton::Newton;
+use crate::solver::problem::Problem;
+use crate::world::{ContactForce, World};
+use palmares_models::Vec3;
+use std::sync::Arc;
+
+impl World {
+    /// Takes one step of an island; `slot` is where its solver keeps its orderings.
+    pub(super) fn solve_island(&mut self, island: &Island, slot: usize) {
+        if self.work.solvers.len() == slot {
+            self.work.solvers.push(Default::default());
+        }
+        let (mut problem, mut newton) = std::mem::take(&mut self.work.solvers[slot]);
+        let mut v = std::mem::take(&mut self.work.velocity);
+        let untouched = island.hand && island.pairs.is_empty() && island.objects.is_empty();
+        if !(untouched
+            && self.model.undamped_hand()
+            && self.conservative_step(island, &mut problem, &mut newton, &mut v))
+        {
+            self.implicit_step(island, &mut problem, &mut newton, &mut v);
+        }
+        self.work.velocity = v;
+        self.work.solvers[slot] = (problem, newton);
+    }
+
+    /// Implicit Euler: forces and velocities of the end of the step. Stable for any stiffness and contact.
+    fn implicit_step(
+        &mut self,
+        island: &Island,
+        problem: &mut Problem,
+        newton: &mut Newton,
+        v: &mut Vec<f64>,
+    ) {
+        let stride = Stride { h: self.model.config().step_s, theta: 1.0 };
+        self.pose_problem(island, problem, v, stride);
+        self.minimise(problem, newton, v, self.model.config().tolerance);
+        self.remember(island, problem);
+        self.report_hand_forces(island, problem, newton, v, stride.h);
+        self.integrate(island, v);
+    }
+
+    pub(super) fn minimise(
+        &mut self,
+        problem: &mut Problem,
+        newton: &mut Newton,
+        v: &mut [f64],
+        tolerance: f64,
+    ) {
+        let model = Arc::clone(&self.model);
+        let config = model.config();
+        let report = newton.solve(&model, &self.work.kin, problem, v, tolerance, config.max_iterations);
+        self.outcome.iterations = self.outcome.iterations.max(report.iterations);
+        self.outcome.evaluations += report.evaluations;
+        self.outcome.converged &= report.converged;
+    }
+
+    /// Tensions, servo forces and limit torques at the solution.
+    pub(super) fn report_hand_forces(
+        &mut self,
+        island: &Island,
+        problem: &Problem,
+        newton: &Newton,
+        v: &[f64],
+        h: f64,
+    ) {
+        if island.hand {
+            for k in 0..problem.rows {
+                self.state.tension[k] = newton.row_impulse(problem, k) / h;
+            }
+            self.work.servo_force = [0.0; 6];
+            for term in &problem.axis_terms {
+                let force = term.sign * term.law.impulse(term.sign * v[term.dof]).0 / h;
+                if term.dof < 6 {
+                    self.work.servo_force[term.dof] = force;
+                } else if force != 0.0 {
+                    self.work.limits.push((*term, force));
+                }
+            }
+        }
+    }
+
+    /// Writes anchors back to the manifolds and the contact forces out.
+    fn remember(&mut self, island: &Island, problem: &Problem) {
+        let config = self.model.config();
+        let (h, tau) = (config.step_s, config.contact_dissipation_s);
+        // A point that was not worth solving for has been blanked by the search already.
+        for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
+            let found = &self.work.contacts.pairs[index];
+            let pair = &mut self.state.pairs[found.pair];
+            let into_a = self.work.poses[pair.key.0 as usize].rotation.inverse();
+            let (mut mean, mut loaded) = (Anchor::default(), 0.0);
+            let points = &self.work.contacts.points[found.points.clone()];
+            for (point, seen) in problem.points[solved.first..solved.end].iter().zip(points) {
+                let [t1, t2, n] = point.axes;
+                let [g1, g2, gn] = point.impulse;
+                let data = &mut pair.manifold.points[seen.point as usize].data;
+                if gn <= 0.0 {
+                    *data = Anchor::default();
+                    continue;
+                }
+                // What a rebound exchanges in an instant says nothing about the next step.
+                if let Some(rebound) = rebound_of(&self.model, found, seen) {
+                    *data = Anchor::default();
+                    for owner in [found.a, found.b] {
+                        if let Owner::Object(k) = owner {
+                            let met = &mut self.work.met[k];
+                            *met = Some(met.map_or(rebound.time_s, |t: f64| t.min(rebound.time_s)));
+                        }
+                    }
+                    continue;
+                }
+                let friction = t1 * g1 + t2 * g2;
+                // The law saw the stretch's projection on the tangent plane.
+                let before = t1 * seen.anchor.stretch.dot(t1) + t2 * seen.anchor.stretch.dot(t2);
+                let stretch = stretch_after(before, friction, config.anchor_stiffness, tau, h);
+                let slip = point.law.slip_speed(point.velocity, point.impulse);
+                let normal_force = gn / h;
+                *data = Anchor { loaded: true, stretch: into_a * stretch, slip, normal_force };
+                loaded += 1.0;
+                mean.stretch += data.stretch;
+                mean.slip += slip;
+                self.work.forces.push(ContactForce {
+                    a: found.a,
+                    b: found.b,
+                    colliders: pair.key,
+                    position: found.origin + point.r,
+                    normal: n,
+                    force: (friction + n * gn) / h,
+                    distance: seen.distance,
+                });
+            }
+            if loaded > 0.0 {
+                mean.stretch /= loaded;
+                mean.slip /= loaded;
+            }
+            pair.mean = mean;
+        }
+    }
+
+    /// Semi-implicit Euler: positions move with the velocities of the end of the step.
+    fn integrate(&mut self, island: &Island, v: &[f64]) {
+        let h = self.model.config().step_s;
+        let mut at = 0;
+        let state = &mut self.state;
+        if island.hand {
+            at = self.model.hand_dofs();
+            state.v[..at].copy_from_slice(&v[..at]);
+            state.base = advanced(state.base, &mut state.q, &v[..at], h);
+        }
+        let gravity = self.model.config().gravity;
+        for &k in &island.objects {
+            let to = self.model.object_dofs(k);
+            let own = &v[at..at + 6];
+            let after = Vec3::new(own[0], own[1], own[2]);
+            let pose = &mut state.objects[k];
+            match self.work.met[k].take() {
+                None => pose.translation += after * h,
+                // A rebound at time t: ballistic before and after it.
+                Some(t) => {
+                    let before = Vec3::new(state.v[to], state.v[to + 1], state.v[to + 2]);
+                    let rest = h - t;
+                    pose.translation += before * t + after * rest + gravity * (0.5 * (t * t - rest * rest));
+                }
+            }
+            state.v[to..to + 6].copy_from_slice(own);
+            pose.rotation = turned(pose.rotation, Vec3::new(own[3], own[4], own[5]) * h);
+            at += 6;
+        }
+    }
+
+    /// Counts the steps an island has been still, and stops it when they are enough.
+    pub(super) fn fall_asleep(&mut self, island: &Island) {
+        let config = self.model.config();
+        if !config.sleeping {
+            return;
+        }
+        let enough = (config.sleep_after_s / config.step_s).ceil() as u32;
+        let mut all = !island.hand && !island.pairs.is_empty();
+        for &k in &island.objects {
+            let (linear, angular) = self.state.object_velocity(&self.model, k);
+            let still = linear.length_squared() < config.sleep_linear.powi(2)
+                && angular.length_squared() < config.sleep_angular.powi(2);
+            let sleep = &mut self.state.sleep[k];
+            sleep.still_steps = if still { (sleep.still_steps + 1).min(enough) } else { 0 };
+            all &= sleep.still_steps == enough;
+        }
+        if all {
+            for &k in &island.objects {
+                let at = self.model.object_dofs(k);
+                self.state.v[at..at + 6].fill(0.0);
+                self.state.sleep[k].asleep = true;
+                self.state.sleep[k].still_steps = 0;
+            }
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! One step: forces and contacts at the start, one convex solve for the velocities at the end, integration.
+
+mod free;
+mod island;
+mod midpoint;
+mod pose;
+
+pub(crate) use midpoint::Stride;
+
+use crate::actuation::base::{self, BaseCommand};
+use crate::actuation::motor;
+use crate::contact::broad::tight_bounds;
+use crate::dynamics::jacobian::add_point_force;
+use crate::dynamics::spatial::Motion;
+use crate::model::{Model, Owner};
+use crate::state::BaseReference;
+use crate::world::{Command, Outcome, Phase, Probe, Workspace, World};
+use free::torque_free;
+use palmares_models::{Pose, Vec3};
+use parry3d_f64::bounding_volume::Aabb;
+
+impl World {
+    /// Advances the world by one step.
+    pub fn step(&mut self, command: &Command) -> &Outcome {
+        self.step_probed(command, &mut ())
+    }
+
+    /// Advances the world by one step and tells `probe` when a phase is over.
+    pub fn step_probed(&mut self, command: &Command, probe: &mut impl Probe) -> &Outcome {
+        self.actuate(command);
+        self.dynamics();
+        probe.ended(Phase::Dynamics);
+        self.collide();
+        probe.ended(Phase::Collision);
+        self.solve();
+        self.state.step += 1;
+        probe.ended(Phase::Solver);
+        &self.outcome
+    }
+
+    fn actuate(&mut self, command: &Command) {
+        let Some(hand) = self.model.hand() else { return };
+        self.work.pushes.clear();
+        self.work.pushes.extend_from_slice(&command.pushes);
+        self.work.servo_on = command.base != BaseCommand::Free;
+        if !self.work.servo_on {
+            let (linear, angular) = (self.state.v[..3].as_chunks().0[0], self.state.v[3..6].as_chunks().0[0]);
+            let (linear, angular) = (Vec3::from_array(linear), Vec3::from_array(angular));
+            self.state.reference = BaseReference { pose: self.state.base, linear, angular };
+        }
+        let h = self.model.config().step_s;
+        base::advance(self.model.config(), &mut self.state.reference, &command.base);
+        for (i, motor) in hand.motors.iter().enumerate() {
+            let state = &mut self.state.motors[i];
+            let sigma = command.sigma.get(i).copied().unwrap_or(state.command);
+            motor::advance(motor, state, sigma, h);
+        }
+    }
+
+    /// Mass matrix and bias of the hand; torque-free motion of the objects.
+    fn dynamics(&mut self) {
+        hand_dynamics(&self.model, &mut self.work, self.state.base, &self.state.q, &self.state.v);
+        let (model, state, work) = (&self.model, &self.state, &mut self.work);
+        let config = model.config();
+        work.free_turn.clear();
+        for (k, object) in model.objects().iter().enumerate() {
+            let rotation = state.objects[k].rotation;
+            let (_, omega) = state.object_velocity(model, k);
+            let inverse = model.object_inertia_inverse(k);
+            work.free_turn.push(torque_free(rotation, omega, object.inertia, inverse, config.step_s));
+        }
+    }
+
+    /// Bounds, near pairs, contact points; sleepers that are touched wake, and with them what they touch.
+    fn collide(&mut self) {
+        let (model, state, work) = (&self.model, &mut self.state, &mut self.work);
+        let margin = 0.5 * model.config().margin();
+        let fresh = work.bounds.len() != model.colliders().len();
+        if fresh {
+            work.poses.resize(model.colliders().len(), Pose::IDENTITY);
+            work.bounds.resize(model.colliders().len(), Aabb::new_invalid());
+        }
+        for (i, collider) in model.colliders().iter().enumerate() {
+            let pose = match collider.owner {
+                // Furniture is where it was.
+                Owner::Static if !fresh => continue,
+                Owner::Static => collider.body_from_shape,
+                Owner::Link(i) => work.kin.pose[i] * collider.body_from_shape,
+                Owner::Object(k) => state.objects[k] * collider.body_from_shape,
+            };
+            work.bounds[i] = tight_bounds(&collider.local_bounds, &pose, margin);
+            work.poses[i] = pose;
+        }
+        work.broad.update(model, &work.bounds, &mut state.pairs);
+        let (v, centers, origin) = (&state.v, &state.objects, work.kin.origin);
+        let velocity = |owner: Owner, at: Vec3| match owner {
+            Owner::Static => Motion::ZERO,
+            Owner::Link(i) => work.recursion.velocity[i].moved(at - origin),
+            Owner::Object(k) => {
+                let v = &v[model.object_dofs(k)..];
+                let motion =
+                    Motion { linear: Vec3::new(v[0], v[1], v[2]), angular: Vec3::new(v[3], v[4], v[5]) };
+                motion.moved(at - centers[k].translation)
+            }
+        };
+        work.speeds.clear();
+        work.speeds.extend(model.colliders().iter().zip(&work.poses).map(|(collider, pose)| {
+            match collider.owner {
+                Owner::Static => 0.0,
+                owner => {
+                    let motion = velocity(owner, pose.translation);
+                    motion.linear.length() + motion.angular.length() * collider.reach
+                }
+            }
+        }));
+        loop {
+            let sleep = &state.sleep;
+            work.contacts.find(
+                model,
+                &work.poses,
+                &work.bounds,
+                &work.speeds,
+                work.kin.origin,
+                &state.objects,
+                |owner| match owner {
+                    Owner::Static => false,
+                    Owner::Link(_) => true,
+                    Owner::Object(k) => !sleep[k].asleep,
+                },
+                velocity,
+                &mut state.pairs,
+            );
+            let mut woken = false;
+            for pair in &work.contacts.pairs {
+                for owner in [pair.a, pair.b] {
+                    if let Owner::Object(k) = owner {
+                        woken |= state.sleep[k].asleep;
+                        state.sleep[k].asleep = false;
+                    }
+                }
+            }
+            if !woken {
+                break;
+            }
+        }
+    }
+
+    fn solve(&mut self) {
+        let mut islands = std::mem::take(&mut self.work.islands);
+        islands.update(&self.model, &self.work.contacts);
+        self.work.forces.clear();
+        self.work.limits.clear();
+        self.work.met.resize(self.model.objects().len(), None);
+        self.outcome =
+            Outcome { converged: true, points: self.work.contacts.points.len(), ..Outcome::default() };
+        for point in &self.work.contacts.points {
+            self.outcome.penetration_m = self.outcome.penetration_m.max(-point.distance);
+        }
+        let mut used = 0;
+        for island in islands.list() {
+            if let (false, [object]) = (island.hand, island.objects.as_slice())
+                && self.state.sleep[*object].asleep
+            {
+                continue;
+            }
+            if !island.hand && island.pairs.is_empty() {
+                self.fly(island.objects[0]);
+            } else {
+                self.solve_island(island, used);
+                used += 1;
+            }
+            self.fall_asleep(island);
+        }
+        self.outcome.islands = used;
+        self.outcome.asleep = self.state.sleep.iter().filter(|sleep| sleep.asleep).count();
+        self.work.islands = islands;
+    }
+}
+
+/// Kinematics, mass matrix and bias of the hand at a configuration, into the workspace.
+fn hand_dynamics(model: &Model, work: &mut Workspace, base: Pose, q: &[f64], v: &[f64]) {
+    let Some(hand) = model.hand() else { return };
+    let n = model.hand_dofs();
+    work.mass.resize(n * n, 0.0);
+    work.bias.resize(n, 0.0);
+    work.kin.update(hand, base, q);
+    work.inertias.update(hand, &work.kin);
+    work.inertias.mass_matrix(hand, &work.kin, &mut work.mass);
+    let gravity = model.config().gravity;
+    work.recursion.bias(hand, &work.kin, &work.inertias, &v[..n], gravity, &mut work.bias);
+    for push in &work.pushes {
+        let point = work.kin.pose[push.link].transform_point(push.point);
+        add_point_force(hand, &work.kin, push.link, point, push.force, -1.0, &mut work.bias);
+    }
+}

@@ -1,0 +1,168 @@
+//! Poses an island's minimisation problem: A, A v*, contacts, limits, servo and tendons.
+
+use super::midpoint::Stride;
+use crate::actuation::{base, tendon};
+use crate::config::Config;
+use crate::contact::impact::{Rebound, rebound};
+use crate::contact::narrow::{ContactPair, ContactPoint};
+use crate::model::{Model, Owner};
+use crate::solver::cone::{ConeLaw, RollingLaw};
+use crate::solver::island::Island;
+use crate::solver::problem::{ObjectProblem, PairProblem, Point, Problem};
+use crate::solver::terms::{AxisTerm, ScalarLaw};
+use crate::world::World;
+
+/// A rebounding contact is this much stiffer than the heavier of its objects is heavy: as good as rigid.
+const REBOUND_STIFFNESS: f64 = 1e6;
+
+impl World {
+    /// Fills in A, A v*, contacts and terms; `v` becomes the starting point, the present velocities. The unknown
+    /// is the velocity `v₀ + θ (v₁ − v₀)` that moves the positions, and springs act as of θ h.
+    pub(super) fn pose_problem(
+        &self,
+        island: &Island,
+        problem: &mut Problem,
+        v: &mut Vec<f64>,
+        stride: Stride,
+    ) {
+        let (model, state, work) = (&self.model, &self.state, &self.work);
+        let config = model.config();
+        let Stride { h, theta } = stride;
+        v.clear();
+        problem.momentum.clear();
+        problem.axis_terms.clear();
+        problem.objects.clear();
+        problem.hand_dofs = 0;
+        problem.rows = 0;
+        if let (Some(hand), true) = (model.hand(), island.hand) {
+            let n = model.hand_dofs();
+            problem.hand_dofs = n;
+            problem.hand_matrix.clear();
+            problem.hand_matrix.extend(work.mass.iter().map(|m| m / theta));
+            v.extend_from_slice(&state.v[..n]);
+            for i in 0..n {
+                let mut p = 0.0;
+                for j in 0..n {
+                    p += work.mass[i * n + j] * v[j];
+                }
+                problem.momentum.push(p / theta - h * work.bias[i]);
+            }
+            if work.servo_on {
+                base::servo(&config.base, &state.reference, state.base, stride, &mut problem.axis_terms);
+            }
+            for (i, coordinate) in hand.coordinates.iter().enumerate() {
+                let k = 6 + i;
+                let (e, d) = (coordinate.stiffness, coordinate.damping);
+                problem.hand_matrix[k * n + k] += h * (d + theta * h * e);
+                problem.momentum[k] -= h * e * (state.q[i] - coordinate.rest);
+                let lower = state.q[i] - coordinate.lower;
+                let upper = coordinate.upper - state.q[i];
+                push_limit(&mut problem.axis_terms, config, h, (k, 1.0), lower, v[k]);
+                push_limit(&mut problem.axis_terms, config, h, (k, -1.0), upper, -v[k]);
+            }
+            tendon::terms(hand, &state.q, &state.motors, h, &mut problem.row_terms);
+            problem.rows = hand.tendons.len();
+        }
+        for &k in &island.objects {
+            let object = &model.objects()[k];
+            let (linear, angular) = state.object_velocity(model, k);
+            v.extend(linear.to_array());
+            v.extend(angular.to_array());
+            let turn = &work.free_turn[k];
+            problem.momentum.extend(((linear + config.gravity * h) * object.mass).to_array());
+            problem.momentum.extend((turn.inertia * turn.angular).to_array());
+            problem.objects.push(ObjectProblem {
+                object: k,
+                center: state.objects[k].translation,
+                mass: object.mass,
+                inertia: turn.inertia,
+            });
+        }
+        self.pose_contacts(island, problem);
+    }
+
+    fn pose_contacts(&self, island: &Island, problem: &mut Problem) {
+        let model = &self.model;
+        let config = model.config();
+        let (h, tau) = (config.step_s, config.contact_dissipation_s);
+        problem.pairs.clear();
+        problem.points.clear();
+        for &index in &island.pairs {
+            let pair = &self.work.contacts.pairs[index];
+            let first = problem.points.len();
+            let mut load = 0.0;
+            let found = &self.work.contacts.points[pair.points.clone()];
+            let tangential = h * config.anchor_stiffness * (h + tau);
+            for point in found {
+                let [t1, t2] = point.tangents;
+                let axes = [t1, t2, point.normal];
+                let distance = point.distance + pair.excess;
+                let tau_n = if distance < 0.0 { tau } else { 0.0 };
+                // Convexity makes a sliding contact hover: the lagged de Saxcé term takes that out again.
+                let glide = pair.friction * (point.anchor.slip - config.glide_deadband).max(0.0);
+                let stretch = point.anchor.stretch;
+                let target = [
+                    -stretch.dot(t1) / (h + tau),
+                    -stretch.dot(t2) / (h + tau),
+                    -distance / (h + tau_n) - glide,
+                ];
+                let normal = h * config.contact_stiffness * (h + tau_n);
+                let law = match rebound_of(model, pair, point) {
+                    None => ConeLaw::new(pair.friction, tangential, normal, target),
+                    Some(rebound) => {
+                        let rigid = REBOUND_STIFFNESS * heavier(model, pair);
+                        ConeLaw::new(pair.friction, rigid, rigid, [0.0, 0.0, rebound.velocity])
+                    }
+                };
+                load += point.anchor.normal_force;
+                problem.points.push(Point::new(point.r, axes, law));
+            }
+            let rolling =
+                RollingLaw { limit: pair.rolling_friction * load * h, deadband: config.rolling_deadband };
+            let end = problem.points.len();
+            problem.pairs.push(PairProblem::new(pair.a, pair.b, pair.origin, rolling, first, end));
+        }
+    }
+}
+
+fn push_limit(
+    terms: &mut Vec<AxisTerm>,
+    config: &Config,
+    h: f64,
+    (dof, sign): (usize, f64),
+    gap: f64,
+    rate: f64,
+) {
+    // Only limits that the step could reach: within 0.05 rad plus what 20 rad/s covers.
+    if gap + h * rate >= 0.05 + 20.0 * h {
+        return;
+    }
+    let tau = if gap < 0.0 { h } else { 0.0 };
+    let inverse_regularisation = h * config.limit_stiffness * (h + tau);
+    terms.push(AxisTerm {
+        dof,
+        sign,
+        law: ScalarLaw::Limit { inverse_regularisation, target: -gap / (h + tau) },
+    });
+}
+
+/// Mass of the heavier object of a pair, kg.
+fn heavier(model: &Model, pair: &ContactPair) -> f64 {
+    let mass = |owner: Owner| match owner {
+        Owner::Object(k) => model.objects()[k].mass,
+        Owner::Static | Owner::Link(_) => 0.0,
+    };
+    mass(pair.a).max(mass(pair.b))
+}
+
+/// The rebound of a contact point in this step, if it makes one. Gravity accelerates free objects alone.
+pub(super) fn rebound_of(model: &Model, pair: &ContactPair, point: &ContactPoint) -> Option<Rebound> {
+    if pair.restitution == 0.0 || point.anchor.loaded {
+        return None;
+    }
+    let config = model.config();
+    let falls = |owner: Owner| f64::from(u8::from(matches!(owner, Owner::Object(_))));
+    let acceleration = config.gravity.dot(point.normal) * (falls(pair.b) - falls(pair.a));
+    let gap = point.distance + pair.excess;
+    rebound(pair.restitution, gap, point.approach, acceleration, config.step_s, config.rebound_speed)
+}

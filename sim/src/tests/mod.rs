@@ -1,0 +1,5 @@
+//! Behaviour of whole steps.
+
+mod energy;
+mod overlap;
+mod rebound;

@@ -1,0 +1,35 @@
+//! Shapes that start in each other.
+
+use crate::{Command, Config, Model, State, World};
+use palmares_models::object::Object;
+use palmares_models::shape::Shape;
+use palmares_models::{Pose, Vec3};
+use std::sync::Arc;
+
+/// Two half-overlapping cubes, one of them sunk into the floor, part slowly and come to rest apart.
+#[test]
+fn deep_overlap_is_taken_back_slowly() {
+    for step_s in [0.25e-3, 1e-3, 4e-3, 8e-3] {
+        let mut model = Model::new(Config::with_step(step_s), None).expect("an empty world");
+        let floor = Shape::Box { half_extents: [1.0, 1.0, 0.1], rounding: 0.0 };
+        model.add_static("floor", &floor, Pose::translation(0.0, 0.0, -0.1), 0.5).expect("a floor");
+        let cube = Shape::Box { half_extents: [0.03; 3], rounding: 0.0 };
+        let object =
+            Arc::new(Object::new("cube", vec![(Pose::IDENTITY, cube)], 0.2, 0.5, 0.0).expect("a cube"));
+        model.add_object(Arc::clone(&object)).expect("it fits");
+        model.add_object(object).expect("it fits");
+        let at = [Pose::translation(0.0, 0.0, 0.02), Pose::translation(0.03, 0.0, 0.031)];
+        let state = State::at_rest(&model, Pose::IDENTITY, &at);
+        let mut world = World::new(Arc::new(model), state);
+        let command = Command::stay(world.model(), Pose::IDENTITY);
+        let mut fastest = 0.0f64;
+        for _ in 0..(2.0 / step_s) as u32 {
+            assert!(world.step(&command).converged);
+            for v in world.state().v.as_chunks::<6>().0 {
+                fastest = fastest.max(Vec3::new(v[0], v[1], v[2]).length());
+            }
+        }
+        assert!(world.outcome().penetration_m < 3e-4, "h {step_s}: {:e}", world.outcome().penetration_m);
+        assert!(fastest < 0.6, "h {step_s}: {fastest} m/s");
+    }
+}
