@@ -4,6 +4,7 @@
 //! that a case is written once and judged by the same code whoever steps it.
 
 mod own;
+pub mod rapier;
 
 use anyhow::{Result, bail};
 use palmares_sim::world::Outcome;
@@ -43,16 +44,19 @@ pub trait Engine {
 pub enum EngineKind {
     /// Palmares.
     Own,
+    /// rapier's multibody.
+    Rapier,
 }
 
 impl EngineKind {
     /// All of them.
-    pub const ALL: &[EngineKind] = &[EngineKind::Own];
+    pub const ALL: &[EngineKind] = &[EngineKind::Own, EngineKind::Rapier];
 
     /// As on the command line.
     pub fn name(self) -> &'static str {
         match self {
             EngineKind::Own => "own",
+            EngineKind::Rapier => "rapier",
         }
     }
 
@@ -69,6 +73,7 @@ impl EngineKind {
     pub fn start(self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>> {
         match self {
             EngineKind::Own => Ok(Box::new(own::Own::new(World::new(model, state)))),
+            EngineKind::Rapier => Ok(Box::new(rapier::Rapier::new(model, state)?)),
         }
     }
 }

@@ -7,6 +7,7 @@ mod friction;
 mod grasp;
 mod hand_dynamics;
 mod mechanism;
+mod peers;
 mod pile;
 mod rolling;
 mod stacking;
@@ -39,5 +40,5 @@ fn unknown_names_are_refused_with_the_known_ones() {
     let message = run("softhand_fre", &setup).err().expect("refused").to_string();
     assert!(message.contains("softhand_free"), "{message}");
     let message = EngineKind::from_name("other").expect_err("refused").to_string();
-    assert!(message.contains("known engines: own"), "{message}");
+    assert!(message.contains("known engines: own, rapier"), "{message}");
 }

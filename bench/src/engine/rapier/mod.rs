@@ -1,0 +1,181 @@
+//! rapier: the same scene in an independent engine, with the settings that served it best.
+//!
+//! The hand is one reduced-coordinate multibody. A rolling joint needs a massless coupler and a coupling of two
+//! coordinates, because a joint of rapier has its own coordinate; the tendon is an implicit cable that enters
+//! through the springs of the joints, which is the only implicit generalized force that the public interface has.
+
+mod hand;
+mod scene;
+mod tendon;
+
+use super::{Cost, Engine};
+use anyhow::Result;
+use cpu_time::ThreadTime;
+use hand::HandBody;
+use palmares_sim::world::Outcome;
+use palmares_sim::{Command, Model, State};
+use rapier3d_f64::dynamics::{FrictionModel, RigidBodyHandle, SpringCoefficients};
+use rapier3d_f64::pipeline::PhysicsWorld;
+use scene::Surfaces;
+use std::sync::Arc;
+
+/// Typical length of the scene, m: rapier's tolerances are multiples of it.
+const LENGTH_UNIT_M: f64 = 0.05;
+/// Gauss-Seidel sweeps a step for scenes with a hand. Sub-steps would re-use a tension that was found for a
+/// whole step, so the effort goes into sweeps.
+const HAND_SWEEPS: usize = 32;
+/// Sub-steps and sweeps for scenes of free bodies, which rapier's solver is made for. With a hand the Coulomb
+/// model holds more; on its own it loses 6 % of a cube's friction, and the simplified one is exact.
+const FREE_SUBSTEPS: usize = 4;
+const FREE_SWEEPS: usize = 2;
+/// Frequency and damping ratio of contact springs. The default of 30 Hz lets links of a few grams sink.
+const CONTACT_HZ: f64 = 120.0;
+const CONTACT_DAMPING: f64 = 5.0;
+
+/// What rapier was told, for the report.
+pub fn settings() -> Vec<String> {
+    vec![
+        "rapier3d-f64 0.36.1, enhanced-determinism, one thread".into(),
+        format!("length_unit {LENGTH_UNIT_M}, contact recycling and clustering off"),
+        format!("hand scenes: FrictionModel::Coulomb, 1 sub-step, {HAND_SWEEPS} sweeps (16 hold less, 4 nothing)"),
+        format!(
+            "free bodies: FrictionModel::Simplified, {FREE_SUBSTEPS} sub-steps, {FREE_SWEEPS} sweeps (Coulomb stops \
+             a sliding cube 7 % late)"
+        ),
+        format!("contact springs {CONTACT_HZ} Hz, damping ratio {CONTACT_DAMPING}; friction also in the bias pass"),
+        "contacts foreseen over 2 mm + h · 1 m/s, as ours".into(),
+        "hand: one multibody on a floating root; the base servo is spring and damper of the root, same gains".into(),
+        "rolling joints: two hinges, a coupler of 0.1 g, MultibodyDofCoupling".into(),
+        "tendon: implicit cable by the reduced inertia (couplings and last contact impulses included), applied \
+         through set_spring"
+            .into(),
+        "no rolling resistance; a hand with gravity compensation weighs nothing".into(),
+    ]
+}
+
+/// A scene in rapier.
+pub(super) struct Rapier {
+    model: Arc<Model>,
+    state: State,
+    world: PhysicsWorld,
+    surfaces: Surfaces,
+    hand: Option<HandBody>,
+    objects: Vec<RigidBodyHandle>,
+    /// The state was changed by hand since the last step.
+    touched: bool,
+    outcome: Outcome,
+}
+
+impl Rapier {
+    pub(super) fn new(model: Arc<Model>, state: State) -> Result<Self> {
+        let mut world = PhysicsWorld::new();
+        world.gravity = model.config().gravity;
+        let parameters = &mut world.integration_parameters;
+        parameters.length_unit = LENGTH_UNIT_M;
+        parameters.contact_recycling = false;
+        parameters.contact_clustering = false;
+        parameters.friction_in_bias_pass = true;
+        parameters.normalized_max_linear_velocity = f64::MAX;
+        parameters.normalized_prediction_distance = model.config().margin() / LENGTH_UNIT_M;
+        let softness = SpringCoefficients { natural_frequency: CONTACT_HZ, damping_ratio: CONTACT_DAMPING };
+        parameters.contact_softness = softness;
+        parameters.static_contact_softness = softness;
+        let (friction, substeps, sweeps) = match model.hand() {
+            Some(_) => (FrictionModel::Coulomb, 1, HAND_SWEEPS),
+            None => (FrictionModel::Simplified, FREE_SUBSTEPS, FREE_SWEEPS),
+        };
+        parameters.friction_model = friction;
+        parameters.num_solver_iterations = substeps;
+        parameters.num_internal_pgs_iterations = sweeps;
+
+        let hand = match model.hand() {
+            Some(hand) => Some(HandBody::build(&mut world, hand, &state)?),
+            None => None,
+        };
+        let objects = scene::add_objects(&mut world, &model);
+        scene::add_colliders(&mut world, &model, hand.as_ref(), &objects);
+        let surfaces = Surfaces::new(Arc::clone(&model));
+        let mut rapier = Rapier {
+            model,
+            state,
+            world,
+            surfaces,
+            hand,
+            objects,
+            touched: true,
+            outcome: Outcome { converged: true, ..Outcome::default() },
+        };
+        // A moment to find mass matrix and Jacobians, which the tendon of the first step needs.
+        rapier.push_state();
+        rapier.world.integration_parameters.dt = 1e-9;
+        rapier.world.step_with_events(&rapier.surfaces, &());
+        rapier.world.integration_parameters.dt = rapier.model.config().step_s;
+        Ok(rapier)
+    }
+
+    /// Poses and velocities from the state into rapier.
+    fn push_state(&mut self) {
+        if let Some(hand) = &self.hand {
+            hand.push(&mut self.world, &self.state);
+        }
+        for (k, handle) in self.objects.iter().enumerate() {
+            let (linear, angular) = self.state.object_velocity(&self.model, k);
+            if let Some(body) = self.world.bodies.get_mut(*handle) {
+                body.set_position(self.state.objects[k], true);
+                body.set_linvel(linear, true);
+                body.set_angvel(angular, true);
+            }
+        }
+        self.touched = false;
+    }
+
+    /// ... and back.
+    fn pull_state(&mut self) {
+        if let Some(hand) = &self.hand {
+            hand.pull(&self.world, &mut self.state);
+        }
+        for (k, handle) in self.objects.iter().enumerate() {
+            let body = &self.world.bodies[*handle];
+            self.state.objects[k] = *body.position();
+            let v = &mut self.state.v[self.model.object_dofs(k)..];
+            v[..3].copy_from_slice(&body.linvel().to_array());
+            v[3..6].copy_from_slice(&body.angvel().to_array());
+        }
+        self.state.step += 1;
+        self.outcome.penetration_m = scene::penetration(&self.world);
+        self.outcome.converged = self.state.is_finite();
+    }
+}
+
+impl Engine for Rapier {
+    fn model(&self) -> &Arc<Model> {
+        &self.model
+    }
+
+    fn step(&mut self, command: &Command) -> Result<Cost> {
+        if self.touched {
+            self.push_state();
+        }
+        let start = ThreadTime::now();
+        if let Some(hand) = &self.hand {
+            hand.actuate(&mut self.world, &self.model, &mut self.state, command);
+        }
+        self.world.step_with_events(&self.surfaces, &());
+        let total_s = start.elapsed().as_secs_f64();
+        self.pull_state();
+        Ok(Cost { total_s, phases_s: [0.0; 3] })
+    }
+
+    fn state(&self) -> &State {
+        &self.state
+    }
+
+    fn state_mut(&mut self) -> &mut State {
+        self.touched = true;
+        &mut self.state
+    }
+
+    fn outcome(&self) -> Outcome {
+        self.outcome
+    }
+}
