@@ -77,7 +77,7 @@ impl Surfaces {
 
     /// Places in the model of two colliders, ascending.
     fn pair(&self, set: &ColliderSet, a: ColliderHandle, b: ColliderHandle) -> Option<(usize, usize)> {
-        let place = |handle| Some((set.get(handle)?.user_data as usize).checked_sub(1)?);
+        let place = |handle| (set.get(handle)?.user_data as usize).checked_sub(1);
         let (a, b) = (place(a)?, place(b)?);
         Some((a.min(b), a.max(b)))
     }
