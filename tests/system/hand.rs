@@ -156,3 +156,35 @@ fn the_published_softhand_is_usable_and_its_oddities_are_named() {
         assert!(out.contains(part), "'{part}' is not in:\n{out}");
     }
 }
+
+#[test]
+fn a_pushed_hand_is_drawn_where_the_closed_form_has_it() {
+    let folder = TempDir::new().expect("temporary directory");
+    let (svg, png) = (folder.path().join("a.svg"), folder.path().join("a.png"));
+    let push = ["--sigma", "0.5", "--push", "index_distal:-1,0,-0.5"];
+    let mut arguments = vec!["hand", "show", "softhand", "--out", text(&svg)];
+    arguments.extend(push);
+    let (code, out, err) = palmares(&arguments);
+    assert_eq!(code, 0, "{out}{err}");
+    // Both stages end where the closed form says, under the push with J of the final configuration.
+    for stage in ["closed: ", "pushed: "] {
+        let line = out.lines().find(|line| line.starts_with(stage)).expect("its line");
+        let error: f64 = line.split_whitespace().last().and_then(|x| x.parse().ok()).expect("a number");
+        assert!(error < 1e-9, "{line}");
+    }
+    let picture = std::fs::read_to_string(&svg).expect("written");
+    for part in ["<svg", "softhand, σ = 0.5", "pushed on index_distal", "thumb", "little", "tension", "outer"]
+    {
+        assert!(picture.contains(part), "'{part}' is not in the picture");
+    }
+
+    let (code, _, err) = palmares(&["hand", "show", "softhand", "--out", text(&png), "--push", "tail:1,0,0"]);
+    assert_eq!(code, 1);
+    assert!(err.contains("no link `tail`") && err.contains("thumb_distal"), "{err}");
+    assert!(!png.exists());
+    let (code, _, err) = palmares(&["hand", "show", "softhand", "--out", "a.bmp"]);
+    assert_eq!(code, 1);
+    assert!(err.contains(".svg or .png"), "{err}");
+    assert_eq!(palmares(&["hand", "show", "softhand", "--out", text(&png), "--sigma", "0.2"]).0, 0);
+    assert!(std::fs::read(&png).expect("written").starts_with(b"\x89PNG"));
+}

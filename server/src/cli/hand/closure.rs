@@ -5,6 +5,7 @@ use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_sim::actuation::equilibrium::NoSpring;
 use palmares_sim::model::ModelError;
+use palmares_sim::world::Push;
 use palmares_sim::{BaseCommand, Command, Config, Model, Owner, State, World};
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -15,9 +16,11 @@ const TOLERANCE: f64 = 1e-12;
 /// The motors are ramped up over this time, s, if they are fast enough.
 pub(super) const RAMP_S: f64 = 1.0;
 /// A joint slower than this rests, rad/s.
-const AT_REST: f64 = 1e-10;
-/// ... for this long, s.
-const AT_REST_S: f64 = 0.1;
+pub(super) const AT_REST: f64 = 1e-10;
+/// A joint slower than this does not move to the eye, rad/s.
+pub(super) const AT_SIGHT: f64 = 2e-3;
+/// How long all of them must be that slow, s.
+const STILL_S: f64 = 0.1;
 /// A hand that moves longer than this is left alone, s.
 const PATIENCE_S: f64 = 60.0;
 /// Simulation and closed form agree when no coordinate differs by more, rad or m: the solver's tolerance with some
@@ -72,9 +75,9 @@ impl Alone {
         Ok(Alone { world: World::new(model, state), command, hand: hand.clone() })
     }
 
-    /// One step with the motors on their way to `sigma`, `elapsed_s` after they set out.
-    pub(super) fn step(&mut self, sigma: &[f64], elapsed_s: f64) {
-        let share = smooth(elapsed_s / RAMP_S);
+    /// One step with the motors on their way to `sigma`.
+    fn step(&mut self, sigma: &[f64]) {
+        let share = smooth((self.time_s() + self.world.model().config().step_s) / RAMP_S);
         for (command, target) in self.command.sigma.iter_mut().zip(sigma) {
             *command = share * target;
         }
@@ -91,9 +94,14 @@ impl Alone {
         self.state().time_s(self.world.model())
     }
 
-    /// The length of a step, s.
-    pub(super) fn step_s(&self) -> f64 {
-        self.world.model().config().step_s
+    /// What pushes the hand from now on.
+    pub(super) fn set_pushes(&mut self, pushes: &[Push]) {
+        self.command.pushes = pushes.to_vec();
+    }
+
+    /// Back to a state it was in.
+    pub(super) fn restore(&mut self, state: State) {
+        self.world.restore(state);
     }
 
     /// Largest joint speed, rad/s.
@@ -101,17 +109,17 @@ impl Alone {
         self.state().v[6..].iter().fold(0.0, |most, v| v.abs().max(most))
     }
 
-    /// Steps until the hand has been at rest for a while, from `start_s` on; `see` looks at every step. Returns when
-    /// it came to rest.
-    pub(super) fn settle(&mut self, sigma: &[f64], start_s: f64, mut see: impl FnMut(&Alone)) -> Option<f64> {
-        let (step_s, begin) = (self.step_s(), self.time_s());
+    /// Goes on until no joint has been faster than `speed` for a while; `see` looks at every step. Returns when that
+    /// began.
+    pub(super) fn settle(&mut self, sigma: &[f64], speed: f64, mut see: impl FnMut(&Alone)) -> Option<f64> {
+        let (step_s, begin) = (self.world.model().config().step_s, self.time_s());
         let mut still = 0.0;
         while self.time_s() - begin < PATIENCE_S && self.state().is_finite() {
-            self.step(sigma, self.time_s() + step_s - start_s);
+            self.step(sigma);
             see(self);
-            let moving = self.time_s() - start_s < RAMP_S || self.speed() > AT_REST;
+            let moving = self.time_s() < RAMP_S || self.speed() > speed;
             still = if moving { 0.0 } else { still + step_s };
-            if still >= AT_REST_S {
+            if still >= STILL_S {
                 return Some(self.time_s() - still);
             }
         }
@@ -165,7 +173,7 @@ impl Alone {
 /// Closes a hand to σ (one per motor) and compares.
 pub(super) fn close(hand: &Arc<Hand>, sigma: &[f64]) -> Result<Closure, ModelError> {
     let mut alone = Alone::new(hand)?;
-    let rest_s = alone.settle(sigma, 0.0, |_| {});
+    let rest_s = alone.settle(sigma, AT_REST, |_| {});
     let predicted = alone.predict(sigma);
     let state = alone.state();
     let mut closure = Closure {

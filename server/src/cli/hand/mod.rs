@@ -4,7 +4,11 @@ mod advice;
 mod check;
 mod closure;
 mod describe;
+mod draw;
+mod figure;
 mod predict;
+mod push;
+mod show;
 
 use anyhow::{Context, bail};
 use clap::Subcommand;
@@ -25,6 +29,12 @@ Examples:
   palmares hand check my-hand/hand.urdf
   palmares hand check softhand --json     a hand that comes with the program, for programs";
 
+const SHOW_HELP: &str = "\
+Examples:
+  palmares hand show softhand --out softhand.svg
+  palmares hand show my-hand/ --sigma 0.4 --out my-hand.png
+  palmares hand show softhand --sigma 0.5 --push index_distal:-1,0,-0.5 --out pushed.png";
+
 /// What to do with a hand.
 #[derive(Debug, Subcommand)]
 pub(crate) enum HandCommand {
@@ -35,6 +45,9 @@ pub(crate) enum HandCommand {
     /// of adaptive synergies.
     #[command(after_help = CHECK_HELP)]
     Check(check::CheckArgs),
+    /// Draw a hand's closure: joints and tensions over time, and where the closed form says they end
+    #[command(after_help = SHOW_HELP)]
+    Show(show::ShowArgs),
 }
 
 impl HandCommand {
@@ -42,6 +55,7 @@ impl HandCommand {
     pub(crate) fn run(&self) -> anyhow::Result<ExitCode> {
         match self {
             HandCommand::Check(args) => check::check(args),
+            HandCommand::Show(args) => show::show(args),
         }
     }
 }

@@ -1,0 +1,198 @@
+//! `palmares hand show`: a closure as a picture.
+
+use super::closure::{AT_REST, AT_SIGHT, Alone, RAMP_S};
+use super::describe::short;
+use super::draw::draw;
+use super::figure::{Curve, Figure, Panel, fingers};
+use super::predict::{Equilibrium, largest_difference};
+use super::push::PushArg;
+use super::{hint, load_hand, parse_sigma};
+use anyhow::{Context, bail};
+use clap::Args;
+use palmares_models::hand::Hand;
+use palmares_sim::world::Push;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+/// The picture has a sample about every so often, s.
+const SAMPLE_S: f64 = 5e-3;
+
+/// Which hand, how it is moved and where the picture goes.
+#[derive(Debug, Args)]
+pub(crate) struct ShowArgs {
+    /// A URDF file, a folder or .zip with one, or the name of a hand that comes with the program
+    hand: String,
+    /// Where the picture goes; a name that ends in .svg or .png
+    #[arg(long)]
+    out: PathBuf,
+    /// Motor positions to close to, from 0 (open) to 1: one for all motors, or one for each
+    #[arg(long, value_delimiter = ',', value_parser = parse_sigma, default_value = "0.6")]
+    sigma: Vec<f64>,
+    /// A constant force on a link's centre of mass once the hand has closed: link:fx,fy,fz in N, world frame.
+    /// The hand stands with its base frame on the world's
+    #[arg(long, value_name = "LINK:FX,FY,FZ", allow_hyphen_values = true)]
+    push: Vec<PushArg>,
+}
+
+/// One stage of the motion: closing, or being pushed.
+struct Phase {
+    name: &'static str,
+    /// s
+    from: f64,
+    to: f64,
+    predicted: Option<Equilibrium>,
+    /// Largest |q − predicted| at rest.
+    error: Option<f64>,
+    /// Why the closed form does not apply.
+    beyond: Vec<String>,
+}
+
+/// Samples of the motion.
+#[derive(Default)]
+struct Trace {
+    time: Vec<f64>,
+    q: Vec<Vec<f64>>,
+    tension: Vec<Vec<f64>>,
+}
+
+impl Trace {
+    fn sample(&mut self, alone: &Alone) {
+        let t = alone.time_s();
+        if self.time.last().is_none_or(|last| t - last >= SAMPLE_S * (1.0 - 1e-9)) {
+            self.time.push(t);
+            self.q.push(alone.state().q.clone());
+            self.tension.push(alone.state().tension.clone());
+        }
+    }
+}
+
+/// Simulates, draws and prints what was drawn.
+pub(super) fn show(args: &ShowArgs) -> anyhow::Result<ExitCode> {
+    let found = load_hand(&args.hand);
+    let hand = found.with_context(|| hint(&args.hand).unwrap_or_else(|| args.hand.clone()))?.hand;
+    let sigma = one_per_motor(&hand, &args.sigma)?;
+    let pushes = args.push.iter().map(|push| push.on(&hand)).collect::<anyhow::Result<Vec<Push>>>()?;
+    let mut alone = Alone::new(&hand)?;
+    let mut trace = Trace::default();
+    trace.sample(&alone);
+    let mut phases = vec![phase(&mut alone, "closed", &sigma, &mut trace)];
+    if !pushes.is_empty() {
+        alone.set_pushes(&pushes);
+        phases.push(phase(&mut alone, "pushed", &sigma, &mut trace));
+    }
+    let figure = figure(&hand, &sigma, &pushes, &trace, &phases);
+    draw(&figure, &args.out)?;
+    let mut out = std::io::stdout().lock();
+    write!(out, "{}", summary(&phases))?;
+    writeln!(out, "wrote {}", args.out.display())?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn one_per_motor(hand: &Hand, sigma: &[f64]) -> anyhow::Result<Vec<f64>> {
+    let motors = hand.motors.len();
+    match sigma {
+        [one] => Ok(vec![*one; motors]),
+        each if each.len() == motors => Ok(each.to_vec()),
+        _ => bail!("--sigma has {} values; valid: one for all motors, or {motors}", sigma.len()),
+    }
+}
+
+/// Steps until nothing is seen to move; then, off the record, until the hand rests to compare.
+fn phase(alone: &mut Alone, name: &'static str, sigma: &[f64], trace: &mut Trace) -> Phase {
+    let from = alone.time_s();
+    alone.settle(sigma, AT_SIGHT, |alone| trace.sample(alone));
+    let to = alone.time_s();
+    let before = alone.state().clone();
+    let rest = alone.settle(sigma, AT_REST, |_| {});
+    let (predicted, mut beyond) = match alone.predict(sigma) {
+        Err(no_spring) => (None, vec![no_spring.to_string()]),
+        Ok(None) => (None, vec!["no equilibrium to iterate to was found".to_owned()]),
+        Ok(Some(predicted)) => {
+            let beyond = alone.beyond(&predicted);
+            (Some(predicted), beyond)
+        }
+    };
+    if rest.is_none() {
+        beyond.push("the hand does not come to rest".to_owned());
+    }
+    let error = predicted.as_ref().map(|p| largest_difference(&p.q, &alone.state().q));
+    alone.restore(before);
+    Phase { name, from, to, predicted, error, beyond }
+}
+
+fn figure(hand: &Arc<Hand>, sigma: &[f64], pushes: &[Push], trace: &Trace, phases: &[Phase]) -> Figure {
+    let predicted = |value: &dyn Fn(&Equilibrium) -> f64| -> Vec<(f64, f64, f64)> {
+        let known = phases.iter().filter_map(|p| Some((p, p.predicted.as_ref()?)));
+        known
+            .map(|(p, e)| {
+                // The first dashes begin while the motors are on their way.
+                let from = if p.from == 0.0 { 0.5 * RAMP_S } else { p.from };
+                (from, p.to, value(e))
+            })
+            .collect()
+    };
+    let mut panels = Vec::new();
+    for group in fingers(hand) {
+        let curve = |(c, name): &(usize, String)| Curve {
+            name: name.clone(),
+            values: trace.q.iter().map(|q| q[*c]).collect(),
+            predicted: predicted(&|e| e.q[*c]),
+        };
+        panels.push(Panel {
+            title: group.title.clone(),
+            axis: format!("q ({})", group.unit),
+            curves: group.members.iter().map(curve).collect(),
+        });
+    }
+    if !hand.tendons.is_empty() {
+        let curve = |(k, tendon): (usize, &palmares_models::hand::Tendon)| Curve {
+            name: tendon.name.clone(),
+            values: trace.tension.iter().map(|f| f[k]).collect(),
+            predicted: predicted(&|e| e.tension[k]),
+        };
+        panels.push(Panel {
+            title: if hand.tendons.len() == 1 { "tension".into() } else { "tensions".into() },
+            axis: "f (N or N·m)".into(),
+            curves: hand.tendons.iter().enumerate().map(curve).collect(),
+        });
+    }
+    let sigmas = sigma.iter().map(|s| short(*s)).collect::<Vec<_>>().join(", ");
+    let mut notes =
+        vec!["simulated: solid; at rest by the closed form of adaptive synergies: dashed, ring".to_owned()];
+    for push in pushes {
+        let [x, y, z] = push.force.to_array().map(short);
+        notes.push(format!("pushed on {}: {x}, {y}, {z} N", hand.links[push.link].name));
+    }
+    notes.extend(phases.iter().map(outcome));
+    Figure {
+        title: format!("{}, σ = {sigmas}", hand.name),
+        notes,
+        time: trace.time.clone(),
+        marks: phases.iter().skip(1).map(|p| (p.from, p.name.to_owned())).collect(),
+        panels,
+    }
+}
+
+/// One line about a phase.
+fn outcome(phase: &Phase) -> String {
+    match (&phase.error, phase.beyond.first()) {
+        (Some(error), None) => format!("{}: largest |q − closed form| at rest {error:.1e}", phase.name),
+        (_, Some(first)) => {
+            let more = phase.beyond.len() - 1;
+            let more = if more == 0 { String::new() } else { format!(", and {more} more") };
+            format!("{}: the closed form does not apply: {first}{more}", phase.name)
+        }
+        (None, None) => format!("{}: no prediction", phase.name),
+    }
+}
+
+fn summary(phases: &[Phase]) -> String {
+    let mut out = String::new();
+    for phase in phases {
+        let _ = writeln!(out, "{}", outcome(phase));
+    }
+    out
+}
