@@ -13,5 +13,6 @@ pub mod random;
 pub mod recorder;
 pub mod report;
 pub mod rigs;
+pub mod robust;
 #[cfg(test)]
 mod steady;

@@ -2,8 +2,10 @@
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
+use palmares_bench::cases::grasp::Placement;
 use palmares_bench::cases::{self, Setup};
 use palmares_bench::engine::EngineKind;
+use palmares_bench::robust::placements;
 
 /// Speed against error of the hand emulator.
 #[derive(Parser)]
@@ -19,6 +21,15 @@ enum What {
     List,
     /// Print the state hash of five scripted seconds of balls: the same for every build and machine.
     Fingerprint,
+    /// Count how often random or varied scenes go well.
+    Robust {
+        /// Try the grid of placements of the grasp cases: kept through lift, hold and shaking at every step?
+        #[arg(long)]
+        placements: bool,
+        /// With `--placements`: try every step even after one has failed.
+        #[arg(long)]
+        every_step: bool,
+    },
     /// Run one case and print its report.
     Case {
         /// Name of the case; see `palmares-bench list`.
@@ -46,6 +57,11 @@ fn main() -> Result<()> {
             }
         }
         What::Fingerprint => println!("{}", palmares_bench::fingerprint::balls()?),
+        What::Robust { placements, every_step } => {
+            if placements {
+                robust_placements(every_step)?;
+            }
+        }
         What::Case { name, dt, engine, json, reference_dt } => {
             let reference_dt_s = (reference_dt > 0.0).then_some(reference_dt);
             let setup = Setup { engine: EngineKind::from_name(&engine)?, dt_s: dt, reference_dt_s };
@@ -68,5 +84,27 @@ fn main() -> Result<()> {
             }
         }
     }
+    Ok(())
+}
+
+fn robust_placements(every_step: bool) -> Result<()> {
+    let grid = placements::grid();
+    let mut good = 0;
+    for placement in &grid {
+        let seen = placements::outcomes(*placement, !every_step)?;
+        let all = seen.len() == placements::STEPS_S.len() && seen.iter().all(|kept| *kept == [true; 2]);
+        good += usize::from(all);
+        let marks: Vec<String> = placements::STEPS_S
+            .iter()
+            .zip(&seen)
+            .map(|(dt, [cylinder, cuboid])| {
+                let mark = |kept: bool| if kept { '+' } else { '-' };
+                format!("{} ms {}{}", dt * 1e3, mark(*cylinder), mark(*cuboid))
+            })
+            .collect();
+        let Placement { along_m, across_m, sigma } = placement;
+        println!("along {along_m:.3} across {across_m:+.3} sigma {sigma:.2}: {}", marks.join(", "));
+    }
+    println!("{good} of {} placements keep cylinder and box at every step", grid.len());
     Ok(())
 }

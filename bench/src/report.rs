@@ -63,10 +63,15 @@ pub struct Invariants {
     pub slip_mm_s: Option<f64>,
     /// Deepest overlap of shapes, mm.
     pub max_penetration_mm: Option<f64>,
+    /// Deepest overlap of shapes at the end of the hold, mm.
+    pub hold_penetration_mm: Option<f64>,
     /// Standard deviation of the tension while held still, in the tendon's unit.
     pub tension_chatter: Option<f64>,
     /// Largest unbalanced joint torque at the end of the hold, N·m.
     pub static_residual_nm: Option<f64>,
+    /// Largest difference of a tension from its cable's law, `clamp(K (s − R q) − b R q̇, 0, f_max)`, at the end of
+    /// the hold, N·m.
+    pub tension_balance_nm: Option<f64>,
     /// Steps in which Newton did not reach its tolerance.
     pub newton_unconverged: Option<u64>,
     /// Energy that appeared from nowhere, J.

@@ -1,11 +1,13 @@
 //! The cases, by name.
 
 pub mod balls;
+pub mod consistency;
 mod elliptic;
 pub mod free_motion;
 pub mod friction;
 pub mod grasp;
 pub mod hand_dynamics;
+pub mod hold;
 pub mod mechanism;
 pub mod pile;
 pub mod rolling;
@@ -72,6 +74,8 @@ pub const GROUPS: &[&[Case]] = &[
     pile::CASES,
     hand_dynamics::CASES,
     tendon::CASES,
+    hold::CASES,
+    consistency::CASES,
     friction::CASES,
     free_motion::CASES,
     rolling::CASES,

@@ -71,7 +71,7 @@ fn free_sigma(hand: &Hand, form: &ClosedForm) -> f64 {
 }
 
 /// Runs the closing and returns the trace of q every 8 ms.
-fn close_trace(setup: &Setup, recorder: &mut Recorder) -> Result<Vec<Vec<f64>>> {
+pub fn close_trace(setup: &Setup, recorder: &mut Recorder) -> Result<Vec<Vec<f64>>> {
     let hand = softhand()?;
     let sigma = free_sigma(&hand, &ClosedForm::new(&hand)?);
     let (mut world, mut command) = world_of(hand, setup)?;
@@ -95,12 +95,7 @@ pub fn free(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         None => None,
         Some(fine) => {
             let reference = close_trace(&fine, &mut Recorder::default())?;
-            let worst = trace
-                .iter()
-                .zip(&reference)
-                .flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs()))
-                .fold(0.0, f64::max);
-            Some(worst)
+            Some(difference(&trace, &reference))
         }
     };
     let error = Figure { name: "largest joint error".into(), value: error, unit: "rad".into() };
@@ -160,6 +155,11 @@ pub fn push_locked_motor(setup: &Setup, recorder: &mut Recorder) -> Result<Findi
     }
     let error = largest(&world.state().q, &expected);
     Ok(Finding { error: Figure::new("largest joint error", error, "rad"), invariants: recorder.invariants() })
+}
+
+/// Largest joint difference of two closings, rad.
+pub fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| largest(a, b)).fold(0.0, f64::max)
 }
 
 fn largest(a: &[f64], b: &[f64]) -> f64 {

@@ -1,0 +1,3 @@
+//! How often things go well: the same scene in many placements, many random scenes.
+
+pub mod placements;
