@@ -93,9 +93,9 @@ impl Grasp {
         Grasp { shape, mass: 0.5, hand_from_object: Rotation::IDENTITY }
     }
 
-    /// A capsule of r = 3.5 cm, 12 cm long and 0.3 kg, its axis along the knuckles.
+    /// A capsule of r = 4 cm, 14 cm long and 0.3 kg, its axis along the knuckles.
     pub fn capsule() -> Self {
-        let shape = Shape::Capsule { radius: 0.035, half_length: 0.025 };
+        let shape = Shape::Capsule { radius: 0.04, half_length: 0.03 };
         Grasp { shape, mass: 0.3, hand_from_object: Rotation::from_rotation_x(FRAC_PI_2) }
     }
 }

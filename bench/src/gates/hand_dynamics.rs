@@ -3,6 +3,13 @@
 use super::{converged, error, report};
 
 #[test]
+fn a_falling_chain_keeps_its_energy() {
+    let report = report("chain_energy", 1e-3);
+    converged(&report);
+    assert!(error(&report) <= 0.1, "{} %", error(&report));
+}
+
+#[test]
 fn rolling_joints_roll() {
     for dt in [1e-3, 8e-3] {
         let report = report("rolling_joint_path", dt);

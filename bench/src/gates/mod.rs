@@ -2,10 +2,12 @@
 //! One file per subject, mirroring `cases/`.
 
 mod balls;
+mod consistency;
 mod free_motion;
 mod friction;
 mod grasp;
 mod hand_dynamics;
+mod hold;
 mod mechanism;
 mod peers;
 mod pile;
