@@ -187,6 +187,8 @@ fn check_numbers(robot: &Robot, limits: &Limits, report: &Report) -> Result<(), 
         report.number(element, "an upper limit of", joint.limit.upper, f64::MAX)?;
         let damping = joint.dynamics.as_ref().map_or(0.0, |d| d.damping);
         report.number(element, "damping", damping, limits.number)?;
+        let friction = joint.dynamics.as_ref().map_or(0.0, |d| d.friction);
+        report.number(element, "friction", friction, limits.number)?;
         if damping < 0.0 {
             return Err(report.bad(
                 element(),

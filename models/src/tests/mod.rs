@@ -1,6 +1,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod errors;
+mod hostile;
 mod inertia;
 mod mesh;
 mod reference;

@@ -8,8 +8,8 @@ use crate::load::{self, InertiaPolicy, LoadOptions, Report};
 use crate::shape::Shape;
 use crate::{Vec3, builtin};
 
-const URDF: &str = include_str!("../../hands/softhand/hand.urdf");
-const SETTINGS: &str = include_str!("../../hands/softhand/hand.toml");
+pub(super) const URDF: &str = include_str!("../../hands/softhand/hand.urdf");
+pub(super) const SETTINGS: &str = include_str!("../../hands/softhand/hand.toml");
 
 pub(super) fn load_with(inertia: InertiaPolicy) -> load::Loaded {
     let options = LoadOptions { inertia, ..LoadOptions::default() };
