@@ -73,8 +73,8 @@ impl Stored {
 fn lengths(model: &Model, state: &State) -> Vec<(f64, f64)> {
     let Some(hand) = model.hand() else { return Vec::new() };
     let of = |tendon: &palmares_models::hand::Tendon| {
-        let s = tendon.moment_arms.iter().map(|&(c, r)| r * state.q[c]).sum();
-        (wound(&hand.motors[tendon.motor], state.motors[tendon.motor].position), s)
+        let wound = wound(&hand.motors[tendon.motor], state.motors[tendon.motor].position);
+        (wound, tendon.length(&state.q))
     };
     hand.tendons.iter().map(of).collect()
 }

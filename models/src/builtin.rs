@@ -7,8 +7,10 @@ use crate::hand::Hand;
 use crate::load::{self, LoadOptions};
 
 /// Embedded, so that the program runs from anywhere: name, URDF, settings.
-const FILES: [(&str, &str, &str); 1] =
-    [("softhand", include_str!("../hands/softhand/hand.urdf"), include_str!("../hands/softhand/hand.toml"))];
+const FILES: [(&str, &str, &str); 2] = [
+    ("softhand", include_str!("../hands/softhand/hand.urdf"), include_str!("../hands/softhand/hand.toml")),
+    ("reflex", include_str!("../hands/reflex/hand.urdf"), include_str!("../hands/reflex/hand.toml")),
+];
 
 /// All hands that come with the program, loaded once.
 ///

@@ -6,6 +6,8 @@ use serde::Serialize;
 use crate::Pose;
 use crate::hand::{Hand, HingeKind};
 use crate::shape::Shape;
+use crate::tactile::TactilePatch;
+use crate::tendon::{DaVinciGeometry, TendonElement, TendonPath};
 
 /// A hand without solver details. Units are SI; poses are those at rest.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -24,6 +26,8 @@ pub struct HandDescription {
     pub motors: Vec<MotorDescription>,
     /// Tendons.
     pub tendons: Vec<TendonDescription>,
+    /// Rectangles that feel touch.
+    pub tactile: Vec<PatchDescription>,
     /// Whether the hand's own weight is cancelled.
     pub gravity_compensation: bool,
     /// Shape, unit and range of the hand's part of an action and of an observation.
@@ -124,14 +128,50 @@ pub struct TendonDescription {
     pub name: String,
     /// Name of the motor that winds it.
     pub motor: String,
-    /// Its row of R, one entry per coordinate.
+    /// Its row of R at rest, one entry per coordinate.
     pub moment_arms: Vec<f64>,
+    /// What makes R depend on the configuration.
+    pub elements: Vec<ElementDescription>,
+    /// Whether it pushes as well as it pulls.
+    pub both_ways: bool,
     /// K
     pub stiffness: f64,
     /// b
     pub damping: f64,
     /// f_max
     pub force_limit: f64,
+}
+
+/// A part of a tendon whose moment arm depends on a coordinate.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct ElementDescription {
+    /// Name of the coordinate.
+    pub coordinate: String,
+    /// How the tendon passes it.
+    #[serde(flatten)]
+    pub path: PathDescription,
+}
+
+/// How a tendon passes a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum PathDescription {
+    /// Over two pulleys, one on either side of the joint.
+    DaVinci(DaVinciGeometry),
+}
+
+/// A rectangle on a link that feels touch: in the xy-plane of its frame, z outwards.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct PatchDescription {
+    /// Name.
+    pub name: String,
+    /// Name of its link.
+    pub link: String,
+    /// Its frame in the link frame: at the rectangle's centre.
+    #[serde(flatten)]
+    pub pose: PoseDescription,
+    /// Extents along x and y, m.
+    pub size: [f64; 2],
 }
 
 /// One field of an action or an observation.
@@ -189,7 +229,8 @@ impl Hand {
                     speed_limit: m.speed_limit,
                 })
                 .collect(),
-            tendons: self.describe_tendons(),
+            tendons: self.describe_tendons(&rest),
+            tactile: self.describe_tactile(),
             gravity_compensation: self.gravity_compensation,
             specs: self.specs(),
         }
@@ -224,23 +265,34 @@ impl Hand {
         }
     }
 
-    fn describe_tendons(&self) -> Vec<TendonDescription> {
-        let row = |arms: &[(usize, f64)]| {
-            let mut row = vec![0.0; self.coordinates.len()];
-            for &(i, r) in arms {
-                row[i] = r;
-            }
-            row
+    fn describe_tactile(&self) -> Vec<PatchDescription> {
+        let describe = |patch: &TactilePatch| PatchDescription {
+            name: patch.name.clone(),
+            link: self.links[patch.link].name.clone(),
+            pose: pose(&patch.link_from_patch),
+            size: patch.half_size.map(|x| 2.0 * x),
         };
-        let describe = |t: &crate::hand::Tendon| TendonDescription {
+        self.tactile.iter().map(describe).collect()
+    }
+
+    fn describe_tendons(&self, rest: &[f64]) -> Vec<TendonDescription> {
+        let element = |e: &TendonElement| ElementDescription {
+            coordinate: self.coordinates[e.coordinate].name.clone(),
+            path: match &e.path {
+                TendonPath::DaVinci(mechanism) => PathDescription::DaVinci(*mechanism.geometry()),
+            },
+        };
+        let describe = |(t, row): (&crate::hand::Tendon, Vec<f64>)| TendonDescription {
             name: t.name.clone(),
             motor: self.motors[t.motor].name.clone(),
-            moment_arms: row(&t.moment_arms),
+            moment_arms: row,
+            elements: t.elements.iter().map(element).collect(),
+            both_ways: t.both_ways,
             stiffness: t.stiffness,
             damping: t.damping,
             force_limit: t.force_limit,
         };
-        self.tendons.iter().map(describe).collect()
+        self.tendons.iter().zip(self.moment_arms(rest)).map(describe).collect()
     }
 
     fn specs(&self) -> Vec<SpecDescription> {

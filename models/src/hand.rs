@@ -1,6 +1,8 @@
 //! The immutable description of a hand: a tree of links moved by few coordinates and fewer tendons.
 
 use crate::shape::Shape;
+use crate::tactile::TactilePatch;
+use crate::tendon::TendonElement;
 use crate::{Mat3, Pose, Vec3};
 
 /// A compliant underactuated hand. Shared read-only by every world that simulates it.
@@ -23,6 +25,8 @@ pub struct Hand {
     pub gravity_compensation: bool,
     /// Pairs of links (lower index first) that never collide with each other, beside parent and child.
     pub no_collision: Vec<[usize; 2]>,
+    /// Where the hand can feel touch.
+    pub tactile: Vec<TactilePatch>,
 }
 
 /// A rigid body of the tree. Fixed URDF joints are merged away: every link but the base moves.
@@ -95,8 +99,9 @@ pub struct Coordinate {
     pub rest: f64,
 }
 
-/// A cable: `s(q) = Σ r_i q_i`, tension `f = clamp(K (s_ref − s) − b ṡ, 0, f_max)`, torque `τ = Rᵀ f`.
+/// A cable: tension `f = clamp(K (s_ref − s) − b ṡ, 0, f_max)`, torque `τ = Rᵀ f`.
 ///
+/// Its length is `s(q) = Σ r_i q_i` plus the elements' part, and its row of R is the gradient ds/dq.
 /// s and f are in units of the coordinate the moment arms refer to: with r dimensionless (URDF
 /// `mechanicalReduction`) s is in rad and f in N·m; with r in metres s is in m and f in N.
 #[derive(Clone, Debug)]
@@ -105,8 +110,12 @@ pub struct Tendon {
     pub name: String,
     /// Index into [`Hand::motors`] of the motor that winds it.
     pub motor: usize,
-    /// Row of R: (coordinate index, moment arm), ascending by coordinate.
+    /// Constant part of its row of R: (coordinate index, moment arm), ascending by coordinate.
     pub moment_arms: Vec<(usize, f64)>,
+    /// Parts of s that are not linear in q; each on a coordinate of its own.
+    pub elements: Vec<TendonElement>,
+    /// Whether it is no cable but a drive that pushes as well: `f` then is clamped to ±f_max.
+    pub both_ways: bool,
     /// Stiffness K of cable and motor servo in series.
     pub stiffness: f64,
     /// Damping b of the cable.

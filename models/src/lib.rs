@@ -18,6 +18,8 @@ pub mod object;
 mod rolling;
 mod settings;
 pub mod shape;
+pub mod tactile;
+pub mod tendon;
 mod transmission;
 mod urdf;
 mod validate;

@@ -14,13 +14,21 @@ use crate::hand::{Coordinate, Hand, Motor, Tendon};
 use crate::limits::Limits;
 use crate::rolling::{self, Reduced};
 use crate::settings::{CoordinateSettings, MotorSettings, Settings, TendonSettings};
+use crate::tactile;
+use crate::tendon::{DaVinci, DaVinciGeometry, TendonElement, TendonPath};
 use crate::urdf::{self, Urdf};
 
 /// Stands in for a motor no `hand.toml` describes: the 2016 manipulation challenge drove its SoftHand by σ times 7;
 /// the speed is this project's SoftHand's.
 const DEFAULT_MOTOR: MotorSettings = MotorSettings { scaling: 7.0, offset: 0.0, speed_limit: 2.0 };
 /// Stands in for a tendon no `hand.toml` describes: stiff against any joint spring, 20 N on a 45 mm cylinder.
-const DEFAULT_TENDON: TendonSettings = TendonSettings { stiffness: 300.0, damping: 0.0, force_limit: 2.0 };
+static DEFAULT_TENDON: TendonSettings = TendonSettings {
+    stiffness: 300.0,
+    damping: 0.0,
+    force_limit: 2.0,
+    both_ways: false,
+    da_vinci: BTreeMap::new(),
+};
 
 /// Pairs of links closer than this at rest never collide with each other, m.
 const TOUCHING_AT_REST: f64 = 1e-3;
@@ -134,9 +142,9 @@ pub fn from_text(
 ) -> Result<Loaded, ModelError> {
     let mut report = Report { file: urdf.0.to_owned(), warnings: Vec::new() };
     let tree = urdf::parse(urdf.1, &options.limits, &mut report)?;
+    let at = Report { file: settings.map_or(urdf.0, |(file, _)| file).to_owned(), warnings: Vec::new() };
     let settings = match settings {
-        Some((file, text)) => {
-            let at = Report { file: file.to_owned(), warnings: Vec::new() };
+        Some((_, text)) => {
             let settings: Settings = toml::from_str(text).map_err(|e| at.syntax("TOML", e))?;
             settings.check(&options.limits, &at)?;
             check_names(&settings, &tree, &at)?;
@@ -148,6 +156,7 @@ pub fn from_text(
     let reduced = rolling::reduce(&tree, &builder, &mut report)?;
     let coordinates = coordinates(&tree, &reduced, &settings, &mut report)?;
     let (motors, tendons) = actuation(&tree, &reduced, &settings, &mut report)?;
+    let tactile = tactile::patches(&settings.tactile, &tree, &reduced, &at)?;
     let mut hand = Hand {
         name: settings.name.clone().unwrap_or_else(|| tree.robot.name.clone()),
         description: settings.description.clone().unwrap_or_default(),
@@ -157,6 +166,7 @@ pub fn from_text(
         motors,
         gravity_compensation: settings.gravity_compensation.unwrap_or(true),
         no_collision: Vec::new(),
+        tactile,
     };
     hand.validate()?;
     let rest: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
@@ -312,6 +322,8 @@ fn actuation(
         tendons.push(Tendon {
             name: transmission.name.clone(),
             motor,
+            elements: elements(tree, reduced, &own.da_vinci, &element, report)?,
+            both_ways: own.both_ways,
             moment_arms,
             stiffness: own.stiffness,
             damping: own.damping,
@@ -319,6 +331,30 @@ fn actuation(
         });
     }
     Ok((motors, tendons))
+}
+
+/// The Da Vinci mechanisms of one tendon.
+fn elements(
+    tree: &Urdf,
+    reduced: &Reduced,
+    mechanisms: &BTreeMap<String, DaVinciGeometry>,
+    element: &str,
+    report: &Report,
+) -> Result<Vec<TendonElement>, ModelError> {
+    let one = |(joint, geometry): (&String, &DaVinciGeometry)| {
+        let element = || format!("{element}, da_vinci.{joint}");
+        let coordinate = reduced
+            .coordinates
+            .iter()
+            .position(|&c| tree.robot.joints[c].name == *joint)
+            .ok_or_else(|| {
+                report.bad(element(), format!("names joint '{joint}'"), "joints that move and mimic no other")
+            })?;
+        let mechanism = DaVinci::new(*geometry)
+            .map_err(|problem| report.bad(element(), problem, "pulleys that never overlap"))?;
+        Ok(TendonElement { coordinate, path: TendonPath::DaVinci(mechanism) })
+    };
+    mechanisms.iter().map(one).collect()
 }
 
 /// Collects warnings about one file and words its errors.

@@ -28,6 +28,8 @@ pub(crate) struct Reduced {
     pub(crate) coordinates: Vec<usize>,
     /// Per URDF joint; `None` when it is fixed or dropped.
     pub(crate) motions: Vec<Option<Motion>>,
+    /// Per URDF link: the link it became part of and where in it it sits; `None` when it vanished.
+    pub(crate) places: Vec<Option<(usize, Pose)>>,
 }
 
 /// Reduces a URDF's tree.
@@ -52,8 +54,10 @@ pub(crate) fn reduce(urdf: &Urdf, builder: &Builder<'_>, report: &mut Report) ->
     let mut links = vec![base];
     // URDF links still to place: which link they belong to and where in it they sit.
     let mut open = vec![(urdf.root, 0, Pose::IDENTITY)];
+    let mut places = vec![None; bodies.len()];
     while let Some((urdf_link, link, link_from_urdf)) = open.pop() {
         let body = &bodies[urdf_link];
+        places[urdf_link] = Some((link, link_from_urdf));
         links[link].inertia = links[link].inertia.plus(&body.inertia.moved(&link_from_urdf));
         links[link].geoms.extend(body.geoms.iter().map(|g| Geom {
             link_from_geom: link_from_urdf * g.link_from_geom,
@@ -101,11 +105,12 @@ pub(crate) fn reduce(urdf: &Urdf, builder: &Builder<'_>, report: &mut Report) ->
         // Depth first in file order: a finger's links stand together.
         open.extend(below.into_iter().rev());
     }
-    Ok(Reduced { links: depth_first(links), coordinates, motions })
+    let links = depth_first(links, &mut places);
+    Ok(Reduced { links, coordinates, motions, places })
 }
 
 /// Reorders so that each chain is contiguous; links were numbered when their parent was visited.
-fn depth_first(links: Vec<Link>) -> Vec<Link> {
+fn depth_first(links: Vec<Link>, places: &mut [Option<(usize, Pose)>]) -> Vec<Link> {
     let mut order = Vec::with_capacity(links.len());
     let mut open = vec![0];
     while let Some(i) = open.pop() {
@@ -115,6 +120,9 @@ fn depth_first(links: Vec<Link>) -> Vec<Link> {
     let mut new_index = vec![0; links.len()];
     for (new, &old) in order.iter().enumerate() {
         new_index[old] = new;
+    }
+    for (link, _) in places.iter_mut().flatten() {
+        *link = new_index[*link];
     }
     order
         .iter()

@@ -7,6 +7,8 @@ use serde::Deserialize;
 use crate::error::ModelError;
 use crate::limits::Limits;
 use crate::load::{InertiaPolicy, Report};
+use crate::tactile::TactileSettings;
+use crate::tendon::DaVinciGeometry;
 
 /// The file beside a URDF. All of it is optional.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -34,6 +36,8 @@ pub(crate) struct Settings {
     /// By name of the URDF's link.
     #[serde(default)]
     pub(crate) links: BTreeMap<String, LinkSettings>,
+    #[serde(default)]
+    pub(crate) tactile: Vec<TactileSettings>,
 }
 
 impl Settings {
@@ -54,6 +58,12 @@ impl Settings {
             check("tendons", name, "stiffness", Some(t.stiffness), most)?;
             check("tendons", name, "damping", Some(t.damping), most)?;
             check("tendons", name, "force_limit", Some(t.force_limit), most)?;
+            for (joint, g) in &t.da_vinci {
+                let what = format!("da_vinci.{joint}");
+                for x in [g.r0, g.r1, g.r2, g.a1, g.b1, g.l1, g.a2, g.b2] {
+                    check("tendons", name, &what, Some(x), limits.length_m)?;
+                }
+            }
         }
         let every = [("every", &self.every_coordinate)];
         let coordinates = self.coordinates.iter().map(|(name, c)| (name.as_str(), c));
@@ -66,6 +76,11 @@ impl Settings {
             check("links", name, "mass", l.mass, limits.mass_kg)?;
             check("links", name, "rounding", l.rounding, limits.length_m)?;
             check("links", name, "friction", l.friction, most)?;
+        }
+        for patches in &self.tactile {
+            for x in patches.lengths() {
+                check("tactile", &patches.name, "size or centers", Some(x), limits.length_m)?;
+            }
         }
         Ok(())
     }
@@ -88,6 +103,12 @@ pub(crate) struct TendonSettings {
     #[serde(default)]
     pub(crate) damping: f64,
     pub(crate) force_limit: f64,
+    /// Pushes as well as it pulls.
+    #[serde(default)]
+    pub(crate) both_ways: bool,
+    /// Joints it passes by a Da Vinci mechanism, by name of the URDF's joint.
+    #[serde(default)]
+    pub(crate) da_vinci: BTreeMap<String, DaVinciGeometry>,
 }
 
 /// Overrides of what the URDF says.

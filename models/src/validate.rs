@@ -65,11 +65,17 @@ impl Hand {
             }
             let ascending = tendon.moment_arms.windows(2).all(|w| w[0].0 < w[1].0);
             let inside = tendon.moment_arms.iter().all(|&(i, r)| i < self.coordinates.len() && r.is_finite());
-            if tendon.moment_arms.is_empty() || !ascending || !inside {
+            if (tendon.moment_arms.is_empty() && tendon.elements.is_empty()) || !ascending || !inside {
                 return bad(
                     element,
                     "moment arms must be finite, ascending by coordinate, at least one".to_owned(),
                 );
+            }
+            for (k, part) in tendon.elements.iter().enumerate() {
+                let again = tendon.elements[..k].iter().any(|other| other.coordinate == part.coordinate);
+                if part.coordinate >= self.coordinates.len() || again {
+                    return bad(element, "elements must each have a coordinate of their own".to_owned());
+                }
             }
             if !positive(tendon.stiffness) || !not_negative(tendon.damping) || !positive(tendon.force_limit) {
                 return bad(
@@ -85,6 +91,18 @@ impl Hand {
                     "not a pair of links, lower first".to_owned(),
                 );
             }
+        }
+        for (i, patch) in self.tactile.iter().enumerate() {
+            let problem = if patch.link >= self.links.len() {
+                format!("lies on link {}, there are {}", patch.link, self.links.len())
+            } else if self.tactile[..i].iter().any(|other| other.name == patch.name) {
+                "appears twice".to_owned()
+            } else if !patch.link_from_patch.is_finite() || !patch.half_size.iter().all(|&x| positive(x)) {
+                "its pose must be finite, its size positive".to_owned()
+            } else {
+                continue;
+            };
+            return bad(format!("tactile patch '{}'", patch.name), problem);
         }
         Ok(())
     }

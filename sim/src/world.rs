@@ -220,9 +220,7 @@ impl World {
         }
         let mut tau = tau.split_off(6);
         for (tendon, f) in hand.tendons.iter().zip(&self.state.tension) {
-            for &(c, r) in &tendon.moment_arms {
-                tau[c] += r * f;
-            }
+            tendon.gradient(&self.state.q, |c, r| tau[c] += r * f);
         }
         for (i, c) in hand.coordinates.iter().enumerate() {
             tau[i] -= c.stiffness * (self.state.q[i] - c.rest);

@@ -77,7 +77,7 @@ pub struct ActuatorObservation {
     pub position: f64,
     /// dσ/dt, 1/s.
     pub velocity: f64,
-    /// Tension of its tendons, in the tendon's unit (hand.toml).
+    /// Tension of its tendons, in the tendon's unit (hand.toml); negative where a drive pushes.
     pub tension: f64,
 }
 
@@ -99,7 +99,7 @@ pub struct Truth {
     pub joints: Joints,
     /// Every touching contact.
     pub contacts: Vec<ContactObservation>,
-    /// Closed-form joint coordinates of the free hand at the present motor position, rad.
+    /// Where the free hand would rest at the present motor position, rad; empty if that is not defined.
     pub predicted_equilibrium: Vec<f64>,
 }
 

@@ -14,7 +14,7 @@ use crate::task::Task;
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::base::{bounded, shortest_turn};
-use palmares_sim::actuation::equilibrium::ClosedForm;
+use palmares_sim::actuation::equilibrium::{ClosedForm, rest};
 use palmares_sim::actuation::motor::wound;
 use palmares_sim::{BaseCommand, Command, World};
 use schemars::JsonSchema;
@@ -368,9 +368,9 @@ impl Run {
         }
     }
 
-    /// Closed form of the free hand at the present motor position, kept within the joint limits.
+    /// Equilibrium of the free hand at the present motor position, kept within the joint limits: the closed form
+    /// where there is one.
     fn predicted_equilibrium(&self) -> Vec<f64> {
-        let Some(form) = &self.closed_form else { return Vec::new() };
         let motors = &self.world.state().motors;
         let s: Vec<f64> = self
             .hand
@@ -378,7 +378,17 @@ impl Run {
             .iter()
             .map(|tendon| wound(&self.hand.motors[tendon.motor], motors[tendon.motor].position))
             .collect();
-        let (q, _) = form.solve(&s, &vec![0.0; self.hand.coordinates.len()]);
+        let free = vec![0.0; self.hand.coordinates.len()];
+        let q = match &self.closed_form {
+            Some(form) => form.solve(&s, &free).0,
+            None => {
+                let open: Vec<f64> = self.hand.coordinates.iter().map(|c| c.rest).collect();
+                match rest(&self.hand, &s, &free, &open) {
+                    Ok(rest) => rest.q,
+                    Err(_) => return Vec::new(),
+                }
+            }
+        };
         q.iter().zip(&self.hand.coordinates).map(|(q, c)| q.clamp(c.lower, c.upper)).collect()
     }
 

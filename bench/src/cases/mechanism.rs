@@ -74,6 +74,7 @@ pub(crate) fn bare(name: &str, links: Vec<Link>, coordinates: Vec<Coordinate>) -
         motors: Vec::new(),
         gravity_compensation: false,
         no_collision: Vec::new(),
+        tactile: Vec::new(),
     })
 }
 

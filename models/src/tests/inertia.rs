@@ -2,8 +2,10 @@
 
 use core::f64::consts::PI;
 
+use crate::geometry::Builder;
 use crate::hand::Inertia;
 use crate::inertia::of_shapes;
+use crate::load::{InertiaPolicy, LoadOptions, Report};
 use crate::object::Object;
 use crate::shape::Shape;
 use crate::{Mat3, Pose, Rotation, Vec3};
@@ -98,4 +100,40 @@ fn objects_get_their_inertia_or_say_why_not() {
     assert!(Object::new("slippery", ball(), 1.0, -0.1, 0.0).unwrap_err().to_string().contains("friction"));
     let flat = vec![(Pose::IDENTITY, Shape::Sphere { radius: 0.0 })];
     assert!(Object::new("flat", flat, 1.0, 0.8, 0.0).unwrap_err().to_string().contains("part 0"));
+}
+
+/// Recomputes every `<inertial>`; where one is wrong, the message is the lines to write instead.
+pub(super) fn assert_stated(urdf: &str, settings: &str) {
+    let settings = toml::from_str(settings).unwrap();
+    let mut report = Report { file: "hand.urdf".into(), warnings: vec![] };
+    let mut body = |inertia: InertiaPolicy, link: &urdf_rs::Link| {
+        let options = LoadOptions { inertia, ..LoadOptions::default() };
+        let builder = Builder::new(&settings, &options, None);
+        builder.body(link, &mut report).unwrap().inertia
+    };
+    let mut wrong = String::new();
+    for link in &urdf_rs::read_from_string(urdf).unwrap().links {
+        let stated = body(InertiaPolicy::FromFile, link);
+        let derived = body(InertiaPolicy::FromGeometry, link);
+        let difference = (stated.about_com - derived.about_com).to_cols_array();
+        let size = derived.principal()[2];
+        let far = (stated.com - derived.com).length() > 1e-6;
+        if far || difference.iter().any(|x| x.abs() > 1e-4 * size) {
+            let (c, i) = (derived.com, derived.about_com);
+            wrong += &format!(
+                "{}|{:.6} {:.6} {:.6}|ixx=\"{:.5e}\" ixy=\"{:.5e}\" ixz=\"{:.5e}\" iyy=\"{:.5e}\" iyz=\"{:.5e}\" izz=\"{:.5e}\"\n",
+                link.name,
+                c.x,
+                c.y,
+                c.z,
+                i.x_axis.x,
+                i.x_axis.y,
+                i.x_axis.z,
+                i.y_axis.y,
+                i.y_axis.z,
+                i.z_axis.z,
+            );
+        }
+    }
+    assert!(wrong.is_empty(), "\n{wrong}");
 }

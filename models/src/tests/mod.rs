@@ -5,4 +5,5 @@ mod hostile;
 mod inertia;
 mod mesh;
 mod reference;
+mod reflex;
 mod softhand;

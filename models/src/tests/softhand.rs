@@ -2,9 +2,8 @@
 
 use std::path::Path;
 
-use crate::geometry::Builder;
 use crate::hand::Hand;
-use crate::load::{self, InertiaPolicy, LoadOptions, Report};
+use crate::load::{self, InertiaPolicy, LoadOptions};
 use crate::shape::Shape;
 use crate::{Vec3, builtin};
 
@@ -102,41 +101,9 @@ fn masses_are_the_true_ones() {
     assert_eq!(palm.inertial.mass.value, 0.228);
 }
 
-/// Recomputes every `<inertial>`; where one is wrong, the message is the lines to write instead.
 #[test]
 fn stated_inertias_are_those_of_the_shapes() {
-    let settings = toml::from_str(SETTINGS).unwrap();
-    let mut report = Report { file: "hand.urdf".into(), warnings: vec![] };
-    let mut body = |inertia: InertiaPolicy, link: &urdf_rs::Link| {
-        let options = LoadOptions { inertia, ..LoadOptions::default() };
-        let builder = Builder::new(&settings, &options, None);
-        builder.body(link, &mut report).unwrap().inertia
-    };
-    let mut wrong = String::new();
-    for link in &urdf_rs::read_from_string(URDF).unwrap().links {
-        let stated = body(InertiaPolicy::FromFile, link);
-        let derived = body(InertiaPolicy::FromGeometry, link);
-        let difference = (stated.about_com - derived.about_com).to_cols_array();
-        let size = derived.principal()[2];
-        let far = (stated.com - derived.com).length() > 1e-6;
-        if far || difference.iter().any(|x| x.abs() > 1e-4 * size) {
-            let (c, i) = (derived.com, derived.about_com);
-            wrong += &format!(
-                "{}|{:.6} {:.6} {:.6}|ixx=\"{:.5e}\" ixy=\"{:.5e}\" ixz=\"{:.5e}\" iyy=\"{:.5e}\" iyz=\"{:.5e}\" izz=\"{:.5e}\"\n",
-                link.name,
-                c.x,
-                c.y,
-                c.z,
-                i.x_axis.x,
-                i.x_axis.y,
-                i.x_axis.z,
-                i.y_axis.y,
-                i.y_axis.z,
-                i.z_axis.z,
-            );
-        }
-    }
-    assert!(wrong.is_empty(), "\n{wrong}");
+    super::inertia::assert_stated(URDF, SETTINGS);
 }
 
 /// The published anchors, in the palm frame, which stands at (0.002, 0.00695, 0.0905) in the base frame.

@@ -77,7 +77,7 @@ impl Specs {
                 field("hand.actuators[].command", &motors, "", SIGMA),
                 field("hand.actuators[].position", &motors, "", FREE),
                 field("hand.actuators[].velocity", &motors, "1/s", FREE),
-                field("hand.actuators[].tension", &motors, "tendon", FROM_ZERO),
+                field("hand.actuators[].tension", &motors, "tendon", FREE),
                 field("hand.wrist.force", &three, "N", FREE),
                 field("hand.wrist.torque", &three, "N·m", FREE),
                 field("truth.objects[].position", &of_objects(3), "m", FREE),

@@ -1,11 +1,12 @@
-//! The closed form of adaptive synergies: where an unobstructed hand comes to rest.
+//! Where an unobstructed hand comes to rest: the closed form of adaptive synergies, and Newton's method where there
+//! is none.
 //!
-//! With tendons taut, `f = A_s (s − R q₀) + B_s τ_c` and `q = q₀ + C_s (s − R q₀) + D_s τ_c` where
+//! With constant moment arms and tendons taut, `f = A_s (s − R q₀) + B_s τ_c` and `q = q₀ + C_s (s − R q₀) + D_s τ_c` where
 //! `P = (R E⁻¹ Rᵀ + K⁻¹)⁻¹`, `A_s = P`, `B_s = −P R E⁻¹`, `C_s = E⁻¹ Rᵀ P`, `D_s = E⁻¹ − E⁻¹ Rᵀ P R E⁻¹`
 //! (Rocchi & Hauser 2016, eqs 4 and 5; K is the tendons' stiffness).
 
 use nalgebra::{DMatrix, DVector};
-use palmares_models::hand::Hand;
+use palmares_models::hand::{Hand, Tendon};
 
 /// The matrices of the closed form for n coordinates and m tendons. Springless coordinates are refused.
 #[derive(Clone, Debug)]
@@ -24,24 +25,39 @@ pub struct ClosedForm {
     pub compliance: DVector<f64>,
 }
 
-/// A coordinate has no spring, so that no unique equilibrium exists.
+/// Why a hand has no closed form.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("coordinate `{coordinate}` has stiffness {stiffness}; the closed form needs a positive one")]
-pub struct NoSpring {
-    /// Its name.
-    pub coordinate: String,
-    /// Its stiffness.
-    pub stiffness: f64,
+pub enum NoClosedForm {
+    /// A coordinate has no spring, so that no unique equilibrium exists.
+    #[error("coordinate `{coordinate}` has stiffness {stiffness}; the closed form needs a positive one")]
+    NoSpring {
+        /// Its name.
+        coordinate: String,
+        /// Its stiffness.
+        stiffness: f64,
+    },
+    /// A tendon's moment arms depend on the configuration; [`rest`] finds the equilibrium.
+    #[error("tendon `{tendon}` has no constant moment arms, which the closed form needs")]
+    VaryingArms {
+        /// Its name.
+        tendon: String,
+    },
 }
 
 impl ClosedForm {
     /// Builds the matrices of a hand.
-    pub fn new(hand: &Hand) -> Result<Self, NoSpring> {
+    ///
+    /// # Errors
+    /// A coordinate without a spring, or a tendon whose moment arms are not constant.
+    pub fn new(hand: &Hand) -> Result<Self, NoClosedForm> {
         let (n, m) = (hand.coordinates.len(), hand.tendons.len());
+        if let Some(tendon) = hand.tendons.iter().find(|tendon| !tendon.elements.is_empty()) {
+            return Err(NoClosedForm::VaryingArms { tendon: tendon.name.clone() });
+        }
         let mut compliance = DVector::zeros(n);
         for (i, c) in hand.coordinates.iter().enumerate() {
             if c.stiffness.is_nan() || c.stiffness <= 0.0 {
-                return Err(NoSpring { coordinate: c.name.clone(), stiffness: c.stiffness });
+                return Err(NoClosedForm::NoSpring { coordinate: c.name.clone(), stiffness: c.stiffness });
             }
             compliance[i] = 1.0 / c.stiffness;
         }
@@ -73,6 +89,199 @@ impl ClosedForm {
         let q = &self.rest + &self.c * &stretch + &self.d * &tau;
         let f = &self.p * (&stretch - &self.r * tau.component_mul(&self.compliance));
         (q.as_slice().to_vec(), f.as_slice().to_vec())
+    }
+}
+
+/// An equilibrium of a free hand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rest {
+    /// Coordinates q.
+    pub q: Vec<f64>,
+    /// Tension of every tendon.
+    pub tension: Vec<f64>,
+    /// Largest unbalanced torque `|R(q)ᵀ f + τ_c − E (q − q₀)|`.
+    pub residual: f64,
+    /// Coordinates beyond their limits, which the equilibrium does not know of: it holds for none of them.
+    pub beyond_limits: Vec<usize>,
+}
+
+/// No equilibrium was found from a starting point.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("no equilibrium found: {residual} N·m are left unbalanced")]
+pub struct NoRest {
+    /// Largest unbalanced torque where the search ended.
+    pub residual: f64,
+}
+
+/// Newton's method ends when the torques balance to this part of their sizes.
+const BALANCE: f64 = 1e-13;
+
+/// How a tendon enters a balance of torques.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Pull {
+    /// Its length is given: `f = K (s − s(q))`.
+    Taut,
+    /// Its tension is given: none, or the motor's limit.
+    Held(f64),
+}
+
+/// The equilibrium next to `start` at wound lengths s (one per tendon) under joint torques τ_c of contacts:
+/// `E (q − q₀) = R(q)ᵀ f + τ_c` with `f = clamp(K (s − s(q)), 0, f_max)`, for any moment arms, tendons slack or at
+/// their limit. Joint limits are left out and reported.
+///
+/// Which tendons are taut is guessed and corrected. For each guess the equilibrium is the minimum of the elastic
+/// energy `½ Σ E (q − q₀)² + Σ ½ K (s − s(q))² − τ_cᵀ q`, found by Newton's method with step halving; a direction
+/// in which the energy is not convex is stiffened until it is.
+///
+/// # Errors
+/// No balance was reached, as with a coordinate that has neither spring nor taut tendon but a torque.
+pub fn rest(hand: &Hand, s: &[f64], tau: &[f64], start: &[f64]) -> Result<Rest, NoRest> {
+    let mut pulls = vec![Pull::Taut; hand.tendons.len()];
+    let mut q = start.to_vec();
+    // Each tendon may come loose, saturate and tighten again; more than that is a circle.
+    for _ in 0..4 * (1 + pulls.len()) {
+        let found = minimise(hand, s, tau, &pulls, &mut q);
+        let mut right = true;
+        for (t, tendon) in hand.tendons.iter().enumerate() {
+            let f = tendon.stiffness * (s[t] - tendon.length(&q));
+            let clamped = f.clamp(least(tendon), tendon.force_limit);
+            let now = if f == clamped { Pull::Taut } else { Pull::Held(clamped) };
+            right &= now == pulls[t];
+            pulls[t] = now;
+        }
+        if right {
+            if found.residual > 1e-9 * found.size.max(1e-3) {
+                return Err(NoRest { residual: found.residual });
+            }
+            let coordinates = hand.coordinates.iter().zip(&q).enumerate();
+            let beyond_limits =
+                coordinates.filter(|(_, (c, q))| **q < c.lower || **q > c.upper).map(|(i, _)| i).collect();
+            return Ok(Rest { q, tension: found.tension, residual: found.residual, beyond_limits });
+        }
+    }
+    Err(NoRest { residual: Balance::at(hand, s, tau, &pulls, &q).residual })
+}
+
+/// Elastic energy of a free hand, J: springs and tendons with their ends held at wound lengths s.
+pub fn elastic_energy(hand: &Hand, s: &[f64], q: &[f64]) -> f64 {
+    let mut energy = 0.0;
+    for (c, q) in hand.coordinates.iter().zip(q) {
+        energy += 0.5 * c.stiffness * (q - c.rest) * (q - c.rest);
+    }
+    for (tendon, s) in hand.tendons.iter().zip(s) {
+        let stretch = s - tendon.length(q);
+        let f = (tendon.stiffness * stretch).clamp(least(tendon), tendon.force_limit);
+        // ∫f: a parabola, straight on where f is clamped.
+        energy += f * stretch - 0.5 * f * f / tendon.stiffness;
+    }
+    energy
+}
+
+/// The least force a tendon transmits: a cable none, a drive that of its limit backwards.
+fn least(tendon: &Tendon) -> f64 {
+    if tendon.both_ways { -tendon.force_limit } else { 0.0 }
+}
+
+/// Moves q to the nearest minimum of the energy and returns the balance there, as good as it gets.
+fn minimise(hand: &Hand, s: &[f64], tau: &[f64], pulls: &[Pull], q: &mut Vec<f64>) -> Balance {
+    let mut here = Balance::at(hand, s, tau, pulls, q);
+    for _ in 0..200 {
+        if here.residual <= BALANCE * here.size {
+            break;
+        }
+        let gradient = DVector::from_column_slice(&here.gradient);
+        let Some(step) = here.newton_step(&gradient) else { break };
+        let slope = -gradient.dot(&step);
+        let mut part = 1.0;
+        loop {
+            let moved: Vec<f64> = q.iter().zip(step.iter()).map(|(q, d)| q - part * d).collect();
+            let there = Balance::at(hand, s, tau, pulls, &moved);
+            // Near the minimum the energy is all rounding; the torques still tell.
+            if there.energy <= here.energy + 1e-4 * part * slope
+                || (part == 1.0 && there.residual < 0.5 * here.residual)
+            {
+                *q = moved;
+                here = there;
+                break;
+            }
+            part *= 0.5;
+            if part < 1e-12 {
+                return here;
+            }
+        }
+    }
+    here
+}
+
+/// Energy, its gradient and its second derivative at a configuration.
+struct Balance {
+    energy: f64,
+    gradient: Vec<f64>,
+    hessian: DMatrix<f64>,
+    tension: Vec<f64>,
+    /// Largest |gradient|.
+    residual: f64,
+    /// Largest torque that takes part in it.
+    size: f64,
+}
+
+impl Balance {
+    fn at(hand: &Hand, s: &[f64], tau: &[f64], pulls: &[Pull], q: &[f64]) -> Self {
+        let n = q.len();
+        let mut energy = 0.0;
+        let (mut gradient, mut size) = (vec![0.0; n], f64::MIN_POSITIVE);
+        let mut hessian = DMatrix::zeros(n, n);
+        for (i, c) in hand.coordinates.iter().enumerate() {
+            let bend = q[i] - c.rest;
+            energy += 0.5 * c.stiffness * bend * bend - tau[i] * q[i];
+            gradient[i] = c.stiffness * bend - tau[i];
+            size = size.max((c.stiffness * bend).abs()).max(tau[i].abs());
+            hessian[(i, i)] += c.stiffness;
+        }
+        let mut tension = Vec::with_capacity(pulls.len());
+        for (t, tendon) in hand.tendons.iter().enumerate() {
+            let stretch = s[t] - tendon.length(q);
+            let mut row: DVector<f64> = DVector::zeros(n);
+            tendon.gradient(q, |c, r| row[c] += r);
+            let f = match pulls[t] {
+                Pull::Taut => {
+                    hessian.ger(tendon.stiffness, &row, &row, 1.0);
+                    energy += 0.5 * tendon.stiffness * stretch * stretch;
+                    tendon.stiffness * stretch
+                }
+                Pull::Held(f) => {
+                    energy += f * stretch;
+                    f
+                }
+            };
+            for i in 0..n {
+                gradient[i] -= f * row[i];
+                size = size.max((f * row[i]).abs());
+            }
+            for element in &tendon.elements {
+                let c = element.coordinate;
+                hessian[(c, c)] -= f * element.path.length(q[c]).curvature;
+            }
+            tension.push(f);
+        }
+        let residual = gradient.iter().fold(0.0, |most, g| g.abs().max(most));
+        Balance { energy, gradient, hessian, tension, residual, size }
+    }
+
+    /// `H⁻¹ g`, with H stiffened until it is positive definite; `None` when no stiffening helps.
+    fn newton_step(&self, gradient: &DVector<f64>) -> Option<DVector<f64>> {
+        let mut stiffening = 0.0;
+        while stiffening < 1e9 {
+            let mut h = self.hessian.clone();
+            for i in 0..h.nrows() {
+                h[(i, i)] += stiffening;
+            }
+            if let Some(l) = h.cholesky() {
+                return Some(l.solve(gradient));
+            }
+            stiffening = f64::max(4.0 * stiffening, 1e-3);
+        }
+        None
     }
 }
 

@@ -1,27 +1,58 @@
-//! Tendons as solver terms: `f = clamp(K (s_ref − s(q) − h ṡ) − b ṡ, 0, f_max)`, `τ = Rᵀ f`.
+//! Tendons as solver terms: `f = clamp(K (s_ref − s(q) − h ṡ) − b ṡ, 0, f_max)`, `τ = R(q)ᵀ f`.
+//!
+//! R is that of the start of the step, so a hand at rest is in the exact equilibrium of R(q).
 
 use super::motor::wound;
 use crate::solver::terms::{RowTerm, ScalarLaw};
 use crate::state::MotorState;
 use palmares_models::hand::Hand;
 
-/// Writes one term per tendon; `terms` keeps its rows from step to step.
+/// Writes one term per tendon; `terms` keeps its rows from step to step, and with them their sparsity.
 pub fn terms(hand: &Hand, q: &[f64], motors: &[MotorState], h: f64, terms: &mut Vec<RowTerm>) {
     if terms.len() != hand.tendons.len() {
         terms.clear();
-        terms.extend(hand.tendons.iter().map(|tendon| RowTerm {
-            row: tendon.moment_arms.iter().map(|&(c, r)| (6 + c, r)).collect(),
-            law: ScalarLaw::Limit { inverse_regularisation: 0.0, target: 0.0 },
+        terms.extend(hand.tendons.iter().map(|tendon| {
+            let mut row: Vec<(usize, f64)> = tendon.coordinates().iter().map(|&c| (6 + c, 0.0)).collect();
+            for &(c, r) in &tendon.moment_arms {
+                if let Some(entry) = row.iter_mut().find(|entry| entry.0 == 6 + c) {
+                    entry.1 = r;
+                }
+            }
+            RowTerm { row, law: ScalarLaw::Limit { inverse_regularisation: 0.0, target: 0.0 } }
         }));
     }
     for (term, tendon) in terms.iter_mut().zip(&hand.tendons) {
-        let s: f64 = tendon.moment_arms.iter().map(|&(c, r)| r * q[c]).sum();
-        term.law = ScalarLaw::Tendon {
-            h,
-            stiffness: tendon.stiffness,
-            damping: tendon.damping,
-            error: wound(&hand.motors[tendon.motor], motors[tendon.motor].position) - s,
-            limit: tendon.force_limit,
+        let mut s: f64 = tendon.moment_arms.iter().map(|&(c, r)| r * q[c]).sum();
+        for element in &tendon.elements {
+            let c = element.coordinate;
+            let length = element.path.length(q[c]);
+            s += length.value;
+            let constant = tendon.moment_arms.iter().find(|arm| arm.0 == c).map_or(0.0, |arm| arm.1);
+            if let Some(entry) = term.row.iter_mut().find(|entry| entry.0 == 6 + c) {
+                entry.1 = constant + length.slope;
+            }
+        }
+        let error = wound(&hand.motors[tendon.motor], motors[tendon.motor].position) - s;
+        let (stiffness, damping, limit) = (tendon.stiffness, tendon.damping, tendon.force_limit);
+        term.law = if tendon.both_ways {
+            ScalarLaw::Servo { h, reach: h, stiffness, damping, error, target: 0.0, limit }
+        } else {
+            ScalarLaw::Tendon { h, stiffness, damping, error, limit }
         };
+    }
+}
+
+/// Tells `add` (coordinate, stiffness) for what arms that shrink as a joint gives way add to its spring:
+/// `τ(q + h v) ≈ τ + h f R' v`, of which the part that resists, `−f R' > 0`, may be stiffer than a step can bear
+/// explicitly. Implicit, it slows the motion of one step and leaves the forces at rest as they are; the part that
+/// drives on stays explicit, or the problem would not be convex. `tension` is that of the last step.
+pub fn geometric_stiffness(hand: &Hand, q: &[f64], tension: &[f64], mut add: impl FnMut(usize, f64)) {
+    for (tendon, f) in hand.tendons.iter().zip(tension) {
+        for element in &tendon.elements {
+            let stiffness = -f * element.path.length(q[element.coordinate]).curvature;
+            if stiffness > 0.0 {
+                add(element.coordinate, stiffness);
+            }
+        }
     }
 }

@@ -61,6 +61,12 @@ impl World {
                 push_limit(&mut problem.axis_terms, config, h, (k, -1.0), upper, -v[k]);
             }
             tendon::terms(hand, &state.q, &state.motors, h, &mut problem.row_terms);
+            // The midpoint rule is for slack tendons alone.
+            if theta == 1.0 {
+                tendon::geometric_stiffness(hand, &state.q, &state.tension, |c, k| {
+                    problem.hand_matrix[(6 + c) * (n + 1)] += h * h * k;
+                });
+            }
             problem.rows = hand.tendons.len();
         }
         for &k in &island.objects {

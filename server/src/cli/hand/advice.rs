@@ -21,10 +21,11 @@ pub(super) fn advice(hand: &Hand, file: &Path) -> Vec<LoadWarning> {
             "has no AdaptiveSynergyTransmission, so no tendon and no motor: nothing moves it".into(),
         );
     }
-    let pulled = |i: usize| hand.tendons.iter().any(|t| t.moment_arms.iter().any(|&(c, _)| c == i));
+    let pulled = |i: usize| hand.tendons.iter().any(|t| t.coordinates().contains(&i));
+    let driven = |i: usize| hand.tendons.iter().any(|t| t.both_ways && t.coordinates().contains(&i));
     let (mut slow, mut springless) = (Vec::new(), Vec::new());
     for (i, c) in hand.coordinates.iter().enumerate() {
-        if c.stiffness == 0.0 {
+        if c.stiffness == 0.0 && !driven(i) {
             springless.push(c.name.as_str());
         }
         if c.stiffness > 0.0 && c.damping / c.stiffness > SLOW_S {
@@ -90,6 +91,8 @@ mod tests {
     #[test]
     fn the_stock_hand_needs_none_and_each_oddity_is_named() {
         assert_eq!(advised(|_| ()), "");
+        let reflex = Hand::builtin("reflex").expect("it is built in");
+        assert!(advice(&reflex, Path::new("hand.urdf")).is_empty());
         assert!(advised(|h| h.tendons.clear()).contains("hand.urdf: robot: has no AdaptiveSynergy"));
         let one = advised(|h| {
             h.tendons[0].moment_arms.remove(2);

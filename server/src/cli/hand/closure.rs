@@ -3,7 +3,7 @@
 use super::predict::{Equilibrium, largest_difference, settled};
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
-use palmares_sim::actuation::equilibrium::NoSpring;
+use palmares_sim::actuation::equilibrium::NoClosedForm;
 use palmares_sim::model::ModelError;
 use palmares_sim::world::Push;
 use palmares_sim::{BaseCommand, Command, Config, Model, Owner, State, World};
@@ -127,7 +127,7 @@ impl Alone {
     }
 
     /// The closed form's prediction for the present base pose.
-    pub(super) fn predict(&self, sigma: &[f64]) -> Result<Option<Equilibrium>, NoSpring> {
+    pub(super) fn predict(&self, sigma: &[f64]) -> Result<Option<Equilibrium>, NoClosedForm> {
         settled(self.world.model(), &self.hand, self.state().base, sigma, &self.command.pushes)
     }
 
@@ -136,12 +136,12 @@ impl Alone {
         let (hand, state) = (&self.hand, self.state());
         let mut out = Vec::new();
         for ((t, &f), &p) in hand.tendons.iter().zip(&state.tension).zip(&predicted.tension) {
-            if f.max(p) >= t.force_limit * (1.0 - 1e-9) {
+            if f.abs().max(p.abs()) >= t.force_limit * (1.0 - 1e-9) {
                 out.push(format!(
                     "tendon '{}' is at its limit of {}; without it {p:.4}",
                     t.name, t.force_limit
                 ));
-            } else if f.min(p) < 0.0 || (f <= 0.0 && p > 0.0) {
+            } else if !t.both_ways && (f.min(p) < 0.0 || (f <= 0.0 && p > 0.0)) {
                 out.push(format!("tendon '{}' is slack; it would have to push with {:.4}", t.name, -p));
             }
         }
@@ -188,7 +188,7 @@ pub(super) fn close(hand: &Arc<Hand>, sigma: &[f64]) -> Result<Closure, ModelErr
         beyond: Vec::new(),
     };
     match predicted {
-        Err(no_spring) => closure.beyond.push(no_spring.to_string()),
+        Err(no_form) => closure.beyond.push(no_form.to_string()),
         Ok(None) => {
             closure.beyond.push("the hand's own weight leaves it no equilibrium to iterate to".into())
         }

@@ -2,7 +2,7 @@
 
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
-use palmares_sim::actuation::equilibrium::{ClosedForm, NoSpring};
+use palmares_sim::actuation::equilibrium::{ClosedForm, NoClosedForm, rest};
 use palmares_sim::actuation::motor::wound;
 use palmares_sim::dynamics::jacobian::add_point_force;
 use palmares_sim::dynamics::tree::Kinematics;
@@ -24,14 +24,25 @@ pub(super) struct Equilibrium {
 }
 
 /// The equilibrium at wound lengths `s_ref`, one per tendon, under joint torques `tau`: the closed form of adaptive
-/// synergies. It knows no joint limits, no contacts, no slack tendons and no tension limits.
+/// synergies, which knows no joint limits, no contacts, no slack tendons and no tension limits; where moment arms
+/// vary, Newton's method, which knows the last two.
 pub(super) fn predicted_equilibrium(
     hand: &Hand,
     s_ref: &[f64],
     tau: &[f64],
-) -> Result<Equilibrium, NoSpring> {
-    let (q, tension) = ClosedForm::new(hand)?.solve(s_ref, tau);
-    Ok(Equilibrium { q, tension })
+) -> Result<Equilibrium, NoClosedForm> {
+    match ClosedForm::new(hand) {
+        Ok(form) => {
+            let (q, tension) = form.solve(s_ref, tau);
+            Ok(Equilibrium { q, tension })
+        }
+        Err(varying @ NoClosedForm::VaryingArms { .. }) => {
+            let open: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
+            let rest = rest(hand, s_ref, tau, &open).map_err(|_| varying)?;
+            Ok(Equilibrium { q: rest.q, tension: rest.tension })
+        }
+        Err(no_form) => Err(no_form),
+    }
 }
 
 /// Length that every tendon is wound to at motor positions σ.
@@ -48,7 +59,7 @@ pub(super) fn settled(
     base: Pose,
     sigma: &[f64],
     pushes: &[Push],
-) -> Result<Option<Equilibrium>, NoSpring> {
+) -> Result<Option<Equilibrium>, NoClosedForm> {
     let s_ref = wound_lengths(hand, sigma);
     let n = hand.coordinates.len();
     let mut found = predicted_equilibrium(hand, &s_ref, &vec![0.0; n])?;
