@@ -3,6 +3,7 @@
 //! A case is a scene with a figure of merit: an error against an analytic answer or, where there is none,
 //! against the same scene at a step of 0.02 ms. Invariants that any run must keep are reported beside it.
 
+pub mod audit;
 pub mod cases;
 pub mod energy;
 pub mod engine;
@@ -10,6 +11,7 @@ pub mod fingerprint;
 #[cfg(test)]
 mod gates;
 pub mod random;
+pub mod random_piles;
 pub mod recorder;
 pub mod report;
 pub mod rigs;

@@ -29,6 +29,15 @@ enum What {
         /// With `--placements`: try every step even after one has failed.
         #[arg(long)]
         every_step: bool,
+        /// Drop and kick this many random heaps of objects, and print the worst that was seen.
+        #[arg(long)]
+        piles: Option<u32>,
+        /// With `--piles`: step, s.
+        #[arg(long, default_value_t = 2e-3)]
+        dt: f64,
+        /// With `--piles`: how long each runs, s.
+        #[arg(long, default_value_t = 0.5)]
+        time: f64,
     },
     /// Run one case and print its report.
     Case {
@@ -57,9 +66,13 @@ fn main() -> Result<()> {
             }
         }
         What::Fingerprint => println!("{}", palmares_bench::fingerprint::balls()?),
-        What::Robust { placements, every_step } => {
+        What::Robust { placements, every_step, piles, dt, time } => {
             if placements {
                 robust_placements(every_step)?;
+            }
+            if let Some(piles) = piles {
+                println!("{piles} heaps of 3 to 12 objects, {time} s at {} ms", dt * 1e3);
+                println!("{:#?}", palmares_bench::random_piles::check(piles, dt, time)?);
             }
         }
         What::Case { name, dt, engine, json, reference_dt } => {

@@ -1,9 +1,10 @@
 //! Small hands as textbook mechanisms, and what a free hand conserves.
 
 use super::elliptic::complete;
-use super::scene::{G, Scene, awake, energy, set_velocity, spin, velocity, weightless};
+use super::scene::{G, Scene, awake, set_velocity, spin, velocity, weightless};
 use super::synergy::softhand;
 use super::{Case, Finding, Setup, steps};
+use crate::audit::mechanical;
 use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
@@ -187,7 +188,7 @@ pub fn momentum_inelastic_hit(setup: &Setup, recorder: &mut Recorder) -> Result<
         .start(setup)?;
     set_velocity(&mut *engine, 0, Vec3::new(-5.0, 0.0, 0.0), Vec3::ZERO);
     let (p0, l0) = momenta(&*engine);
-    let e0 = energy(&*engine);
+    let e0 = mechanical(&*engine);
     let (mut sum, mut turned): (f64, f64) = (0.0, 0.0);
     let count = steps(0.5, setup.dt_s);
     for _ in 0..count {
@@ -196,7 +197,7 @@ pub fn momentum_inelastic_hit(setup: &Setup, recorder: &mut Recorder) -> Result<
         sum += (p - p0).length_squared();
         turned = turned.max((l - l0).length() / l0.length());
     }
-    anyhow::ensure!(energy(&*engine) < 0.99 * e0, "the ball missed the hand");
+    anyhow::ensure!(mechanical(&*engine) < 0.99 * e0, "the ball missed the hand");
     Ok(Finding {
         error: Figure::new("mean squared change of momentum", sum / count as f64, "(kg m/s)^2"),
         invariants: Invariants { momentum_error_percent: Some(100.0 * turned), ..recorder.invariants() },

@@ -11,7 +11,7 @@ pub mod hold;
 pub mod mechanism;
 pub mod pile;
 pub mod rolling;
-mod scene;
+pub(crate) mod scene;
 pub mod stacking;
 pub mod synergy;
 pub mod tendon;

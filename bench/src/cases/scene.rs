@@ -120,14 +120,3 @@ pub(crate) fn kinetic(engine: &dyn Engine, body: usize) -> f64 {
     0.5 * engine.model().objects()[body].mass * linear.length_squared()
         + 0.5 * angular.dot(spin(engine, body))
 }
-
-/// Energy of a body in the field of gravity, J.
-pub(crate) fn potential(engine: &dyn Engine, body: usize) -> f64 {
-    let gravity = engine.model().config().gravity;
-    -engine.model().objects()[body].mass * gravity.dot(engine.state().objects[body].translation)
-}
-
-/// Kinetic and potential energy of all bodies, J.
-pub(crate) fn energy(engine: &dyn Engine) -> f64 {
-    (0..engine.model().objects().len()).map(|k| kinetic(engine, k) + potential(engine, k)).sum()
-}

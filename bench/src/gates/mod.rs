@@ -11,6 +11,7 @@ mod hold;
 mod mechanism;
 mod peers;
 mod pile;
+mod random_piles;
 mod rolling;
 mod stacking;
 mod synergy;
