@@ -12,9 +12,9 @@ use anyhow::Result;
 use palmares_models::hand::{Coordinate, Hand, Hinge, HingeKind, Inertia, Joint, Link};
 use palmares_models::shape::Shape;
 use palmares_models::{Mat3, Pose, Vec3};
-use palmares_sim::Config;
 use palmares_sim::config::BaseConfig;
 use palmares_sim::dynamics::tree::Kinematics;
+use palmares_sim::{BaseCommand, Config};
 use std::sync::Arc;
 
 /// Cases of this file.
@@ -42,17 +42,6 @@ pub(crate) fn clamped() -> BaseConfig {
         angular_damping: 1e9,
         force_limit: f64::MAX,
         torque_limit: f64::MAX,
-        ..BaseConfig::default()
-    }
-}
-
-/// A base that nothing holds.
-pub(crate) fn free() -> BaseConfig {
-    BaseConfig {
-        stiffness: 0.0,
-        damping: 0.0,
-        angular_stiffness: 0.0,
-        angular_damping: 0.0,
         ..BaseConfig::default()
     }
 }
@@ -182,11 +171,11 @@ pub fn momentum_inelastic_hit(setup: &Setup, recorder: &mut Recorder) -> Result<
     for geom in hand.links.iter_mut().flat_map(|link| &mut link.geoms) {
         geom.friction = 0.0;
     }
-    let config = Config { base: free(), ..weightless(setup.dt_s) };
-    let (mut engine, command) = Scene::with_hand(config, Arc::new(hand), Pose::IDENTITY)?
+    let (mut engine, mut command) = Scene::with_hand(weightless(setup.dt_s), Arc::new(hand), Pose::IDENTITY)?
         .body(Shape::Sphere { radius: 0.1 }, 10.0, 0.0, Pose::translation(0.3, 0.01, 0.08))?
         .start(setup)?;
     set_velocity(&mut *engine, 0, Vec3::new(-5.0, 0.0, 0.0), Vec3::ZERO);
+    command.base = BaseCommand::Free;
     let (p0, l0) = momenta(&*engine);
     let e0 = mechanical(&*engine);
     let (mut sum, mut turned): (f64, f64) = (0.0, 0.0);
