@@ -15,6 +15,10 @@ pub struct Config {
     pub anchor_stiffness: f64,
     /// Dissipation time of contacts and anchors, s. Critical for a tenth of a kilogram.
     pub contact_dissipation_s: f64,
+    /// Dissipation sets in at this gap, m: without a ramp, contacts that barely touch flicker.
+    pub contact_onset_m: f64,
+    /// The same of joint limits, rad.
+    pub limit_onset_rad: f64,
     /// Contacts are looked for up to this distance, m, plus `approach_speed · h`.
     pub contact_margin_m: f64,
     /// Approach speed that contact detection must foresee, m/s.
@@ -101,6 +105,8 @@ impl Default for Config {
             contact_stiffness: 2e5,
             anchor_stiffness: 2e5,
             contact_dissipation_s: 2e-3,
+            contact_onset_m: 1e-4,
+            limit_onset_rad: 1e-2,
             contact_margin_m: 2e-3,
             approach_speed: 1.0,
             glide_deadband: 2e-3,

@@ -146,6 +146,10 @@ impl Newton {
             }
         }
         for pair in &problem.pairs {
+            let open = |hessian: &ConeHessian| matches!(hessian, ConeHessian::Open);
+            if pair.rolling.limit == 0.0 && self.hessians[pair.first..pair.end].iter().all(open) {
+                continue;
+            }
             let k = self.pair_stiffness(pair, problem);
             self.add_pair(model, kin, problem, pair, &k, hand_blocks);
         }

@@ -210,7 +210,7 @@ impl Newton {
         self.link_force.clear();
         self.link_force.resize(links, Force::ZERO);
         for pair in &problem.pairs {
-            let mut wrench = Force::ZERO;
+            let (mut wrench, mut acts) = (Force::ZERO, false);
             for k in pair.first..pair.end {
                 let point = &mut problem.points[k];
                 let (gamma, hessian) = point.law.impulse(point.velocity);
@@ -219,10 +219,15 @@ impl Newton {
                 if !matches!(hessian, ConeHessian::Open) {
                     let f = point.axes[0] * gamma[0] + point.axes[1] * gamma[1] + point.axes[2] * gamma[2];
                     wrench += Force { moment: point.r.cross(f), force: f };
+                    acts = true;
                 }
             }
             if pair.rolling.limit > 0.0 {
                 wrench.moment += pair.rolling.impulse(pair.relative.angular).0;
+                acts = true;
+            }
+            if !acts {
+                continue;
             }
             for (owner, sign) in [(pair.a, -1.0), (pair.b, 1.0)] {
                 match owner {

@@ -1,9 +1,39 @@
 //! Motion without contact: ballistic flight, torque-free rotation, and moving coordinates along.
 
+use super::hand_dynamics;
+use crate::dynamics::spatial::Force;
 use crate::world::{FreeTurn, World};
+use nalgebra::{Matrix6, Vector6};
 use palmares_models::{Mat3, Pose, Rotation, Vec3};
 
 impl World {
+    /// Momentum of the hand about its base's present origin at generalized velocity `v`, with the mass matrix of the
+    /// workspace: `(M v)` of the base's six rows.
+    pub(super) fn hand_momentum(&self, v: &[f64]) -> Force {
+        let n = self.model.hand_dofs();
+        let row = |k: usize| (0..n).map(|j| self.work.mass[k * n + j] * v[j]).sum::<f64>();
+        Force { force: Vec3::new(row(0), row(1), row(2)), moment: Vec3::new(row(3), row(4), row(5)) }
+    }
+
+    /// Gives the freely flying hand the momentum it had before its shape changed: `M(q₀) v₁` was solved for, but
+    /// at q₁ the same velocities mean another momentum. The base takes up the difference as if all joints were
+    /// locked. `momentum` is about the base's origin before the step.
+    pub(super) fn keep_momentum(&mut self, momentum: Force) {
+        let from = self.work.kin.origin;
+        hand_dynamics(&self.model, &mut self.work, self.state.base, &self.state.q, &self.state.v);
+        let now = self.hand_momentum(&self.state.v);
+        let momentum = momentum.moved(self.work.kin.origin - from);
+        let n = self.model.hand_dofs();
+        let locked = Matrix6::from_fn(|i, j| self.work.mass[i * n + j]);
+        let (force, moment) = (momentum.force - now.force, momentum.moment - now.moment);
+        let missing = Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z);
+        if let Some(locked) = locked.cholesky() {
+            for (v, change) in self.state.v[..6].iter_mut().zip(locked.solve(&missing).iter()) {
+                *v += change;
+            }
+        }
+    }
+
     /// Exact ballistic motion of an object that touches nothing.
     pub(super) fn fly(&mut self, object: usize) {
         let config = self.model.config();

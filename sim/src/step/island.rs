@@ -44,7 +44,12 @@ impl World {
         self.minimise(problem, newton, v, self.model.config().tolerance);
         self.remember(island, problem);
         self.report_hand_forces(island, problem, newton, v, stride.h);
+        let floats = island.hand && !self.work.servo_on;
+        let momentum = floats.then(|| self.hand_momentum(v));
         self.integrate(island, v);
+        if let Some(momentum) = momentum {
+            self.keep_momentum(momentum);
+        }
     }
 
     pub(super) fn minimise(

@@ -103,7 +103,7 @@ impl World {
                 let [t1, t2] = point.tangents;
                 let axes = [t1, t2, point.normal];
                 let distance = point.distance + pair.excess;
-                let tau_n = if distance < 0.0 { tau } else { 0.0 };
+                let tau_n = tau * nearness(distance, config.contact_onset_m);
                 // Convexity makes a sliding contact hover: the lagged de Saxcé term takes that out again.
                 let glide = pair.friction * (point.anchor.slip - config.glide_deadband).max(0.0);
                 let stretch = point.anchor.stretch;
@@ -143,13 +143,19 @@ fn push_limit(
     if gap + h * rate >= 0.05 + 20.0 * h {
         return;
     }
-    let tau = if gap < 0.0 { h } else { 0.0 };
+    let tau = h * nearness(gap, config.limit_onset_rad);
     let inverse_regularisation = h * config.limit_stiffness * (h + tau);
     terms.push(AxisTerm {
         dof,
         sign,
         law: ScalarLaw::Limit { inverse_regularisation, target: -gap / (h + tau) },
     });
+}
+
+/// 1 for surfaces that touch, falling to 0 at a gap of `onset`: dissipation sets in without a jump, which would
+/// make a contact that is about to close and open again flicker for ever.
+fn nearness(gap: f64, onset: f64) -> f64 {
+    (1.0 - gap / onset).clamp(0.0, 1.0)
 }
 
 /// Mass of the heavier object of a pair, kg.
