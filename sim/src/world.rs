@@ -13,7 +13,7 @@ use crate::solver::newton::Newton;
 use crate::solver::problem::Problem;
 use crate::solver::terms::AxisTerm;
 use crate::state::State;
-use palmares_models::{Mat3, Pose, Vec3};
+use palmares_models::{Pose, Vec3};
 use parry3d_f64::bounding_volume::Aabb;
 use std::sync::Arc;
 
@@ -130,27 +130,22 @@ pub(crate) struct Workspace {
     pub poses: Vec<Pose>,
     pub bounds: Vec<Aabb>,
     pub speeds: Vec<f64>,
+    /// The same one step earlier; empty when the state was changed from outside.
+    pub speeds_before: Vec<f64>,
+    /// Largest way that any point of each shape can have made in the last step, m.
+    pub paths: Vec<f64>,
     pub islands: Islands,
     pub solvers: Vec<(Problem, Newton)>,
     pub velocity: Vec<f64>,
     pub forces: Vec<ContactForce>,
     pub limits: Vec<(AxisTerm, f64)>,
     pub servo_force: [f64; 6],
-    pub free_turn: Vec<FreeTurn>,
     /// Forces from outside in this step.
     pub pushes: Vec<Push>,
     /// Whether the base servo acts in this step.
     pub servo_on: bool,
     /// Of every object: when in this step it rebounds, if it does.
     pub met: Vec<Option<f64>>,
-}
-
-/// Where an object turns to in a step without torque.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct FreeTurn {
-    pub inertia: Mat3,
-    pub rotation: palmares_models::Rotation,
-    pub angular: Vec3,
 }
 
 impl World {
@@ -174,6 +169,7 @@ impl World {
         self.state = state;
         self.work.broad.invalidate();
         self.work.bounds.clear();
+        self.work.speeds.clear();
         self.work.forces.clear();
         self.work.limits.clear();
     }
@@ -182,6 +178,7 @@ impl World {
     pub fn state_mut(&mut self) -> &mut State {
         self.work.broad.invalidate();
         self.work.bounds.clear();
+        self.work.speeds.clear();
         &mut self.state
     }
 

@@ -69,8 +69,8 @@ pub struct Contacts {
 impl Contacts {
     /// Looks at every near pair of which at least one body is awake.
     ///
-    /// `poses`, `bounds` and `speeds` (an upper bound over the shape's points) are those of the colliders in
-    /// the world; `centers[k]` is the centre of mass of
+    /// `poses`, `bounds`, `speeds` and `paths` (upper bounds over the shape's points, of the present speed and
+    /// of the way in the last step) are those of the colliders in the world; `centers[k]` is the centre of mass of
     /// object k; `awake(owner)` tells whether a body may move in this step, `velocity(owner, origin)` how it
     /// moves, about a point of the world.
     #[allow(clippy::too_many_arguments)]
@@ -80,6 +80,7 @@ impl Contacts {
         poses: &[Pose],
         bounds: &[Aabb],
         speeds: &[f64],
+        paths: &[f64],
         base_origin: Vec3,
         centers: &[Pose],
         awake: impl Fn(Owner) -> bool,
@@ -97,17 +98,23 @@ impl Contacts {
             if !awake(a.owner) && !awake(b.owner) {
                 continue;
             }
+            // Twice the present approach speed at most, and what a step may add to it from rest.
+            let reachable = config.step_s * (config.approach_speed + 2.0 * (speeds[i] + speeds[j]));
+            let reachable = reachable.min(margin);
+            pair.slack -= paths[i] + paths[j];
+            if pair.slack > reachable {
+                continue;
+            }
             if !overlap(&bounds[i], &bounds[j]) {
                 pair.clear();
                 continue;
             }
             pair.active = true;
             let a_from_b = poses[i].inv_mul(&poses[j]);
-            // Twice the present approach speed at most, and what a step may add to it from rest.
-            let reachable = config.step_s * (config.approach_speed + 2.0 * (speeds[i] + speeds[j]));
-            if still_apart(pair, a, b, &a_from_b, reachable.min(margin)) {
+            if still_apart(pair, a, b, &a_from_b, reachable) {
                 continue;
             }
+            pair.slack = 0.0;
             let first_sight = pair.manifold.points.is_empty();
             update_manifold(pair, a, b, &a_from_b, margin, reuse);
             let deepest = pair.manifold.points.iter().map(|point| point.dist).fold(f64::INFINITY, f64::min);
@@ -211,7 +218,9 @@ fn still_apart(pair: &mut Pair, a: &Collider, b: &Collider, a_from_b: &Pose, rea
         // Chord of the turn: 2 sin(θ/2), from the quaternions' dot product cos(θ/2).
         let cosine = a_from_b.rotation.dot(pair.gap_pose.rotation);
         let chord = 2.0 * (1.0 - cosine * cosine).max(0.0).sqrt();
-        if pair.gap - travel - chord * b.reach > reachable {
+        let left = pair.gap - travel - chord * b.reach;
+        if left > reachable {
+            pair.slack = left;
             pair.manifold.points.clear();
             pair.mean = Anchor::default();
             return true;
@@ -223,6 +232,7 @@ fn still_apart(pair: &mut Pair, a: &Collider, b: &Collider, a_from_b: &Pose, rea
     let found = DefaultQueryDispatcher.distance(a_from_b, &*a.shape, &*b.shape);
     pair.gap = found.map_or(0.0, |found| found.distance);
     pair.gap_pose = *a_from_b;
+    pair.slack = pair.gap;
     pair.gap > reachable
 }
 

@@ -254,14 +254,20 @@ impl Newton {
     /// (linear, angular).
     fn add_spatial(&mut self, a: usize, b: usize, k: &SpatialMatrix, sign: f64) {
         let at = self.cholesky.at(a, b);
-        let data = self.cholesky.data();
-        for (j, columns) in [(&k.ll, &k.al), (&k.la, &k.aa)].into_iter().enumerate() {
+        let Some(block) = self.cholesky.data()[at.offset..].first_chunk_mut::<36>() else { return };
+        // Stored row by row or, where the other order of elimination put it, column by column.
+        let (ll, al, la, aa) = if at.column == 1 {
+            (k.ll.transpose(), k.al.transpose(), k.la.transpose(), k.aa.transpose())
+        } else {
+            (k.ll, k.la, k.al, k.aa)
+        };
+        for (i, (left, right)) in [(ll, la), (al, aa)].into_iter().enumerate() {
             for c in 0..3 {
-                let column = at.offset + (3 * j + c) * at.column;
-                let (top, bottom) = (columns.0.col(c), columns.1.col(c));
+                let line = 6 * (3 * i + c);
+                let (head, tail) = (left.col(c), right.col(c));
                 for r in 0..3 {
-                    data[column + r * at.row] += sign * top[r];
-                    data[column + (3 + r) * at.row] += sign * bottom[r];
+                    block[line + r] += sign * head[r];
+                    block[line + 3 + r] += sign * tail[r];
                 }
             }
         }

@@ -208,9 +208,8 @@ impl BlockCholesky {
             let y = &done[at..];
             for &i in &self.below[k] {
                 let o = self.offset[i * n + k] as usize;
-                for (r, row) in self.data[o..o + self.size[i] * s].chunks_exact(s).enumerate() {
-                    rest[self.start[i] + r - at - s] -= dot(row, y);
-                }
+                let (m, to) = (self.size[i], self.start[i] - at - s);
+                subtract_block(&self.data[o..o + m * s], y, &mut rest[to..to + m]);
             }
         }
         if self.negative_last {
@@ -225,12 +224,8 @@ impl BlockCholesky {
             let y = &mut head[at..];
             for &i in &self.below[k] {
                 let o = self.offset[i * n + k] as usize;
-                for (r, row) in self.data[o..o + self.size[i] * s].chunks_exact(s).enumerate() {
-                    let x = rest[self.start[i] + r - at - s];
-                    for (y, l) in y.iter_mut().zip(row) {
-                        *y -= l * x;
-                    }
-                }
+                let (m, from) = (self.size[i], self.start[i] - at - s);
+                subtract_transposed(&self.data[o..o + m * s], &rest[from..from + m], y);
             }
             let d = self.offset[k * n + k] as usize;
             backward(&self.data[d..d + s * s], s, y);
@@ -244,13 +239,62 @@ impl BlockCholesky {
     }
 }
 
+/// `y −= L x` for a block below the diagonal; the common widths are unrolled.
 #[inline]
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut s = 0.0;
-    for (x, y) in a.iter().zip(b) {
-        s += x * y;
+fn subtract_block(l: &[f64], x: &[f64], y: &mut [f64]) {
+    #[inline(always)]
+    fn rows<const S: usize>(l: &[f64], x: &[f64], y: &mut [f64]) {
+        let (Some(x), rows) = (x.first_chunk::<S>(), l.as_chunks::<S>().0) else { return };
+        for (y, row) in y.iter_mut().zip(rows) {
+            let mut sum = 0.0;
+            for k in 0..S {
+                sum += row[k] * x[k];
+            }
+            *y -= sum;
+        }
     }
-    s
+    match x.len() {
+        6 => rows::<6>(l, x, y),
+        4 => rows::<4>(l, x, y),
+        3 => rows::<3>(l, x, y),
+        s => {
+            for (y, row) in y.iter_mut().zip(l.chunks_exact(s)) {
+                let mut sum = 0.0;
+                for (a, b) in row.iter().zip(x) {
+                    sum += a * b;
+                }
+                *y -= sum;
+            }
+        }
+    }
+}
+
+/// `x −= Lᵀ y` for a block below the diagonal.
+#[inline]
+fn subtract_transposed(l: &[f64], y: &[f64], x: &mut [f64]) {
+    #[inline(always)]
+    fn rows<const S: usize>(l: &[f64], y: &[f64], x: &mut [f64]) {
+        let (Some(x), rows) = (x.first_chunk_mut::<S>(), l.as_chunks::<S>().0) else { return };
+        let mut sum = *x;
+        for (y, row) in y.iter().zip(rows) {
+            for k in 0..S {
+                sum[k] -= row[k] * y;
+            }
+        }
+        *x = sum;
+    }
+    match x.len() {
+        6 => rows::<6>(l, y, x),
+        4 => rows::<4>(l, y, x),
+        3 => rows::<3>(l, y, x),
+        s => {
+            for (y, row) in y.iter().zip(l.chunks_exact(s)) {
+                for (x, l) in x.iter_mut().zip(row) {
+                    *x -= l * y;
+                }
+            }
+        }
+    }
 }
 
 /// Two disjoint ranges of one vector, mutable the second.

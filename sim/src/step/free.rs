@@ -2,7 +2,7 @@
 
 use super::hand_dynamics;
 use crate::dynamics::spatial::Force;
-use crate::world::{FreeTurn, World};
+use crate::world::World;
 use nalgebra::{Matrix6, Vector6};
 use palmares_models::{Mat3, Pose, Rotation, Vec3};
 
@@ -38,15 +38,17 @@ impl World {
     pub(super) fn fly(&mut self, object: usize) {
         let config = self.model.config();
         let (h, at) = (config.step_s, self.model.object_dofs(object));
-        let v = &mut self.state.v[at..at + 6];
-        let before = Vec3::new(v[0], v[1], v[2]);
+        let (before, omega) = self.state.object_velocity(&self.model, object);
         let after = before + config.gravity * h;
-        let turn = &self.work.free_turn[object];
-        v[..3].copy_from_slice(&after.to_array());
-        v[3..].copy_from_slice(&turn.angular.to_array());
+        let inverse = self.model.object_inertia_inverse(object);
         let pose = &mut self.state.objects[object];
+        let (rotation, angular) =
+            torque_free(pose.rotation, omega, self.model.objects()[object].inertia, inverse, h);
         pose.translation += (before + after) * (0.5 * h);
-        pose.rotation = turn.rotation;
+        pose.rotation = rotation;
+        let v = &mut self.state.v[at..at + 6];
+        v[..3].copy_from_slice(&after.to_array());
+        v[3..].copy_from_slice(&angular.to_array());
     }
 }
 
@@ -63,30 +65,56 @@ pub(super) fn turned(rotation: Rotation, by: Vec3) -> Rotation {
     (Rotation::from_scaled_axis(by) * rotation).normalize()
 }
 
-/// A rigid body's rotation over h without torque: L is constant, `ω = I(R)⁻¹ L`, by one step of the classical
-/// fourth-order Runge–Kutta method on the quaternion.
-pub(super) fn torque_free(rotation: Rotation, omega: Vec3, inertia: Mat3, inverse: Mat3, h: f64) -> FreeTurn {
-    let isotropic = inertia == Mat3::from_diagonal(Vec3::splat(inertia.x_axis.x));
-    let r = Mat3::from_quat(rotation);
-    let world = if isotropic { inertia } else { r * inertia * r.transpose() };
-    if isotropic || omega == Vec3::ZERO {
-        return FreeTurn { inertia: world, rotation: turned(rotation, omega * h), angular: omega };
+fn is_isotropic(inertia: Mat3) -> bool {
+    inertia == Mat3::from_diagonal(Vec3::splat(inertia.x_axis.x))
+}
+
+/// Angular velocity `I(R)⁻¹ L` at orientation R.
+fn omega_at(rotation: Rotation, inverse: Mat3, momentum: Vec3) -> Vec3 {
+    let r = Mat3::from_quat(rotation.normalize());
+    r * (inverse * (r.transpose() * momentum))
+}
+
+/// Quaternion's derivative at angular velocity ω.
+fn rate(rotation: Rotation, omega: Vec3) -> Rotation {
+    Rotation::from_xyzw(omega.x, omega.y, omega.z, 0.0) * rotation * 0.5
+}
+
+/// Rotational inertia in world axes, and the angular velocity that a constant angular momentum means once the
+/// body has turned for h: the gyroscopic torque, to second order.
+pub(super) fn carried(rotation: Rotation, omega: Vec3, inertia: Mat3, inverse: Mat3, h: f64) -> (Mat3, Vec3) {
+    if is_isotropic(inertia) {
+        return (inertia, omega);
     }
-    let momentum = world * omega;
-    let omega_at = |q: Rotation| {
-        let r = Mat3::from_quat(q.normalize());
-        r * (inverse * (r.transpose() * momentum))
-    };
-    let rate = |q: Rotation| {
-        let w = omega_at(q);
-        Rotation::from_xyzw(w.x, w.y, w.z, 0.0) * q * 0.5
-    };
-    let k1 = rate(rotation);
-    let k2 = rate(rotation + k1 * (0.5 * h));
-    let k3 = rate(rotation + k2 * (0.5 * h));
-    let k4 = rate(rotation + k3 * h);
+    let r = Mat3::from_quat(rotation);
+    let world = r * inertia * r.transpose();
+    if omega == Vec3::ZERO {
+        return (world, omega);
+    }
+    (world, omega_at(rotation + rate(rotation, omega) * h, inverse, world * omega))
+}
+
+/// A rigid body's rotation and angular velocity after h without torque: L is constant, `ω = I(R)⁻¹ L`, by one
+/// step of the classical fourth-order Runge–Kutta method on the quaternion.
+pub(super) fn torque_free(
+    rotation: Rotation,
+    omega: Vec3,
+    inertia: Mat3,
+    inverse: Mat3,
+    h: f64,
+) -> (Rotation, Vec3) {
+    if is_isotropic(inertia) || omega == Vec3::ZERO {
+        return (turned(rotation, omega * h), omega);
+    }
+    let r = Mat3::from_quat(rotation);
+    let momentum = r * (inertia * (r.transpose() * omega));
+    let slope = |q: Rotation| rate(q, omega_at(q, inverse, momentum));
+    let k1 = slope(rotation);
+    let k2 = slope(rotation + k1 * (0.5 * h));
+    let k3 = slope(rotation + k2 * (0.5 * h));
+    let k4 = slope(rotation + k3 * h);
     let next = (rotation + (k1 + (k2 + k3) * 2.0 + k4) * (h / 6.0)).normalize();
-    FreeTurn { inertia: world, rotation: next, angular: omega_at(next) }
+    (next, omega_at(next, inverse, momentum))
 }
 
 #[cfg(test)]
@@ -100,8 +128,7 @@ mod tests {
         let (mut q, mut w) = (Rotation::IDENTITY, Vec3::new(0.1, 5.0, 0.1));
         let momentum = inertia * w;
         for _ in 0..1000 {
-            let turn = torque_free(q, w, inertia, inverse, 1e-3);
-            (q, w) = (turn.rotation, turn.angular);
+            (q, w) = torque_free(q, w, inertia, inverse, 1e-3);
         }
         let r = Mat3::from_quat(q);
         let now = r * inertia * r.transpose() * w;

@@ -15,7 +15,6 @@ use crate::dynamics::spatial::Motion;
 use crate::model::{Model, Owner};
 use crate::state::BaseReference;
 use crate::world::{Command, Outcome, Phase, Probe, Workspace, World};
-use free::torque_free;
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::bounding_volume::Aabb;
 
@@ -28,7 +27,7 @@ impl World {
     /// Advances the world by one step and tells `probe` when a phase is over.
     pub fn step_probed(&mut self, command: &Command, probe: &mut impl Probe) -> &Outcome {
         self.actuate(command);
-        self.dynamics();
+        hand_dynamics(&self.model, &mut self.work, self.state.base, &self.state.q, &self.state.v);
         probe.ended(Phase::Dynamics);
         self.collide();
         probe.ended(Phase::Collision);
@@ -54,20 +53,6 @@ impl World {
             let state = &mut self.state.motors[i];
             let sigma = command.sigma.get(i).copied().unwrap_or(state.command);
             motor::advance(motor, state, sigma, h);
-        }
-    }
-
-    /// Mass matrix and bias of the hand; torque-free motion of the objects.
-    fn dynamics(&mut self) {
-        hand_dynamics(&self.model, &mut self.work, self.state.base, &self.state.q, &self.state.v);
-        let (model, state, work) = (&self.model, &self.state, &mut self.work);
-        let config = model.config();
-        work.free_turn.clear();
-        for (k, object) in model.objects().iter().enumerate() {
-            let rotation = state.objects[k].rotation;
-            let (_, omega) = state.object_velocity(model, k);
-            let inverse = model.object_inertia_inverse(k);
-            work.free_turn.push(torque_free(rotation, omega, object.inertia, inverse, config.step_s));
         }
     }
 
@@ -103,6 +88,7 @@ impl World {
                 motion.moved(at - centers[k].translation)
             }
         };
+        std::mem::swap(&mut work.speeds, &mut work.speeds_before);
         work.speeds.clear();
         work.speeds.extend(model.colliders().iter().zip(&work.poses).map(|(collider, pose)| {
             match collider.owner {
@@ -113,6 +99,18 @@ impl World {
                 }
             }
         }));
+        // Nothing moved farther in the last step than at the faster of its two speeds, but for what gravity adds
+        // to a ballistic way and rounding.
+        let config = model.config();
+        let h = config.step_s;
+        let fall = config.gravity.length() * h * h;
+        work.paths.clear();
+        if work.speeds_before.len() == work.speeds.len() {
+            let faster = work.speeds.iter().zip(&work.speeds_before).map(|(a, b)| a.max(*b));
+            work.paths.extend(faster.map(|speed| if speed > 0.0 { 1.01 * h * speed + fall } else { 0.0 }));
+        } else {
+            work.paths.resize(work.speeds.len(), f64::INFINITY);
+        }
         loop {
             let sleep = &state.sleep;
             work.contacts.find(
@@ -120,6 +118,7 @@ impl World {
                 &work.poses,
                 &work.bounds,
                 &work.speeds,
+                &work.paths,
                 work.kin.origin,
                 &state.objects,
                 |owner| match owner {

@@ -1,5 +1,6 @@
 //! Poses an island's minimisation problem: A, A v*, contacts, limits, servo and tendons.
 
+use super::free::carried;
 use super::midpoint::Stride;
 use crate::actuation::{base, tendon};
 use crate::config::Config;
@@ -74,14 +75,16 @@ impl World {
             let (linear, angular) = state.object_velocity(model, k);
             v.extend(linear.to_array());
             v.extend(angular.to_array());
-            let turn = &work.free_turn[k];
+            let rotation = state.objects[k].rotation;
+            let inverse = model.object_inertia_inverse(k);
+            let (inertia, carried) = carried(rotation, angular, object.inertia, inverse, h);
             problem.momentum.extend(((linear + config.gravity * h) * object.mass).to_array());
-            problem.momentum.extend((turn.inertia * turn.angular).to_array());
+            problem.momentum.extend((inertia * carried).to_array());
             problem.objects.push(ObjectProblem {
                 object: k,
                 center: state.objects[k].translation,
                 mass: object.mass,
-                inertia: turn.inertia,
+                inertia,
             });
         }
         self.pose_contacts(island, problem);
