@@ -171,7 +171,9 @@ pub fn momentum_inelastic_hit(setup: &Setup, recorder: &mut Recorder) -> Result<
     for geom in hand.links.iter_mut().flat_map(|link| &mut link.geoms) {
         geom.friction = 0.0;
     }
-    let (mut engine, mut command) = Scene::with_hand(weightless(setup.dt_s), Arc::new(hand), Pose::IDENTITY)?
+    // Newton's tolerance bounds how well impulses on the two bodies match.
+    let config = Config { tolerance: 1e-12, ..weightless(setup.dt_s) };
+    let (mut engine, mut command) = Scene::with_hand(config, Arc::new(hand), Pose::IDENTITY)?
         .body(Shape::Sphere { radius: 0.1 }, 10.0, 0.0, Pose::translation(0.3, 0.01, 0.08))?
         .start(setup)?;
     set_velocity(&mut *engine, 0, Vec3::new(-5.0, 0.0, 0.0), Vec3::ZERO);

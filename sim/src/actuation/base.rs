@@ -39,9 +39,13 @@ impl BaseCommand {
     }
 }
 
-/// Advances the set point by one step under a command.
-pub fn advance(config: &Config, reference: &mut BaseReference, command: &BaseCommand) {
+/// Advances the set point by one step under a command. `at` is where the base is: the set point of a blocked base
+/// waits where the servo's force is at its limit, or the base would be thrown when it comes free.
+pub fn advance(config: &Config, at: Pose, reference: &mut BaseReference, command: &BaseCommand) {
     let (h, base) = (config.step_s, &config.base);
+    if matches!(command, BaseCommand::Pose { .. } | BaseCommand::Twist { .. }) {
+        wait_for(at, reference, base);
+    }
     match *command {
         BaseCommand::Exact(exact) => *reference = exact,
         BaseCommand::Free => {}
@@ -61,6 +65,20 @@ pub fn advance(config: &Config, reference: &mut BaseReference, command: &BaseCom
             );
             turn_towards(reference, linear, angular, h, base);
         }
+    }
+}
+
+/// Takes a set point back that leads the base by more than what saturates the servo.
+fn wait_for(at: Pose, reference: &mut BaseReference, base: &BaseConfig) {
+    let lead = reference.pose.translation - at.translation;
+    let most = base.force_limit / base.stiffness;
+    if lead.length() > most {
+        reference.pose.translation = at.translation + bounded(lead, most);
+    }
+    let turn = shortest_turn(at.rotation, reference.pose.rotation);
+    let most = base.torque_limit / base.angular_stiffness;
+    if turn.length() > most {
+        reference.pose.rotation = (Rotation::from_scaled_axis(bounded(turn, most)) * at.rotation).normalize();
     }
 }
 
@@ -138,7 +156,8 @@ mod tests {
         let mut reference = BaseReference { pose: at(0.0), linear: Vec3::ZERO, angular: Vec3::ZERO };
         let (mut last, mut top) = (0.0, 0.0f64);
         for _ in 0..2000 {
-            advance(&config, &mut reference, &BaseCommand::stay(at(1.5)));
+            let base = reference.pose;
+            advance(&config, base, &mut reference, &BaseCommand::stay(at(1.5)));
             let speed = reference.linear.x;
             assert!(speed - last <= 4.0 * config.step_s + 1e-12);
             assert!(reference.pose.translation.x <= 1.5 + 1e-6);
@@ -146,6 +165,17 @@ mod tests {
         }
         assert!((reference.pose.translation.x - 1.5).abs() < 1e-9);
         assert!(top <= 2.0 + 1e-12 && top > 1.9);
+    }
+
+    #[test]
+    fn the_set_point_of_a_blocked_base_waits() {
+        let config = Config::default();
+        let mut reference = BaseReference { pose: at(0.0), linear: Vec3::ZERO, angular: Vec3::ZERO };
+        for _ in 0..1000 {
+            advance(&config, at(0.0), &mut reference, &BaseCommand::stay(at(1.5)));
+        }
+        // 500 N at 2e4 N/m, and one step on.
+        assert!(reference.pose.translation.x < 0.025 + 2.1 * config.step_s);
     }
 
     #[test]
@@ -157,7 +187,8 @@ mod tests {
             let (x, v) = (0.5 * t * t, t);
             let command =
                 BaseCommand::Pose { target: at(x), linear: Vec3::new(v, 0.0, 0.0), angular: Vec3::ZERO };
-            advance(&config, &mut reference, &command);
+            let base = reference.pose;
+            advance(&config, base, &mut reference, &command);
             assert!((reference.pose.translation.x - x).abs() < 1e-5, "{t} {x}");
         }
     }

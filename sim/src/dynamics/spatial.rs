@@ -112,6 +112,14 @@ impl Add for Force {
     }
 }
 
+impl Mul<f64> for Force {
+    type Output = Force;
+    #[inline]
+    fn mul(self, k: f64) -> Force {
+        Force { moment: self.moment * k, force: self.force * k }
+    }
+}
+
 impl AddAssign for Force {
     #[inline]
     fn add_assign(&mut self, o: Force) {

@@ -15,17 +15,41 @@ impl World {
         Force { force: Vec3::new(row(0), row(1), row(2)), moment: Vec3::new(row(3), row(4), row(5)) }
     }
 
-    /// Gives the freely flying hand the momentum it had before its shape changed: `M(q₀) v₁` was solved for, but
-    /// at q₁ the same velocities mean another momentum. The base takes up the difference as if all joints were
-    /// locked. `momentum` is about the base's origin before the step.
-    pub(super) fn keep_momentum(&mut self, momentum: Force) {
+    /// Momentum that the freely flying hand must have at the end of a step that changes `v₀` into `v`, about its
+    /// base's origin at the start: `M(q₀) v₁ + h c(q₀, v₀)` with the velocity-dependent part of the bias, which is
+    /// the momentum before plus all impulses from outside.
+    pub(super) fn momentum_due(&self, v: &[f64]) -> Force {
+        let (h, gravity) = (self.model.config().step_s, self.model.config().gravity);
+        let (mass, bias) = (&self.work.mass, &self.work.bias);
+        let n = self.model.hand_dofs();
+        let mut due = self.hand_momentum(v);
+        due += Force {
+            force: Vec3::new(bias[0], bias[1], bias[2]),
+            moment: Vec3::new(bias[3], bias[4], bias[5]),
+        } * h;
+        if self.model.hand().is_some_and(|hand| !hand.gravity_compensation) {
+            // m c, from the mass matrix' coupling of translation and rotation.
+            let first_moment = Vec3::new(mass[5 * n + 1], mass[3 * n + 2], mass[4 * n]);
+            due += Force { force: gravity * mass[0], moment: first_moment.cross(gravity) } * h;
+        }
+        for push in &self.work.pushes {
+            let arm = self.work.kin.pose[push.link].transform_point(push.point) - self.work.kin.origin;
+            due += Force { force: push.force, moment: arm.cross(push.force) } * h;
+        }
+        due
+    }
+
+    /// Gives the freely flying hand the momentum that is due, about its base's origin before the step: the same
+    /// velocities mean another momentum once the shape has changed. The base takes up the difference as if all
+    /// joints were locked.
+    pub(super) fn keep_momentum(&mut self, due: Force) {
         let from = self.work.kin.origin;
         hand_dynamics(&self.model, &mut self.work, self.state.base, &self.state.q, &self.state.v);
         let now = self.hand_momentum(&self.state.v);
-        let momentum = momentum.moved(self.work.kin.origin - from);
+        let due = due.moved(self.work.kin.origin - from);
         let n = self.model.hand_dofs();
         let locked = Matrix6::from_fn(|i, j| self.work.mass[i * n + j]);
-        let (force, moment) = (momentum.force - now.force, momentum.moment - now.moment);
+        let (force, moment) = (due.force - now.force, due.moment - now.moment);
         let missing = Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z);
         if let Some(locked) = locked.cholesky() {
             for (v, change) in self.state.v[..6].iter_mut().zip(locked.solve(&missing).iter()) {

@@ -45,10 +45,10 @@ impl World {
         self.remember(island, problem);
         self.report_hand_forces(island, problem, newton, v, stride.h);
         let floats = island.hand && !self.work.servo_on;
-        let momentum = floats.then(|| self.hand_momentum(v));
+        let due = floats.then(|| self.momentum_due(v));
         self.integrate(island, v);
-        if let Some(momentum) = momentum {
-            self.keep_momentum(momentum);
+        if let Some(due) = due {
+            self.keep_momentum(due);
         }
     }
 

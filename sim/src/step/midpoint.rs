@@ -24,7 +24,7 @@ const SETTLED: f64 = 1e-12;
 const RESIDUAL: f64 = 1e-12;
 
 /// The fastest spring turns its phase, and the fastest link turns, by no more than this in a substep, rad.
-const LARGEST_TURN: f64 = 0.05;
+const LARGEST_TURN: f64 = 0.02;
 
 impl World {
     /// Steps a hand without dampers that touches nothing by the implicit midpoint rule, which keeps its energy;

@@ -48,7 +48,7 @@ impl World {
             self.state.reference = BaseReference { pose: self.state.base, linear, angular };
         }
         let h = self.model.config().step_s;
-        base::advance(self.model.config(), &mut self.state.reference, &command.base);
+        base::advance(self.model.config(), self.state.base, &mut self.state.reference, &command.base);
         for (i, motor) in hand.motors.iter().enumerate() {
             let state = &mut self.state.motors[i];
             let sigma = command.sigma.get(i).copied().unwrap_or(state.command);

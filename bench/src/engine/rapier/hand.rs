@@ -134,7 +134,7 @@ impl HandBody {
         command: &Command,
     ) {
         let config = model.config();
-        base::advance(config, &mut state.reference, &command.base);
+        base::advance(config, state.base, &mut state.reference, &command.base);
         for (i, motor) in self.hand.motors.iter().enumerate() {
             let sigma = command.sigma.get(i).copied().unwrap_or(state.motors[i].command);
             motor::advance(motor, &mut state.motors[i], sigma, config.step_s);
