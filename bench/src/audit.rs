@@ -9,7 +9,7 @@
 use crate::energy::Stored;
 use crate::engine::Engine;
 use anyhow::Result;
-use palmares_sim::Command;
+use palmares_sim::{Command, World};
 
 /// The books of a run.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +45,7 @@ impl Audit {
         let bodies = mechanical(engine) - self.work_j;
         engine.step(command)?;
         self.gain_j = self.gain_j.max(bodies - self.least_j);
-        self.least_j = self.least_j.min(bodies + held(engine));
+        self.least_j = self.least_j.min(bodies + engine.world().map_or(0.0, held));
         self.most_j = self.most_j.max(bodies);
         Ok(())
     }
@@ -63,8 +63,7 @@ impl Audit {
 }
 
 /// The most that contacts can hold, J.
-fn held(engine: &dyn Engine) -> f64 {
-    let Some(world) = engine.world() else { return 0.0 };
+pub fn held(world: &World) -> f64 {
     let config = world.model().config();
     let mut sum = 0.0;
     for contact in world.contact_forces() {

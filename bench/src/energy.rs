@@ -46,7 +46,8 @@ impl Stored {
                 sum.springs += 0.5 * c.stiffness * (q - c.rest).powi(2);
             }
             for (tendon, (wound, s)) in hand.tendons.iter().zip(lengths(model, state)) {
-                let (x, most) = ((wound - s).max(0.0), tendon.force_limit / tendon.stiffness);
+                let most = tendon.force_limit / tendon.stiffness;
+                let x = if tendon.both_ways { (wound - s).abs() } else { (wound - s).max(0.0) };
                 sum.tendons += if x < most {
                     0.5 * tendon.stiffness * x * x
                 } else {

@@ -18,3 +18,4 @@ pub mod rigs;
 pub mod robust;
 #[cfg(test)]
 mod steady;
+pub mod watch;

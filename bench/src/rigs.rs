@@ -86,6 +86,7 @@ pub fn fingers(name: &str, base_geoms: Vec<Geom>, fingers: Vec<Finger>) -> Resul
         tendons: Vec::new(),
         motors: Vec::new(),
         no_collision: Vec::new(),
+        tactile: Vec::new(),
         ..Hand::clone(&stock)
     };
     for (i, finger) in fingers.into_iter().enumerate() {

@@ -6,6 +6,7 @@ use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
 use anyhow::{Context, Result};
+use palmares_models::hand::Hand;
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
@@ -74,10 +75,12 @@ const LONG: Schedule = Schedule { hold_s: 62.5, end_s: 62.5 };
 
 /// An object of the grasp cases, in the hand's frame.
 pub struct Grasp {
-    shape: Shape,
-    mass: f64,
+    /// Its shape.
+    pub shape: Shape,
+    /// kg
+    pub mass: f64,
     /// Turns the shape so that it lies well in the hand.
-    hand_from_object: Rotation,
+    pub hand_from_object: Rotation,
 }
 
 impl Grasp {
@@ -170,7 +173,7 @@ fn play(
     recorder: &mut Recorder,
 ) -> Result<Run> {
     let dt_s = setup.dt_s;
-    let (model, state, start) = scene(dt_s, grasp, placement)?;
+    let (model, state, start) = scene(&softhand()?, Config::with_step(dt_s), grasp, placement)?;
     let mut world = setup.start(model, state)?;
     let mut command = Command::stay(world.model(), start);
     let in_palm = |world: &dyn Engine| {
@@ -240,9 +243,16 @@ fn path(start: Pose, t: f64, hold_s: f64) -> BaseReference {
 }
 
 /// The hand palm down over the object, which stands on a pedestal 1 mm before the palm.
-fn scene(dt_s: f64, grasp: &Grasp, placement: Placement) -> Result<(Model, State, Pose)> {
-    let hand = softhand()?;
-    let mut model = Model::new(Config::with_step(dt_s), Some(Arc::clone(&hand)))?;
+///
+/// # Errors
+/// A shape without volume.
+pub fn scene(
+    hand: &Arc<Hand>,
+    config: Config,
+    grasp: &Grasp,
+    placement: Placement,
+) -> Result<(Model, State, Pose)> {
+    let mut model = Model::new(config, Some(Arc::clone(hand)))?;
     let parts = vec![(Pose::IDENTITY, grasp.shape.clone())];
     let object = Object::new("object", parts, grasp.mass, 0.8, 0.0)?;
     let (shape, upright) = grasp.shape.to_parry().context("the grasp shapes are solid")?;
@@ -291,11 +301,12 @@ pub fn tension_balance(world: &World) -> f64 {
     let state = world.state();
     let mut worst: f64 = 0.0;
     for (tendon, f) in hand.tendons.iter().zip(&state.tension) {
-        let along = |x: &[f64]| tendon.moment_arms.iter().map(|&(c, r)| r * x[c]).sum::<f64>();
-        let stretch =
-            wound(&hand.motors[tendon.motor], state.motors[tendon.motor].position) - along(&state.q);
-        let law = tendon.stiffness * stretch - tendon.damping * along(&state.v[6..]);
-        worst = worst.max((f - law.clamp(0.0, tendon.force_limit)).abs());
+        let motor = wound(&hand.motors[tendon.motor], state.motors[tendon.motor].position);
+        let mut rate = 0.0;
+        tendon.gradient(&state.q, |c, r| rate += r * state.v[6 + c]);
+        let law = tendon.stiffness * (motor - tendon.length(&state.q)) - tendon.damping * rate;
+        let least = if tendon.both_ways { -tendon.force_limit } else { 0.0 };
+        worst = worst.max((f - law.clamp(least, tendon.force_limit)).abs());
     }
     worst
 }
@@ -304,7 +315,9 @@ pub fn tension_balance(world: &World) -> f64 {
 #[cfg(test)]
 pub(crate) fn closing(time_s: f64) -> (World, Command) {
     let dt_s = 1e-3;
-    let (model, state, start) = scene(dt_s, &Grasp::cylinder(), CHOSEN).expect("the scene is sound");
+    let (model, state, start) =
+        scene(&softhand().expect("it is built in"), Config::with_step(dt_s), &Grasp::cylinder(), CHOSEN)
+            .expect("the scene is sound");
     let mut world = World::new(Arc::new(model), state);
     let mut command = Command::stay(world.model(), start);
     for k in 0..steps(time_s, dt_s) {

@@ -7,6 +7,7 @@ pub mod free_motion;
 pub mod friction;
 pub mod grasp;
 pub mod hand_dynamics;
+pub mod hard;
 pub mod hold;
 pub mod mechanism;
 pub mod pile;
@@ -75,6 +76,7 @@ pub const GROUPS: &[&[Case]] = &[
     hand_dynamics::CASES,
     tendon::CASES,
     hold::CASES,
+    hard::CASES,
     consistency::CASES,
     friction::CASES,
     free_motion::CASES,

@@ -7,6 +7,7 @@ mod free_motion;
 mod friction;
 mod grasp;
 mod hand_dynamics;
+mod hard;
 mod hold;
 mod mechanism;
 mod peers;

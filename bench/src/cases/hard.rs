@@ -1,0 +1,252 @@
+//! Scenes that break simulators: light fingers against heavy objects, stiff cables and springs, commands that jump,
+//! hands that start inside of things. Each reports the fastest speed that was seen; what is asked is that nothing
+//! explodes.
+
+use super::grasp::{CHOSEN, Grasp, scene};
+use super::synergy::softhand;
+use super::{Case, Finding, Setup, ramp, steps};
+use crate::recorder::Recorder;
+use crate::report::{Figure, Invariants};
+use crate::watch::Watch;
+use anyhow::{Context, Result};
+use palmares_models::hand::Hand;
+use palmares_models::object::Object;
+use palmares_models::shape::Shape;
+use palmares_models::{Pose, Rotation, Vec3};
+use palmares_sim::actuation::base::BaseCommand;
+use palmares_sim::state::BaseReference;
+use palmares_sim::{Command, Config, Model, State};
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
+
+/// Cases of this file.
+pub const CASES: &[Case] = &[
+    Case {
+        name: "hard_heavy_object",
+        about: "fingers of 24 g close on a 5 kg cylinder and lift it",
+        peers: true,
+        run: heavy_object,
+    },
+    Case {
+        name: "hard_pressed_fingers",
+        about: "a 5 kg ball falls on the open fingers of a hand that lies on the floor, which then close",
+        peers: true,
+        run: pressed_fingers,
+    },
+    Case {
+        name: "hard_tendons",
+        about: "grasps with cables of 50 to 1e6 N m/rad",
+        peers: false,
+        run: tendons,
+    },
+    Case {
+        name: "hard_springs",
+        about: "a grasp with joint springs a hundred times stiffer and the cable as strong",
+        peers: false,
+        run: springs,
+    },
+    Case {
+        name: "hard_pressed_base",
+        about: "the base servo presses the hand against floor and wall with all its force",
+        peers: true,
+        run: pressed_base,
+    },
+    Case {
+        name: "hard_overlap",
+        about: "the hand starts deep inside a ball; they are led apart",
+        peers: true,
+        run: overlap,
+    },
+    Case {
+        name: "hard_teleport",
+        about: "the base's set point jumps by half a metre and a quarter turn while the hand holds an object",
+        peers: false,
+        run: teleport,
+    },
+    Case {
+        name: "hard_flip",
+        about: "the motor's command flips between 0 and 1 every 20 ms around an object",
+        peers: false,
+        run: flip,
+    },
+];
+
+/// Steps a scene under commands that depend on time, and watches it.
+fn play(
+    setup: &Setup,
+    recorder: &mut Recorder,
+    (model, state): (Model, State),
+    time_s: f64,
+    mut tell: impl FnMut(f64, &mut Command),
+) -> Result<(Watch, State)> {
+    let start = state.base;
+    let mut world = setup.start(model, state)?;
+    let mut command = Command::stay(world.model(), start);
+    let alone = "only our own engine keeps books of its forces";
+    let mut watch = Watch::new(world.world().context(alone)?);
+    for k in 0..steps(time_s, setup.dt_s) {
+        tell((k + 1) as f64 * setup.dt_s, &mut command);
+        recorder.step(&mut *world, &command)?;
+        watch.step(world.world().context(alone)?, &command);
+    }
+    Ok((watch, world.state().clone()))
+}
+
+fn finding(watch: &Watch, held: Option<bool>) -> Finding {
+    let speed = watch.object_speed.max(watch.base_speed);
+    Finding {
+        error: Figure::new("fastest body", speed, "m/s"),
+        invariants: Invariants { held, ..watch.invariants() },
+    }
+}
+
+fn add_floor(model: &mut Model, top_m: f64) -> Result<()> {
+    let slab = Shape::Box { half_extents: [3.0, 3.0, 0.1], rounding: 0.0 };
+    Ok(model.add_static("floor", &slab, Pose::translation(0.0, 0.0, top_m - 0.1), 0.6)?)
+}
+
+/// Rises by 0.1 m from 0.8 s to 2 s.
+fn lift(start: Pose, t: f64) -> BaseCommand {
+    let (rise, rate) = ramp((t - 0.8) / 1.2);
+    BaseCommand::Exact(BaseReference {
+        pose: Pose::from_parts(start.translation + Vec3::new(0.0, 0.0, 0.1 * rise), start.rotation),
+        linear: Vec3::new(0.0, 0.0, 0.1 * rate / 1.2),
+        angular: Vec3::ZERO,
+    })
+}
+
+/// A hand closes on an object on its pedestal and lifts it.
+fn close_and_lift(
+    setup: &Setup,
+    recorder: &mut Recorder,
+    hand: &Arc<Hand>,
+    grasp: &Grasp,
+) -> Result<(Watch, bool)> {
+    let (mut model, state, start) = scene(hand, Config::with_step(setup.dt_s), grasp, CHOSEN)?;
+    add_floor(&mut model, -0.3)?;
+    let before = state.objects[0].translation.z;
+    let (watch, end) = play(setup, recorder, (model, state), 3.0, |t, command| {
+        command.sigma[0] = ramp(t / 0.5).0;
+        command.base = lift(start, t);
+    })?;
+    Ok((watch, end.objects[0].translation.z > before + 0.05))
+}
+
+/// The cylinder of the grasps at 5 kg. The hand need not be able to lift it.
+pub fn heavy_object(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    let grasp = Grasp { mass: 5.0, ..Grasp::cylinder() };
+    let (watch, held) = close_and_lift(setup, recorder, &softhand()?, &grasp)?;
+    Ok(finding(&watch, Some(held)))
+}
+
+/// The hand lies palm up on the floor; the ball falls by 10 cm.
+pub fn pressed_fingers(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    let mut model = Model::new(Config::with_step(setup.dt_s), Some(softhand()?))?;
+    // The palm's back reaches 4 cm behind the base frame.
+    add_floor(&mut model, -0.045)?;
+    let ball = Shape::Sphere { radius: 0.05 };
+    model.add_object(Arc::new(Object::new("ball", vec![(Pose::IDENTITY, ball)], 5.0, 0.8, 1e-3)?))?;
+    // Palm normal +x up: fingers +z point along −x of the world.
+    let up = Pose::from_rotation(Rotation::from_rotation_y(-FRAC_PI_2));
+    let over_fingers = up.transform_point(Vec3::new(0.17, 0.0, 0.22));
+    let state = State::at_rest(&model, up, &[Pose::from_translation(over_fingers)]);
+    let (watch, _) = play(setup, recorder, (model, state), 2.0, |t, command| {
+        command.sigma[0] = ramp((t - 0.8) / 0.5).0;
+    })?;
+    Ok(finding(&watch, None))
+}
+
+/// The worst of five cables.
+pub fn tendons(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    let mut worst: Option<Watch> = None;
+    let mut held = true;
+    for stiffness in [50.0, 1e3, 1e4, 1e5, 1e6] {
+        let mut hand = Hand::clone(&*softhand()?);
+        hand.tendons[0].stiffness = stiffness;
+        let (watch, lifted) = close_and_lift(setup, recorder, &Arc::new(hand), &Grasp::cylinder())?;
+        held &= lifted;
+        if worst.as_ref().is_none_or(|worst| watch.object_speed > worst.object_speed) {
+            worst = Some(watch);
+        }
+    }
+    let worst = worst.context("there are cables")?;
+    Ok(Finding {
+        invariants: Invariants {
+            newton_unconverged: recorder.invariants().newton_unconverged,
+            ..finding(&worst, Some(held)).invariants
+        },
+        ..finding(&worst, Some(held))
+    })
+}
+
+/// Springs of 60 to 100 N m/rad, a cable of 200 N m.
+pub fn springs(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    let mut hand = Hand::clone(&*softhand()?);
+    for c in &mut hand.coordinates {
+        c.stiffness *= 100.0;
+    }
+    hand.tendons[0].force_limit *= 100.0;
+    hand.tendons[0].stiffness *= 100.0;
+    let (watch, held) = close_and_lift(setup, recorder, &Arc::new(hand), &Grasp::cylinder())?;
+    Ok(finding(&watch, Some(held)))
+}
+
+/// Fingers down, the set point goes 15 cm under the floor, then 20 cm into a wall, the hand closing meanwhile.
+pub fn pressed_base(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    let mut model = Model::new(Config::with_step(setup.dt_s), Some(softhand()?))?;
+    add_floor(&mut model, 0.0)?;
+    let slab = Shape::Box { half_extents: [1.0, 1.0, 0.1], rounding: 0.0 };
+    let upright = Rotation::from_rotation_y(FRAC_PI_2);
+    model.add_static("wall", &slab, Pose::from_parts(Vec3::new(0.3, 0.0, 0.0), upright), 0.6)?;
+    let top = Pose::from_parts(Vec3::new(0.0, 0.0, 0.32), Rotation::from_rotation_y(PI));
+    let state = State::at_rest(&model, top, &[]);
+    let (watch, end) = play(setup, recorder, (model, state), 3.0, |t, command| {
+        let at = if t < 1.2 { Vec3::new(0.0, 0.0, -0.15) } else { Vec3::new(0.4, 0.0, 0.1) };
+        command.base = BaseCommand::stay(Pose::from_parts(at, top.rotation));
+        command.sigma[0] = if t < 2.0 { 0.0 } else { 1.0 };
+    })?;
+    // Neither the wrist nor the palm may have gone through.
+    let through = end.base.translation.z < 0.0 || end.base.translation.x > 0.2;
+    Ok(finding(&watch, Some(!through)))
+}
+
+/// A ball of 5 cm radius and 0.5 kg whose surface reaches 3 cm into the palm and the roots of the fingers.
+pub fn overlap(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    let config = Config { gravity: Vec3::ZERO, ..Config::with_step(setup.dt_s) };
+    let mut model = Model::new(config, Some(softhand()?))?;
+    let ball = Shape::Sphere { radius: 0.05 };
+    model.add_object(Arc::new(Object::new("ball", vec![(Pose::IDENTITY, ball)], 0.5, 0.8, 1e-3)?))?;
+    let state = State::at_rest(&model, Pose::IDENTITY, &[Pose::translation(0.033, 0.0, 0.16)]);
+    let (watch, end) = play(setup, recorder, (model, state), 2.0, |_, _| {})?;
+    let apart = end.objects[0].translation.x > 0.05;
+    Ok(finding(&watch, Some(apart)))
+}
+
+/// The set point jumps there and back, each time for 0.4 s, past all limits of speed.
+pub fn teleport(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    let config = Config::with_step(setup.dt_s);
+    let (mut model, state, start) = scene(&softhand()?, config, &Grasp::cylinder(), CHOSEN)?;
+    add_floor(&mut model, -0.3)?;
+    let turned = Rotation::from_rotation_x(FRAC_PI_2) * start.rotation;
+    let far = Pose::from_parts(start.translation + Vec3::new(0.3, 0.3, 0.3), turned);
+    let (watch, _) = play(setup, recorder, (model, state), 3.0, |t, command| {
+        command.sigma[0] = ramp(t / 0.5).0;
+        let there = t > 0.8 && (((t - 0.8) / 0.4) as u64).is_multiple_of(2);
+        let pose = if there { far } else { start };
+        command.base = BaseCommand::Exact(BaseReference { pose, linear: Vec3::ZERO, angular: Vec3::ZERO });
+    })?;
+    Ok(finding(&watch, None))
+}
+
+/// The motor itself is made fast enough to follow.
+pub fn flip(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    let mut hand = Hand::clone(&*softhand()?);
+    hand.motors[0].speed_limit = 1e3;
+    let config = Config::with_step(setup.dt_s);
+    let (mut model, state, _) = scene(&Arc::new(hand), config, &Grasp::cylinder(), CHOSEN)?;
+    add_floor(&mut model, -0.3)?;
+    let (watch, _) = play(setup, recorder, (model, state), 3.0, |t, command| {
+        command.sigma[0] = if ((t / 0.02) as u64).is_multiple_of(2) { 1.0 } else { 0.0 };
+    })?;
+    Ok(finding(&watch, None))
+}
