@@ -11,6 +11,7 @@ pub mod hard;
 pub mod hold;
 pub mod mechanism;
 pub mod pile;
+pub mod reflex;
 pub mod rolling;
 pub(crate) mod scene;
 pub mod stacking;
@@ -71,6 +72,7 @@ pub struct Case {
 pub const GROUPS: &[&[Case]] = &[
     synergy::CASES,
     grasp::CASES,
+    reflex::CASES,
     balls::CASES,
     pile::CASES,
     hand_dynamics::CASES,

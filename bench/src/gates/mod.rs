@@ -13,6 +13,7 @@ mod mechanism;
 mod peers;
 mod pile;
 mod random_piles;
+mod reflex;
 mod rolling;
 mod stacking;
 mod synergy;

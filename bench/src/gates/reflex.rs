@@ -1,0 +1,53 @@
+//! The ReFlex rests where its R(q) says and holds what it closes on.
+
+use super::{converged, error, report};
+use crate::cases::Setup;
+use crate::cases::reflex::{Placement, play};
+use crate::engine::EngineKind;
+use crate::recorder::Recorder;
+
+const STEPS_S: [f64; 6] = [0.25e-3, 0.5e-3, 1e-3, 2e-3, 4e-3, 8e-3];
+
+#[test]
+fn free_closure_is_the_exact_equilibrium_at_every_step() {
+    for dt in STEPS_S {
+        let report = report("reflex_free", dt);
+        converged(&report);
+        assert!(error(&report) <= 1e-9, "dt {dt}: {:e} rad", error(&report));
+    }
+}
+
+#[test]
+fn a_ball_is_held_without_creep_at_every_step() {
+    for dt in STEPS_S {
+        let report = report("reflex_ball", dt);
+        converged(&report);
+        let seen = &report.invariants;
+        assert_eq!(seen.held, Some(true), "dt {dt}");
+        assert!(error(&report) <= 1e-3, "dt {dt}: {:e} mm/s", error(&report));
+        let residual = seen.static_residual_nm.expect("our own world tells");
+        assert!(residual <= 1e-5, "dt {dt}: {residual:e} N m");
+        let balance = seen.tension_balance_nm.expect("our own world tells");
+        assert!(balance <= 1e-6, "dt {dt}: {balance:e} N m");
+        let depth = seen.max_penetration_mm.expect("grasps report depth");
+        assert!(dt > 1e-3 || depth <= 0.5, "dt {dt}: {depth} mm");
+    }
+}
+
+/// The grasp is no lucky one.
+#[test]
+fn the_ball_is_held_wherever_it_lies_between_the_fingers() {
+    let setup = Setup { engine: EngineKind::Own, dt_s: 4e-3, reference_dt_s: None };
+    for x_m in [0.0, 0.03] {
+        for z_m in [0.145, 0.155] {
+            for preshape in [0.0, 0.25, 0.5, 0.75, 1.0] {
+                for sigma in [0.75, 1.0] {
+                    let placement = Placement { x_m, z_m, preshape, sigma };
+                    let seen = play(&setup, placement, &mut Recorder::default()).expect("it runs");
+                    assert_eq!(seen.held, Some(true), "{placement:?}");
+                    assert_eq!(seen.newton_unconverged, Some(0), "{placement:?}");
+                }
+            }
+        }
+    }
+}
