@@ -3,6 +3,7 @@
 //! A scene is a [`Model`] with a start [`State`]; every engine mirrors what it simulates into a [`State`], so
 //! that a case is written once and judged by the same code whoever steps it.
 
+pub mod mujoco;
 mod own;
 pub mod rapier;
 
@@ -46,17 +47,20 @@ pub enum EngineKind {
     Own,
     /// rapier's multibody.
     Rapier,
+    /// MuJoCo, through its Python package.
+    MuJoCo,
 }
 
 impl EngineKind {
     /// All of them.
-    pub const ALL: &[EngineKind] = &[EngineKind::Own, EngineKind::Rapier];
+    pub const ALL: &[EngineKind] = &[EngineKind::Own, EngineKind::Rapier, EngineKind::MuJoCo];
 
     /// As on the command line.
     pub fn name(self) -> &'static str {
         match self {
             EngineKind::Own => "own",
             EngineKind::Rapier => "rapier",
+            EngineKind::MuJoCo => "mujoco",
         }
     }
 
@@ -74,6 +78,7 @@ impl EngineKind {
         match self {
             EngineKind::Own => Ok(Box::new(own::Own::new(World::new(model, state)))),
             EngineKind::Rapier => Ok(Box::new(rapier::Rapier::new(model, state)?)),
+            EngineKind::MuJoCo => Ok(Box::new(mujoco::MuJoCo::new(model, state)?)),
         }
     }
 }

@@ -45,5 +45,5 @@ fn unknown_names_are_refused_with_the_known_ones() {
     let message = run("softhand_fre", &setup).err().expect("refused").to_string();
     assert!(message.contains("softhand_free"), "{message}");
     let message = EngineKind::from_name("other").expect_err("refused").to_string();
-    assert!(message.contains("known engines: own, rapier"), "{message}");
+    assert!(message.contains("known engines: own, rapier, mujoco"), "{message}");
 }

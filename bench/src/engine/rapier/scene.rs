@@ -46,7 +46,7 @@ pub(super) fn add_colliders(
             .position(collider.body_from_shape)
             .density(0.0)
             .friction(collider.friction)
-            .restitution(0.0)
+            .restitution(collider.restitution)
             .user_data(i as u128 + 1);
         if let Some(hooks) = match collider.owner {
             Owner::Static => None,

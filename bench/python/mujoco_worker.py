@@ -1,0 +1,105 @@
+"""Steps one MuJoCo model on request. Frames of 64-bit floats over standard input and output.
+
+Start: 8 bytes of length and an MJCF document; answered by one float (1: it compiled) and the sizes nq, nv, nu,
+or by 0, a length and a message. Then, each led by one byte:
+
+    P  qpos, qvel          set the state; no answer
+    S  ctrl                one step; answered by CPU seconds, deepest overlap, warnings, qpos, qvel, actuator forces
+    R  repeats             play everything since the start again; answered by CPU seconds per step of each repeat
+
+CPU time is that of this thread around mj_step alone, less what reading the clock and calling MuJoCo cost.
+"""
+
+import struct
+import sys
+import time
+
+import mujoco
+import numpy as np
+
+clock = time.thread_time_ns
+
+
+def read(stream, count):
+    data = stream.read(count)
+    if len(data) != count:
+        sys.exit(0)
+    return data
+
+
+def floats(stream, count):
+    return np.frombuffer(read(stream, 8 * count))
+
+
+def overhead_ns():
+    spent = []
+    for _ in range(2000):
+        start = clock()
+        mujoco.mj_version()
+        spent.append(clock() - start)
+    return sorted(spent)[len(spent) // 2]
+
+
+def replay(model, start, log):
+    """CPU seconds per step of the same run in one tight loop."""
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = start
+    ctrl, step = data.ctrl, mujoco.mj_step
+    total = count = 0
+    for op, values in log:
+        if op == b"S":
+            ctrl[:] = values
+            begin = clock()
+            step(model, data)
+            total += clock() - begin
+            count += 1
+        else:
+            data.qpos[:] = values[: model.nq]
+            data.qvel[:] = values[model.nq :]
+    return (total / max(count, 1) - OVERHEAD_NS) * 1e-9
+
+
+def main():
+    source, sink = sys.stdin.buffer, sys.stdout.buffer
+
+    def answer(*parts):
+        sink.write(np.concatenate([np.atleast_1d(part) for part in parts]).astype(float).tobytes())
+        sink.flush()
+
+    (length,) = struct.unpack("<Q", read(source, 8))
+    document = read(source, length).decode()
+    try:
+        model = mujoco.MjModel.from_xml_string(document)
+    except ValueError as error:
+        message = str(error).encode()
+        sink.write(struct.pack("<dd", 0.0, len(message)) + message)
+        sink.flush()
+        return
+    data = mujoco.MjData(model)
+    start = (data.qpos.copy(), data.qvel.copy())
+    log = []
+    answer(1.0, model.nq, model.nv, model.nu)
+    while True:
+        op = read(source, 1)
+        if op == b"P":
+            values = floats(source, model.nq + model.nv)
+            data.qpos[:] = values[: model.nq]
+            data.qvel[:] = values[model.nq :]
+            log.append((op, values))
+        elif op == b"S":
+            values = floats(source, model.nu)
+            data.ctrl[:] = values
+            log.append((op, values))
+            begin = clock()
+            mujoco.mj_step(model, data)
+            spent = (clock() - begin - OVERHEAD_NS) * 1e-9
+            overlap = max(0.0, -data.contact.dist.min()) if data.ncon else 0.0
+            warnings = sum(warning.number for warning in data.warning)
+            answer(spent, overlap, warnings, data.qpos, data.qvel, data.actuator_force)
+        elif op == b"R":
+            (repeats,) = floats(source, 1)
+            answer([replay(model, start, log) for _ in range(int(repeats))])
+
+
+OVERHEAD_NS = overhead_ns()
+main()

@@ -1,0 +1,241 @@
+//! MuJoCo: the same scene as an MJCF document, stepped by a Python process that talks in frames of floats.
+
+mod mjcf;
+mod worker;
+
+use super::{Cost, Engine};
+use anyhow::{Context, Result, bail};
+use mjcf::{Base, Document};
+use palmares_models::{Pose, Rotation, Vec3};
+use palmares_sim::actuation::{base, motor};
+use palmares_sim::world::Outcome;
+use palmares_sim::{BaseCommand, Command, Model, State};
+use parry3d_f64::glamx::EulerRot;
+use std::cell::RefCell;
+use std::sync::Arc;
+use worker::Worker;
+pub use worker::{python, version};
+
+/// What MuJoCo was told, for the report.
+pub fn settings() -> Vec<String> {
+    mjcf::settings()
+}
+
+thread_local! {
+    /// How often a scene is played again when it ends, and what came of it: steps, then CPU time per step, s.
+    static REPLAYS: RefCell<(usize, Vec<(u64, Vec<f64>)>)> = const { RefCell::new((0, Vec::new())) };
+}
+
+/// Runs a case whose scenes MuJoCo plays again `repeats` times in a tight loop of its own: between two steps on
+/// request a process goes cold, which would be held against it. CPU time per step, s, of each repeat, averaged
+/// over the scenes of the case by their steps.
+pub fn replayed<T>(repeats: usize, case: impl FnOnce() -> T) -> (T, Vec<f64>) {
+    REPLAYS.with_borrow_mut(|slot| *slot = (repeats, Vec::new()));
+    let outcome = case();
+    let (_, scenes) = REPLAYS.take();
+    let steps: u64 = scenes.iter().map(|(steps, _)| steps).sum();
+    let mean = |k: usize| {
+        let sum: f64 = scenes.iter().filter_map(|(steps, times)| Some(*steps as f64 * times.get(k)?)).sum();
+        sum / steps.max(1) as f64
+    };
+    (outcome, (0..repeats).map(mean).collect())
+}
+
+impl Drop for MuJoCo {
+    fn drop(&mut self) {
+        REPLAYS.with_borrow_mut(|(repeats, scenes)| {
+            if *repeats > 0
+                && let Ok(times) = self.worker.replay(*repeats)
+            {
+                scenes.push((self.state.step, times));
+            }
+        });
+    }
+}
+
+/// A scene in MuJoCo.
+pub(super) struct MuJoCo {
+    model: Arc<Model>,
+    state: State,
+    worker: Worker,
+    document: Document,
+    base: Base,
+    /// World pose of the base at the joints' zero.
+    start: Pose,
+    touched: bool,
+    outcome: Outcome,
+}
+
+impl MuJoCo {
+    pub(super) fn new(model: Arc<Model>, state: State) -> Result<Self> {
+        let document = mjcf::document(&model, &state).context("this scene has no MuJoCo equivalent")?;
+        let worker = Worker::start(&document.xml)?;
+        let base = Base::of(&model);
+        let start = state.base;
+        let outcome = Outcome { converged: true, ..Outcome::default() };
+        let mujoco = MuJoCo { model, state, worker, document, base, start, touched: true, outcome };
+        let tendons = mujoco.model.hand().map_or(0, |hand| hand.tendons.len());
+        let servo = if base == Base::Servo { 6 } else { 0 };
+        let expected = [mujoco.positions().0.len(), mujoco.positions().1.len(), servo + tendons];
+        if mujoco.worker.sizes != expected {
+            bail!("MuJoCo made nq, nv, nu = {:?} of a scene of {expected:?}", mujoco.worker.sizes);
+        }
+        Ok(mujoco)
+    }
+
+    /// qpos and qvel of the state.
+    fn positions(&self) -> (Vec<f64>, Vec<f64>) {
+        let state = &self.state;
+        let (mut q, mut v) = (Vec::new(), Vec::new());
+        match self.base {
+            Base::None | Base::Bolted => {}
+            Base::Free => free(&state.base, &state.v[..6], &mut q, &mut v),
+            Base::Servo => {
+                let offset = state.base.translation - self.start.translation;
+                q.extend(offset.to_array());
+                q.extend(self.angles(state.base.rotation));
+                v.extend(&state.v[..6]);
+            }
+        }
+        for hinge in &self.document.hinges {
+            q.push(hinge.ratio * state.q[hinge.coordinate] + hinge.offset);
+            v.push(hinge.ratio * state.v[6 + hinge.coordinate]);
+        }
+        for (k, pose) in state.objects.iter().enumerate() {
+            let at = self.model.object_dofs(k);
+            free(pose, &state.v[at..at + 6], &mut q, &mut v);
+        }
+        (q, v)
+    }
+
+    /// Angles of the base's three hinges, which turn about the world's x, y and z in this order.
+    fn angles(&self, rotation: Rotation) -> [f64; 3] {
+        let (x, y, z) = (rotation * self.start.rotation.inverse()).to_euler(EulerRot::XYZ);
+        [x, y, z]
+    }
+
+    fn control(&mut self, command: &Command) -> Vec<f64> {
+        let config = self.model.config();
+        let mut control = Vec::new();
+        let Some(hand) = self.model.hand() else { return control };
+        base::advance(config, &mut self.state.reference, &command.base);
+        if self.base == Base::Servo {
+            let to = &self.state.reference;
+            let servo = &config.base;
+            let lead = servo.damping / servo.stiffness;
+            let offset = to.pose.translation - self.start.translation + to.linear * lead;
+            let lead = servo.angular_damping / servo.angular_stiffness;
+            let angles = Vec3::from_array(self.angles(to.pose.rotation)) + to.angular * lead;
+            control.extend(offset.to_array());
+            control.extend(angles.to_array());
+        }
+        for (i, motor) in hand.motors.iter().enumerate() {
+            let sigma = command.sigma.get(i).copied().unwrap_or(self.state.motors[i].command);
+            motor::advance(motor, &mut self.state.motors[i], sigma, config.step_s);
+        }
+        for tendon in &hand.tendons {
+            control.push(motor::wound(&hand.motors[tendon.motor], self.state.motors[tendon.motor].position));
+        }
+        control
+    }
+
+    fn pull(&mut self, q: &[f64], v: &[f64], forces: &[f64]) {
+        let mut at = (0, 0);
+        let state = &mut self.state;
+        match self.base {
+            Base::None | Base::Bolted => {}
+            Base::Free => {
+                state.base = placed(&mut state.v[..6], q, v);
+                at = (7, 6);
+            }
+            Base::Servo => {
+                let turn = Rotation::from_euler(EulerRot::XYZ, q[3], q[4], q[5]);
+                let offset = Vec3::new(q[0], q[1], q[2]);
+                let before = self.start;
+                state.base = Pose::from_parts(before.translation + offset, turn * before.rotation);
+                let first = Rotation::from_rotation_x(q[3]);
+                let second = first * Rotation::from_rotation_y(q[4]);
+                let angular = Vec3::X * v[3] + first * Vec3::Y * v[4] + second * Vec3::Z * v[5];
+                state.v[..3].copy_from_slice(&v[..3]);
+                state.v[3..6].copy_from_slice(&angular.to_array());
+                at = (6, 6);
+            }
+        }
+        for (c, &master) in self.document.masters.iter().enumerate() {
+            let hinge = &self.document.hinges[master];
+            state.q[c] = (q[at.0 + master] - hinge.offset) / hinge.ratio;
+            state.v[6 + c] = v[at.1 + master] / hinge.ratio;
+        }
+        let hinges = self.document.hinges.len();
+        at = (at.0 + hinges, at.1 + hinges);
+        for k in 0..state.objects.len() {
+            let dofs = self.model.object_dofs(k);
+            let (q, v) = (&q[at.0 + 7 * k..], &v[at.1 + 6 * k..]);
+            state.objects[k] = placed(&mut state.v[dofs..dofs + 6], q, v);
+        }
+        let tendons = state.tension.len();
+        state.tension.copy_from_slice(&forces[forces.len() - tendons..]);
+    }
+}
+
+/// A floating body's part of qpos and qvel; MuJoCo turns about the body's own axes.
+fn free(pose: &Pose, velocity: &[f64], q: &mut Vec<f64>, v: &mut Vec<f64>) {
+    q.extend(pose.translation.to_array());
+    let r = pose.rotation;
+    q.extend([r.w, r.x, r.y, r.z]);
+    v.extend(&velocity[..3]);
+    let angular = r.inverse() * Vec3::new(velocity[3], velocity[4], velocity[5]);
+    v.extend(angular.to_array());
+}
+
+/// ... and back.
+fn placed(velocity: &mut [f64], q: &[f64], v: &[f64]) -> Pose {
+    let rotation = Rotation::from_xyzw(q[4], q[5], q[6], q[3]).normalize();
+    let angular = rotation * Vec3::new(v[3], v[4], v[5]);
+    velocity[..3].copy_from_slice(&v[..3]);
+    velocity[3..6].copy_from_slice(&angular.to_array());
+    Pose::from_parts(Vec3::new(q[0], q[1], q[2]), rotation)
+}
+
+impl Engine for MuJoCo {
+    fn model(&self) -> &Arc<Model> {
+        &self.model
+    }
+
+    fn step(&mut self, command: &Command) -> Result<Cost> {
+        if !command.pushes.is_empty() {
+            bail!("forces from outside are not passed on to MuJoCo");
+        }
+        if command.base == BaseCommand::Free && self.base == Base::Servo {
+            bail!("the base servo cannot be switched off in MuJoCo");
+        }
+        if self.touched {
+            let (q, v) = self.positions();
+            self.worker.push(&q, &v)?;
+            self.touched = false;
+        }
+        let control = self.control(command);
+        let frame = self.worker.step(&control)?;
+        let [nq, nv, _] = self.worker.sizes;
+        let (q, rest) = frame.numbers.split_at(nq);
+        let (v, forces) = rest.split_at(nv);
+        self.pull(q, v, forces);
+        self.state.step += 1;
+        self.outcome.penetration_m = frame.overlap_m;
+        self.outcome.converged = self.state.is_finite() && frame.warnings == 0;
+        Ok(Cost { total_s: frame.spent_s, phases_s: [0.0; 3] })
+    }
+
+    fn state(&self) -> &State {
+        &self.state
+    }
+
+    fn state_mut(&mut self) -> &mut State {
+        self.touched = true;
+        &mut self.state
+    }
+
+    fn outcome(&self) -> Outcome {
+        self.outcome
+    }
+}

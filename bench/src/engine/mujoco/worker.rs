@@ -1,0 +1,117 @@
+//! The Python process that steps MuJoCo.
+
+use anyhow::{Context, Result, bail};
+use std::io::{BufReader, Read, Write};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+const PROGRAM: &str = include_str!("../../../python/mujoco_worker.py");
+
+/// The interpreter: the environment variable `PALMARES_MUJOCO_PYTHON`, or `python3`.
+pub fn python() -> String {
+    std::env::var("PALMARES_MUJOCO_PYTHON").unwrap_or_else(|_| "python3".into())
+}
+
+/// The installed version of MuJoCo.
+///
+/// # Errors
+/// No such interpreter, or it has no package `mujoco`.
+pub fn version() -> Result<String> {
+    let output = Command::new(python())
+        .args(["-c", "import mujoco, numpy; print(mujoco.__version__)"])
+        .stderr(Stdio::null())
+        .output()
+        .with_context(|| format!("cannot start `{}`", python()))?;
+    if !output.status.success() {
+        bail!("`{}` has no package mujoco", python());
+    }
+    Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+/// A running process with one model.
+pub(super) struct Worker {
+    child: Child,
+    to: Option<ChildStdin>,
+    from: BufReader<ChildStdout>,
+    /// nq, nv, nu.
+    pub sizes: [usize; 3],
+}
+
+/// The answer to a step.
+pub(super) struct Frame {
+    pub spent_s: f64,
+    pub overlap_m: f64,
+    pub warnings: u64,
+    /// qpos, qvel, actuator forces.
+    pub numbers: Vec<f64>,
+}
+
+impl Worker {
+    pub(super) fn start(document: &str) -> Result<Self> {
+        let mut child = Command::new(python())
+            .args(["-c", PROGRAM])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .with_context(|| format!("cannot start `{}`", python()))?;
+        let mut to = child.stdin.take().context("no pipe to MuJoCo")?;
+        let from = BufReader::new(child.stdout.take().context("no pipe from MuJoCo")?);
+        to.write_all(&(document.len() as u64).to_le_bytes())?;
+        to.write_all(document.as_bytes())?;
+        to.flush()?;
+        let mut worker = Worker { child, to: Some(to), from, sizes: [0; 3] };
+        let fine = worker.read(1)?[0];
+        if fine != 1.0 {
+            let length = worker.read(1)?[0];
+            let mut message = vec![0; length as usize];
+            worker.from.read_exact(&mut message)?;
+            bail!("MuJoCo refuses the scene: {}", String::from_utf8_lossy(&message));
+        }
+        let sizes = worker.read(3)?;
+        worker.sizes = [sizes[0] as usize, sizes[1] as usize, sizes[2] as usize];
+        Ok(worker)
+    }
+
+    pub(super) fn push(&mut self, q: &[f64], v: &[f64]) -> Result<()> {
+        self.write(b'P', &[q, v])
+    }
+
+    pub(super) fn step(&mut self, control: &[f64]) -> Result<Frame> {
+        self.write(b'S', &[control])?;
+        let [nq, nv, nu] = self.sizes;
+        let mut numbers = self.read(3 + nq + nv + nu)?;
+        let rest = numbers.split_off(3);
+        Ok(Frame { spent_s: numbers[0], overlap_m: numbers[1], warnings: numbers[2] as u64, numbers: rest })
+    }
+
+    /// CPU time per step, s, of each of `repeats` runs of all steps so far.
+    pub(super) fn replay(&mut self, repeats: usize) -> Result<Vec<f64>> {
+        self.write(b'R', &[&[repeats as f64]])?;
+        self.read(repeats)
+    }
+
+    fn write(&mut self, op: u8, parts: &[&[f64]]) -> Result<()> {
+        let mut frame = vec![op];
+        frame.extend(parts.iter().copied().flatten().flat_map(|x| x.to_le_bytes()));
+        let to = self.to.as_mut().context("MuJoCo has been stopped")?;
+        to.write_all(&frame).and_then(|()| to.flush()).context("MuJoCo has stopped")
+    }
+
+    fn read(&mut self, count: usize) -> Result<Vec<f64>> {
+        let mut bytes = vec![0; 8 * count];
+        self.from.read_exact(&mut bytes).context("MuJoCo has stopped; see its message above")?;
+        let number = |chunk: &[u8]| {
+            let mut number = [0; 8];
+            number.copy_from_slice(chunk);
+            f64::from_le_bytes(number)
+        };
+        Ok(bytes.chunks_exact(8).map(number).collect())
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        // The end of its input ends the process.
+        drop(self.to.take());
+        let _ = self.child.wait();
+    }
+}
