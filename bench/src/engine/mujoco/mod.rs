@@ -118,7 +118,7 @@ impl MuJoCo {
         let config = self.model.config();
         let mut control = Vec::new();
         let Some(hand) = self.model.hand() else { return control };
-        base::advance(config, &mut self.state.reference, &command.base);
+        base::advance(config, self.state.base, &mut self.state.reference, &command.base);
         if self.base == Base::Servo {
             let to = &self.state.reference;
             let servo = &config.base;
