@@ -12,6 +12,8 @@ use parry3d_f64::query::ContactManifold;
 /// Memory of one contact point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Anchor {
+    /// parry's point was there in an earlier step. A point that is not takes over from the points it replaces.
+    pub known: bool,
     /// The point was under load in the last step.
     pub loaded: bool,
     /// Elastic tangential displacement of body B against A, in the frame of the pair's first shape, m.
@@ -43,6 +45,12 @@ pub struct Pair {
     /// Overlap that the contact did not bring about, m: the shapes were first seen in each other. It counts as
     /// touching and is taken back slowly.
     pub excess: f64,
+}
+
+impl Anchor {
+    /// Of a point that carries nothing.
+    pub const IDLE: Anchor =
+        Anchor { known: true, loaded: false, stretch: Vec3::ZERO, slip: 0.0, normal_force: 0.0 };
 }
 
 impl Pair {
@@ -83,6 +91,7 @@ impl Pair {
             h.vector(point.local_p2);
             h.vector(point.data.stretch);
             h.floats(&[point.dist, point.data.slip, point.data.normal_force]);
+            h.word(u64::from(point.data.known) << 1 | u64::from(point.data.loaded));
         }
     }
 }

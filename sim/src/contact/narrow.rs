@@ -178,7 +178,7 @@ impl Contacts {
             // parry adds the closest points (without features) to those of the clipped faces, mostly where
             // one is already.
             if point.fid1 == PackedFeatureId::UNKNOWN && deepest <= point.dist + SAME_DEPTH_M {
-                point.data = Anchor::default();
+                point.data = Anchor::IDLE;
                 continue;
             }
             let on_a = pose_a.transform_point(point.local_p1);
@@ -188,11 +188,11 @@ impl Contacts {
             let approach = relative.at(r).dot(normal);
             let reachable = config.approach_speed + 2.0 * approach.abs();
             if point.dist > config.step_s * reachable {
-                point.data = Anchor::default();
+                point.data = Anchor::IDLE;
                 continue;
             }
-            if !point.data.loaded {
-                point.data = Anchor { loaded: false, ..pair.mean };
+            if !point.data.known {
+                point.data = Anchor { known: true, loaded: false, ..pair.mean };
             }
             self.points.push(ContactPoint {
                 r,

@@ -172,9 +172,7 @@ impl BlockCholesky {
                 let o = self.offset[i * n + k] as usize;
                 let m = self.size[i];
                 let (diagonal, block) = split(&mut self.data, d, s * s, o, m * s);
-                for row in block.chunks_exact_mut(s) {
-                    forward(diagonal, s, row);
-                }
+                forward_block(diagonal, s, block, m);
             }
             for (position, &j) in self.below[k].iter().enumerate() {
                 let (oj, nj) = (self.offset[j * n + k] as usize, self.size[j]);
@@ -372,6 +370,51 @@ fn forward(l: &[f64], s: usize, x: &mut [f64]) {
             for (i, row) in l.chunks_exact(s).enumerate() {
                 forward_row(row, x, i);
             }
+        }
+    }
+}
+
+/// `B := B L⁻ᵀ` for a block of m rows below the diagonal one.
+#[inline]
+fn forward_block(l: &[f64], s: usize, block: &mut [f64], m: usize) {
+    match (m, s) {
+        (6, 6) => forward_columns::<6, 6>(l, block),
+        (6, 4) => forward_columns::<6, 4>(l, block),
+        (4, 6) => forward_columns::<4, 6>(l, block),
+        _ => {
+            for row in block.chunks_exact_mut(s) {
+                forward(l, s, row);
+            }
+        }
+    }
+}
+
+/// As [`forward_block`], all M rows abreast.
+#[inline]
+fn forward_columns<const M: usize, const S: usize>(l: &[f64], block: &mut [f64]) {
+    let (l, _) = l.as_chunks::<S>();
+    let (block, _) = block.as_chunks_mut::<S>();
+    let mut columns = [[0.0; M]; S];
+    for c in 0..S {
+        for r in 0..M {
+            columns[c][r] = block[r][c];
+        }
+    }
+    for c in 0..S {
+        let mut x = columns[c];
+        for k in 0..c {
+            for r in 0..M {
+                x[r] -= l[c][k] * columns[k][r];
+            }
+        }
+        for r in 0..M {
+            x[r] *= l[c][c];
+        }
+        columns[c] = x;
+    }
+    for r in 0..M {
+        for c in 0..S {
+            block[r][c] = columns[c][r];
         }
     }
 }

@@ -76,7 +76,8 @@ impl ConeLaw {
         ([gt * t0, gt * t1, gn], ConeHessian::Slip(hessian))
     }
 
-    /// Speed of slip at contact velocity `v` and impulse γ: what the elastic part does not explain, m/s.
+    /// Speed of slip at contact velocity `v` and impulse γ: what the elastic part does not explain, m/s. It is no
+    /// more than the surfaces' own speed: an anchor that gives way because its load fades does not slide.
     #[inline]
     pub fn slip_speed(&self, v: [f64; 3], gamma: [f64; 3]) -> f64 {
         if gamma[2] <= 0.0 {
@@ -84,7 +85,8 @@ impl ConeLaw {
         }
         let (a, b) = (self.target[0] - v[0], self.target[1] - v[1]);
         let elastic = (gamma[0] * gamma[0] + gamma[1] * gamma[1]).sqrt() / self.tangential;
-        ((a * a + b * b).sqrt() - elastic).max(0.0)
+        let speed = (v[0] * v[0] + v[1] * v[1]).sqrt();
+        ((a * a + b * b).sqrt() - elastic).clamp(0.0, speed)
     }
 
     /// `wᵀ H w`.
@@ -119,11 +121,12 @@ impl RollingLaw {
     /// `H = isotropic · I − radial · ω ωᵀ`.
     #[inline]
     pub fn impulse(&self, omega: Vec3) -> (Vec3, f64, f64) {
-        let speed = omega.length();
-        if speed <= self.deadband {
+        let squared = omega.length_squared();
+        if squared <= self.deadband * self.deadband {
             let k = self.limit / self.deadband;
             return (omega * -k, k, 0.0);
         }
+        let speed = squared.sqrt();
         let k = self.limit / speed;
         (omega * -k, k, k / (speed * speed))
     }

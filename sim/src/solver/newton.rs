@@ -336,10 +336,32 @@ impl Newton {
             }
             (first, second)
         };
+        // At the present point the laws have been evaluated already.
+        let here = || {
+            let mut second = quadratic;
+            for pair in &problem.pairs {
+                let points = &problem.points[pair.first..pair.end];
+                for (point, hessian) in points.iter().zip(&self.hessians[pair.first..pair.end]) {
+                    second += point.law.curvature(hessian, point.direction);
+                }
+                if pair.rolling.limit > 0.0 {
+                    let (w, omega) = (pair.direction.angular, pair.relative.angular);
+                    let (_, isotropic, radial) = pair.rolling.impulse(omega);
+                    second += isotropic * w.dot(w) - radial * omega.dot(w).powi(2);
+                }
+            }
+            for (term, curvature) in problem.axis_terms.iter().zip(&self.axis_curvature) {
+                second += curvature * direction[term.dof] * direction[term.dof];
+            }
+            for (du, curvature) in self.row_direction.iter().zip(&self.row_curvature).take(problem.rows) {
+                second += curvature * du * du;
+            }
+            (dot(direction, &self.gradient), second)
+        };
         let (mut alpha, mut low, mut high) = (0.0, -1.0, f64::INFINITY);
-        for _ in 0..40 {
+        for k in 0..40 {
             report.evaluations += 1;
-            let (first, second) = derivatives(alpha);
+            let (first, second) = if k == 0 { here() } else { derivatives(alpha) };
             if first.abs() <= LINE_TOLERANCE * slope.abs() {
                 break;
             }

@@ -108,12 +108,12 @@ impl World {
                 let [g1, g2, gn] = point.impulse;
                 let data = &mut pair.manifold.points[seen.point as usize].data;
                 if gn <= 0.0 {
-                    *data = Anchor::default();
+                    *data = Anchor::IDLE;
                     continue;
                 }
                 // What a rebound exchanges in an instant says nothing about the next step.
                 if let Some(rebound) = rebound_of(&self.model, found, seen) {
-                    *data = Anchor::default();
+                    *data = Anchor::IDLE;
                     for owner in [found.a, found.b] {
                         if let Owner::Object(k) = owner {
                             let met = &mut self.work.met[k];
@@ -128,7 +128,7 @@ impl World {
                 let stretch = stretch_after(before, friction, config.anchor_stiffness, tau, h);
                 let slip = point.law.slip_speed(point.velocity, point.impulse);
                 let normal_force = gn / h;
-                *data = Anchor { loaded: true, stretch: into_a * stretch, slip, normal_force };
+                *data = Anchor { known: true, loaded: true, stretch: into_a * stretch, slip, normal_force };
                 loaded += 1.0;
                 mean.stretch += data.stretch;
                 mean.slip += slip;
