@@ -7,9 +7,10 @@ use crate::hand::Hand;
 use crate::load::{self, LoadOptions};
 
 /// Embedded, so that the program runs from anywhere: name, URDF, settings.
-const FILES: [(&str, &str, &str); 2] = [
+const FILES: [(&str, &str, &str); 3] = [
     ("softhand", include_str!("../hands/softhand/hand.urdf"), include_str!("../hands/softhand/hand.toml")),
     ("reflex", include_str!("../hands/reflex/hand.urdf"), include_str!("../hands/reflex/hand.toml")),
+    ("pinch", include_str!("../hands/pinch/hand.urdf"), include_str!("../hands/pinch/hand.toml")),
 ];
 
 /// All hands that come with the program, loaded once.

@@ -55,7 +55,8 @@ fn a_folder_is_checked_and_closes_along_the_closed_form() {
         "├─ index_knuckle: 0.009 kg",
         "Warnings: 0",
         "σ = 1: the closed form does not apply",
-        "tendon 'tendon' is at its limit of 2",
+        "σ = 1: no prediction applies",
+        "'base' touches 'index_distal'",
         "joint 'index_inner' is at its upper limit 0.7854",
         ": usable",
     ] {
@@ -69,6 +70,7 @@ fn a_folder_is_checked_and_closes_along_the_closed_form() {
     assert_eq!(report["hand"]["coordinates"].as_array().expect("a list").len(), 19);
     for closure in report["closures"].as_array().expect("a list") {
         assert_eq!(closure["beyond"].as_array().map(Vec::len), Some(0), "{closure}");
+        assert_eq!(closure["law"], "closed_form");
         assert!(closure["error"].as_f64().expect("a number") < 1e-9, "{closure}");
         assert!(closure["rest_s"].as_f64().is_some());
     }
@@ -169,7 +171,8 @@ fn a_pushed_hand_is_drawn_where_the_closed_form_has_it() {
     // Both stages end where the closed form says, under the push with J of the final configuration.
     for stage in ["closed: ", "pushed: "] {
         let line = out.lines().find(|line| line.starts_with(stage)).expect("its line");
-        let error: f64 = line.split_whitespace().last().and_then(|x| x.parse().ok()).expect("a number");
+        assert!(line.ends_with("(closed form)"), "{line}");
+        let error = line.split_whitespace().find_map(|x| x.parse::<f64>().ok()).expect("a number");
         assert!(error < 1e-9, "{line}");
     }
     let picture = std::fs::read_to_string(&svg).expect("written");

@@ -4,6 +4,7 @@ mod errors;
 mod hostile;
 mod inertia;
 mod mesh;
+mod pinch;
 mod reference;
 mod reflex;
 mod softhand;

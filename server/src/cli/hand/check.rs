@@ -3,6 +3,7 @@
 use super::advice::advice;
 use super::closure::{AGREEMENT, Closure, close};
 use super::describe::{describe, short, table};
+use super::predict::Law;
 use super::{Found, hint, load_hand, parse_sigma};
 use clap::Args;
 use palmares_models::describe::HandDescription;
@@ -132,7 +133,7 @@ fn simulate(hand: &Arc<Hand>, sigma: &[f64], report: &mut Report) {
                     ));
                 } else if closure.disagrees() {
                     report.errors.push(format!(
-                        "hand '{}': at σ = {} simulation and closed form differ by {:.1e}, more than {AGREEMENT:e}",
+                        "hand '{}': at σ = {} simulation and prediction differ by {:.1e}, more than {AGREEMENT:e}",
                         hand.name,
                         sigmas(&target),
                         closure.error.unwrap_or(f64::NAN)
@@ -200,29 +201,55 @@ fn closures(hand: &Hand, closures: &[Closure], all: bool) -> String {
     if closures.is_empty() {
         return "\nFree closure: not simulated, the hand has no motor\n".to_owned();
     }
-    let mut rows = vec![vec!["σ".to_owned(), "rest (s)".to_owned(), "max |q - q_closed|".to_owned()]];
-    rows[0].extend(hand.tendons.iter().flat_map(|t| [format!("f {}", t.name), "closed".to_owned()]));
+    let mut rows = vec![vec!["σ", "rest (s)", "law", "max |q - predicted|"]]
+        .into_iter()
+        .map(|row| row.into_iter().map(str::to_owned).collect::<Vec<String>>())
+        .collect::<Vec<_>>();
+    rows[0].extend(hand.tendons.iter().flat_map(|t| [format!("f {}", t.name), "predicted".to_owned()]));
     let mut notes = String::new();
+    // Said once, not for every σ.
+    let always = |reason: &String| closures.iter().all(|c| c.beyond_closed_form.contains(reason));
+    for reason in closures[0].beyond_closed_form.iter().filter(|reason| always(reason)) {
+        let _ = writeln!(notes, "  at every σ the closed form does not apply: {reason}");
+    }
     for c in closures {
-        let error = match (c.error, c.beyond.is_empty()) {
-            (Some(error), true) => format!("{error:.1e}"),
-            (Some(_), false) | (None, _) => "(see below)".to_owned(),
+        let error = match c.error {
+            Some(error) if c.beyond.is_empty() => format!("{error:.1e}"),
+            _ => "-".to_owned(),
         };
-        let mut row = vec![sigmas(&c.sigma), c.rest_s.map_or("-".to_owned(), |t| format!("{t:.2}")), error];
+        let law = match c.law {
+            Some(Law::ClosedForm) => "closed form",
+            Some(Law::Newton) => "Newton",
+            None => "-",
+        };
+        let rest = c.rest_s.map_or("-".to_owned(), |t| format!("{t:.2}"));
+        let mut row = vec![sigmas(&c.sigma), rest, law.to_owned(), error];
         for (k, f) in c.tension.iter().enumerate() {
-            row.push(format!("{f:.6}"));
-            row.push(c.predicted_tension.as_ref().map_or("-".to_owned(), |p| format!("{:.6}", p[k])));
+            row.push(tension(*f));
+            row.push(c.predicted_tension.as_ref().map_or("-".to_owned(), |p| tension(p[k])));
         }
         rows.push(row);
-        if !c.beyond.is_empty() {
-            let _ = writeln!(notes, "  σ = {}: the closed form does not apply:", sigmas(&c.sigma));
-            let reasons = c.beyond.iter().map(|reason| (reason.as_str(), reason.clone()));
-            for reason in if all { c.beyond.clone() } else { of_each_kind(reasons) } {
+        let mut explain = |heading: &str, reasons: &[String]| {
+            if reasons.is_empty() {
+                return;
+            }
+            let _ = writeln!(notes, "  σ = {}: {heading}", sigmas(&c.sigma));
+            let lines = reasons.iter().map(|reason| (reason.as_str(), reason.clone()));
+            for reason in if all { reasons.to_vec() } else { of_each_kind(lines) } {
                 let _ = writeln!(notes, "    {reason}");
             }
-        }
+        };
+        let here: Vec<String> = c.beyond_closed_form.iter().filter(|r| !always(r)).cloned().collect();
+        explain("the closed form does not apply:", &here);
+        explain("no prediction applies:", &c.beyond);
     }
-    format!("\nFree closure, simulated and by the closed form (tensions f)\n{}{notes}", table(&rows))
+    format!("\nFree closure, simulated and predicted (f: tensions)\n{}{notes}", table(&rows))
+}
+
+/// A tension, without the sign of what is nothing but rounding.
+fn tension(f: f64) -> String {
+    let text = format!("{f:.6}");
+    if text == "-0.000000" { "0.000000".to_owned() } else { text }
 }
 
 fn verdict(name: &str, report: &Report) -> String {

@@ -1,9 +1,8 @@
 //! Free closure: the hand alone in the air, its motors wound up, until it rests.
 
-use super::predict::{Equilibrium, largest_difference, settled};
+use super::predict::{Equilibrium, Law, NoPrediction, largest_difference, settled};
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
-use palmares_sim::actuation::equilibrium::NoClosedForm;
 use palmares_sim::model::ModelError;
 use palmares_sim::world::Push;
 use palmares_sim::{BaseCommand, Command, Config, Model, Owner, State, World};
@@ -23,7 +22,7 @@ pub(super) const AT_SIGHT: f64 = 2e-3;
 const STILL_S: f64 = 0.1;
 /// A hand that moves longer than this is left alone, s.
 const PATIENCE_S: f64 = 60.0;
-/// Simulation and closed form agree when no coordinate differs by more, rad or m: the solver's tolerance with some
+/// Simulation and prediction agree when no coordinate differs by more, rad or m: the solver's tolerance with some
 /// room.
 pub(super) const AGREEMENT: f64 = 1e-6;
 
@@ -38,7 +37,11 @@ pub(super) struct Closure {
     pub(super) q: Vec<f64>,
     /// Tension of every tendon at the end.
     pub(super) tension: Vec<f64>,
-    /// What the closed form predicts; none where it has no answer.
+    /// How the prediction was found; none where there is none.
+    pub(super) law: Option<Law>,
+    /// What the closed form does not know of here; empty when it applies.
+    pub(super) beyond_closed_form: Vec<String>,
+    /// Where the hand should rest.
     pub(super) predicted_q: Option<Vec<f64>>,
     /// Its tensions.
     pub(super) predicted_tension: Option<Vec<f64>>,
@@ -46,12 +49,12 @@ pub(super) struct Closure {
     pub(super) error: Option<f64>,
     /// The coordinate where it is.
     pub(super) worst: Option<String>,
-    /// Why the closed form does not apply here; empty when it does.
+    /// Why no prediction applies here, as where the hand touches itself; empty when one does.
     pub(super) beyond: Vec<String>,
 }
 
 impl Closure {
-    /// Whether the closed form applies and the simulation does something else.
+    /// Whether a prediction applies and the simulation does something else.
     pub(super) fn disagrees(&self) -> bool {
         self.beyond.is_empty() && self.error.is_none_or(|error| error.is_nan() || error > AGREEMENT)
     }
@@ -126,47 +129,50 @@ impl Alone {
         None
     }
 
-    /// The closed form's prediction for the present base pose.
-    pub(super) fn predict(&self, sigma: &[f64]) -> Result<Option<Equilibrium>, NoClosedForm> {
-        settled(self.world.model(), &self.hand, self.state().base, sigma, &self.command.pushes)
+    /// Where the hand should rest with its base where it is.
+    pub(super) fn predict(&self, sigma: &[f64]) -> Result<Equilibrium, NoPrediction> {
+        let config = self.world.model().config();
+        settled(config, &self.hand, self.state().base, sigma, &self.command.pushes)
     }
 
-    /// Why the closed form does not apply to the state at rest: it knows no limits and no contacts.
-    pub(super) fn beyond(&self, predicted: &Equilibrium) -> Vec<String> {
-        let (hand, state) = (&self.hand, self.state());
-        let mut out = Vec::new();
-        for ((t, &f), &p) in hand.tendons.iter().zip(&state.tension).zip(&predicted.tension) {
-            if f.abs().max(p.abs()) >= t.force_limit * (1.0 - 1e-9) {
-                out.push(format!(
-                    "tendon '{}' is at its limit of {}; without it {p:.4}",
-                    t.name, t.force_limit
-                ));
-            } else if !t.both_ways && (f.min(p) < 0.0 || (f <= 0.0 && p > 0.0)) {
-                out.push(format!("tendon '{}' is slack; it would have to push with {:.4}", t.name, -p));
-            }
-        }
+    /// Parts of the hand that touch each other.
+    pub(super) fn touching(&self) -> Vec<String> {
         let mut pairs = BTreeSet::new();
         for contact in self.world.contact_forces() {
             if let (Owner::Link(a), Owner::Link(b)) = (contact.a, contact.b) {
                 pairs.insert((a.min(b), a.max(b)));
             }
         }
-        for (a, b) in pairs {
-            out.push(format!("'{}' touches '{}'", hand.links[a].name, hand.links[b].name));
+        let name = |link: usize| &self.hand.links[link].name;
+        pairs.iter().map(|&(a, b)| format!("'{}' touches '{}'", name(a), name(b))).collect()
+    }
+}
+
+/// What can be said about a hand at rest, or about one that does not come to rest.
+pub(super) struct Comparison {
+    /// Where it should be.
+    pub(super) predicted: Option<Equilibrium>,
+    /// Largest |q − predicted|.
+    pub(super) error: Option<f64>,
+    /// Why the prediction does not apply; empty when it does.
+    pub(super) beyond: Vec<String>,
+}
+
+/// Holds the present state against the prediction. `rested` tells whether the hand came to rest.
+pub(super) fn compare(alone: &Alone, sigma: &[f64], rested: bool) -> Comparison {
+    let mut beyond = alone.touching();
+    if !rested {
+        beyond.push(format!("the hand still moves after {PATIENCE_S} s"));
+    }
+    match alone.predict(sigma) {
+        Ok(predicted) => {
+            let error = Some(largest_difference(&alone.state().q, &predicted.q));
+            Comparison { predicted: Some(predicted), error, beyond }
         }
-        for ((c, &q), &p) in hand.coordinates.iter().zip(&state.q).zip(&predicted.q) {
-            for (side, bound, outside) in
-                [("lower", c.lower, q.min(p) <= c.lower), ("upper", c.upper, q.max(p) >= c.upper)]
-            {
-                if outside {
-                    out.push(format!(
-                        "joint '{}' is at its {side} limit {bound:.4}; the closed form has {p:.4}",
-                        c.name
-                    ));
-                }
-            }
+        Err(why) => {
+            beyond.push(why.to_string());
+            Comparison { predicted: None, error: None, beyond }
         }
-        out
     }
 }
 
@@ -174,38 +180,25 @@ impl Alone {
 pub(super) fn close(hand: &Arc<Hand>, sigma: &[f64]) -> Result<Closure, ModelError> {
     let mut alone = Alone::new(hand)?;
     let rest_s = alone.settle(sigma, AT_REST, |_| {});
-    let predicted = alone.predict(sigma);
+    let Comparison { predicted, error, beyond } = compare(&alone, sigma, rest_s.is_some());
     let state = alone.state();
-    let mut closure = Closure {
+    let worst = predicted.as_ref().and_then(|predicted| {
+        let distance = |i: usize| (state.q[i] - predicted.q[i]).abs();
+        (0..state.q.len()).max_by(|&a, &b| distance(a).total_cmp(&distance(b)))
+    });
+    Ok(Closure {
         sigma: sigma.to_vec(),
         rest_s,
         q: state.q.clone(),
         tension: state.tension.clone(),
-        predicted_q: None,
-        predicted_tension: None,
-        error: None,
-        worst: None,
-        beyond: Vec::new(),
-    };
-    match predicted {
-        Err(no_form) => closure.beyond.push(no_form.to_string()),
-        Ok(None) => {
-            closure.beyond.push("the hand's own weight leaves it no equilibrium to iterate to".into())
-        }
-        Ok(Some(predicted)) => {
-            closure.beyond = alone.beyond(&predicted);
-            if rest_s.is_none() {
-                closure.beyond.push(format!("the hand still moves after {PATIENCE_S} s"));
-            }
-            closure.error = Some(largest_difference(&state.q, &predicted.q));
-            let distance = |&i: &usize| (state.q[i] - predicted.q[i]).abs();
-            let worst = (0..state.q.len()).max_by(|a, b| distance(a).total_cmp(&distance(b)));
-            closure.worst = worst.map(|i| hand.coordinates[i].name.clone());
-            closure.predicted_q = Some(predicted.q);
-            closure.predicted_tension = Some(predicted.tension);
-        }
-    }
-    Ok(closure)
+        law: predicted.as_ref().map(|p| p.law),
+        beyond_closed_form: predicted.as_ref().map_or(Vec::new(), |p| p.beyond_closed_form.clone()),
+        predicted_q: predicted.as_ref().map(|p| p.q.clone()),
+        predicted_tension: predicted.map(|p| p.tension),
+        error,
+        worst: worst.map(|i| hand.coordinates[i].name.clone()),
+        beyond,
+    })
 }
 
 /// Quintic from 0 to 1 over x in [0, 1].

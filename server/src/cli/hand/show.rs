@@ -1,10 +1,10 @@
 //! `palmares hand show`: a closure as a picture.
 
-use super::closure::{AT_REST, AT_SIGHT, Alone, RAMP_S};
+use super::closure::{AT_REST, AT_SIGHT, Alone, Comparison, RAMP_S, compare};
 use super::describe::short;
 use super::draw::draw;
 use super::figure::{Curve, Figure, Panel, fingers};
-use super::predict::{Equilibrium, largest_difference};
+use super::predict::{Equilibrium, Law};
 use super::push::PushArg;
 use super::{hint, load_hand, parse_sigma};
 use anyhow::{Context, bail};
@@ -46,7 +46,7 @@ struct Phase {
     predicted: Option<Equilibrium>,
     /// Largest |q − predicted| at rest.
     error: Option<f64>,
-    /// Why the closed form does not apply.
+    /// Why no prediction applies.
     beyond: Vec<String>,
 }
 
@@ -107,18 +107,7 @@ fn phase(alone: &mut Alone, name: &'static str, sigma: &[f64], trace: &mut Trace
     let to = alone.time_s();
     let before = alone.state().clone();
     let rest = alone.settle(sigma, AT_REST, |_| {});
-    let (predicted, mut beyond) = match alone.predict(sigma) {
-        Err(no_spring) => (None, vec![no_spring.to_string()]),
-        Ok(None) => (None, vec!["no equilibrium to iterate to was found".to_owned()]),
-        Ok(Some(predicted)) => {
-            let beyond = alone.beyond(&predicted);
-            (Some(predicted), beyond)
-        }
-    };
-    if rest.is_none() {
-        beyond.push("the hand does not come to rest".to_owned());
-    }
-    let error = predicted.as_ref().map(|p| largest_difference(&p.q, &alone.state().q));
+    let Comparison { predicted, error, beyond } = compare(alone, sigma, rest.is_some());
     alone.restore(before);
     Phase { name, from, to, predicted, error, beyond }
 }
@@ -160,8 +149,7 @@ fn figure(hand: &Arc<Hand>, sigma: &[f64], pushes: &[Push], trace: &Trace, phase
         });
     }
     let sigmas = sigma.iter().map(|s| short(*s)).collect::<Vec<_>>().join(", ");
-    let mut notes =
-        vec!["simulated: solid; at rest by the closed form of adaptive synergies: dashed, ring".to_owned()];
+    let mut notes = vec!["simulated: solid; predicted at rest: dashed, ring".to_owned()];
     for push in pushes {
         let [x, y, z] = push.force.to_array().map(short);
         notes.push(format!("pushed on {}: {x}, {y}, {z} N", hand.links[push.link].name));
@@ -178,14 +166,21 @@ fn figure(hand: &Arc<Hand>, sigma: &[f64], pushes: &[Push], trace: &Trace, phase
 
 /// One line about a phase.
 fn outcome(phase: &Phase) -> String {
-    match (&phase.error, phase.beyond.first()) {
-        (Some(error), None) => format!("{}: largest |q − closed form| at rest {error:.1e}", phase.name),
-        (_, Some(first)) => {
-            let more = phase.beyond.len() - 1;
-            let more = if more == 0 { String::new() } else { format!(", and {more} more") };
-            format!("{}: the closed form does not apply: {first}{more}", phase.name)
+    let first = |reasons: &[String]| match reasons {
+        [] => String::new(),
+        [only] => format!(": {only}"),
+        [first, more @ ..] => format!(": {first}, and {} more", more.len()),
+    };
+    let name = phase.name;
+    match (&phase.predicted, phase.error) {
+        (Some(predicted), Some(error)) if phase.beyond.is_empty() => {
+            let law = match predicted.law {
+                Law::ClosedForm => "closed form".to_owned(),
+                Law::Newton => format!("Newton's method{}", first(&predicted.beyond_closed_form)),
+            };
+            format!("{name}: largest |q − predicted| at rest {error:.1e} ({law})")
         }
-        (None, None) => format!("{}: no prediction", phase.name),
+        _ => format!("{name}: no prediction applies{}", first(&phase.beyond)),
     }
 }
 
