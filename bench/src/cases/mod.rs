@@ -11,6 +11,7 @@ pub mod hard;
 pub mod hold;
 pub mod mechanism;
 pub mod pile;
+pub mod pinch;
 pub mod reflex;
 pub mod rolling;
 pub(crate) mod scene;
@@ -72,6 +73,7 @@ pub struct Case {
 pub const GROUPS: &[&[Case]] = &[
     synergy::CASES,
     grasp::CASES,
+    pinch::CASES,
     reflex::CASES,
     balls::CASES,
     pile::CASES,

@@ -12,6 +12,7 @@ mod hold;
 mod mechanism;
 mod peers;
 mod pile;
+mod pinch;
 mod random_piles;
 mod reflex;
 mod rolling;
