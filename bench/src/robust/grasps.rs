@@ -83,7 +83,7 @@ pub fn play(seed: u64) -> Result<Outcome> {
     let up = if random.below(2) == 0 { -1.0 } else { 1.0 };
     let config = Config { gravity: Vec3::new(0.0, 0.0, 9.81 * up), ..Config::with_step(dt_s) };
     let (mut model, state, start) = scene(&hand, config, &grasp, placement)?;
-    let floor = Shape::Box { half_extents: [3.0, 3.0, 0.1], rounding: 0.0 };
+    let floor = Shape::Box { half_extents: [30.0, 30.0, 0.1], rounding: 0.0 };
     model.add_static("floor", &floor, Pose::translation(0.0, 0.0, 0.5 * up), 0.6)?;
     let mut world = World::new(Arc::new(model), state);
     let mut command = Command::stay(world.model(), start);
