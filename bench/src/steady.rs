@@ -1,11 +1,18 @@
 //! Properties of stepping that need a real scene: snapshots, and steps without allocation.
 
 use crate::cases::grasp::{closing, held_still};
+use crate::cases::reflex::grasping;
 use allocation_counter::measure;
+use palmares_sim::{Command, World};
 
 #[test]
 fn a_restored_snapshot_goes_on_bit_for_bit() {
-    let (mut world, command) = closing(0.4);
+    goes_on(closing(0.4));
+    // Moment arms that depend on the configuration.
+    goes_on(grasping(2.0));
+}
+
+fn goes_on((mut world, command): (World, Command)) {
     let snapshot = world.state().clone();
     for _ in 0..300 {
         world.step(&command);
@@ -33,11 +40,12 @@ fn a_state_that_differs_in_one_bit_hashes_differently() {
 #[test]
 fn a_steady_step_allocates_nothing() {
     assert!(measure(|| drop(vec![0u8; 64])).count_total > 0, "the counter counts");
-    let (mut world, command) = held_still();
-    let counted = measure(|| {
-        for _ in 0..100 {
-            world.step(&command);
-        }
-    });
-    assert_eq!(counted.count_total, 0, "{counted:?}");
+    for (mut world, command) in [held_still(), grasping(4.0)] {
+        let counted = measure(|| {
+            for _ in 0..100 {
+                world.step(&command);
+            }
+        });
+        assert_eq!(counted.count_total, 0, "{counted:?}");
+    }
 }

@@ -164,6 +164,41 @@ fn a_pushed_fingertip_ends_in_the_exact_equilibrium_too() {
     }
 }
 
+/// Wound far beyond where the free hand ends, a finger stands at its proximal stop with its distal joint where the
+/// arm shrinks as it bends: the cable adds a multiple of the joint's own stiffness (`geometric_stiffness`; without it
+/// these fingers whirl, with the stock limit from 16 ms on, with four times as much from 4 ms on).
+#[test]
+fn a_saturated_finger_comes_to_rest_at_every_step() {
+    let mut hand = Hand::clone(&reflex());
+    for motor in &mut hand.motors[..3] {
+        (motor.scaling, motor.speed_limit) = (20.0, 10.0);
+    }
+    hand.no_collision =
+        (0..hand.links.len()).flat_map(|a| (a + 1..hand.links.len()).map(move |b| [a, b])).collect();
+    for limit in [1.5, 6.0] {
+        for tendon in &mut hand.tendons[..3] {
+            tendon.force_limit = limit;
+        }
+        let shared = Arc::new(hand.clone());
+        let curvature = |q: f64| shared.tendons[0].elements[0].path.length(q).curvature;
+        for dt in [1e-3, 4e-3, 8e-3, 16e-3] {
+            let (mut world, mut command) = world_with(&shared, Config::with_step(dt));
+            command.sigma = vec![1.0, 1.0, 1.0, 0.0];
+            for _ in 0..(3.0 / dt) as usize {
+                assert!(world.step(&command).converged);
+            }
+            let (state, what) = (world.state(), format!("limit {limit}, dt {dt}"));
+            assert_eq!(state.tension[..3], [limit; 3], "{what}");
+            let added = -limit * curvature(state.q[2]);
+            assert!(added > 5.0 * 0.30, "{what}: the cable adds {added} N·m/rad");
+            let fastest = state.v.iter().fold(0.0, |most: f64, v| v.abs().max(most));
+            assert!(fastest < 1e-3, "{what}: {fastest} rad/s");
+            let residual = world.joint_residual().iter().fold(0.0, |most: f64, tau| tau.abs().max(most));
+            assert!(residual < 1e-5, "{what}: {residual:e} N·m");
+        }
+    }
+}
+
 /// Kinetic energy of the hand, J.
 fn kinetic(hand: &Hand, state: &State) -> f64 {
     let n = 6 + hand.coordinates.len();

@@ -9,6 +9,8 @@ use palmares_models::hand::Hand;
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
+#[cfg(test)]
+use palmares_sim::World;
 use palmares_sim::actuation::base::BaseCommand;
 use palmares_sim::actuation::equilibrium::rest;
 use palmares_sim::actuation::motor::wound;
@@ -99,33 +101,43 @@ pub fn ball(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     Ok(Finding { error: Figure::new("creep over 2 s", slip, "mm/s"), invariants })
 }
 
-/// One grasp of the ball.
-pub fn play(setup: &Setup, placement: Placement, recorder: &mut Recorder) -> Result<Invariants> {
+/// The hand palm down over the ball, which stands on a post at the world's origin.
+fn scene(dt_s: f64, placement: Placement) -> Result<(Model, State, Pose)> {
     let hand = reflex()?;
-    let dt_s = setup.dt_s;
     let mut model = Model::new(Config::with_step(dt_s), Some(hand))?;
     let sphere = Shape::Sphere { radius: RADIUS_M };
     let ball = Object::new("ball", vec![(Pose::IDENTITY, sphere)], 1.0, 0.5, 0.0)?;
     let post = Shape::Box { half_extents: [0.02, 0.02, 0.02], rounding: 0.0 };
     model.add_static("post", &post, Pose::translation(0.0, 0.0, -RADIUS_M - 0.02 - 1e-5), 0.5)?;
     model.add_object(Arc::new(ball))?;
-    // Palm down, the ball at the world's origin.
     let down = Rotation::from_rotation_x(PI);
     let start = Pose::from_parts(-(down * Vec3::new(placement.x_m, 0.0, placement.z_m)), down);
     let state = State::at_rest(&model, start, &[Pose::IDENTITY]);
+    Ok((model, state, start))
+}
+
+/// What the hand is told for the step that ends at time t.
+fn instruct(command: &mut Command, placement: Placement, start: Pose, t: f64) {
+    command.sigma[..3].fill(placement.sigma * ramp(t - CLOSE_S).0);
+    command.sigma[3] = placement.preshape * ramp(t / CLOSE_S).0;
+    let (rise, rate) = ramp(t - LIFT_S);
+    command.base = BaseCommand::Exact(BaseReference {
+        pose: Pose::from_parts(start.translation + Vec3::new(0.0, 0.0, 0.1 * rise), start.rotation),
+        linear: Vec3::new(0.0, 0.0, 0.1 * rate),
+        angular: Vec3::ZERO,
+    });
+}
+
+/// One grasp of the ball.
+pub fn play(setup: &Setup, placement: Placement, recorder: &mut Recorder) -> Result<Invariants> {
+    let dt_s = setup.dt_s;
+    let (model, state, start) = scene(dt_s, placement)?;
     let mut command = Command::stay(&model, start);
     let mut world = setup.start(model, state)?;
     let (mut settled, mut held) = (Vec3::ZERO, Vec3::ZERO);
     for k in 0..steps(END_S, dt_s) {
         let t = (k + 1) as f64 * dt_s;
-        command.sigma[..3].fill(placement.sigma * ramp(t - CLOSE_S).0);
-        command.sigma[3] = placement.preshape * ramp(t / CLOSE_S).0;
-        let (rise, rate) = ramp(t - LIFT_S);
-        command.base = BaseCommand::Exact(BaseReference {
-            pose: Pose::from_parts(start.translation + Vec3::new(0.0, 0.0, 0.1 * rise), start.rotation),
-            linear: Vec3::new(0.0, 0.0, 0.1 * rate),
-            angular: Vec3::ZERO,
-        });
+        instruct(&mut command, placement, start, t);
         recorder.step(&mut *world, &command)?;
         held = world.state().base.inverse_transform_point(world.state().objects[0].translation);
         if t >= SETTLED_S - 1e-9 && t - dt_s < SETTLED_S - 1e-9 {
@@ -141,4 +153,18 @@ pub fn play(setup: &Setup, placement: Placement, recorder: &mut Recorder) -> Res
         hold_penetration_mm: Some(world.outcome().penetration_m * 1e3),
         ..recorder.invariants()
     })
+}
+
+/// The ball grasp after `time_s` of its path, and the command that keeps doing what it did.
+#[cfg(test)]
+pub(crate) fn grasping(time_s: f64) -> (World, Command) {
+    let dt_s = 1e-3;
+    let (model, state, start) = scene(dt_s, CHOSEN).expect("the scene is sound");
+    let mut command = Command::stay(&model, start);
+    let mut world = World::new(Arc::new(model), state);
+    for k in 0..steps(time_s, dt_s) {
+        instruct(&mut command, CHOSEN, start, (k + 1) as f64 * dt_s);
+        world.step(&command);
+    }
+    (world, command)
 }

@@ -133,6 +133,16 @@ fn actuation(about: &HandDescription) -> String {
             short(t.damping),
             short(t.force_limit)
         );
+        if t.both_ways {
+            let _ = writeln!(out, "    pushes as well as it pulls");
+        }
+        for e in &t.elements {
+            let _ = writeln!(
+                out,
+                "    its arm at {} depends on that joint's angle; R is that at rest",
+                e.coordinate
+            );
+        }
     }
     if out.is_empty() {
         out.push_str("  none\n");
