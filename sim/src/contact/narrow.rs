@@ -99,8 +99,9 @@ impl Contacts {
                 continue;
             }
             // Twice the present approach speed at most, and what a step may add to it from rest.
-            let reachable = config.step_s * (config.approach_speed + 2.0 * (speeds[i] + speeds[j]));
-            let reachable = reachable.min(margin);
+            let approach = config.step_s * (speeds[i] + speeds[j]);
+            let margin = margin + approach;
+            let reachable = (config.step_s * config.approach_speed + 2.0 * approach).min(margin);
             pair.slack -= paths[i] + paths[j];
             if pair.slack > reachable {
                 continue;

@@ -59,24 +59,12 @@ impl World {
     /// Bounds, near pairs, contact points; sleepers that are touched wake, and with them what they touch.
     fn collide(&mut self) {
         let (model, state, work) = (&self.model, &mut self.state, &mut self.work);
-        let margin = 0.5 * model.config().margin();
+        let (h, margin) = (model.config().step_s, 0.5 * model.config().margin());
         let fresh = work.bounds.len() != model.colliders().len();
         if fresh {
             work.poses.resize(model.colliders().len(), Pose::IDENTITY);
             work.bounds.resize(model.colliders().len(), Aabb::new_invalid());
         }
-        for (i, collider) in model.colliders().iter().enumerate() {
-            let pose = match collider.owner {
-                // Furniture is where it was.
-                Owner::Static if !fresh => continue,
-                Owner::Static => collider.body_from_shape,
-                Owner::Link(i) => work.kin.pose[i] * collider.body_from_shape,
-                Owner::Object(k) => state.objects[k] * collider.body_from_shape,
-            };
-            work.bounds[i] = tight_bounds(&collider.local_bounds, &pose, margin);
-            work.poses[i] = pose;
-        }
-        work.broad.update(model, &work.bounds, &mut state.pairs);
         let (v, centers, origin) = (&state.v, &state.objects, work.kin.origin);
         let velocity = |owner: Owner, at: Vec3| match owner {
             Owner::Static => Motion::ZERO,
@@ -90,20 +78,27 @@ impl World {
         };
         std::mem::swap(&mut work.speeds, &mut work.speeds_before);
         work.speeds.clear();
-        work.speeds.extend(model.colliders().iter().zip(&work.poses).map(|(collider, pose)| {
-            match collider.owner {
-                Owner::Static => 0.0,
-                owner => {
-                    let motion = velocity(owner, pose.translation);
-                    motion.linear.length() + motion.angular.length() * collider.reach
+        for (i, collider) in model.colliders().iter().enumerate() {
+            let pose = match collider.owner {
+                // Furniture is where it was.
+                Owner::Static if !fresh => {
+                    work.speeds.push(0.0);
+                    continue;
                 }
-            }
-        }));
+                Owner::Static => collider.body_from_shape,
+                Owner::Link(i) => work.kin.pose[i] * collider.body_from_shape,
+                Owner::Object(k) => centers[k] * collider.body_from_shape,
+            };
+            let motion = velocity(collider.owner, pose.translation);
+            let speed = motion.linear.length() + motion.angular.length() * collider.reach;
+            work.bounds[i] = tight_bounds(&collider.local_bounds, &pose, margin + h * speed);
+            work.poses[i] = pose;
+            work.speeds.push(speed);
+        }
+        work.broad.update(model, &work.bounds, &mut state.pairs);
         // Nothing moved farther in the last step than at the faster of its two speeds, but for what gravity adds
         // to a ballistic way and rounding.
-        let config = model.config();
-        let h = config.step_s;
-        let fall = config.gravity.length() * h * h;
+        let fall = model.config().gravity.length() * h * h;
         work.paths.clear();
         if work.speeds_before.len() == work.speeds.len() {
             let faster = work.speeds.iter().zip(&work.speeds_before).map(|(a, b)| a.max(*b));
