@@ -53,7 +53,7 @@ pub enum ModelError {
     /// A finished description contradicts itself.
     #[error("{name}: {element}: {problem}")]
     Inconsistent {
-        /// Name of the hand or object.
+        /// Name of the hand or object, or of the file that states the element.
         name: String,
         /// Which part of it.
         element: String,

@@ -124,7 +124,14 @@ impl<'a> Builder<'a> {
         let limits = &self.options.limits;
         let mut read = self.read.borrow_mut();
         report.limit(element, "mesh files up to here", self.hulls.borrow().len() + 1, limits.meshes)?;
-        let bytes = files.read(&relative, element, limits.mesh_bytes)?;
+        let bytes = files.read(&relative, element, limits.mesh_bytes).map_err(|error| match error {
+            ModelError::Read { file, source } => report.bad(
+                element.to_owned(),
+                format!("names mesh '{name}', but {} cannot be read: {source}", file.display()),
+                "an .stl file in or under the URDF's own folder",
+            ),
+            error => error,
+        })?;
         read.bytes += bytes.len() as u64;
         let megabytes = |bytes: u64| (bytes >> 20) as usize;
         if read.bytes > limits.mesh_total_bytes {

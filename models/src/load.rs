@@ -152,13 +152,15 @@ pub fn from_text(
         }
         None => Settings::default(),
     };
+    let name = settings.name.clone().unwrap_or_else(|| tree.robot.name.clone());
+    check_name(&name, if settings.name.is_some() { &at } else { &report })?;
     let builder = Builder::new(&settings, options, files);
     let reduced = rolling::reduce(&tree, &builder, &mut report)?;
     let coordinates = coordinates(&tree, &reduced, &settings, &mut report)?;
     let (motors, tendons) = actuation(&tree, &reduced, &settings, &mut report)?;
     let tactile = tactile::patches(&settings.tactile, &tree, &reduced, &at)?;
     let mut hand = Hand {
-        name: settings.name.clone().unwrap_or_else(|| tree.robot.name.clone()),
+        name,
         description: settings.description.clone().unwrap_or_default(),
         links: reduced.links,
         coordinates,
@@ -168,10 +170,33 @@ pub fn from_text(
         no_collision: Vec::new(),
         tactile,
     };
-    hand.validate()?;
+    hand.validate().map_err(|error| match error {
+        // The hand knows no files; its parts do.
+        ModelError::Inconsistent { element, problem, .. } => {
+            let stated = ["coordinate", "motor", "tendon"].iter().any(|part| element.starts_with(part));
+            let file = if stated { &at.file } else { &report.file };
+            ModelError::Inconsistent { name: file.display().to_string(), element, problem }
+        }
+        error => error,
+    })?;
     let rest: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
     hand.no_collision = hand.pairs_closer_than(TOUCHING_AT_REST, &rest);
     Ok(Loaded { hand, file: report.file, warnings: report.warnings })
+}
+
+/// A hand's name stands in addresses, on pages and in file names.
+fn check_name(name: &str, at: &Report) -> Result<(), ModelError> {
+    const LONGEST: usize = 64;
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+    if (1..=LONGEST).contains(&name.len()) && name.chars().all(plain) && !name.starts_with('.') {
+        return Ok(());
+    }
+    let shown: String = name.chars().take(LONGEST).collect();
+    Err(at.bad(
+        "name of the hand".to_owned(),
+        format!("is '{}'", shown.escape_debug()),
+        "1 to 64 letters, digits, '_', '-' and '.', the first no '.'",
+    ))
 }
 
 /// Every name in the settings stands for something in the URDF.

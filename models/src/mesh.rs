@@ -77,7 +77,7 @@ pub fn read_stl(
         return Err(ModelError::Element {
             file: file.to_owned(),
             element: element.to_owned(),
-            problem: format!("its mesh has a corner at {} {} {} m", far.x, far.y, far.z),
+            problem: format!("its mesh has a corner at {:.4} {:.4} {:.4} m", far.x, far.y, far.z),
             valid: format!(
                 "corners within {} m of the origin; a mesh in millimetres needs scale=\"0.001 0.001 0.001\"",
                 limits.length_m

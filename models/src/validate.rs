@@ -109,7 +109,11 @@ impl Hand {
 
     fn check_link(&self, i: usize, link: &Link) -> Result<(), String> {
         match (&link.parent, &link.joint) {
-            (None, None) if i == 0 => {}
+            (None, None) if i == 0 => {
+                if !positive(link.inertia.mass) {
+                    return Err("is the base, which flies, but has no mass".to_owned());
+                }
+            }
             (Some(parent), Some(joint)) if *parent < i => {
                 if !matches!(joint.hinges.len(), 1 | 2) {
                     return Err(format!(

@@ -22,6 +22,11 @@ pub(crate) struct ServeOptions {
     #[arg(long, value_name = "URL", env = "DATABASE_URL", hide_env_values = true)]
     pub(crate) database_url: Option<String>,
 
+    /// A hand of your own beside those that come with the program: a URDF file, or a folder or .zip with one. May be
+    /// given several times
+    #[arg(long = "hand", value_name = "PATH")]
+    pub(crate) hands: Vec<PathBuf>,
+
     /// Runs that may be open at once; further ones are refused with `capacity`
     #[arg(long, value_name = "N", env = "PALMARES_MAX_WORLDS", default_value_t = 32,
           value_parser = clap::value_parser!(u32).range(1..=4096))]

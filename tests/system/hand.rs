@@ -1,6 +1,6 @@
 //! `palmares hand`: hands from folders, archives and files that are wrong.
 
-use crate::harness::program;
+use crate::harness::{Client, Server, get, program, reset, step};
 use serde_json::Value;
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
@@ -190,4 +190,27 @@ fn a_pushed_hand_is_drawn_where_the_closed_form_has_it() {
     assert!(err.contains(".svg or .png"), "{err}");
     assert_eq!(palmares(&["hand", "show", "softhand", "--out", text(&png), "--sigma", "0.2"]).0, 0);
     assert!(std::fs::read(&png).expect("written").starts_with(b"\x89PNG"));
+}
+
+#[tokio::test]
+async fn a_hand_of_ones_own_plays_like_those_of_the_program() {
+    let folder = folder_of_softhand();
+    let toml = softhand("hand.toml").replace("name = \"softhand\"", "name = \"mine\"");
+    std::fs::write(folder.path().join("hand.toml"), toml).expect("written");
+    let server = Server::start_with(&["--hand", text(folder.path())]);
+    let hand = get(&server, "/v1/hands/mine").json();
+    assert_eq!(hand["coordinates"].as_array().map(Vec::len), Some(19));
+    let (mut client, _) = Client::greet(&server, "mine").await;
+    let mut ask = reset();
+    ask["hand"] = "mine".into();
+    assert_eq!(client.ask(ask).await["op"], "obs");
+    assert_eq!(client.ask(step(0)).await["op"], "obs");
+
+    // A second hand of the same name would be ambiguous.
+    let data = TempDir::new().expect("temporary directory");
+    let folder = folder_of_softhand();
+    let arguments = ["serve", "--listen", "127.0.0.1:0", "--data-dir", text(data.path()), "--hand"];
+    let (code, _, err) = palmares(&[&arguments[..], &[text(folder.path())]].concat());
+    assert_eq!(code, 1);
+    assert!(err.contains("a hand named `softhand` already"), "{err}");
 }

@@ -114,8 +114,10 @@ fn joints_that_cannot_be_meant() {
     fails(&urdf(&limp, LIMIT, ""), None, &["joint 'a'", "damping -1"]);
     let heavy = urdf(LIMIT, LIMIT, "").replacen("0.1", "-0.1", 1);
     fails(&heavy, None, &["link 'base'", "negative mass"]);
-    let weightless = urdf(LIMIT, LIMIT, "").replace("\"0.1\"", "\"0\"");
-    fails(&weightless, None, &["link 'one'", "moves but has no mass"]);
+    let weightless = urdf(LIMIT, LIMIT, "").replacen("\"0.1\"", "\"1\"", 1).replace("\"0.1\"", "\"0\"");
+    fails(&weightless, None, &["x/hand.urdf: link 'one'", "moves but has no mass"]);
+    let base = urdf(LIMIT, LIMIT, "").replacen("\"0.1\"", "\"0\"", 1);
+    fails(&base, None, &["x/hand.urdf", "link 'base'", "no mass"]);
     let flat = urdf(LIMIT, LIMIT, "").replacen("0.05", "0", 1);
     fails(&flat, None, &["link 'base'", "not positive"]);
 }
@@ -164,12 +166,18 @@ fn settings_that_fit_nothing() {
     fails(&good, Some("[coordinates.z]\ndamping = 1"), &["[coordinates.z]", "one of: a, b"]);
     fails(&good, Some("[links.z]\nmass = 1"), &["[links.z]", "one of: base, one, two"]);
     fails(&good, Some("[motors.z]\nscaling = 1\nspeed_limit = 1"), &["[motors.z]", "one of: m"]);
-    fails(&good, Some("[motors.m]\nscaling = 0\nspeed_limit = 1"), &["motor 'm'", "scaling"]);
+    fails(&good, Some("[motors.m]\nscaling = 0\nspeed_limit = 1"), &["x/hand.toml: motor 'm'", "scaling"]);
     let slack = "[tendons.t]\nstiffness = -1\nforce_limit = 1";
     fails(&good, Some(slack), &["tendon 't'", "stiffness"]);
     fails(&good, Some("[coordinates.a]\nstiffness = -1"), &["coordinate 'a'", "negative"]);
     fails(&good, Some("[links.one]\nmass = nan"), &["x/hand.toml", "[links.one]", "mass NaN"]);
     fails(&good, Some("friction = -1"), &["friction"]);
+    for name in ["", "a b", "<b>", "../x", "é"] {
+        fails(&good, Some(&format!("name = '{name}'")), &["x/hand.toml: name of the hand", "letters"]);
+    }
+    let unnamed = good.replacen("name=\"r\"", "name=\"a/b\"", 1);
+    fails(&unnamed, None, &["x/hand.urdf: name of the hand", "'a/b'"]);
+    read(&unnamed, Some("name = 'mine'")).unwrap();
 }
 
 #[test]

@@ -439,3 +439,34 @@ mod mutations {
         }
     }
 }
+
+/// The guide states the limits as they are.
+#[test]
+fn the_guide_lists_the_limits() {
+    let guide = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/hands.md");
+    let guide = std::fs::read_to_string(guide).unwrap();
+    let section = guide.split("\n## Limits\n").nth(1).unwrap().split("\n## ").next().unwrap();
+    let l = Limits::default();
+    let rows = [
+        ("of `hand.toml`", format!("{}", l.text_bytes)),
+        ("one XML tag", format!("{}", l.tag_bytes)),
+        ("XML nodes", format!("{}", l.xml_nodes)),
+        ("nested XML", format!("{}", l.xml_depth)),
+        ("links, joints", format!("{}, {}", l.links, l.joints)),
+        ("one chain", format!("{}", l.depth)),
+        ("collision shapes", format!("{}, {}", l.link_shapes, l.shapes)),
+        ("mesh files", format!("{}", l.meshes)),
+        ("bytes of a mesh", format!("{}, {}", l.mesh_bytes, l.mesh_total_bytes)),
+        ("vertices of a mesh", format!("{}, {}", l.mesh_vertices, l.mesh_total_vertices)),
+        ("entries in it", format!("{}, {}", l.archive_bytes, l.archive_entries)),
+        ("archive unpacked", format!("{}", l.archive_unpacked_bytes)),
+        ("packed size", format!("{}", l.archive_ratio)),
+        ("distances", format!("{} m", l.length_m)),
+        ("mass of a link", format!("{} kg", l.mass_kg)),
+        ("other number", format!("{:e}", l.number)),
+    ];
+    for (what, value) in rows {
+        let row = section.lines().find(|line| line.starts_with('|') && line.contains(what)).expect(what);
+        assert!(row.ends_with(&format!("| {value} |")), "{row} should end with {value}");
+    }
+}

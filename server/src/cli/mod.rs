@@ -31,6 +31,7 @@ open runs are stopped and scored first.
 Examples:
   palmares serve
   palmares serve --listen 0.0.0.0:8080 --data-dir /var/lib/palmares
+  palmares serve --hand my-hand/        (see `palmares hand check`)
   palmares serve --listen 127.0.0.1:0";
 
 #[derive(Debug, Subcommand)]

@@ -5,10 +5,14 @@ use crate::config::ServeOptions;
 use crate::session::Host;
 use crate::store::{Location, Store};
 use crate::telemetry;
-use anyhow::Context;
+use anyhow::{Context, bail};
 use axum::serve::ListenerExt;
+use palmares_models::builtin::builtin_hands;
+use palmares_models::hand::Hand;
+use palmares_models::load::{self, LoadOptions, Loaded};
 use std::io::Write;
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::TcpListener;
@@ -28,6 +32,7 @@ pub(super) fn serve(options: &ServeOptions) -> anyhow::Result<()> {
 
 async fn run(options: &ServeOptions) -> anyhow::Result<()> {
     let (mut interrupt, mut terminate) = (on(SignalKind::interrupt())?, on(SignalKind::terminate())?);
+    let hands = hands(&options.hands)?;
     // The port before the database: a second server by mistake must not touch the first one's runs.
     let listener = TcpListener::bind(options.listen).await.with_context(|| {
         format!("cannot listen on {}; choose another with --listen, port 0 takes a free one", options.listen)
@@ -38,7 +43,7 @@ async fn run(options: &ServeOptions) -> anyhow::Result<()> {
     for run in store.abort_open_runs().await? {
         tracing::warn!(run, "the server stopped during this run; marked as aborted");
     }
-    let host = Arc::new(Host::new(store, options.settings()));
+    let host = Arc::new(Host::new(store, options.settings(), hands));
     greet(address, &location, &host)?;
 
     // Small messages, each waited for: Nagle's algorithm would only hold them back.
@@ -71,6 +76,27 @@ async fn run(options: &ServeOptions) -> anyhow::Result<()> {
     host.store.close().await;
     tracing::info!("stopped");
     Ok(())
+}
+
+/// The hands that come with the program, and those of these files.
+fn hands(own: &[PathBuf]) -> anyhow::Result<Vec<Arc<Hand>>> {
+    let mut hands = builtin_hands().to_vec();
+    for path in own {
+        let Loaded { hand, warnings, .. } = load::hand(path, &LoadOptions::default())?;
+        for warning in &warnings {
+            tracing::warn!("{warning}");
+        }
+        if hands.iter().any(|known| known.name == hand.name) {
+            bail!(
+                "{}: there is a hand named `{}` already; give this one a name of its own in hand.toml: \
+                 name = \"...\"",
+                path.display(),
+                hand.name
+            );
+        }
+        hands.push(Arc::new(hand));
+    }
+    Ok(hands)
 }
 
 fn on(kind: SignalKind) -> anyhow::Result<Signal> {

@@ -65,12 +65,12 @@ impl Drop for Alive {
 }
 
 impl Host {
-    /// A host with the given store and the tasks and hands that come with the program.
-    pub(crate) fn new(store: Store, settings: Settings) -> Self {
+    /// A host with the given store and hands and the tasks that come with the program.
+    pub(crate) fn new(store: Store, settings: Settings, hands: Vec<Arc<Hand>>) -> Self {
         Host {
             store,
             tasks: Task::builtin(),
-            hands: palmares_models::builtin::builtin_hands().to_vec(),
+            hands,
             registry: Registry::default(),
             worlds: Arc::new(Semaphore::new(settings.max_worlds)),
             connections: Arc::new(Semaphore::new(settings.max_connections)),

@@ -77,7 +77,7 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     let mut text = String::new();
     match load_hand(&args.hand) {
         Err(error) => {
-            report.errors.push(error.to_string());
+            report.errors.push(error.to_string().trim_end().to_owned());
             report.errors.extend(hint(&args.hand));
         }
         Ok(Found { hand, file, mut warnings }) => {

@@ -48,6 +48,9 @@ pub(super) enum NoPrediction {
     /// There is no stable equilibrium, or none was found.
     #[error(transparent)]
     NoRest(#[from] NoRest),
+    /// Nothing holds a joint anywhere.
+    #[error("joint '{0}' has no spring: where it rests depends on how it got there")]
+    Loose(String),
     /// The torques of weight and pushes lead around in a circle.
     #[error("weight and pushes leave no equilibrium to iterate to")]
     Unsettled,
@@ -73,6 +76,9 @@ pub(super) fn predicted_equilibrium(
             return Ok(Equilibrium { q, tension, law: Law::ClosedForm, beyond_closed_form: Vec::new() });
         }
     }
+    if let Some(loose) = loose(hand) {
+        return Err(NoPrediction::Loose(loose.to_owned()));
+    }
     let mut found = held_at_limits(hand, limit_stiffness, s_ref, tau)?;
     let why = &mut found.beyond_closed_form;
     for (t, &f) in hand.tendons.iter().zip(&found.tension) {
@@ -87,6 +93,20 @@ pub(super) fn predicted_equilibrium(
         why.push("moment arms vary with the configuration".to_owned());
     }
     Ok(found)
+}
+
+/// The first joint that neither a spring holds nor a drive of its own, which pushes and pulls.
+fn loose(hand: &Hand) -> Option<&str> {
+    let springless = |i: usize| hand.coordinates[i].stiffness == 0.0;
+    let driven = |i: usize| {
+        hand.tendons.iter().any(|t| {
+            let on = t.coordinates();
+            t.both_ways && on.contains(&i) && on.iter().all(|&k| k == i || !springless(k))
+        })
+    };
+    (0..hand.coordinates.len())
+        .find(|&i| springless(i) && !driven(i))
+        .map(|i| hand.coordinates[i].name.as_str())
 }
 
 /// The equilibrium with joints that want to go beyond a limit held there, by the spring that a limit is in a
@@ -218,6 +238,15 @@ mod tests {
             (row(i) + tau[i] + limit(c, q) - c.stiffness * (q - c.rest)).abs()
         };
         hand.coordinates.iter().enumerate().map(balance).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_joint_that_nothing_holds_has_no_place() {
+        let mut hand = Hand::clone(&Hand::builtin("pinch").expect("it is built in"));
+        hand.coordinates[2].stiffness = 0.0;
+        let why = predicted_equilibrium(&hand, 1e3, &[0.0, 0.0], &[0.0; 4]).expect_err("it is loose");
+        assert!(why.to_string().contains("joint 'right_base' has no spring"), "{why}");
+        assert_eq!(loose(&Hand::builtin("reflex").expect("it is built in")), None, "its preshape is a drive");
     }
 
     #[test]
