@@ -39,17 +39,12 @@ fn reflex() -> Result<Arc<Hand>> {
     Hand::builtin("reflex").context("the ReFlex is built in")
 }
 
-/// Newton's tolerance of the free closure: tight, so that what is seen is the law and not where the solver stops.
-/// With the default of 1e-6 the hand rests within some 1e-9 rad of its equilibrium.
-const TIGHT: f64 = 1e-9;
-
 /// Largest joint error at rest over three closings, against `E (q − q₀) = R(q)ᵀ f`.
 pub fn free(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let hand = reflex()?;
     let mut worst: f64 = 0.0;
     for closed in [0.3, 0.6, 0.9] {
-        let config = Config { tolerance: TIGHT, ..Config::with_step(setup.dt_s) };
-        let model = Model::new(config, Some(Arc::clone(&hand)))?;
+        let model = Model::new(Config::with_step(setup.dt_s), Some(Arc::clone(&hand)))?;
         let state = State::at_rest(&model, Pose::IDENTITY, &[]);
         let mut command = Command::stay(&model, Pose::IDENTITY);
         let mut world = setup.start(model, state)?;
