@@ -9,7 +9,7 @@
 use crate::energy::Stored;
 use crate::engine::Engine;
 use anyhow::Result;
-use palmares_sim::{Command, World};
+use palmares_sim::World;
 
 /// The books of a run.
 #[derive(Clone, Copy, Debug)]
@@ -40,10 +40,14 @@ impl Audit {
         self.kicks_j += work_j.abs();
     }
 
-    /// Takes one step and balances the state it started from.
-    pub fn step(&mut self, engine: &mut dyn Engine, command: &Command) -> Result<()> {
+    /// Has `step` take one step of `engine`, and balances the state it started from.
+    pub fn step(
+        &mut self,
+        engine: &mut dyn Engine,
+        step: impl FnOnce(&mut dyn Engine) -> Result<()>,
+    ) -> Result<()> {
         let bodies = mechanical(engine) - self.work_j;
-        engine.step(command)?;
+        step(engine)?;
         self.gain_j = self.gain_j.max(bodies - self.least_j);
         self.least_j = self.least_j.min(bodies + engine.world().map_or(0.0, held));
         self.most_j = self.most_j.max(bodies);

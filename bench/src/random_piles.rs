@@ -7,11 +7,12 @@ use crate::audit::{Audit, mechanical};
 use crate::cases::Setup;
 use crate::cases::scene::{Scene, awake, cuboid, set_velocity, velocity};
 use crate::engine::{Engine, EngineKind};
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, anyhow, bail, ensure};
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
-use palmares_sim::Command;
+use palmares_sim::{Command, State};
 use proptest::prelude::*;
+use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngAlgorithm, TestError, TestRng, TestRunner};
 use std::cell::RefCell;
 
@@ -111,7 +112,22 @@ pub fn runner(cases: u32) -> TestRunner {
     TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha))
 }
 
+/// A heap of thirty, always the same.
+pub fn thirty() -> Result<Heap> {
+    let tree = heap(30..=30).new_tree(&mut runner(1)).map_err(|reason| anyhow!("{reason}"))?;
+    Ok(tree.current())
+}
+
 impl Heap {
+    /// How far the farthest centre is beyond a wall or the floor, m; negative when all are inside.
+    pub fn escaped(&self, state: &State) -> f64 {
+        let beyond = |pose: &Pose| {
+            let p = pose.translation;
+            (p.x.abs() - HALF_M).max(p.y.abs() - HALF_M).max(-p.z)
+        };
+        state.objects.iter().map(beyond).fold(f64::NEG_INFINITY, f64::max)
+    }
+
     /// The heap above its box, the bodies in layers of nine in which no two can touch.
     pub fn start(&self, setup: &Setup) -> Result<(Box<dyn Engine>, Command)> {
         let mut scene = Scene::new(awake(setup.dt_s))?;
@@ -155,13 +171,12 @@ impl Heap {
                     audit.worked(work);
                 }
             }
-            audit.step(&mut *engine, &command)?;
+            audit.step(&mut *engine, |engine| engine.step(&command).map(drop))?;
             let outcome = engine.outcome();
             seen.failed += u64::from(!outcome.converged || !engine.state().is_finite());
             seen.overlap_m = seen.overlap_m.max(outcome.penetration_m);
+            seen.escaped_m = seen.escaped_m.max(self.escaped(engine.state()));
             for k in 0..self.bodies.len() {
-                let p = engine.state().objects[k].translation;
-                seen.escaped_m = seen.escaped_m.max(p.x.abs() - HALF_M).max(p.y.abs() - HALF_M).max(-p.z);
                 seen.speed = seen.speed.max(velocity(&*engine, k).0.length());
             }
         }

@@ -13,6 +13,8 @@ pub mod mechanism;
 pub mod pile;
 pub mod pinch;
 pub mod reflex;
+pub mod residuals;
+pub mod robustness;
 pub mod rolling;
 pub(crate) mod scene;
 pub mod stacking;
@@ -87,6 +89,8 @@ pub const GROUPS: &[&[Case]] = &[
     rolling::CASES,
     stacking::CASES,
     mechanism::CASES,
+    robustness::CASES,
+    residuals::CASES,
 ];
 
 /// Every case there is.

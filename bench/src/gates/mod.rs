@@ -15,6 +15,7 @@ mod pile;
 mod pinch;
 mod random_piles;
 mod reflex;
+mod robustness;
 mod rolling;
 mod stacking;
 mod synergy;

@@ -1,0 +1,87 @@
+//! Scenes that break simulators hold at every step length.
+
+use super::{converged, error, report};
+
+const STEPS: [f64; 6] = [0.25e-3, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3];
+
+#[test]
+fn deep_overlaps_part_slowly() {
+    for dt in STEPS {
+        let report = report("deep_overlap", dt);
+        converged(&report);
+        // They are led apart at 0.2 m/s; a light body is moved by a heavy one's turning too. Walking pace is no explosion.
+        assert!(error(&report) <= 1.0, "at {dt}: {} m/s", error(&report));
+    }
+}
+
+#[test]
+fn five_kilograms_lie_on_four_grams() {
+    for dt in STEPS {
+        let report = report("heavy_on_grams", dt);
+        converged(&report);
+        // m g/(4 k) = 0.0613 mm.
+        assert!(error(&report) <= 0.062, "at {dt}: {} mm", error(&report));
+    }
+}
+
+#[test]
+fn spinning_boxes_gain_no_energy_in_a_chamber() {
+    // First order in h where a body that turns has neighbours.
+    for (dt, percent) in [(0.25e-3, 0.02), (1e-3, 0.08), (4e-3, 0.32), (16e-3, 1.28)] {
+        let report = report("spin_and_tumble", dt);
+        converged(&report);
+        assert!(error(&report) <= percent, "at {dt}: {} %", error(&report));
+    }
+}
+
+#[test]
+fn a_wedged_box_does_not_move() {
+    for dt in STEPS {
+        let report = report("wedged_box", dt);
+        converged(&report);
+        // Four contact points yield 2 N/k and turn it by as much: 11 µm.
+        assert!(error(&report) <= 0.015, "at {dt}: {} mm", error(&report));
+    }
+}
+
+#[test]
+fn a_rod_in_painleves_paradox_stops_with_a_bounded_impulse() {
+    for dt in STEPS {
+        let report = report("painleve_rod", dt);
+        converged(&report);
+        assert!(error(&report) <= 3.0, "at {dt}: {} N s", error(&report));
+        let gain = report.invariants.energy_gain_j.expect("the gain is reported");
+        // Of 12.3 J; the books know what its contact springs hold to a part in ten thousand.
+        assert!(gain <= 1.2e-3, "at {dt}: {gain:e} J");
+    }
+}
+
+#[test]
+fn thirty_objects_fall_into_a_box_and_none_leaves_it() {
+    for dt in [0.5e-3, 1e-3, 2e-3, 4e-3] {
+        let report = report("thirty_objects", dt);
+        converged(&report);
+        // The thinnest object is 8 mm thick.
+        assert!(error(&report) <= -4.0, "at {dt}: {} mm", error(&report));
+        let gain = report.invariants.energy_gain_j.expect("the gain is reported");
+        // Of some 60 J that fall and are kicked.
+        assert!(gain <= 1e-2, "at {dt}: {gain:e} J");
+    }
+}
+
+#[test]
+fn every_contact_keeps_to_signorini_and_coulomb() {
+    for dt in [1e-3, 4e-3] {
+        let report = report("contact_residuals", dt);
+        converged(&report);
+        // Newton stops at a millionth of the momenta.
+        assert!(error(&report) <= 1e-5, "at {dt}: {:e}", error(&report));
+    }
+}
+
+#[test]
+fn friction_opposes_slip() {
+    let report = report("contact_dissipation", 1e-3);
+    converged(&report);
+    assert!(error(&report) <= 1.0, "{} %", error(&report));
+}
