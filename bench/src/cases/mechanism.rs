@@ -8,6 +8,7 @@ use crate::audit::mechanical;
 use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
+use crate::rigs::welded;
 use anyhow::Result;
 use palmares_models::hand::{Coordinate, Hand, Hinge, HingeKind, Inertia, Joint, Link};
 use palmares_models::shape::Shape;
@@ -33,17 +34,19 @@ pub const CASES: &[Case] = &[
     },
 ];
 
-/// A base held by a servo so stiff that it does not move.
-pub(crate) fn clamped() -> BaseConfig {
-    BaseConfig {
-        stiffness: 1e12,
-        damping: 1e9,
-        angular_stiffness: 1e12,
-        angular_damping: 1e9,
+/// Constants under which the base does not move at all: what it gave way would be energy of its own.
+fn clamped(config: Config) -> Config {
+    let (stiffness, damping) = (1e12, 1e9);
+    let base = BaseConfig {
+        stiffness,
+        damping,
+        angular_stiffness: stiffness,
+        angular_damping: damping,
         force_limit: f64::MAX,
         torque_limit: f64::MAX,
-        ..BaseConfig::default()
-    }
+        ..welded(config.clone()).base
+    };
+    Config { base, ..config }
 }
 
 /// A hand without tendons: a base of 1 kg and `links` that hang from it.
@@ -106,8 +109,8 @@ fn rod() -> Arc<Hand> {
 pub fn pendulum(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let start = 170f64.to_radians();
     let exact = 4.0 * (2.0 * ROD_M / (3.0 * G)).sqrt() * complete((0.5 * start).sin());
-    let config = Config { base: clamped(), ..awake(setup.dt_s) };
-    let (mut engine, command) = Scene::with_hand(config, rod(), Pose::IDENTITY)?.start(setup)?;
+    let (mut engine, command) =
+        Scene::with_hand(clamped(awake(setup.dt_s)), rod(), Pose::IDENTITY)?.start(setup)?;
     engine.state_mut().q[0] = start;
     let about_pivot = ROD_KG * ROD_M * ROD_M / 3.0;
     let energy = |engine: &dyn Engine| {
@@ -171,9 +174,7 @@ pub fn momentum_inelastic_hit(setup: &Setup, recorder: &mut Recorder) -> Result<
     for geom in hand.links.iter_mut().flat_map(|link| &mut link.geoms) {
         geom.friction = 0.0;
     }
-    // Newton's tolerance bounds how well impulses on the two bodies match.
-    let config = Config { tolerance: 1e-12, ..weightless(setup.dt_s) };
-    let (mut engine, mut command) = Scene::with_hand(config, Arc::new(hand), Pose::IDENTITY)?
+    let (mut engine, mut command) = Scene::with_hand(weightless(setup.dt_s), Arc::new(hand), Pose::IDENTITY)?
         .body(Shape::Sphere { radius: 0.1 }, 10.0, 0.0, Pose::translation(0.3, 0.01, 0.08))?
         .start(setup)?;
     set_velocity(&mut *engine, 0, Vec3::new(-5.0, 0.0, 0.0), Vec3::ZERO);

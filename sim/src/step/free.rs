@@ -105,7 +105,8 @@ fn rate(rotation: Rotation, omega: Vec3) -> Rotation {
 }
 
 /// Rotational inertia in world axes, and the angular velocity that a constant angular momentum means once the
-/// body has turned for h: the gyroscopic torque, to second order.
+/// body has turned for h: the gyroscopic torque. One Euler turn is not enough: small bodies spin fast in heaps,
+/// and gain energy.
 pub(super) fn carried(rotation: Rotation, omega: Vec3, inertia: Mat3, inverse: Mat3, h: f64) -> (Mat3, Vec3) {
     if is_isotropic(inertia) {
         return (inertia, omega);
@@ -115,7 +116,7 @@ pub(super) fn carried(rotation: Rotation, omega: Vec3, inertia: Mat3, inverse: M
     if omega == Vec3::ZERO {
         return (world, omega);
     }
-    (world, omega_at(rotation + rate(rotation, omega) * h, inverse, world * omega))
+    (world, torque_free(rotation, omega, inertia, inverse, h).1)
 }
 
 /// A rigid body's rotation and angular velocity after h without torque: L is constant, `ω = I(R)⁻¹ L`, by one
