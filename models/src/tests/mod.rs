@@ -6,5 +6,6 @@ mod inertia;
 mod mesh;
 mod pinch;
 mod reference;
+mod reference_reflex;
 mod reflex;
 mod softhand;
