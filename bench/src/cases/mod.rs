@@ -8,7 +8,9 @@ pub mod friction;
 pub mod grasp;
 pub mod hand_dynamics;
 pub mod hard;
+pub mod heaps;
 pub mod hold;
+pub mod impact;
 pub mod mechanism;
 pub mod pile;
 pub mod pinch;
@@ -91,6 +93,8 @@ pub const GROUPS: &[&[Case]] = &[
     mechanism::CASES,
     robustness::CASES,
     residuals::CASES,
+    impact::CASES,
+    heaps::CASES,
 ];
 
 /// Every case there is.

@@ -1,0 +1,142 @@
+//! Rebounds.
+
+use super::scene::{G, Scene, awake, set_velocity, velocity, weightless};
+use super::{Case, Finding, Setup, steps};
+use crate::audit::mechanical;
+use crate::recorder::Recorder;
+use crate::report::{Figure, Invariants};
+use anyhow::Result;
+use palmares_models::object::Object;
+use palmares_models::shape::Shape;
+use palmares_models::{Pose, Vec3};
+
+/// Cases of this file.
+pub const CASES: &[Case] = &[
+    Case {
+        name: "bounce_elastic",
+        about: "49 elastic balls bounce from 5 m for 20 s and keep their energy",
+        peers: true,
+        run: bounce_elastic,
+    },
+    Case {
+        name: "bounce_zeno",
+        about: "ball with e = 0.8 falls from 1 m, bounces ever lower and comes to rest",
+        peers: true,
+        run: bounce_zeno,
+    },
+    Case {
+        name: "newton_cradle",
+        about: "five equal elastic spheres a tenth of a millimetre apart: the last takes the speed",
+        peers: true,
+        run: newton_cradle,
+    },
+    Case {
+        name: "newton_cradle_touching",
+        about: "five equal elastic spheres that touch: which leave is up to the model of impact",
+        peers: true,
+        run: newton_cradle_touching,
+    },
+];
+
+fn ball(radius: f64, mass: f64, restitution: f64) -> Result<Object> {
+    let parts = vec![(Pose::IDENTITY, Shape::Sphere { radius })];
+    Ok(Object::new("ball", parts, mass, 0.0, 0.0)?.with_restitution(restitution))
+}
+
+/// Mean over steps of (E − E₀)², J², of 49 balls (10 kg, R = 0.1 m, e = 1, μ = 0) that fall from 5 m, in 20 s; they have
+/// 24,034.5 J. Published at 1 ms (SimBenchmark): ODE 185, DART 7.2e4; MuJoCo cannot. The largest rise above E₀ goes
+/// to `energy_gain_j`.
+pub fn bounce_elastic(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    let mut scene = Scene::new(awake(setup.dt_s))?.floor(0.0)?;
+    for k in 0..49 {
+        let at = Pose::translation(f64::from(k % 7) - 3.0, f64::from(k / 7) - 3.0, 5.0);
+        scene = scene.object(ball(0.1, 10.0, 1.0)?, at)?;
+    }
+    let (mut engine, command) = scene.start(setup)?;
+    let start = mechanical(&*engine);
+    let (mut sum, mut gain): (f64, f64) = (0.0, 0.0);
+    let count = steps(20.0, setup.dt_s);
+    for _ in 0..count {
+        recorder.step(&mut *engine, &command)?;
+        let change = mechanical(&*engine) - start;
+        sum += change * change;
+        gain = gain.max(change);
+    }
+    Ok(Finding {
+        error: Figure::new("mean squared change of energy", sum / count as f64, "J^2"),
+        invariants: Invariants { energy_gain_j: Some(gain), ..recorder.invariants() },
+    })
+}
+
+/// Largest relative error, in percent, of the first six apexes `h_n = e^(2 n) h₀` and of the time at which a ball with
+/// e = 0.8 comes to rest, `√(2 h₀/g) (1 + e)/(1 − e)` = 4.06 s, from h₀ = 1 m. At rest: no faster than 1 mm/s ever after.
+pub fn bounce_zeno(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    let (radius, e, h0) = (0.05, 0.8, 1.0);
+    let (mut engine, command) = Scene::new(awake(setup.dt_s))?
+        .floor(0.0)?
+        .object(ball(radius, 0.5, e)?, Pose::translation(0.0, 0.0, radius + h0))?
+        .start(setup)?;
+    let (mut apexes, mut stopped, mut top): (Vec<f64>, f64, f64) = (Vec::new(), 0.0, 0.0);
+    let mut rising = false;
+    for k in 0..steps(6.0, setup.dt_s) {
+        recorder.step(&mut *engine, &command)?;
+        let (z, rate) = (engine.state().objects[0].translation.z - radius, velocity(&*engine, 0).0.z);
+        // The apex lies between two steps: where it would be with what is left of the speed.
+        top = if rate >= 0.0 { z + rate * rate / (2.0 * G) } else { top };
+        if rising && rate < 0.0 {
+            apexes.push(top);
+        }
+        rising = rate > 0.0;
+        if rate.abs() > 1e-3 {
+            stopped = (k + 1) as f64 * setup.dt_s;
+        }
+    }
+    let exact = (2.0 * h0 / G).sqrt() * (1.0 + e) / (1.0 - e);
+    let mut worst = (stopped / exact - 1.0).abs();
+    for (n, apex) in apexes.iter().take(6).enumerate() {
+        worst = worst.max((apex / (h0 * e.powi(2 * (n as i32 + 1))) - 1.0).abs());
+    }
+    anyhow::ensure!(apexes.len() >= 6, "the ball bounced only {} times", apexes.len());
+    Ok(Finding {
+        error: Figure::new("error of an apex or of the time of rest", 100.0 * worst, "%"),
+        invariants: recorder.invariants(),
+    })
+}
+
+fn cradle(setup: &Setup, recorder: &mut Recorder, gap: f64) -> Result<Finding> {
+    let radius = 0.02;
+    let mut scene = Scene::new(weightless(setup.dt_s))?;
+    for k in 0..5 {
+        scene = scene.object(
+            ball(radius, 0.1, 1.0)?,
+            Pose::translation((2.0 * radius + gap) * f64::from(k), 0.0, 0.0),
+        )?;
+    }
+    let (mut engine, command) = scene.start(setup)?;
+    set_velocity(&mut *engine, 0, Vec3::X, Vec3::ZERO);
+    let start = mechanical(&*engine);
+    for _ in 0..steps(0.2, setup.dt_s) {
+        recorder.step(&mut *engine, &command)?;
+    }
+    let worst = (0..5).fold(0.0f64, |worst, k| {
+        let exact = if k == 4 { Vec3::X } else { Vec3::ZERO };
+        worst.max((velocity(&*engine, k).0 - exact).length())
+    });
+    let gain = mechanical(&*engine) - start;
+    Ok(Finding {
+        error: Figure::new("largest error of a speed", 100.0 * worst, "% of v0"),
+        invariants: Invariants { energy_gain_j: Some(gain), ..recorder.invariants() },
+    })
+}
+
+/// Largest error of a ball's speed, in percent of v₀ = 1 m/s, after the first of five (0.1 kg, 2 cm, e = 1) that are a tenth of
+/// a millimetre apart has hit the second. Exact: a chain of impacts of two, of which the last ball takes all.
+/// `energy_gain_j` is the change of the 0.05 J.
+pub fn newton_cradle(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    cradle(setup, recorder, 1e-4)
+}
+
+/// The same without gaps; rigid bodies leave open what happens.
+pub fn newton_cradle_touching(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    cradle(setup, recorder, 0.0)
+}
