@@ -1,6 +1,7 @@
 //! `cargo xtask test`: every check there is, one after the other, with a summary.
 
 use crate::cargo::{build_server, cargo};
+use crate::instructions;
 use crate::python::Environment;
 use anyhow::{Context, Result};
 use std::fmt;
@@ -47,6 +48,13 @@ pub(crate) fn run() -> Result<bool> {
         }),
         step("Rust tests", || counted(cargo().args(["test", "--workspace", "--no-fail-fast"]), rust_tests)),
     ];
+    steps.push(step("instruction counts", || match instructions::prepare()? {
+        Ok(mut bench) => whole(&mut bench),
+        Err(reason) => {
+            println!("skipped: {reason}");
+            Ok(Tally { skipped: 1, ..Tally::default() })
+        }
+    }));
     let mut server = None;
     steps.push(step("server for the Python tests", || {
         server = Some(build_server(false)?);

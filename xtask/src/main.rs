@@ -3,6 +3,7 @@
 mod cargo;
 mod check;
 mod demo;
+mod instructions;
 mod python;
 mod server;
 

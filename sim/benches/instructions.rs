@@ -1,0 +1,138 @@
+//! Instructions per scene, counted by callgrind: the same on a busy and on an idle machine, so that a change that
+//! makes the step slower shows in the tests.
+//!
+//! Each count is of [`STEPS`] steps. A limit lies about 5 % above what the commit that set it counted; raise one only
+//! with a reason in the commit's message, and lower it when a change pays.
+
+// The macros of gungraun write modules without documentation.
+#![allow(missing_docs)]
+
+use gungraun::{
+    Callgrind, EventKind, LibraryBenchmarkConfig, library_benchmark, library_benchmark_group, main,
+};
+use palmares_models::hand::Hand;
+use palmares_models::object::Object;
+use palmares_models::shape::Shape;
+use palmares_models::{Pose, Rotation, Vec3};
+use palmares_sim::{Command, Config, Model, State, World};
+use std::f64::consts::FRAC_PI_2;
+use std::hint::black_box;
+use std::sync::Arc;
+
+/// Steps of 1 ms that are counted.
+const STEPS: usize = 50;
+
+fn softhand() -> Arc<Hand> {
+    Hand::builtin("softhand").expect("it is built in")
+}
+
+fn object(shape: Shape, mass: f64) -> Arc<Object> {
+    Arc::new(Object::new("object", vec![(Pose::IDENTITY, shape)], mass, 0.8, 0.0).expect("a sound object"))
+}
+
+/// The world after `time_s` of closing to `sigma`, and the command that goes on with it.
+fn closed(model: Model, base: Pose, objects: &[Pose], sigma: f64, time_s: f64) -> (World, Command) {
+    let state = State::at_rest(&model, base, objects);
+    let mut world = World::new(Arc::new(model), state);
+    let mut command = Command::stay(world.model(), base);
+    command.sigma[0] = sigma;
+    for _ in 0..(time_s / 1e-3) as u32 {
+        world.step(&command);
+    }
+    (world, command)
+}
+
+/// The hand closes on air.
+fn free() -> (World, Command) {
+    let model = Model::new(Config::default(), Some(softhand())).expect("a hand");
+    closed(model, Pose::IDENTITY, &[], 0.4, 0.1)
+}
+
+/// The hand, palm down, has closed around a cylinder and holds it.
+fn cylinder() -> (World, Command) {
+    let mut model = Model::new(Config::default(), Some(softhand())).expect("a hand");
+    let shape = Shape::Cylinder { radius: 0.04, half_length: 0.035 };
+    model.add_object(object(shape, 0.1)).expect("it fits");
+    let down = Rotation::from_rotation_y(FRAC_PI_2);
+    let lying = Rotation::from_rotation_x(FRAC_PI_2);
+    let center = Vec3::new(0.076, -0.015, 0.15);
+    let base = Pose::from_parts(-(down * center), down);
+    let (mut world, command) = closed(model, base, &[Pose::from_parts(Vec3::ZERO, down * lying)], 0.9, 0.6);
+    assert!(world.contact_forces().len() > 5, "the hand holds the cylinder");
+    world.step(&command);
+    (world, command)
+}
+
+/// The hand digs in a heap of balls in a box.
+fn balls() -> (World, Command) {
+    let mut model = Model::new(Config::default(), Some(softhand())).expect("a hand");
+    let slabs = [
+        ([0.0, 0.0, -0.01], [0.2, 0.2, 0.01]),
+        ([0.16, 0.0, 0.1], [0.01, 0.2, 0.1]),
+        ([-0.16, 0.0, 0.1], [0.01, 0.2, 0.1]),
+        ([0.0, 0.16, 0.1], [0.2, 0.01, 0.1]),
+        ([0.0, -0.16, 0.1], [0.2, 0.01, 0.1]),
+    ];
+    for (at, half_extents) in slabs {
+        let wall = Shape::Box { half_extents, rounding: 0.0 };
+        model.add_static("box", &wall, Pose::from_translation(Vec3::from_array(at)), 0.5).expect("a wall");
+    }
+    let mut poses = Vec::new();
+    for k in 0..12 {
+        model.add_object(object(Shape::Sphere { radius: 0.04 }, 0.3)).expect("it fits");
+        let (x, y, layer) = (k % 3, k / 3 % 2, k / 6);
+        // A little off the grid, so that they roll.
+        let off = 0.002 * f64::from(k);
+        poses.push(Pose::translation(
+            0.09 * f64::from(x) - 0.09 + off,
+            0.1 * f64::from(y) - 0.05,
+            0.05 + 0.09 * f64::from(layer),
+        ));
+    }
+    let down = Rotation::from_rotation_y(std::f64::consts::PI);
+    let base = Pose::from_parts(Vec3::new(0.02, 0.0, 0.42), down);
+    let (mut world, _) = closed(model, base, &poses, 0.0, 0.4);
+    let mut command = Command::stay(world.model(), Pose::from_parts(Vec3::new(0.02, 0.0, 0.24), down));
+    command.sigma[0] = 0.8;
+    for _ in 0..400 {
+        world.step(&command);
+    }
+    assert!(world.outcome().points > 20, "the hand is in the heap");
+    (world, command)
+}
+
+fn limit(instructions: u64) -> LibraryBenchmarkConfig {
+    let mut callgrind = Callgrind::default();
+    callgrind.hard_limits([(EventKind::Ir, instructions)]);
+    let mut config = LibraryBenchmarkConfig::default();
+    config.tool(callgrind);
+    config
+}
+
+fn steps((mut world, command): (World, Command)) -> World {
+    for _ in 0..STEPS {
+        black_box(world.step(black_box(&command)));
+    }
+    world
+}
+
+#[library_benchmark(config = limit(10_000_000))]
+#[bench::run(free())]
+fn free_closing(scene: (World, Command)) -> World {
+    steps(scene)
+}
+
+#[library_benchmark(config = limit(30_000_000))]
+#[bench::run(cylinder())]
+fn cylinder_held(scene: (World, Command)) -> World {
+    steps(scene)
+}
+
+#[library_benchmark(config = limit(60_000_000))]
+#[bench::run(balls())]
+fn heap_of_balls(scene: (World, Command)) -> World {
+    steps(scene)
+}
+
+library_benchmark_group!(name = instructions; benchmarks = free_closing, cylinder_held, heap_of_balls);
+main!(library_benchmark_groups = instructions);

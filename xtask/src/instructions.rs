@@ -1,0 +1,67 @@
+//! The regression gate on instruction counts: valgrind and gungraun's runner, installed where they are missing.
+
+use crate::cargo::cargo;
+use anyhow::{Context, Result, ensure};
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// The benchmark ready to run, or the reason why this machine cannot.
+pub(crate) fn prepare() -> Result<Result<Command, String>> {
+    if !answers("valgrind") && !install_valgrind() {
+        return Ok(Err("valgrind is not installed (Debian's package `valgrind`), and could not be".into()));
+    }
+    let version = runner_version()?;
+    let tools = crate::root().join("target/tools");
+    let runner = tools.join("bin/gungraun-runner");
+    if !has_version(&runner, &version) {
+        println!("installing gungraun-runner {version} in {}", tools.display());
+        let mut install = cargo();
+        install.args(["install", "--quiet", "--version", &version, "--root"]).arg(&tools);
+        let status = install.arg("gungraun-runner").status().context("cannot start cargo")?;
+        ensure!(status.success(), "gungraun-runner {version} does not install; see the messages above");
+    }
+    let mut bench = cargo();
+    bench.args(["bench", "--package", "palmares-sim", "--bench", "instructions"]);
+    bench.env("GUNGRAUN_RUNNER", runner);
+    Ok(Ok(bench))
+}
+
+fn quiet(program: impl AsRef<std::ffi::OsStr>) -> Command {
+    let mut command = Command::new(program);
+    command.stdout(Stdio::null()).stderr(Stdio::null()).stdin(Stdio::null());
+    command
+}
+
+fn answers(program: &str) -> bool {
+    quiet(program).arg("--version").status().is_ok_and(|status| status.success())
+}
+
+/// Needs Debian and root; says nothing when it fails.
+fn install_valgrind() -> bool {
+    println!("installing Debian's package valgrind");
+    let install = || {
+        let mut apt = quiet("apt-get");
+        apt.env("DEBIAN_FRONTEND", "noninteractive").args(["install", "--yes", "valgrind"]);
+        apt.status().is_ok_and(|status| status.success())
+    };
+    let updated = || quiet("apt-get").arg("update").status().is_ok_and(|status| status.success());
+    (install() || (updated() && install())) && answers("valgrind")
+}
+
+/// The library's version in Cargo.lock: the runner's must be the same.
+fn runner_version() -> Result<String> {
+    let lock = std::fs::read_to_string(crate::root().join("Cargo.lock")).context("cannot read Cargo.lock")?;
+    lock.split("[[package]]")
+        .find(|package| package.contains("\nname = \"gungraun\"\n"))
+        .and_then(|package| package.split("\nversion = \"").nth(1)?.split('"').next())
+        .map(str::to_owned)
+        .context("Cargo.lock knows no package gungraun")
+}
+
+fn has_version(runner: &Path, version: &str) -> bool {
+    Command::new(runner)
+        .arg("--version")
+        .stderr(Stdio::null())
+        .output()
+        .is_ok_and(|output| String::from_utf8_lossy(&output.stdout).contains(version))
+}
