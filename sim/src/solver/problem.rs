@@ -4,7 +4,7 @@ use super::cone::{ConeLaw, RollingLaw};
 use super::terms::{AxisTerm, RowTerm};
 use crate::dynamics::spatial::Motion;
 use crate::model::Owner;
-use palmares_models::{Mat3, Vec3};
+use palmares_models::{Mat3, Rotation, Vec3};
 
 /// Contact point in the iteration.
 #[derive(Clone, Copy, Debug)]
@@ -70,8 +70,10 @@ pub struct ObjectProblem {
     pub center: Vec3,
     /// kg
     pub mass: f64,
-    /// Inertia about the centre of mass in world axes.
+    /// Inertia about the centre of mass in world axes, where the body comes to without torque.
     pub inertia: Mat3,
+    /// Orientation and angular velocity that it comes to without torque; `None` for a body that keeps its own.
+    pub turn: Option<(Rotation, Vec3)>,
 }
 
 /// An island's minimisation problem. Local velocities: the hand's, if it takes part, then six per object.

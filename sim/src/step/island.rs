@@ -46,7 +46,7 @@ impl World {
         self.report_hand_forces(island, problem, newton, v, stride.h);
         let floats = island.hand && !self.work.servo_on;
         let due = floats.then(|| self.momentum_due(v));
-        self.integrate(island, v);
+        self.integrate(island, problem, v);
         if let Some(due) = due {
             self.keep_momentum(due);
         }
@@ -151,7 +151,7 @@ impl World {
     }
 
     /// Semi-implicit Euler: positions move with the velocities of the end of the step.
-    fn integrate(&mut self, island: &Island, v: &[f64]) {
+    fn integrate(&mut self, island: &Island, problem: &Problem, v: &[f64]) {
         let h = self.model.config().step_s;
         let mut at = 0;
         let state = &mut self.state;
@@ -161,7 +161,7 @@ impl World {
             state.base = advanced(state.base, &mut state.q, &v[..at], h);
         }
         let gravity = self.model.config().gravity;
-        for &k in &island.objects {
+        for (&k, solved) in island.objects.iter().zip(&problem.objects) {
             let to = self.model.object_dofs(k);
             let own = &v[at..at + 6];
             let after = Vec3::new(own[0], own[1], own[2]);
@@ -176,7 +176,12 @@ impl World {
                 }
             }
             state.v[to..to + 6].copy_from_slice(own);
-            pose.rotation = turned(pose.rotation, Vec3::new(own[3], own[4], own[5]) * h);
+            let angular = Vec3::new(own[3], own[4], own[5]);
+            // Torque turns the body on from where it comes to without: its angular momentum is kept to rounding.
+            pose.rotation = match solved.turn {
+                None => turned(pose.rotation, angular * h),
+                Some((rotation, omega)) => turned(rotation, (angular - omega) * h),
+            };
             at += 6;
         }
     }

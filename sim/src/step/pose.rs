@@ -1,6 +1,6 @@
 //! Poses an island's minimisation problem: A, A v*, contacts, limits, servo and tendons.
 
-use super::free::carried;
+use super::free::free_turn;
 use super::midpoint::Stride;
 use crate::actuation::{base, tendon};
 use crate::config::Config;
@@ -77,7 +77,8 @@ impl World {
             v.extend(angular.to_array());
             let rotation = state.objects[k].rotation;
             let inverse = model.object_inertia_inverse(k);
-            let (inertia, carried) = carried(rotation, angular, object.inertia, inverse, h);
+            let (inertia, turn) = free_turn(rotation, angular, object.inertia, inverse, h);
+            let carried = turn.map_or(angular, |(_, omega)| omega);
             problem.momentum.extend(((linear + config.gravity * h) * object.mass).to_array());
             problem.momentum.extend((inertia * carried).to_array());
             problem.objects.push(ObjectProblem {
@@ -85,6 +86,7 @@ impl World {
                 center: state.objects[k].translation,
                 mass: object.mass,
                 inertia,
+                turn,
             });
         }
         self.pose_contacts(island, problem);
