@@ -1,8 +1,9 @@
 //! Where links are for given coordinates. Needed here to know which links touch at rest.
 
 use parry3d_f64::query;
+use parry3d_f64::shape::SharedShape;
 
-use crate::hand::{Geom, Hand, Hinge, HingeKind};
+use crate::hand::{Hand, Hinge, HingeKind, Link};
 use crate::{Pose, Rotation};
 
 impl Hinge {
@@ -50,9 +51,14 @@ impl Hand {
     /// Pairs of links, beside parent and child, that are closer than `distance` at coordinates q.
     pub fn pairs_closer_than(&self, distance: f64, q: &[f64]) -> Vec<[usize; 2]> {
         let poses = self.base_from_links(q);
+        // Built once: a hull is computed from its points every time.
+        let placed = |(link, pose): (&Link, &Pose)| -> Vec<(SharedShape, Pose)> {
+            let solid = link.geoms.iter().filter_map(|g| Some((g, g.shape.to_parry()?)));
+            solid.map(|(g, (shape, upright))| (shape, *pose * g.link_from_geom * upright)).collect()
+        };
+        let shapes: Vec<Vec<(SharedShape, Pose)>> = self.links.iter().zip(&poses).map(placed).collect();
         let near = |a: usize, b: usize| {
-            let (ga, gb) = (&self.links[a].geoms, &self.links[b].geoms);
-            ga.iter().any(|x| gb.iter().any(|y| closer_than(distance, (&poses[a], x), (&poses[b], y))))
+            shapes[a].iter().any(|x| shapes[b].iter().any(|y| closer_than(distance, x, y)))
         };
         let mut pairs = Vec::new();
         for a in 0..self.links.len() {
@@ -66,10 +72,7 @@ impl Hand {
     }
 }
 
-fn closer_than(distance: f64, a: (&Pose, &Geom), b: (&Pose, &Geom)) -> bool {
-    let (Some((shape_a, up_a)), Some((shape_b, up_b))) = (a.1.shape.to_parry(), b.1.shape.to_parry()) else {
-        return false;
-    };
-    let (pose_a, pose_b) = (*a.0 * a.1.link_from_geom * up_a, *b.0 * b.1.link_from_geom * up_b);
-    query::distance(&pose_a, shape_a.as_ref(), &pose_b, shape_b.as_ref()).is_ok_and(|d| d.distance < distance)
+fn closer_than(distance: f64, a: &(SharedShape, Pose), b: &(SharedShape, Pose)) -> bool {
+    let between = query::distance(&a.1, a.0.as_ref(), &b.1, b.0.as_ref());
+    between.is_ok_and(|d| d.distance < distance)
 }

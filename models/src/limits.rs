@@ -28,6 +28,10 @@ pub struct Limits {
     pub link_shapes: usize,
     /// Collision shapes of all links.
     pub shapes: usize,
+    /// Tendons of a hand.
+    pub tendons: usize,
+    /// Tactile patches of a hand.
+    pub tactile_patches: usize,
     /// Mesh files that a URDF names; the same file at another scale counts again.
     pub meshes: usize,
     /// Bytes of one mesh file.
@@ -67,6 +71,8 @@ impl Default for Limits {
             depth: 64,
             link_shapes: 32,
             shapes: 512,
+            tendons: 64,
+            tactile_patches: 1024,
             meshes: 128,
             mesh_bytes: 16 << 20,
             mesh_total_bytes: 64 << 20,

@@ -158,6 +158,8 @@ pub fn from_text(
     let reduced = rolling::reduce(&tree, &builder, &mut report)?;
     let coordinates = coordinates(&tree, &reduced, &settings, &mut report)?;
     let (motors, tendons) = actuation(&tree, &reduced, &settings, &mut report)?;
+    let patches: usize = settings.tactile.iter().map(|group| group.centers.len()).sum();
+    at.limit("tactile", "patches", patches, options.limits.tactile_patches)?;
     let tactile = tactile::patches(&settings.tactile, &tree, &reduced, &at)?;
     let mut hand = Hand {
         name,

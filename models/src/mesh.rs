@@ -109,6 +109,8 @@ fn check_count(bytes: &[u8]) -> Result<(), String> {
 /// The rounded hull of points: see the module. Falls back to a hull without rounding, and says so by the flag,
 /// when the body is too thin to be moved inward. `None` when the points span no volume.
 pub fn rounded_hull(points: &[Vec3], directions: usize, rounding: f64) -> Option<(Shape, bool)> {
+    let thinned = (points.len() > THINNED_FROM).then(|| thinned(points));
+    let points = thinned.as_deref().unwrap_or(points);
     let inset = (rounding > 0.0).then(|| inset_vertices(points, rounding)).flatten();
     let rounded = inset.is_some();
     let source = inset.as_deref().unwrap_or(points);
@@ -123,6 +125,20 @@ pub fn rounded_hull(points: &[Vec3], directions: usize, rounding: f64) -> Option
     let points = kept.iter().map(|p| p.to_array()).collect();
     let shape = Shape::Hull { points, rounding: if rounded { rounding } else { 0.0 } };
     (inertia::volume(&shape) > 0.0).then_some((shape, rounded))
+}
+
+/// More points than this are thinned before faces are compared with each other, which takes time by their square.
+const THINNED_FROM: usize = THINNED_DIRECTIONS;
+/// Directions whose support points stand for a finer mesh: a ball of 5 cm loses 0.03 mm.
+const THINNED_DIRECTIONS: usize = 1024;
+
+/// The support points along many directions.
+fn thinned(points: &[Vec3]) -> Vec<Vec3> {
+    let along = |i| support(points, fibonacci_direction(i, THINNED_DIRECTIONS));
+    let mut kept: Vec<Vec3> = (0..THINNED_DIRECTIONS).filter_map(along).collect();
+    kept.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
+    kept.dedup();
+    kept
 }
 
 /// Vertices of the hull after moving each face plane inward by `distance`.

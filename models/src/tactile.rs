@@ -36,7 +36,7 @@ pub(crate) struct TactileSettings {
     /// Extents along `along` and across it, m.
     size: [f64; 2],
     /// One per patch, m.
-    centers: Vec<[f64; 3]>,
+    pub(crate) centers: Vec<[f64; 3]>,
 }
 
 impl TactileSettings {

@@ -89,6 +89,12 @@ pub(crate) fn read(
             return Err(report.bad(element, "lists no joints", "at least one <joint name=…>"));
         }
         let actuator = node.children().find(|c| c.has_tag_name("actuator")).and_then(|a| a.attribute("name"));
+        report.limit(
+            format!("transmission '{name}'"),
+            "tendons up to here",
+            found.len() + 1,
+            limits.tendons,
+        )?;
         found.push(Transmission { actuator: actuator.unwrap_or(&name).to_owned(), name, joints });
     }
     Ok(found)

@@ -104,6 +104,21 @@ fn long_chains_and_tags_are_not_followed() {
     refused(read(&quoted, None), &["bytes in one tag"]);
     read(&SMALL.replacen("<link", &format!("<!-- {} --><link", "<x ".repeat(10_000)), 1), None).unwrap();
     refused(read("<robot name='", None), &["not valid XML"]);
+    let tendons: String = (0..65)
+        .map(|i| {
+            format!(
+                "<transmission name='x{i}'><type>AdaptiveSynergyTransmission</type><joint name='a'/></transmission>"
+            )
+        })
+        .collect();
+    let many = SMALL.replacen("</robot>", &format!("{tendons}</robot>"), 1);
+    refused(read(&many, None), &["transmission 'x63': 65 tendons up to here; the limit is 64"]);
+    let centers = "[0.0, 0.0, 0.0],".repeat(1025);
+    let patches = format!(
+        "[[tactile]]\nname = 'p'\nlink = 'tip'\nalong = [1.0, 0.0, 0.0]\nnormal = [0.0, 0.0, 1.0]\n\
+         size = [0.01, 0.01]\ncenters = [{centers}]"
+    );
+    refused(read(SMALL, Some(&patches)), &["x/hand.toml: tactile: 1025 patches; the limit is 1024"]);
     let shapes = "<collision><geometry><sphere radius='0.01'/></geometry></collision>".repeat(33);
     let many = SMALL.replacen("</link>", &format!("{shapes}</link>"), 1);
     refused(read(&many, None), &["link 'base': 34 collision shapes; the limit is 32"]);
@@ -455,6 +470,7 @@ fn the_guide_lists_the_limits() {
         ("links, joints", format!("{}, {}", l.links, l.joints)),
         ("one chain", format!("{}", l.depth)),
         ("collision shapes", format!("{}, {}", l.link_shapes, l.shapes)),
+        ("tactile patches", format!("{}, {}", l.tendons, l.tactile_patches)),
         ("mesh files", format!("{}", l.meshes)),
         ("bytes of a mesh", format!("{}, {}", l.mesh_bytes, l.mesh_total_bytes)),
         ("vertices of a mesh", format!("{}, {}", l.mesh_vertices, l.mesh_total_vertices)),

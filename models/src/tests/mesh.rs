@@ -45,6 +45,38 @@ fn a_finely_meshed_ball_keeps_few_points_and_its_radius() {
 }
 
 #[test]
+fn a_mesh_finer_than_needed_is_thinned_and_keeps_its_size() {
+    let ball: Vec<Vec3> = (0..60_000).map(|i| fibonacci_direction(i, 60_000) * 0.05).collect();
+    let (shape, rounded) = rounded_hull(&ball, 64, 2e-3).unwrap();
+    let Shape::Hull { points, .. } = shape else { panic!("not a hull") };
+    assert!(rounded && points.len() <= 64 && points.len() > 40, "{}", points.len());
+    for p in points {
+        let reach = Vec3::from_array(p).length() + 2e-3;
+        assert!((reach - 0.05).abs() < 5e-4, "{reach}");
+    }
+    // Corners and flat faces survive.
+    let side = 40;
+    let half = Vec3::new(0.05, 0.02, 0.01);
+    let grid = |i: usize| 2.0 * (i as f64) / f64::from(side) - 1.0;
+    let mut fine = Vec::new();
+    for i in 0..=side as usize {
+        for j in 0..=side as usize {
+            let (a, b) = (grid(i), grid(j));
+            for s in [-1.0, 1.0] {
+                fine.extend([Vec3::new(a, b, s), Vec3::new(a, s, b), Vec3::new(s, a, b)].map(|p| p * half));
+            }
+        }
+    }
+    let (shape, _) = rounded_hull(&fine, 64, 2e-3).unwrap();
+    let Shape::Hull { points, .. } = shape else { panic!("not a hull") };
+    assert!(fine.len() > 4096 && points.len() == 8, "{} {}", fine.len(), points.len());
+    for p in points {
+        let p = Vec3::from_array(p).abs();
+        assert!((p + Vec3::splat(2e-3) - half).length() < 1e-9, "{p}");
+    }
+}
+
+#[test]
 fn what_is_too_thin_stays_sharp_and_what_is_flat_is_refused() {
     let (shape, rounded) = rounded_hull(&corners(Vec3::new(0.1, 0.1, 0.001)), 64, 2e-3).unwrap();
     assert!(!rounded && matches!(shape, Shape::Hull { rounding: 0.0, .. }));

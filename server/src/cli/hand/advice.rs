@@ -1,5 +1,6 @@
 //! What a valid hand's author should know all the same.
 
+use super::predict::LOOSE;
 use palmares_models::error::LoadWarning;
 use palmares_models::hand::Hand;
 use std::path::Path;
@@ -25,7 +26,7 @@ pub(super) fn advice(hand: &Hand, file: &Path) -> Vec<LoadWarning> {
     let driven = |i: usize| hand.tendons.iter().any(|t| t.both_ways && t.coordinates().contains(&i));
     let (mut slow, mut springless) = (Vec::new(), Vec::new());
     for (i, c) in hand.coordinates.iter().enumerate() {
-        if c.stiffness == 0.0 && !driven(i) {
+        if c.stiffness < LOOSE && !driven(i) {
             springless.push(c.name.as_str());
         }
         if c.stiffness > 0.0 && c.damping / c.stiffness > SLOW_S {

@@ -4,6 +4,7 @@ use super::predict::{Equilibrium, Law, NoPrediction, largest_difference, settled
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_sim::model::ModelError;
+use palmares_sim::state::MotorState;
 use palmares_sim::world::Push;
 use palmares_sim::{BaseCommand, Command, Config, Model, Owner, State, World};
 use serde::Serialize;
@@ -120,7 +121,9 @@ impl Alone {
         while self.time_s() - begin < PATIENCE_S && self.state().is_finite() {
             self.step(sigma);
             see(self);
-            let moving = self.time_s() < RAMP_S || self.speed() > speed;
+            let arrived = |(motor, s): (&MotorState, &f64)| (motor.position - s).abs() < 1e-12;
+            let winding = !self.state().motors.iter().zip(sigma).all(arrived);
+            let moving = self.time_s() < RAMP_S || winding || self.speed() > speed;
             still = if moving { 0.0 } else { still + step_s };
             if still >= STILL_S {
                 return Some(self.time_s() - still);

@@ -19,6 +19,9 @@ const NEARLY_SETTLED: f64 = 1e-9;
 /// A joint is at a limit when its springs and tendons want it this far beyond, rad.
 const BEYOND: f64 = 1e-12;
 
+/// A spring weaker than this holds nothing, N·m/rad.
+pub(super) const LOOSE: f64 = 1e-6;
+
 /// How an equilibrium was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -64,6 +67,9 @@ pub(super) fn predicted_equilibrium(
     s_ref: &[f64],
     tau: &[f64],
 ) -> Result<Equilibrium, NoPrediction> {
+    if let Some(loose) = loose(hand) {
+        return Err(NoPrediction::Loose(loose.to_owned()));
+    }
     let form = ClosedForm::new(hand);
     if let Ok(form) = &form {
         let (q, tension) = form.solve(s_ref, tau);
@@ -75,9 +81,6 @@ pub(super) fn predicted_equilibrium(
         if inside && taut {
             return Ok(Equilibrium { q, tension, law: Law::ClosedForm, beyond_closed_form: Vec::new() });
         }
-    }
-    if let Some(loose) = loose(hand) {
-        return Err(NoPrediction::Loose(loose.to_owned()));
     }
     let mut found = held_at_limits(hand, limit_stiffness, s_ref, tau)?;
     let why = &mut found.beyond_closed_form;
@@ -97,7 +100,7 @@ pub(super) fn predicted_equilibrium(
 
 /// The first joint that neither a spring holds nor a drive of its own, which pushes and pulls.
 fn loose(hand: &Hand) -> Option<&str> {
-    let springless = |i: usize| hand.coordinates[i].stiffness == 0.0;
+    let springless = |i: usize| hand.coordinates[i].stiffness < LOOSE;
     let driven = |i: usize| {
         hand.tendons.iter().any(|t| {
             let on = t.coordinates();
@@ -243,7 +246,7 @@ mod tests {
     #[test]
     fn a_joint_that_nothing_holds_has_no_place() {
         let mut hand = Hand::clone(&Hand::builtin("pinch").expect("it is built in"));
-        hand.coordinates[2].stiffness = 0.0;
+        hand.coordinates[2].stiffness = 1e-30;
         let why = predicted_equilibrium(&hand, 1e3, &[0.0, 0.0], &[0.0; 4]).expect_err("it is loose");
         assert!(why.to_string().contains("joint 'right_base' has no spring"), "{why}");
         assert_eq!(loose(&Hand::builtin("reflex").expect("it is built in")), None, "its preshape is a drive");
