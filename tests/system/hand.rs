@@ -214,3 +214,25 @@ async fn a_hand_of_ones_own_plays_like_those_of_the_program() {
     assert_eq!(code, 1);
     assert!(err.contains("a hand named `softhand` already"), "{err}");
 }
+
+/// The guide shows what the program prints; the last digits of errors are left out.
+#[test]
+fn the_guide_shows_what_the_program_prints() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let guide = std::fs::read_to_string(root.join("docs/hands.md")).expect("the guide");
+    let command = "palmares hand check pinch --sigma 0.1,0.2,0.3";
+    let block = guide.split(&format!("$ {command}\n")).nth(1).and_then(|rest| rest.split("```").next());
+    let lines: Vec<&str> = block.expect("the guide shows this check").lines().collect();
+    // As in the guide: in the folder that `pinch` is in.
+    let output = Command::new(program())
+        .args(command.split(' ').skip(1))
+        .current_dir(root.join("models/hands"))
+        .output()
+        .expect("palmares runs");
+    let printed = String::from_utf8(output.stdout).expect("UTF-8");
+    let comparable = |line: &&&str| !line.is_empty() && **line != "..." && !line.contains("e-");
+    for line in lines.iter().filter(comparable) {
+        assert!(printed.lines().any(|l| l == *line), "not printed: {line}\nbut:\n{printed}");
+    }
+    assert!(lines.iter().filter(comparable).count() > 20, "the guide lost its output");
+}
