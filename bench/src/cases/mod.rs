@@ -22,6 +22,7 @@ pub(crate) mod scene;
 pub mod stacking;
 pub mod synergy;
 pub mod tendon;
+pub mod torsion;
 
 use crate::engine::{Engine, EngineKind};
 use crate::recorder::Recorder;
@@ -95,6 +96,7 @@ pub const GROUPS: &[&[Case]] = &[
     residuals::CASES,
     impact::CASES,
     heaps::CASES,
+    torsion::CASES,
 ];
 
 /// Every case there is.

@@ -26,8 +26,8 @@ fn five_kilograms_lie_on_four_grams() {
 
 #[test]
 fn spinning_boxes_gain_no_energy_in_a_chamber() {
-    // First order in h where a body that turns has neighbours.
-    for (dt, percent) in [(0.25e-3, 0.02), (1e-3, 0.08), (4e-3, 0.32), (16e-3, 1.28)] {
+    // To the fourth order of h between impacts.
+    for (dt, percent) in [(0.25e-3, 1e-6), (1e-3, 1e-6), (4e-3, 1e-4), (16e-3, 2e-3)] {
         let report = report("spin_and_tumble", dt);
         converged(&report);
         assert!(error(&report) <= percent, "at {dt}: {} %", error(&report));
@@ -58,11 +58,11 @@ fn a_rod_in_painleves_paradox_stops_with_a_bounded_impulse() {
 
 #[test]
 fn thirty_objects_fall_into_a_box_and_none_leaves_it() {
-    for dt in [0.5e-3, 1e-3, 2e-3, 4e-3] {
+    for dt in [0.25e-3, 1e-3, 2e-3, 4e-3, 8e-3] {
         let report = report("thirty_objects", dt);
         converged(&report);
-        // The thinnest object is 8 mm thick.
-        assert!(error(&report) <= -4.0, "at {dt}: {} mm", error(&report));
+        // Not the centre of any, kicked and pressed as it may be.
+        assert!(error(&report) < 0.0, "at {dt}: {} mm", error(&report));
         let gain = report.invariants.energy_gain_j.expect("the gain is reported");
         // Of some 60 J that fall and are kicked.
         assert!(gain <= 1e-2, "at {dt}: {gain:e} J");

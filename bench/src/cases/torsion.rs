@@ -1,0 +1,81 @@
+//! A rod pinched off its centre of mass: friction's torque about the line between the pads.
+
+use super::scene::{G, Scene, awake, cuboid};
+use super::{Case, Finding, Setup, steps};
+use crate::recorder::Recorder;
+use crate::report::Figure;
+use crate::rigs::{Finger, fingers, welded};
+use anyhow::Result;
+use palmares_models::hand::{Geom, HingeKind};
+use palmares_models::shape::Shape;
+use palmares_models::{Pose, Rotation, Vec3};
+use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
+
+/// Cases of this file.
+pub const CASES: &[Case] = &[Case {
+    name: "pinch_tilt_torsion",
+    about: "rod between two round pads: how far from its centre it can be held level",
+    peers: false,
+    run: pinch_tilt_torsion,
+}];
+
+/// Error, in percent, of the largest distance from its centre of mass at which a rod (0.2 kg) can be pinched with N = 20 N by
+/// two round pads (R_c = 1 cm, μ = 0.5) without tilting, against `m g e = 2 · ⅔ μ N R_c`, e = 68 mm, for evenly pressing pads.
+/// Whoever presses at the rims alone holds up to 102 mm, half as far again.
+pub fn pinch_tilt_torsion(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    let (mass, mu, press, radius) = (0.2, 0.5, 20.0, 0.01);
+    let exact = 4.0 / 3.0 * mu * press * radius / (mass * G);
+    let (mut low, mut high) = (0.2 * exact, 2.0 * exact);
+    while high - low > 0.005 * exact {
+        let offset = 0.5 * (low + high);
+        if tilts(setup, recorder, [mass, mu, press, radius], offset)? {
+            high = offset;
+        } else {
+            low = offset;
+        }
+    }
+    Ok(Finding {
+        error: Figure::new("error of the largest offset", 100.0 * (0.5 * (low + high) / exact - 1.0), "%"),
+        invariants: recorder.invariants(),
+    })
+}
+
+fn tilts(
+    setup: &Setup,
+    recorder: &mut Recorder,
+    [mass, mu, press, radius]: [f64; 4],
+    offset: f64,
+) -> Result<bool> {
+    let half = 0.01;
+    let pad = |link_from_geom| Geom {
+        link_from_geom,
+        shape: Shape::Cylinder { radius, half_length: 0.005 },
+        friction: mu,
+    };
+    let across = Rotation::from_rotation_y(-FRAC_PI_2);
+    let at = |x: f64| Pose::from_parts(Vec3::new(x, 0.0, 0.0), across);
+    let finger = Finger {
+        kind: HingeKind::Prismatic,
+        base_from_hinge: at(half + 0.005),
+        mass: 0.05,
+        inertia: 1e-5,
+        stiffness: 0.0,
+        damping: 1.0,
+        tension: press,
+        geoms: vec![pad(Pose::IDENTITY)],
+    };
+    let hand = Arc::new(fingers("pads", vec![pad(at(-half - 0.005))], vec![finger])?);
+    let (mut engine, mut command) = Scene::with_hand(welded(awake(setup.dt_s)), hand, Pose::IDENTITY)?
+        .body(cuboid(2.0 * half, 0.4, 2.0 * half), mass, mu, Pose::translation(0.0, offset, 0.0))?
+        .start(setup)?;
+    // The cable is wound far beyond its largest tension, which therefore acts all the time.
+    command.sigma[0] = 1.0;
+    for _ in 0..steps(0.5, setup.dt_s) {
+        recorder.step(&mut *engine, &command)?;
+        if (engine.state().objects[0].rotation * Vec3::Z).z < 0.9994 {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
