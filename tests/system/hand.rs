@@ -63,18 +63,22 @@ fn a_folder_is_checked_and_closes_along_the_closed_form() {
         assert!(out.contains(part), "'{part}' is not in:\n{out}");
     }
 
-    let (code, out, _) = palmares(&["hand", "check", text(folder.path()), "--sigma", "0.3,0.5", "--json"]);
+    let (code, out, _) = palmares(&["hand", "check", text(folder.path()), "--sigma", "0.3,0.5,1", "--json"]);
     assert_eq!(code, 0);
     let report: Value = serde_json::from_str(&out).expect("JSON");
     assert_eq!(report["verdict"], "usable");
     assert_eq!(report["hand"]["coordinates"].as_array().expect("a list").len(), 19);
-    for closure in report["closures"].as_array().expect("a list") {
+    let closures = report["closures"].as_array().expect("a list");
+    assert_eq!(closures.len(), 3);
+    for closure in closures {
+        assert!(closure["unbalanced_nm"].as_f64().expect("a number") < 1e-9, "{closure}");
+    }
+    for closure in &closures[..2] {
         assert_eq!(closure["beyond"].as_array().map(Vec::len), Some(0), "{closure}");
         assert_eq!(closure["law"], "closed_form");
         assert!(closure["error"].as_f64().expect("a number") < 1e-9, "{closure}");
         assert!(closure["rest_s"].as_f64().is_some());
     }
-    assert_eq!(report["closures"].as_array().map(Vec::len), Some(2));
 }
 
 #[test]

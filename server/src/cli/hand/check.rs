@@ -241,7 +241,11 @@ fn closures(hand: &Hand, closures: &[Closure], all: bool) -> String {
         };
         let here: Vec<String> = c.beyond_closed_form.iter().filter(|r| !always(r)).cloned().collect();
         explain("the closed form does not apply:", &here);
-        explain("no prediction applies:", &c.beyond);
+        let balance = match c.unbalanced_nm {
+            Some(torque) => format!(" (simulated forces balance to {torque:.1e} N·m)"),
+            None => String::new(),
+        };
+        explain(&format!("no prediction applies{balance}:"), &c.beyond);
     }
     format!("\nFree closure, simulated and predicted (f: tensions)\n{}{notes}", table(&rows))
 }

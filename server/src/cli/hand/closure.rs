@@ -50,6 +50,9 @@ pub(super) struct Closure {
     pub(super) error: Option<f64>,
     /// The coordinate where it is.
     pub(super) worst: Option<String>,
+    /// Largest unbalanced joint torque with the simulation's own contact forces, N·m: the statics
+    /// Rᵀ f − E (q − q₀) + Jᵀ w + limits. None for a hand that feels its weight.
+    pub(super) unbalanced_nm: Option<f64>,
     /// Why no prediction applies here, as where the hand touches itself; empty when one does.
     pub(super) beyond: Vec<String>,
 }
@@ -138,6 +141,11 @@ impl Alone {
         settled(config, &self.hand, self.state().base, sigma, &self.command.pushes)
     }
 
+    /// Largest unbalanced joint torque with the forces of the last step.
+    fn unbalanced_nm(&self) -> f64 {
+        self.world.joint_residual().iter().fold(0.0, |most, tau| tau.abs().max(most))
+    }
+
     /// Parts of the hand that touch each other.
     pub(super) fn touching(&self) -> Vec<String> {
         let mut pairs = BTreeSet::new();
@@ -199,6 +207,7 @@ pub(super) fn close(hand: &Arc<Hand>, sigma: &[f64]) -> Result<Closure, ModelErr
         predicted_q: predicted.as_ref().map(|p| p.q.clone()),
         predicted_tension: predicted.map(|p| p.tension),
         error,
+        unbalanced_nm: hand.gravity_compensation.then(|| alone.unbalanced_nm()),
         worst: worst.map(|i| hand.coordinates[i].name.clone()),
         beyond,
     })
