@@ -2,9 +2,11 @@
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
+use std::path::PathBuf;
 use palmares_bench::cases::grasp::Placement;
 use palmares_bench::cases::{self, Setup};
 use palmares_bench::engine::EngineKind;
+use palmares_bench::report;
 use palmares_bench::robust::{grasps, placements};
 
 /// Speed against error of the hand emulator.
@@ -62,6 +64,32 @@ enum What {
         #[arg(long, default_value_t = 2e-5)]
         reference_dt: f64,
     },
+    /// Compare the engines over scenes and steps, and write a report with tables, plots and JSON.
+    Report {
+        /// Folder of the report.
+        #[arg(long, default_value = "docs/report")]
+        out: PathBuf,
+        /// Peers to compare with, by commas.
+        #[arg(long, value_delimiter = ',', default_value = "own,rapier,mujoco")]
+        engines: Vec<String>,
+        /// Cases, by commas; all that belong into a report if not given.
+        #[arg(long, value_delimiter = ',')]
+        cases: Vec<String>,
+        /// Steps, ms, by commas; 0.25 to 16 ms if not given.
+        #[arg(long, value_delimiter = ',')]
+        steps_ms: Vec<f64>,
+        /// Timing runs, of which the median counts.
+        #[arg(long, default_value_t = 5)]
+        repeats: usize,
+        /// Few cases and steps, coarse references: under three minutes.
+        #[arg(long)]
+        quick: bool,
+    },
+    /// Read a report's JSON: is a peer ahead of ours anywhere at an equal or smaller error? Fails if so.
+    Check {
+        /// The file.
+        report: PathBuf,
+    },
 }
 
 fn main() -> Result<()> {
@@ -84,6 +112,11 @@ fn main() -> Result<()> {
                 println!("{:#?}", palmares_bench::random_piles::check(piles, dt, time)?);
             }
         }
+        What::Report { out, engines, cases, steps_ms, repeats, quick } => {
+            let engines = engines.iter().map(|name| EngineKind::from_name(name)).collect::<Result<_>>()?;
+            report::write(&report::Options { out, engines, cases, steps_ms, repeats, quick })?;
+        }
+        What::Check { report } => report::runner::check(&report)?,
         What::Case { name, dt, engine, json, reference_dt } => {
             let reference_dt_s = (reference_dt > 0.0).then_some(reference_dt);
             let setup = Setup { engine: EngineKind::from_name(&engine)?, dt_s: dt, reference_dt_s };

@@ -1,10 +1,11 @@
-//! Developer commands: `cargo xtask demo` and `cargo xtask test`.
+//! Developer commands: `cargo xtask demo`, `cargo xtask report` and `cargo xtask test`.
 
 mod cargo;
 mod check;
 mod demo;
 mod instructions;
 mod python;
+mod report;
 mod server;
 
 use clap::{Parser, Subcommand};
@@ -22,6 +23,8 @@ struct Cli {
 enum Task {
     /// Build the server, let the example controller play one run, print the score and the leaderboard.
     Demo(demo::Options),
+    /// Compare speed and error with rapier and MuJoCo over all scenes; write docs/report.
+    Report(report::Options),
     /// Run every test: Rust and Python, formatting and lints.
     Test,
 }
@@ -29,6 +32,7 @@ enum Task {
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Task::Demo(options) => demo::run(&options).map(|()| true),
+        Task::Report(options) => report::run(&options).map(|()| true),
         Task::Test => check::run(),
     };
     match outcome {

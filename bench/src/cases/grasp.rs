@@ -132,10 +132,12 @@ fn case(setup: &Setup, recorder: &mut Recorder, grasp: &Grasp) -> Result<Finding
     let error = match setup.reference() {
         None => None,
         Some(fine) => {
-            eprintln!("reference run at {} ms ...", fine.dt_s * 1e3);
             let until_held = Schedule { end_s: SHAKEN.hold_s, ..SHAKEN };
-            let reference = play(&fine, grasp, CHOSEN, until_held, &mut Recorder::default())?;
-            Some(apart(&run.trace, &reference.trace) * 1e3)
+            let name = format!("grasp of {:?}, {} kg", grasp.shape, grasp.mass);
+            let reference = fine.once(&name, |fine| {
+                Ok(play(fine, grasp, CHOSEN, until_held, &mut Recorder::default())?.trace)
+            })?;
+            Some(apart(&run.trace, &reference) * 1e3)
         }
     };
     Ok(Finding {

@@ -29,6 +29,9 @@ use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants, Report};
 use anyhow::{Result, bail};
 use palmares_sim::{Model, State};
+use std::any::Any;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// What a case returns beside its times.
@@ -60,6 +63,22 @@ impl Setup {
     pub fn reference(&self) -> Option<Setup> {
         self.reference_dt_s.map(|dt_s| Setup { dt_s, reference_dt_s: None, ..*self })
     }
+
+    /// What `make` makes of this setup; made once for each `name`, engine and step, since reference runs are long.
+    pub fn once<T: Clone + 'static>(&self, name: &str, make: impl FnOnce(&Setup) -> Result<T>) -> Result<T> {
+        let key = format!("{name} {} {:e}", self.engine.name(), self.dt_s);
+        let known = MADE.with_borrow(|made| made.get(&key).and_then(|it| it.downcast_ref::<T>()).cloned());
+        if let Some(known) = known {
+            return Ok(known);
+        }
+        let it = make(self)?;
+        MADE.with_borrow_mut(|made| made.insert(key, Box::new(it.clone())));
+        Ok(it)
+    }
+}
+
+thread_local! {
+    static MADE: RefCell<BTreeMap<String, Box<dyn Any>>> = const { RefCell::new(BTreeMap::new()) };
 }
 
 /// A named case.

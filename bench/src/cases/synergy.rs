@@ -94,7 +94,8 @@ pub fn free(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let error = match setup.reference() {
         None => None,
         Some(fine) => {
-            let reference = close_trace(&fine, &mut Recorder::default())?;
+            let reference =
+                fine.once("softhand_free", |fine| close_trace(fine, &mut Recorder::default()))?;
             Some(difference(&trace, &reference))
         }
     };

@@ -8,6 +8,7 @@ mod own;
 pub mod rapier;
 
 use anyhow::{Result, bail};
+use palmares_models::hand::Hand;
 use palmares_sim::world::Outcome;
 use palmares_sim::{Command, Model, State, World};
 use std::sync::Arc;
@@ -75,6 +76,10 @@ impl EngineKind {
 
     /// An engine about to take its first step from `state`.
     pub fn start(self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>> {
+        let bent = |hand: &Arc<Hand>| hand.tendons.iter().any(|tendon| !tendon.elements.is_empty());
+        if self != EngineKind::Own && model.hand().is_some_and(bent) {
+            bail!("{} has no tendons whose R depends on q", self.name());
+        }
         match self {
             EngineKind::Own => Ok(Box::new(own::Own::new(World::new(model, state)))),
             EngineKind::Rapier => Ok(Box::new(rapier::Rapier::new(model, state)?)),

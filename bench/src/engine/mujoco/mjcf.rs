@@ -398,7 +398,8 @@ impl Writer<'_> {
         }
         for (t, tendon) in hand.tendons.iter().enumerate() {
             let limit = tendon.force_limit.min(1e9);
-            out += &gains(format!("tendon='t{t}'"), tendon.stiffness, tendon.damping, 0.0, limit);
+            let least = if tendon.both_ways { -limit } else { 0.0 };
+            out += &gains(format!("tendon='t{t}'"), tendon.stiffness, tendon.damping, least, limit);
         }
         out += "</actuator>";
         self.out = out;

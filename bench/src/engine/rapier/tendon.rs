@@ -3,7 +3,7 @@
 //! of the joints. Contact impulses of the last step stand for those of the next.
 
 use super::hand::{HandBody, dof};
-use palmares_models::hand::Hand;
+use palmares_models::hand::{Hand, Tendon};
 use palmares_sim::State;
 use palmares_sim::actuation::motor::wound;
 use rapier3d_f64::dynamics::{Multibody, MultibodyJointHandle};
@@ -151,5 +151,7 @@ fn foresee(
         right[i] = tendon.stiffness * error - implicit * free[nc + i];
     }
     let Some(tensions) = matrix.lu().solve(&right) else { return vec![0.0; nt] };
-    hand.tendons.iter().zip(tensions.iter()).map(|(tendon, f)| f.clamp(0.0, tendon.force_limit)).collect()
+    let least = |tendon: &Tendon| if tendon.both_ways { -tendon.force_limit } else { 0.0 };
+    let clamped = |(tendon, f): (&Tendon, &f64)| f.clamp(least(tendon), tendon.force_limit);
+    hand.tendons.iter().zip(tensions.iter()).map(clamped).collect()
 }

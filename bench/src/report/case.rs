@@ -1,6 +1,6 @@
 //! What a case prints.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// One JSON object per run of a case.
 #[derive(Clone, Debug, Serialize)]
@@ -22,7 +22,7 @@ pub struct Report {
 }
 
 /// CPU time per step, µs.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Times {
     /// Kinematics, mass matrix, bias.
     pub dynamics: f64,
@@ -37,7 +37,7 @@ pub struct Times {
 }
 
 /// A named number.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Figure {
     /// What it is.
     pub name: String,
@@ -55,7 +55,8 @@ impl Figure {
 }
 
 /// Checks of a run.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Invariants {
     /// The object is still in the hand at the end.
     pub held: Option<bool>,

@@ -1,0 +1,119 @@
+//! The machine-readable report.
+
+use super::dominance::Verdict;
+use super::machine::Machine;
+use super::ticks::Ticks;
+use super::{Figure, Invariants, Times};
+use serde::{Deserialize, Serialize};
+
+/// Version of this format.
+pub const FORMAT: u32 = 1;
+
+/// Everything the report says.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Comparison {
+    /// [`FORMAT`].
+    pub format: u32,
+    /// Fewer cases, steps and repeats than a full report.
+    pub quick: bool,
+    /// Where it ran.
+    pub machine: Machine,
+    /// Commit of the repository; ends in `+` if files were changed.
+    pub commit: String,
+    /// Timing runs of which the median is given.
+    pub repeats: usize,
+    /// The engines.
+    pub engines: Vec<EngineNote>,
+    /// One per case, engine and step.
+    pub runs: Vec<Run>,
+    /// Whether anything is faster than ours at an error that is not larger.
+    pub verdicts: Vec<Verdict>,
+    /// Time of every 10 ms of a grasp.
+    pub ticks: Vec<Ticks>,
+    /// Cases that were left out, and why.
+    pub left_out: Vec<String>,
+    /// How long the report took, s.
+    pub took_s: f64,
+}
+
+/// An engine and how it was set.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct EngineNote {
+    /// As on the command line.
+    pub name: String,
+    /// Its version, or why it did not run.
+    pub version: String,
+    /// Whether it ran.
+    pub ran: bool,
+    /// Step of its reference runs, ms.
+    pub reference_ms: f64,
+    /// Settings.
+    pub settings: Vec<String>,
+}
+
+/// One case on one engine with one step.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Run {
+    /// Which case.
+    pub case: String,
+    /// Which engine.
+    pub engine: String,
+    /// Step, ms.
+    pub dt_ms: f64,
+    /// The case's figure; none when it did not get to an end.
+    pub error: Option<Figure>,
+    /// Its checks.
+    pub invariants: Invariants,
+    /// Why the run cannot be used; none when it can.
+    pub trouble: Option<String>,
+    /// Median over the timing runs of the CPU time for a second of simulated time, s.
+    pub cpu_s: f64,
+    /// Least and most of them.
+    pub cpu_s_between: [f64; 2],
+    /// CPU time per step of the median run; the split where the engine tells.
+    pub us_per_step: Times,
+}
+
+impl Run {
+    /// The error, if the run can be used.
+    pub fn usable_error(&self) -> Option<f64> {
+        let figure = self.error.as_ref().filter(|_| self.trouble.is_none())?;
+        figure.value.filter(|x| x.is_finite())
+    }
+}
+
+/// Why a run that came to an end is of no use, if so: numbers that are not finite, steps that failed, an object
+/// that was lost, or an error beyond any use.
+pub fn trouble(error: &Figure, seen: &Invariants) -> Option<String> {
+    if error.value.is_some_and(|x| !x.is_finite()) {
+        return Some("not finite".into());
+    }
+    if let Some(bad) = seen.newton_unconverged.filter(|n| *n > 0) {
+        return Some(format!("{bad} steps failed"));
+    }
+    if seen.held == Some(false) {
+        return Some("object lost".into());
+    }
+    let value = error.value?.abs();
+    (value > useless(&error.unit)).then(|| format!("error {value:.2} {}", error.unit))
+}
+
+/// From which error on nothing of a run is left.
+fn useless(unit: &str) -> f64 {
+    match unit {
+        "rad" => 0.2,
+        "mm" => 30.0,
+        percent if percent.starts_with('%') => 50.0,
+        _ => f64::INFINITY,
+    }
+}
+
+/// Errors below this count as equal: a thousandth of a per cent, a tenth of a micrometre, a nanoradian.
+pub fn floor(unit: &str) -> f64 {
+    match unit {
+        "rad" => 1e-9,
+        "mm" => 1e-4,
+        percent if percent.starts_with('%') => 1e-3,
+        _ => 1e-12,
+    }
+}

@@ -1,0 +1,14 @@
+//! What a case prints, and the comparison of engines over scenes and steps.
+
+mod case;
+pub mod comparison;
+pub mod dominance;
+pub mod machine;
+mod page;
+mod plots;
+pub mod runner;
+pub mod ticks;
+
+pub use case::{Figure, Invariants, Report, Times};
+pub use comparison::Comparison;
+pub use runner::{Options, write};

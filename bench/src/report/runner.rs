@@ -1,0 +1,269 @@
+//! Runs cases over engines and steps: errors first, then timings, a line of progress for each.
+
+use super::comparison::{Comparison, EngineNote, FORMAT, Run, trouble};
+use super::dominance::verdicts;
+use super::machine::{self, Machine};
+use super::{Figure, Invariants, Report, page, plots, ticks};
+use crate::cases::{self, Case, Setup};
+use crate::engine::{EngineKind, mujoco, rapier};
+use crate::recorder::Recorder;
+use anyhow::{Context, Result, bail, ensure};
+use std::path::PathBuf;
+use std::time::Instant;
+use std::{fs, io::Write};
+
+/// What to compare, and where to put it.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Folder of the report.
+    pub out: PathBuf,
+    /// Engines; ours is always among them.
+    pub engines: Vec<EngineKind>,
+    /// Names of cases; empty for all that belong into a report.
+    pub cases: Vec<String>,
+    /// Steps, ms; empty for those of the report.
+    pub steps_ms: Vec<f64>,
+    /// Timing runs of each.
+    pub repeats: usize,
+    /// Fewer cases and steps, coarser references.
+    pub quick: bool,
+}
+
+/// The steps of a report, ms.
+const STEPS_MS: [f64; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+const QUICK_STEPS_MS: [f64; 3] = [1.0, 4.0, 16.0];
+const QUICK_CASES: [&str; 5] =
+    ["softhand_free", "softhand_cylinder", "slide_stop", "incline_critical", "sphere_stack"];
+
+/// Why a case is not in a report unless it is asked for by name.
+fn left_out(name: &str) -> Option<&'static str> {
+    match name {
+        _ if name.starts_with("self_consistency") => Some("says again, at dt/64, what the other rows say"),
+        _ if name.ends_with("_60s") => Some("a minute of holding, for the gates"),
+        "grasp_max_dt" => Some("searches the step itself"),
+        _ => None,
+    }
+}
+
+/// Step of the reference runs of cases without an analytic answer, s. rapier takes half a millisecond of CPU a
+/// step with a hand, so that its reference is coarser: a tenth of its finest step is left.
+fn reference_s(engine: EngineKind, quick: bool) -> f64 {
+    match (engine, quick) {
+        (EngineKind::Rapier, false) => 1e-4,
+        (_, false) => 2e-5,
+        (EngineKind::Rapier, true) => 5e-4,
+        (_, true) => 1e-4,
+    }
+}
+
+/// Runs everything and writes the report.
+pub fn write(options: &Options) -> Result<Comparison> {
+    ensure!(options.repeats > 0, "at least one timing run is needed");
+    let begin = Instant::now();
+    let (machine, commit) = (Machine::here(), machine::commit());
+    let engines = notes(options);
+    let kinds: Vec<EngineKind> = EngineKind::ALL
+        .iter()
+        .copied()
+        .filter(|kind| engines.iter().any(|note| note.ran && note.name == kind.name()))
+        .collect();
+    let (chosen, left_out) = choose(options)?;
+    let steps = match (options.steps_ms.as_slice(), options.quick) {
+        ([], false) => STEPS_MS.to_vec(),
+        ([], true) => QUICK_STEPS_MS.to_vec(),
+        (some, _) => some.to_vec(),
+    };
+    let mut jobs = Vec::new();
+    for case in &chosen {
+        for kind in kinds.iter().filter(|kind| **kind == EngineKind::Own || case.peers) {
+            jobs.extend(steps.iter().map(|dt_ms| (*case, *kind, *dt_ms)));
+        }
+    }
+    println!("{} on {}, {} threads; commit {commit}", machine.system, machine.processor, machine.threads);
+    let mut progress = Progress { begin, done: 0, all: 2 * jobs.len() };
+    let mut runs = Vec::new();
+    for (case, kind, dt_ms) in &jobs {
+        let run = error_pass(case, *kind, *dt_ms, options.quick);
+        progress.line("error", &run, &said(&run));
+        runs.push(run);
+    }
+    for ((case, kind, dt_ms), run) in jobs.iter().zip(&mut runs) {
+        if run.error.is_some() {
+            time_pass(case, *kind, *dt_ms, options.repeats, run);
+        }
+        progress.line("time", run, &format!("{:.3} ms of CPU a second", 1e3 * run.cpu_s));
+    }
+    let peers: Vec<&str> =
+        kinds.iter().filter(|kind| **kind != EngineKind::Own).map(|kind| kind.name()).collect();
+    let comparison = Comparison {
+        format: FORMAT,
+        quick: options.quick,
+        machine,
+        commit,
+        repeats: options.repeats,
+        engines,
+        verdicts: verdicts(&runs, EngineKind::Own.name(), &peers),
+        runs,
+        ticks: ticks::measure(options.repeats)?,
+        left_out,
+        took_s: begin.elapsed().as_secs_f64(),
+    };
+    fs::create_dir_all(&options.out).with_context(|| format!("cannot create {}", options.out.display()))?;
+    let json = serde_json::to_string_pretty(&comparison)? + "\n";
+    fs::write(options.out.join("report.json"), json)?;
+    plots::draw(&comparison, &options.out)?;
+    fs::write(options.out.join("README.md"), page::write(&comparison))?;
+    println!("{} in {:.0} s", options.out.join("README.md").display(), comparison.took_s);
+    Ok(comparison)
+}
+
+/// What each engine is, and whether it can run.
+fn notes(options: &Options) -> Vec<EngineNote> {
+    let note = |kind: EngineKind| {
+        let (version, settings) = match kind {
+            EngineKind::Own => (Ok(env!("CARGO_PKG_VERSION").to_owned()), own_settings()),
+            EngineKind::Rapier => (Ok("0.36.1".to_owned()), rapier::settings()),
+            EngineKind::MuJoCo => (mujoco::version(), mujoco::settings()),
+        };
+        let wanted = kind == EngineKind::Own || options.engines.contains(&kind);
+        let (ran, version) = match version {
+            _ if !wanted => (false, "not asked for".to_owned()),
+            Ok(version) => (true, version),
+            Err(error) => {
+                println!("{} is left out: {error:#}", kind.name());
+                (false, format!("left out: {error:#}"))
+            }
+        };
+        let reference_ms = 1e3 * reference_s(kind, options.quick);
+        EngineNote { name: kind.name().to_owned(), version, ran, reference_ms, settings }
+    };
+    EngineKind::ALL.iter().map(|kind| note(*kind)).collect()
+}
+
+fn own_settings() -> Vec<String> {
+    vec!["the constants of `sim/src/config.rs`, the same in every case and at every step".into()]
+}
+
+fn choose(options: &Options) -> Result<(Vec<&'static Case>, Vec<String>)> {
+    let all: Vec<&Case> = cases::all().collect();
+    if !options.cases.is_empty() {
+        let find = |name: &String| {
+            all.iter().find(|case| case.name == name).copied().with_context(|| {
+                let names: Vec<&str> = all.iter().map(|case| case.name).collect();
+                format!("unknown case `{name}`; known cases: {}", names.join(", "))
+            })
+        };
+        return Ok((options.cases.iter().map(find).collect::<Result<_>>()?, Vec::new()));
+    }
+    if options.quick {
+        let chosen = all.into_iter().filter(|case| QUICK_CASES.contains(&case.name)).collect();
+        return Ok((chosen, vec!["all others: this is a quick report".into()]));
+    }
+    let out = all.iter().filter_map(|case| Some(format!("`{}`: {}", case.name, left_out(case.name)?)));
+    let out = out.collect();
+    Ok((all.into_iter().filter(|case| left_out(case.name).is_none()).collect(), out))
+}
+
+/// One run for its error, with a reference run where it needs one.
+fn error_pass(case: &Case, kind: EngineKind, dt_ms: f64, quick: bool) -> Run {
+    let setup =
+        Setup { engine: kind, dt_s: 1e-3 * dt_ms, reference_dt_s: Some(reference_s(kind, quick)) };
+    let mut run = Run {
+        case: case.name.to_owned(),
+        engine: kind.name().to_owned(),
+        dt_ms,
+        error: None,
+        invariants: Invariants::default(),
+        trouble: None,
+        cpu_s: 0.0,
+        cpu_s_between: [0.0; 2],
+        us_per_step: Default::default(),
+    };
+    match cases::run(case.name, &setup) {
+        Ok((Report { error, invariants, .. }, _)) => {
+            run.trouble = trouble(&error, &invariants);
+            (run.error, run.invariants) = (Some(Figure { value: finite(error.value), ..error }), invariants);
+        }
+        Err(error) => run.trouble = Some(format!("{error:#}").lines().next().unwrap_or("failed").to_owned()),
+    }
+    run
+}
+
+/// JSON knows no infinities.
+fn finite(value: Option<f64>) -> Option<f64> {
+    value.filter(|x| x.is_finite())
+}
+
+/// Runs for the clock alone, after the error pass has warmed everything up.
+fn time_pass(case: &Case, kind: EngineKind, dt_ms: f64, repeats: usize, run: &mut Run) {
+    let setup = Setup { engine: kind, dt_s: 1e-3 * dt_ms, reference_dt_s: None };
+    let play = || {
+        let mut recorder = Recorder::default();
+        (case.run)(&setup, &mut recorder).is_ok().then(|| recorder.times())
+    };
+    let mut times: Vec<_> = if kind == EngineKind::MuJoCo {
+        let (first, totals) = mujoco::replayed(repeats, play);
+        let first = first.unwrap_or_default();
+        totals.iter().map(|total| super::Times { total: total * 1e6, ..first }).collect()
+    } else {
+        (0..repeats).filter_map(|_| play()).collect()
+    };
+    if times.is_empty() {
+        run.trouble = Some("did not run a second time".into());
+        return;
+    }
+    times.sort_by(|a, b| a.total.total_cmp(&b.total));
+    // µs a step are ms of CPU a simulated second at 1 ms.
+    let cpu = |total_us: f64| total_us * 1e-3 / dt_ms;
+    run.us_per_step = times[times.len() / 2];
+    run.cpu_s = cpu(run.us_per_step.total);
+    run.cpu_s_between = [cpu(times[0].total), cpu(times[times.len() - 1].total)];
+}
+
+fn said(run: &Run) -> String {
+    let figure = run.error.as_ref().and_then(|figure| Some((figure.value?, &figure.unit)));
+    let error = figure.map_or_else(String::new, |(value, unit)| format!("{value:.2e} {unit}"));
+    match &run.trouble {
+        Some(trouble) => format!("{error} ({trouble})"),
+        None => error,
+    }
+}
+
+struct Progress {
+    begin: Instant,
+    done: usize,
+    all: usize,
+}
+
+impl Progress {
+    fn line(&mut self, pass: &str, run: &Run, said: &str) {
+        self.done += 1;
+        let spent = self.begin.elapsed().as_secs_f64();
+        let left = spent / self.done as f64 * (self.all - self.done) as f64;
+        println!(
+            "[{:>4}/{}] {spent:>5.0} s, about {left:.0} s left | {pass:<5} {} {} {} ms: {said}",
+            self.done, self.all, run.case, run.engine, run.dt_ms
+        );
+        let _ = std::io::stdout().flush();
+    }
+}
+
+/// Reads a report back and says of every case whether a peer is ahead of ours.
+///
+/// # Errors
+/// No such file, or not a report of this format, or a peer is ahead somewhere.
+pub fn check(path: &std::path::Path) -> Result<()> {
+    let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let comparison: Comparison =
+        serde_json::from_str(&text).with_context(|| format!("{} is no report", path.display()))?;
+    ensure!(comparison.format == FORMAT, "format {} is not {FORMAT}", comparison.format);
+    let mut ahead = 0;
+    for verdict in &comparison.verdicts {
+        println!("{:<26}{:<8}{}", verdict.case, verdict.peer, verdict.words());
+        ahead += usize::from(!verdict.holds());
+    }
+    if ahead > 0 {
+        bail!("in {ahead} of {} comparisons a peer is ahead at an equal or smaller error", comparison.verdicts.len());
+    }
+    Ok(())
+}
