@@ -2,12 +2,12 @@
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
-use std::path::PathBuf;
 use palmares_bench::cases::grasp::Placement;
 use palmares_bench::cases::{self, Setup};
 use palmares_bench::engine::EngineKind;
 use palmares_bench::report;
 use palmares_bench::robust::{grasps, placements};
+use std::path::PathBuf;
 
 /// Speed against error of the hand emulator.
 #[derive(Parser)]

@@ -12,21 +12,26 @@ pub(crate) fn cargo() -> Command {
     command
 }
 
-/// Builds the server and returns where the program is. Cargo is asked rather than guessed, since the target
-/// directory can be set in several ways.
+/// Builds the server and returns where the program is.
 pub(crate) fn build_server(release: bool) -> Result<PathBuf> {
+    build("palmares", release)
+}
+
+/// Builds the program of the package of the same name and returns where it is. Cargo is asked rather than guessed,
+/// since the target directory can be set in several ways.
+pub(crate) fn build(package: &str, release: bool) -> Result<PathBuf> {
     let mut build = cargo();
-    build.args(["build", "--package", "palmares", "--bin", "palmares"]);
+    build.args(["build", "--package", package, "--bin", package]);
     build.args(["--message-format", "json-render-diagnostics"]);
     if release {
         build.arg("--release");
     }
     let output = build.stderr(Stdio::inherit()).output().context("cannot start cargo")?;
-    ensure!(output.status.success(), "the server does not build; see the messages above");
+    ensure!(output.status.success(), "{package} does not build; see the messages above");
     String::from_utf8_lossy(&output.stdout)
         .lines()
         .filter_map(|line| serde_json::from_str::<Value>(line).ok())
-        .filter(|message| message["target"]["name"] == "palmares")
+        .filter(|message| message["target"]["name"] == package)
         .find_map(|message| message["executable"].as_str().map(PathBuf::from))
-        .context("cargo did not say where it put the program `palmares`")
+        .with_context(|| format!("cargo did not say where it put the program `{package}`"))
 }

@@ -56,7 +56,7 @@ fn project() -> PathBuf {
 }
 
 /// A Python of at least 3.11.
-fn interpreter() -> Result<String> {
+pub(crate) fn interpreter() -> Result<String> {
     let named = std::env::var("PALMARES_PYTHON").ok();
     let usual = ["python3", "python3.14", "python3.13", "python3.12", "python3.11", "python"];
     let candidates: Vec<&str> = named.as_deref().map_or_else(|| usual.to_vec(), |name| vec![name]);
@@ -74,7 +74,7 @@ fn interpreter() -> Result<String> {
 }
 
 /// Creates a virtual environment. Debian ships Python without the part of it that brings pip.
-fn create(python: &str, venv: &Path) -> Result<()> {
+pub(crate) fn create(python: &str, venv: &Path) -> Result<()> {
     if succeeds(Command::new(python).args(["-m", "venv", "--clear"]).arg(venv)) {
         return Ok(());
     }
@@ -93,7 +93,7 @@ fn create(python: &str, venv: &Path) -> Result<()> {
 }
 
 /// Whether a command runs and exits with 0. What it prints is dropped.
-fn succeeds(command: &mut Command) -> bool {
+pub(crate) fn succeeds(command: &mut Command) -> bool {
     command
         .stdin(Stdio::null())
         .stdout(Stdio::null())

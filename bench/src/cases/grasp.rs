@@ -163,7 +163,7 @@ fn apart(a: &[Vec3], b: &[Vec3]) -> f64 {
 
 /// A finished run.
 struct Run {
-    /// Centre of the object in the palm's frame every 8 ms until the end of the hold, m.
+    /// Centre of the object in the palm's frame every 16 ms until the end of the hold, m.
     trace: Vec<Vec3>,
     invariants: Invariants,
 }
@@ -183,7 +183,7 @@ fn play(
         let base = world.state().base;
         base.inverse_transform_point(world.state().objects[0].translation)
     };
-    let every = steps(8e-3, dt_s).max(1);
+    let every = steps(16e-3, dt_s).max(1);
     let (mut trace, mut tension) = (Vec::new(), Vec::new());
     let (mut settled, mut held) = (Vec3::ZERO, Vec3::ZERO);
     let floor = world.state().objects[0].translation.z;

@@ -70,12 +70,12 @@ fn free_sigma(hand: &Hand, form: &ClosedForm) -> f64 {
     sigma
 }
 
-/// Runs the closing and returns the trace of q every 8 ms.
+/// Runs the closing and returns the trace of q every 16 ms.
 pub fn close_trace(setup: &Setup, recorder: &mut Recorder) -> Result<Vec<Vec<f64>>> {
     let hand = softhand()?;
     let sigma = free_sigma(&hand, &ClosedForm::new(&hand)?);
     let (mut world, mut command) = world_of(hand, setup)?;
-    let every = steps(8e-3, setup.dt_s).max(1);
+    let every = steps(16e-3, setup.dt_s).max(1);
     let mut trace = Vec::new();
     for k in 0..steps(2.0, setup.dt_s) {
         let t = (k + 1) as f64 * setup.dt_s;
@@ -94,8 +94,7 @@ pub fn free(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let error = match setup.reference() {
         None => None,
         Some(fine) => {
-            let reference =
-                fine.once("softhand_free", |fine| close_trace(fine, &mut Recorder::default()))?;
+            let reference = fine.once("softhand_free", |fine| close_trace(fine, &mut Recorder::default()))?;
             Some(difference(&trace, &reference))
         }
     };

@@ -43,7 +43,9 @@ pub(super) fn draw(report: &Comparison, folder: &Path) -> Result<()> {
         let height = 90 + 26 * compared.len() as u32;
         on_page(&folder.join("stable.svg"), (760, height), |area| stable(area, report, &compared))?;
     }
-    on_page(&folder.join("split.svg"), (760, 90 + 20 * cases(report).len() as u32), |area| split(area, report))?;
+    on_page(&folder.join("split.svg"), (760, 90 + 20 * cases(report).len() as u32), |area| {
+        split(area, report)
+    })?;
     on_page(&folder.join("ticks.svg"), (760, 380), |area| ticks(area, report))
 }
 
@@ -132,9 +134,9 @@ fn errors(area: &Area, case: &str, runs: &[&Run]) -> Result<()> {
         let dots = curve.iter().map(|p| Circle::new((p.0, p.1), 4, ink.filled()));
         chart.draw_series(dots).map_err(failed)?;
         let style = (SANS, 11).into_font().color(&ink);
-        let steps = curve.iter().map(|p| {
-            EmptyElement::at((p.0, p.1)) + Text::new(format!("{}", p.2), (6, -13), style.clone())
-        });
+        let steps = curve
+            .iter()
+            .map(|p| EmptyElement::at((p.0, p.1)) + Text::new(format!("{}", p.2), (6, -13), style.clone()));
         chart.draw_series(steps).map_err(failed)?;
     }
     chart
@@ -170,9 +172,8 @@ fn stable(area: &Area, report: &Comparison, cases: &[&str]) -> Result<()> {
     let steps = report.runs.iter().map(|run| run.dt_ms);
     let (least, most) = steps.fold((f64::INFINITY, 0.0f64), |(a, b), dt| (a.min(dt), b.max(dt)));
     let least = 0.5 * least;
-    let scale = |dt: f64| {
-        left + ((width as i32 - left - 60) as f64 * (dt / least).ln() / (most / least).ln()) as i32
-    };
+    let scale =
+        |dt: f64| left + ((width as i32 - left - 60) as f64 * (dt / least).ln() / (most / least).ln()) as i32;
     for (k, engine) in engines.iter().enumerate() {
         let at = left + 110 * k as i32;
         area.draw(&Rectangle::new([(at, 8), (at + 12, 18)], colour(engine).filled())).map_err(failed)?;

@@ -68,7 +68,12 @@ fn servo_on_every_joint(hand: &Hand) -> Result<Hand> {
     for (i, c) in hand.coordinates.iter().enumerate() {
         // The servo's spring gives in to the joint's own, which it is to hold at q.
         let stretch = c.stiffness * (q[i] - c.rest) / tendon.stiffness;
-        plain.motors.push(Motor { name: c.name.clone(), scaling: q[i] + stretch, offset: 0.0, ..motor.clone() });
+        plain.motors.push(Motor {
+            name: c.name.clone(),
+            scaling: q[i] + stretch,
+            offset: 0.0,
+            ..motor.clone()
+        });
         plain.tendons.push(Tendon {
             name: c.name.clone(),
             motor: i,

@@ -85,7 +85,9 @@ pub(super) fn settings() -> Vec<String> {
         format!("integrator discrete, cone elliptic, impratio {IMPRATIO}, Newton, default tolerances"),
         format!("contacts and joint limits {CONTACT}; couplings of rolling joints {COUPLING}"),
         "rolling joint: two hinges in one body and a joint equality, no coupler mass".into(),
-        "tendon: fixed tendon and affine actuator with K, b and f_max of the model, never pushing".into(),
+        "tendon: fixed tendon and affine actuator with K and b of the model; its set point is clamped to where the \
+         tendon will be and f_max beyond, since MuJoCo would clamp the force before its implicit step"
+            .into(),
         "base: three slides and three hinges with the servo's gains; hand weight by gravcomp".into(),
         "rounded boxes and hulls are convex meshes with 26 corners for each rounding; wide furniture is a plane".into(),
         "friction of a pair with furniture: the furniture's, at most that of the smoothest object; rolling \
@@ -397,9 +399,10 @@ impl Writer<'_> {
             }
         }
         for (t, tendon) in hand.tendons.iter().enumerate() {
-            let limit = tendon.force_limit.min(1e9);
-            let least = if tendon.both_ways { -limit } else { 0.0 };
-            out += &gains(format!("tendon='t{t}'"), tendon.stiffness, tendon.damping, least, limit);
+            out += &format!(
+                "<general tendon='t{t}' gainprm='{:?}' biastype='affine' biasprm='0 {:?} {:?}'/>",
+                tendon.stiffness, -tendon.stiffness, -tendon.damping
+            );
         }
         out += "</actuator>";
         self.out = out;

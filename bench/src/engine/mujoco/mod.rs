@@ -134,7 +134,15 @@ impl MuJoCo {
             motor::advance(motor, &mut self.state.motors[i], sigma, config.step_s);
         }
         for tendon in &hand.tendons {
-            control.push(motor::wound(&hand.motors[tendon.motor], self.state.motors[tendon.motor].position));
+            let wound = motor::wound(&hand.motors[tendon.motor], self.state.motors[tendon.motor].position);
+            // MuJoCo clamps an actuator's force before the implicit step, at the end of which alone it is
+            // meaningful. So the set point is clamped to where the tendon will be, plus what f_max stretches it.
+            let mut rate = 0.0;
+            tendon.gradient(&self.state.q, |c, r| rate += r * self.state.v[6 + c]);
+            let ahead = tendon.length(&self.state.q) + config.step_s * rate;
+            let stretch = tendon.force_limit / tendon.stiffness;
+            let slack = if tendon.both_ways { stretch } else { 0.0 };
+            control.push(wound.clamp(ahead - slack, ahead + stretch));
         }
         control
     }

@@ -1,0 +1,86 @@
+//! `cargo xtask report`: speed against error, ours beside rapier and MuJoCo.
+
+use crate::cargo::build;
+use crate::python;
+use anyhow::{Context, Result, ensure};
+use clap::Args;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+#[derive(Args)]
+pub(crate) struct Options {
+    /// Few cases and steps, coarse references: under three minutes.
+    #[arg(long)]
+    quick: bool,
+    /// Folder of the report; docs/report if not given, target/report for a quick one.
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Engines, by commas.
+    #[arg(long, default_value = "own,rapier,mujoco")]
+    engines: String,
+    /// Cases, by commas; all if not given.
+    #[arg(long)]
+    cases: Option<String>,
+    /// Steps, ms, by commas; 0.25 to 16 ms if not given.
+    #[arg(long)]
+    steps_ms: Option<String>,
+    /// Timing runs, of which the median counts.
+    #[arg(long, default_value_t = 5)]
+    repeats: usize,
+}
+
+/// Builds the bench, prepares MuJoCo if it can, and runs the comparison; its progress is shown as it goes.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    eprintln!("== building the bench");
+    let program = build("palmares-bench", true)?;
+    let default = if options.quick { "target/report" } else { "docs/report" };
+    let out = options.out.clone().unwrap_or_else(|| crate::root().join(default));
+    let mut report = Command::new(&program);
+    report.current_dir(crate::root()).arg("report").arg("--out").arg(out);
+    report.args(["--engines", &options.engines, "--repeats", &options.repeats.to_string()]);
+    for (flag, value) in [("--cases", &options.cases), ("--steps-ms", &options.steps_ms)] {
+        if let Some(value) = value {
+            report.args([flag, value]);
+        }
+    }
+    if options.quick {
+        report.arg("--quick");
+    }
+    if options.engines.contains("mujoco") {
+        eprintln!("== preparing MuJoCo");
+        match mujoco(&program) {
+            Ok(python) => {
+                report.env("PALMARES_MUJOCO_PYTHON", python);
+            }
+            Err(error) => eprintln!("MuJoCo cannot be installed ({error:#}); the report goes on without it"),
+        }
+    }
+    let status = report.status().context("cannot start palmares-bench")?;
+    ensure!(status.success(), "the report failed ({status})");
+    Ok(())
+}
+
+/// An interpreter with the package `mujoco`, in an environment beside the programs; made once.
+fn mujoco(program: &Path) -> Result<PathBuf> {
+    if let Some(named) = std::env::var_os("PALMARES_MUJOCO_PYTHON") {
+        return Ok(named.into());
+    }
+    let target = program.parent().and_then(Path::parent).context("the target directory")?;
+    let venv = target.join("mujoco");
+    let python = venv.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
+    let works = |python: &Path| {
+        let mut check = Command::new(python);
+        python::succeeds(check.args(["-c", "import mujoco, numpy"]))
+    };
+    if works(&python) {
+        return Ok(python);
+    }
+    fs::create_dir_all(&venv)?;
+    python::create(&python::interpreter()?, &venv)?;
+    let mut pip = Command::new(&python);
+    pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "mujoco>=4,<5", "numpy"]);
+    let installed = pip.stdout(Stdio::null()).status().context("cannot start pip")?;
+    ensure!(installed.success() && works(&python), "pip could not install the package `mujoco`");
+    Ok(python)
+}
