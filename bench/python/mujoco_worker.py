@@ -5,7 +5,8 @@ or by 0, a length and a message. Then, each led by one byte:
 
     P  qpos, qvel          set the state; no answer
     S  ctrl                one step; answered by CPU seconds, deepest overlap, warnings, qpos, qvel, actuator forces
-    R  repeats             play everything since the start again; answered by CPU seconds per step of each repeat
+    R  repeats, longest    play everything since the start again, each time for at most so many CPU seconds;
+                           answered by CPU seconds per step of each repeat
 
 CPU time is that of this thread around mj_step alone, less what reading the clock and calling MuJoCo cost.
 """
@@ -40,7 +41,7 @@ def overhead_ns():
     return sorted(spent)[len(spent) // 2]
 
 
-def replay(model, start, log):
+def replay(model, start, log, longest_ns):
     """CPU seconds per step of the same run in one tight loop."""
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = start
@@ -53,6 +54,8 @@ def replay(model, start, log):
             step(model, data)
             total += clock() - begin
             count += 1
+            if total > longest_ns:
+                break
         else:
             data.qpos[:] = values[: model.nq]
             data.qvel[:] = values[model.nq :]
@@ -97,8 +100,8 @@ def main():
             warnings = sum(warning.number for warning in data.warning)
             answer(spent, overlap, warnings, data.qpos, data.qvel, data.actuator_force)
         elif op == b"R":
-            (repeats,) = floats(source, 1)
-            answer([replay(model, start, log) for _ in range(int(repeats))])
+            repeats, longest = floats(source, 2)
+            answer([replay(model, start, log, longest * 1e9) for _ in range(int(repeats))])
 
 
 OVERHEAD_NS = overhead_ns()

@@ -2,7 +2,7 @@
 
 use crate::engine::Engine;
 use crate::report::{Invariants, Times};
-use anyhow::Result;
+use anyhow::{Result, bail};
 use palmares_sim::Command;
 
 /// CPU time of the stepping thread, its split by phase, and what went wrong.
@@ -16,11 +16,25 @@ pub struct Recorder {
     penetration_m: f64,
     iterations: u64,
     iterations_max: usize,
+    longest_s: Option<f64>,
 }
 
 impl Recorder {
+    /// One that breaks a run off after so much CPU time, for timings of which the first part is enough.
+    pub fn for_at_most(longest_s: f64) -> Self {
+        Recorder { longest_s: Some(longest_s), ..Recorder::default() }
+    }
+
+    /// Whether it broke the run off.
+    pub fn broke_off(&self) -> bool {
+        self.longest_s.is_some_and(|longest| self.total_s > longest)
+    }
+
     /// One step.
     pub fn step(&mut self, engine: &mut dyn Engine, command: &Command) -> Result<()> {
+        if self.broke_off() {
+            bail!("long enough for a timing");
+        }
         let cost = engine.step(command)?;
         self.total_s += cost.total_s;
         self.worst_s = self.worst_s.max(cost.total_s);

@@ -44,6 +44,9 @@ fn left_out(name: &str) -> Option<&'static str> {
     }
 }
 
+/// A timing run ends after this much CPU time, s.
+pub(super) const LONGEST_S: f64 = 2.0;
+
 /// Step of the reference runs of cases without an analytic answer, s. rapier takes half a millisecond of CPU a
 /// step with a hand, so that its reference is coarser: a tenth of its finest step is left.
 fn reference_s(engine: EngineKind, quick: bool) -> f64 {
@@ -196,11 +199,12 @@ fn finite(value: Option<f64>) -> Option<f64> {
 fn time_pass(case: &Case, kind: EngineKind, dt_ms: f64, repeats: usize, run: &mut Run) {
     let setup = Setup { engine: kind, dt_s: 1e-3 * dt_ms, reference_dt_s: None };
     let play = || {
-        let mut recorder = Recorder::default();
-        (case.run)(&setup, &mut recorder).is_ok().then(|| recorder.times())
+        let mut recorder = Recorder::for_at_most(LONGEST_S);
+        let finished = (case.run)(&setup, &mut recorder).is_ok();
+        (finished || recorder.broke_off()).then(|| recorder.times())
     };
     let mut times: Vec<_> = if kind == EngineKind::MuJoCo {
-        let (first, totals) = mujoco::replayed(repeats, play);
+        let (first, totals) = mujoco::replayed(repeats, LONGEST_S, play);
         let first = first.unwrap_or_default();
         totals.iter().map(|total| super::Times { total: total * 1e6, ..first }).collect()
     } else {

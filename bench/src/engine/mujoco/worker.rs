@@ -83,9 +83,9 @@ impl Worker {
         Ok(Frame { spent_s: numbers[0], overlap_m: numbers[1], warnings: numbers[2] as u64, numbers: rest })
     }
 
-    /// CPU time per step, s, of each of `repeats` runs of all steps so far.
-    pub(super) fn replay(&mut self, repeats: usize) -> Result<Vec<f64>> {
-        self.write(b'R', &[&[repeats as f64]])?;
+    /// CPU time per step, s, of each of `repeats` runs of all steps so far, each of at most `longest_s`.
+    pub(super) fn replay(&mut self, repeats: usize, longest_s: f64) -> Result<Vec<f64>> {
+        self.write(b'R', &[&[repeats as f64, longest_s]])?;
         self.read(repeats)
     }
 
