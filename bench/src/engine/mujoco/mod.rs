@@ -48,7 +48,7 @@ impl Drop for MuJoCo {
     fn drop(&mut self) {
         REPLAYS.with_borrow_mut(|(repeats, longest_s, scenes)| {
             if *repeats > 0
-                && let Ok(times) = self.worker.replay(*repeats)
+                && let Ok(times) = self.worker.replay(*repeats, *longest_s)
             {
                 scenes.push((self.state.step, times));
             }
