@@ -110,7 +110,7 @@ fn errors(area: &Area, case: &str, runs: &[&Run]) -> Result<()> {
         .y_label_formatter(&number)
         .label_style((SANS, 12))
         .axis_desc_style((SANS, 13))
-        .light_line_style(RGBColor(238, 238, 238))
+        .light_line_style(TRANSPARENT)
         .bold_line_style(RGBColor(205, 205, 205))
         .draw()
         .map_err(failed)?;
@@ -141,7 +141,7 @@ fn errors(area: &Area, case: &str, runs: &[&Run]) -> Result<()> {
     }
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
+        .position(SeriesLabelPosition::LowerLeft)
         .background_style(WHITE.mix(0.85))
         .border_style(RGBColor(180, 180, 180))
         .label_font((SANS, 13))

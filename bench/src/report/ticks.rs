@@ -1,6 +1,7 @@
 //! Time of every 10 ms of a grasp of a pan, once closed by one tendon and once by a servo on every joint: Fig. 5
 //! of Rocchi and Hauser (2016), whose emulated transmission cost hardly more than the plain one.
 
+use crate::cases::grasp::{CHOSEN, Grasp, scene};
 use crate::cases::synergy::softhand;
 use crate::cases::{ramp, steps};
 use crate::engine::EngineKind;
@@ -21,6 +22,8 @@ use std::sync::Arc;
 const STEP_S: f64 = 1e-3;
 const TICK_S: f64 = 1e-2;
 const TIME_S: f64 = 3.0;
+/// Where the pan's disc is along its handle, m.
+const DISC_M: f64 = 0.115;
 
 /// One way to close the hand.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -85,28 +88,24 @@ fn servo_on_every_joint(hand: &Hand) -> Result<Hand> {
     Ok(plain)
 }
 
-/// A pan of 0.5 kg: a disc of 16 cm and a handle across the palm. CPU time of every tick, and whether it was lifted.
+/// A pan of 0.3 kg: a thick handle where the grasp cases have their capsule, and a disc of 10 cm beside the hand.
+/// CPU time of every tick, and whether it was lifted.
 fn play(hand: &Arc<Hand>) -> Result<(Vec<f64>, bool)> {
-    let mut model = Model::new(Config::with_step(STEP_S), Some(Arc::clone(hand)))?;
-    // In the hand's frame: palm normal +x, thumb and fingers on either side of the handle along y.
-    let along = Rotation::from_rotation_x(FRAC_PI_2);
-    let flat = Rotation::from_rotation_y(FRAC_PI_2);
-    let parts = vec![
-        (Pose::from_parts(Vec3::ZERO, along), Shape::Capsule { radius: 0.02, half_length: 0.06 }),
-        (
-            Pose::from_parts(Vec3::new(0.01, 0.15, 0.0), flat),
-            Shape::Cylinder { radius: 0.08, half_length: 0.01 },
-        ),
-    ];
-    let pan = Object::new("pan", parts, 0.5, 0.8, 0.0)?;
+    let grasp = Grasp::capsule();
+    let config = Config::with_step(STEP_S);
+    let (_, handle, base) = scene(&softhand()?, config.clone(), &grasp, CHOSEN)?;
+    let handle = handle.objects[0];
+    let across = Rotation::from_rotation_x(FRAC_PI_2);
+    let disc = Shape::Cylinder { radius: 0.05, half_length: 0.008 };
+    let parts =
+        vec![(Pose::IDENTITY, grasp.shape), (Pose::from_parts(Vec3::new(0.0, 0.0, DISC_M), across), disc)];
+    let pan = Object::new("pan", parts, grasp.mass, 0.8, 0.0)?;
+    let mut model = Model::new(config, Some(Arc::clone(hand)))?;
     model.add_object(Arc::new(pan))?;
-    let down = Rotation::from_rotation_y(FRAC_PI_2);
-    // The palm's surface is 14 mm before the base's axis; the handle lies a little before it.
-    let handle = Vec3::new(0.042, -0.015, 0.15);
-    let base = Pose::from_parts(-(down * handle), down);
-    let table = Shape::Box { half_extents: [1.0, 1.0, 0.05], rounding: 0.0 };
-    model.add_static("table", &table, Pose::translation(0.0, 0.0, -0.0201 - 0.05), 0.5)?;
-    let state = State::at_rest(&model, base, &[Pose::from_parts(Vec3::ZERO, down)]);
+    let stand = Shape::Box { half_extents: [0.02, 0.035, 0.02], rounding: 0.0 };
+    let low = handle.translation - Vec3::new(0.0, 0.0, 0.04 + 0.02 + 1e-5);
+    model.add_static("stand", &stand, Pose::from_translation(low), 0.5)?;
+    let state = State::at_rest(&model, base, &[handle]);
     let low = state.objects[0].translation.z;
     let mut command = Command::stay(&model, base);
     let mut world = EngineKind::Own.start(Arc::new(model), state)?;
@@ -116,8 +115,8 @@ fn play(hand: &Arc<Hand>) -> Result<(Vec<f64>, bool)> {
         let mut spent = 0.0;
         for k in 0..per_tick {
             let t = (tick * per_tick + k + 1) as f64 * STEP_S;
-            command.sigma.fill(0.9 * ramp(t / 0.8).0);
-            let (rise, rate) = ramp((t - 1.2) / 1.2);
+            command.sigma.fill(CHOSEN.sigma * ramp(t / 0.5).0);
+            let (rise, rate) = ramp((t - 0.8) / 1.2);
             command.base = BaseCommand::Exact(BaseReference {
                 pose: Pose::from_parts(base.translation + Vec3::new(0.0, 0.0, 0.1 * rise), base.rotation),
                 linear: Vec3::new(0.0, 0.0, 0.1 * rate / 1.2),
