@@ -57,9 +57,9 @@ impl Recorder {
         Times { dynamics: share(0), collision: share(1), solver: share(2), total, worst: self.worst_s * 1e6 }
     }
 
-    /// Simulated time per CPU time at step `dt_s`.
+    /// Simulated time per CPU time at step `dt_s`; 0 for a case that records no steps.
     pub fn rtf(&self, dt_s: f64) -> f64 {
-        self.steps as f64 * dt_s / self.total_s
+        self.steps as f64 * dt_s / self.total_s.max(1e-12)
     }
 
     /// Mean and largest number of Newton iterations.

@@ -42,7 +42,7 @@ pub fn grasp(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let fine = Setup { dt_s: setup.dt_s / 16.0, ..*setup };
     let mut worst: f64 = 0.0;
     for grasp in [Grasp::cylinder(), Grasp::cuboid()] {
-        worst = worst.max(difference(setup, &fine, &grasp)?);
+        worst = worst.max(difference(setup, &fine, &grasp, recorder)?);
     }
     Ok(Finding {
         error: Figure::new("largest object error", worst * 1e3, "mm"),

@@ -151,11 +151,13 @@ fn case(setup: &Setup, recorder: &mut Recorder, grasp: &Grasp) -> Result<Finding
     })
 }
 
-/// Largest distance of the object's centre in the palm between two runs until the end of the hold, m.
-pub fn difference(a: &Setup, b: &Setup, grasp: &Grasp) -> Result<f64> {
+/// Largest distance of the object's centre in the palm between two runs until the end of the hold, m. The
+/// first run is recorded.
+pub fn difference(a: &Setup, b: &Setup, grasp: &Grasp, recorder: &mut Recorder) -> Result<f64> {
     let until_held = Schedule { end_s: SHAKEN.hold_s, ..SHAKEN };
-    let trace = |setup: &Setup| play(setup, grasp, CHOSEN, until_held, &mut Recorder::default());
-    Ok(apart(&trace(a)?.trace, &trace(b)?.trace))
+    let first = play(a, grasp, CHOSEN, until_held, recorder)?;
+    let second = play(b, grasp, CHOSEN, until_held, &mut Recorder::default())?;
+    Ok(apart(&first.trace, &second.trace))
 }
 
 fn apart(a: &[Vec3], b: &[Vec3]) -> f64 {
