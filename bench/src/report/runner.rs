@@ -277,3 +277,61 @@ pub fn check(path: &std::path::Path) -> Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A folder of this test's own, removed afterwards.
+    struct Folder(PathBuf);
+
+    impl Drop for Folder {
+        fn drop(&mut self) {
+            let _ = fs::remove_dir_all(&self.0);
+        }
+    }
+
+    #[test]
+    fn a_small_report_is_complete_and_can_be_read_back() {
+        let folder = Folder(std::env::temp_dir().join(format!("palmares-report-{}", std::process::id())));
+        let options = Options {
+            out: folder.0.clone(),
+            engines: vec![EngineKind::Own, EngineKind::Rapier],
+            cases: vec!["bowling".into()],
+            steps_ms: vec![2.0, 8.0],
+            repeats: 1,
+            quick: true,
+        };
+        let made = write(&options).expect("it runs");
+        assert_eq!(made.runs.len(), 4);
+        for run in &made.runs {
+            assert_eq!(run.trouble, None, "{run:?}");
+            assert!(run.cpu_s > 0.0 && run.usable_error().is_some(), "{run:?}");
+        }
+        assert_eq!(made.verdicts.len(), 1);
+        assert_eq!((made.verdicts[0].usable, made.verdicts[0].tried), (2, 2));
+        assert!(made.ticks.iter().all(|way| way.lifted), "the pan is lifted both ways");
+        for file in ["README.md", "report.json", "bowling.svg", "stable.svg", "split.svg", "ticks.svg"] {
+            let text = fs::read_to_string(folder.0.join(file)).expect("the report wrote it");
+            assert!(text.contains("bowling") || file == "ticks.svg", "{file}");
+        }
+        let text = fs::read_to_string(folder.0.join("report.json")).expect("written");
+        let read: Comparison = serde_json::from_str(&text).expect("it can be read");
+        assert_eq!(read.verdicts, made.verdicts);
+        assert_eq!(check(&folder.0.join("report.json")).is_ok(), made.verdicts[0].holds());
+    }
+
+    #[test]
+    fn unknown_cases_are_refused_with_the_known_ones() {
+        let options = Options {
+            out: PathBuf::new(),
+            engines: Vec::new(),
+            cases: vec!["bowlin".into()],
+            steps_ms: Vec::new(),
+            repeats: 1,
+            quick: true,
+        };
+        let message = write(&options).expect_err("refused").to_string();
+        assert!(message.contains("bowling"), "{message}");
+    }
+}
