@@ -14,8 +14,15 @@ use crate::dynamics::tree::Kinematics;
 use crate::model::{Model, Owner};
 use palmares_models::Vec3;
 
-/// The line search is content when the slope has fallen to this part of its first value.
+/// The line search is content when the slope has fallen to this part of its first value: the whole step nearly
+/// always is good enough, ...
 const LINE_TOLERANCE: f64 = 0.5;
+
+/// ... but a solve that has not converged after so many iterations ...
+const MANY_ITERATIONS: usize = 8;
+
+/// ... searches the line exactly.
+const FINE_LINE_TOLERANCE: f64 = 1e-3;
 
 /// Islands whose residual starts below this are taken to be at rest ...
 const AT_REST: f64 = 1e-3;
@@ -121,9 +128,11 @@ impl Newton {
             self.advance(problem, v, &direction, 1.0);
             self.gradient_at(model, kin, problem, v);
             report.residual = self.residual(problem);
-            let enough = dot(&direction, &self.gradient).abs() <= LINE_TOLERANCE * slope.abs();
+            let fine = report.iterations > MANY_ITERATIONS;
+            let content = slope.abs() * if fine { FINE_LINE_TOLERANCE } else { LINE_TOLERANCE };
+            let enough = dot(&direction, &self.gradient).abs() <= content;
             if report.residual >= tolerance && !enough {
-                let more = self.line_search(problem, v, &direction, slope, &mut report);
+                let more = self.line_search(problem, v, &direction, content, &mut report);
                 self.advance(problem, v, &direction, more);
                 self.gradient_at(model, kin, problem, v);
                 report.residual = self.residual(problem);
@@ -297,13 +306,13 @@ impl Newton {
     }
 
     /// Root of ℓ' along the direction by safeguarded Newton, counted from the present point, which is the
-    /// whole step; `slope` is ℓ' one step back.
+    /// whole step, until |ℓ'| is no more than `content`.
     fn line_search(
         &self,
         problem: &Problem,
         v: &[f64],
         direction: &[f64],
-        slope: f64,
+        content: f64,
         report: &mut SolveReport,
     ) -> f64 {
         let quadratic = dot(direction, &self.a_direction);
@@ -370,7 +379,7 @@ impl Newton {
         for k in 0..40 {
             report.evaluations += 1;
             let (first, second) = if k == 0 { here() } else { derivatives(alpha) };
-            if first.abs() <= LINE_TOLERANCE * slope.abs() {
+            if first.abs() <= content {
                 break;
             }
             if first < 0.0 {
