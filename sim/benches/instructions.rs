@@ -116,19 +116,19 @@ fn steps((mut world, command): (World, Command)) -> World {
     world
 }
 
-#[library_benchmark(config = limit(10_000_000))]
+#[library_benchmark(config = limit(6_340_000))]
 #[bench::run(free())]
 fn free_closing(scene: (World, Command)) -> World {
     steps(scene)
 }
 
-#[library_benchmark(config = limit(30_000_000))]
+#[library_benchmark(config = limit(9_200_000))]
 #[bench::run(cylinder())]
 fn cylinder_held(scene: (World, Command)) -> World {
     steps(scene)
 }
 
-#[library_benchmark(config = limit(60_000_000))]
+#[library_benchmark(config = limit(53_100_000))]
 #[bench::run(balls())]
 fn heap_of_balls(scene: (World, Command)) -> World {
     steps(scene)

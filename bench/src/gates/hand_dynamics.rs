@@ -3,10 +3,12 @@
 use super::{converged, error, report};
 
 #[test]
-fn a_falling_chain_keeps_its_energy() {
-    let report = report("chain_energy", 1e-3);
-    converged(&report);
-    assert!(error(&report) <= 0.1, "{} %", error(&report));
+fn an_undamped_chain_keeps_its_energy() {
+    for case in ["chain_energy", "chain_energy_springs"] {
+        let report = report(case, 1e-3);
+        converged(&report);
+        assert!(error(&report) <= 0.1, "{case}: {} %", error(&report));
+    }
 }
 
 #[test]

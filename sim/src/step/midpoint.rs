@@ -40,9 +40,10 @@ impl World {
         let n = self.model.hand_dofs();
         let h = self.model.config().step_s;
         let before = (self.state.base, self.state.q.clone(), self.state.v[..n].to_vec());
-        let parts = (h * self.fastest_rate() / LARGEST_TURN).ceil().max(1.0);
-        let stride = Stride { h: h / parts, theta: 0.5 };
-        for _ in 0..parts as u32 {
+        // Powers of two: a count that changes all the time would spoil the rule's symmetry in time.
+        let parts = ((h * self.fastest_rate() / LARGEST_TURN).ceil().clamp(1.0, 1e6) as u32).next_power_of_two();
+        let stride = Stride { h: h / f64::from(parts), theta: 0.5 };
+        for _ in 0..parts {
             if !self.midpoint_substep(island, problem, newton, v, stride) {
                 (self.state.base, self.state.q) = (before.0, before.1);
                 self.state.v[..n].copy_from_slice(&before.2);
