@@ -12,19 +12,32 @@ use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::base::BaseCommand;
 use palmares_sim::state::BaseReference;
 use palmares_sim::{Command, Config, Model, State, World};
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 /// Cases of this file.
-pub const CASES: &[Case] = &[Case {
-    name: "thirty_objects_and_hand",
-    about: "SoftHand reaches into a box of 30 mixed objects, 50 g to 1 kg, closes and lifts",
-    peers: true,
-    run: thirty_objects,
-}];
+pub const CASES: &[Case] = &[
+    Case {
+        name: "thirty_objects_and_hand",
+        about: "30 balls, boxes and cylinders pour into a 50 cm box; SoftHand reaches in palm down, closes, lifts",
+        peers: true,
+        run: poured,
+    },
+    Case {
+        name: "dense_heap_and_hand",
+        about: "SoftHand digs, fingers first, in a settled heap of 30 mixed objects in a 28 cm box",
+        peers: true,
+        run: dense_heap,
+    },
+];
 
-/// Inner half width and height of the box, m.
+/// Inner half width and height of the dense heap's box, m.
 const HALF_M: f64 = 0.14;
 const HEIGHT_M: f64 = 0.25;
+
+/// ... and of the box that objects are poured into: that of the 2016 scenes.
+const WIDE_HALF_M: f64 = 0.25;
+const WIDE_HEIGHT_M: f64 = 0.3;
 /// How long the pile settles before the case begins, s, and the step it does so with: every run of the case starts
 /// from the same pile.
 const SETTLE_S: f64 = 2.5;
@@ -76,9 +89,9 @@ fn parts(kind: usize, random: &mut Random) -> Parts {
 }
 
 /// Walls of a box on a wide floor whose top is z = 0, all of them thick.
-fn add_box(model: &mut Model) -> Result<()> {
+fn add_box(model: &mut Model, (w, height): (f64, f64)) -> Result<()> {
     let t = 0.01;
-    let (w, h) = (HALF_M, 0.5 * HEIGHT_M);
+    let h = 0.5 * height;
     let slabs = [
         ([0.0, 0.0, -5.0 * t], [2.0, 2.0, 5.0 * t]),
         ([w + t, 0.0, h], [t, w + 2.0 * t, h]),
@@ -97,7 +110,7 @@ fn add_box(model: &mut Model) -> Result<()> {
 fn settled(count: usize, seed: u64) -> Result<(Vec<Arc<Object>>, Vec<Pose>)> {
     let mut random = Random::new(seed);
     let mut model = Model::new(Config::with_step(SETTLE_STEP_S), None)?;
-    add_box(&mut model)?;
+    add_box(&mut model, (HALF_M, HEIGHT_M))?;
     let (mut objects, mut poses) = (Vec::new(), Vec::new());
     for k in 0..count {
         let mass = random.magnitude(0.05, 1.0);
@@ -123,10 +136,10 @@ fn settled(count: usize, seed: u64) -> Result<(Vec<Arc<Object>>, Vec<Pose>)> {
 /// The hand comes down into the pile, closes and rises, over 4.5 s. The figure is how far the centre of an object
 /// got out of the box's inner planes: nothing may pass through a wall or the floor. What the hand has carried
 /// above the rim may fall anywhere but through the floor.
-pub fn thirty_objects(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+pub fn dense_heap(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (objects, poses) = settled(30, 30)?;
     let mut model = Model::new(Config::with_step(setup.dt_s), Some(softhand()?))?;
-    add_box(&mut model)?;
+    add_box(&mut model, (HALF_M, HEIGHT_M))?;
     for object in objects {
         model.add_object(object)?;
     }
@@ -136,8 +149,7 @@ pub fn thirty_objects(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
     let state = State::at_rest(&model, top, &poses);
     let mut world = setup.start(model, state)?;
     let mut command = Command::stay(world.model(), top);
-    let mut escaped: f64 = 0.0;
-    let mut carried_out = vec![false; poses.len()];
+    let mut escape = Escape::new(poses.len(), (HALF_M, HEIGHT_M));
     for k in 0..steps(4.5, setup.dt_s) {
         let t = (k + 1) as f64 * setup.dt_s;
         let (sink, sinking) = ramp(t / 1.5);
@@ -150,17 +162,85 @@ pub fn thirty_objects(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
             angular: Vec3::ZERO,
         });
         recorder.step(&mut *world, &command)?;
-        for (pose, out) in world.state().objects.iter().zip(&mut carried_out) {
-            let p = pose.translation;
-            *out |= p.z > HEIGHT_M;
-            if !*out {
-                escaped = escaped.max(p.x.abs() - HALF_M).max(p.y.abs() - HALF_M);
+        escape.look(&world.state().objects);
+    }
+    Ok(Finding { error: escape.figure(), invariants: recorder.invariants() })
+}
+
+/// Balls, boxes and cylinders of half a ton per cubic metre fall in layers of nine into the box while the hand waits
+/// above; from 1 s on it comes down palm first, closes at 2 s and rises at 3 s. The figure is that of the dense heap.
+pub fn poured(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    let mut random = Random::new(2016);
+    let mut model = Model::new(Config::with_step(setup.dt_s), Some(softhand()?))?;
+    add_box(&mut model, (WIDE_HALF_M, WIDE_HEIGHT_M))?;
+    let mut poses = Vec::new();
+    for k in 0..30 {
+        let r = random.between(0.03, 0.05);
+        let (shape, volume) = match k % 3 {
+            0 => (Shape::Sphere { radius: r }, 4.0 / 3.0 * PI * r.powi(3)),
+            1 => {
+                let half_extents = [r, 0.8 * r, 0.7 * r];
+                (Shape::Box { half_extents, rounding: 0.0 }, 8.0 * 0.56 * r.powi(3))
             }
-            escaped = escaped.max(-p.z);
+            _ => (Shape::Cylinder { radius: 0.8 * r, half_length: 0.8 * r }, 2.0 * PI * (0.8 * r).powi(3)),
+        };
+        let parts = vec![(Pose::IDENTITY, shape)];
+        model.add_object(Arc::new(Object::new(format!("object_{k}"), parts, 500.0 * volume, 0.6, 5e-4)?))?;
+        let (column, row, layer) = (k % 9 % 3, k % 9 / 3, k / 9);
+        let grid = Vec3::new(column as f64 - 1.0, row as f64 - 1.0, layer as f64);
+        let at = grid * 0.12 + Vec3::new(0.0, 0.0, 0.07) + random.cube() * 0.01;
+        poses.push(Pose::from_parts(at, random.rotation()));
+    }
+    let palm_down = Rotation::from_rotation_y(FRAC_PI_2);
+    // Beside the layers that are still to fall.
+    let top = Pose::from_parts(Vec3::new(-0.17, 0.0, 0.6), palm_down);
+    let state = State::at_rest(&model, top, &poses);
+    let mut world = setup.start(model, state)?;
+    let mut command = Command::stay(world.model(), top);
+    let mut escape = Escape::new(poses.len(), (WIDE_HALF_M, WIDE_HEIGHT_M));
+    for k in 0..steps(5.0, setup.dt_s) {
+        let t = (k + 1) as f64 * setup.dt_s;
+        let (sink, sinking) = ramp(t - 1.0);
+        let (rise, rising) = ramp(t - 3.0);
+        let depth = 0.43;
+        command.sigma[0] = ramp((t - 2.0) / 0.7).0;
+        command.base = BaseCommand::Exact(BaseReference {
+            pose: Pose::from_parts(top.translation + Vec3::new(0.0, 0.0, depth * (rise - sink)), palm_down),
+            linear: Vec3::new(0.0, 0.0, depth * (rising - sinking)),
+            angular: Vec3::ZERO,
+        });
+        recorder.step(&mut *world, &command)?;
+        escape.look(&world.state().objects);
+    }
+    Ok(Finding { error: escape.figure(), invariants: recorder.invariants() })
+}
+
+/// How far the centre of an object got out of a box. What was above the rim once may fall anywhere but through the
+/// floor.
+struct Escape {
+    half_m: f64,
+    height_m: f64,
+    over_the_rim: Vec<bool>,
+    farthest_m: f64,
+}
+
+impl Escape {
+    fn new(count: usize, (half_m, height_m): (f64, f64)) -> Self {
+        Escape { half_m, height_m, over_the_rim: vec![false; count], farthest_m: 0.0 }
+    }
+
+    fn look(&mut self, poses: &[Pose]) {
+        for (pose, over) in poses.iter().zip(&mut self.over_the_rim) {
+            let p = pose.translation;
+            *over |= p.z > self.height_m;
+            if !*over {
+                self.farthest_m = self.farthest_m.max(p.x.abs() - self.half_m).max(p.y.abs() - self.half_m);
+            }
+            self.farthest_m = self.farthest_m.max(-p.z);
         }
     }
-    Ok(Finding {
-        error: Figure::new("farthest object centre beyond a wall", escaped * 1e3, "mm"),
-        invariants: recorder.invariants(),
-    })
+
+    fn figure(&self) -> Figure {
+        Figure::new("farthest object centre beyond a wall", self.farthest_m.max(0.0) * 1e3, "mm")
+    }
 }

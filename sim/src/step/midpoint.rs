@@ -41,7 +41,8 @@ impl World {
         let h = self.model.config().step_s;
         let before = (self.state.base, self.state.q.clone(), self.state.v[..n].to_vec());
         // Powers of two: a count that changes all the time would spoil the rule's symmetry in time.
-        let parts = ((h * self.fastest_rate() / LARGEST_TURN).ceil().clamp(1.0, 1e6) as u32).next_power_of_two();
+        let parts =
+            ((h * self.fastest_rate() / LARGEST_TURN).ceil().clamp(1.0, 1e6) as u32).next_power_of_two();
         let stride = Stride { h: h / f64::from(parts), theta: 0.5 };
         for _ in 0..parts {
             if !self.midpoint_substep(island, problem, newton, v, stride) {
