@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +18,14 @@ from tests.fake_server import FakeServer
 def server() -> Iterator[FakeServer]:
     with FakeServer() as fake:
         yield fake
+
+
+def said_goodbye(server: FakeServer) -> list[dict[str, Any]]:
+    """The requests, once the server has read the last one: the client does not wait for an answer to it."""
+    deadline = time.monotonic() + 5.0
+    while time.monotonic() < deadline and server.requests[-1]["op"] != "bye":
+        time.sleep(0.01)
+    return server.requests
 
 
 def test_a_run_from_reset_to_result(server: FakeServer) -> None:
@@ -32,7 +42,7 @@ def test_a_run_from_reset_to_result(server: FakeServer) -> None:
         assert client.time().session_left_s is None
         assert client.stop().reason == "stopped"
         assert client.tick is None
-    ops = [(request["op"], request["id"]) for request in server.requests]
+    ops = [(request["op"], request["id"]) for request in said_goodbye(server)]
     assert ops == [
         ("hello", 1),
         ("reset", 2),
@@ -116,7 +126,7 @@ def test_a_reset_survives_a_broken_connection(server: FakeServer, monkeypatch: p
         assert obs.tick == 0
         assert obs.run is not None
         assert obs.run.seed == 77
-    ops = [request["op"] for request in server.requests]
+    ops = [request["op"] for request in said_goodbye(server)]
     assert ops == ["hello", "reset", "hello", "stop", "reset", "bye"]
 
 

@@ -27,10 +27,9 @@ fn a_stiff_joint_is_stable_at_every_step_and_converges() {
         let report = report("spring_joint_stiff", dt);
         converged(&report);
         let error = error(&report);
-        // First order: half the step, half the error; below a millisecond the fast mode of the release, which dies
-        // within 0.1 ms, is part of it.
-        assert!(error <= 0.6 * last, "{dt}: {error:e} rad after {last:e} rad");
+        // First order at least: half the step, half the error.
+        assert!(error <= 0.55 * last, "{dt}: {error:e} rad after {last:e} rad");
         last = error;
     }
-    assert!(last <= 2e-4, "{last:e} rad");
+    assert!(last <= 1e-3, "{last:e} rad");
 }

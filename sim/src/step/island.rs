@@ -12,10 +12,6 @@ use crate::world::{ContactForce, World};
 use palmares_models::Vec3;
 use std::sync::Arc;
 
-/// θ of a hand that touches nothing: nearly the midpoint rule, so that moving fingers are nearly of second order,
-/// and far enough from it that what is stiff settles.
-const FREE_THETA: f64 = 0.6;
-
 impl World {
     /// Takes one step of an island; `slot` is where its solver keeps its orderings.
     pub(super) fn solve_island(&mut self, island: &Island, slot: usize) {
@@ -35,8 +31,7 @@ impl World {
         self.work.solvers[slot] = (problem, newton);
     }
 
-    /// The θ method. In contact θ = 1, implicit Euler: forces and velocities of the end of the step, stable for any
-    /// stiffness and contact.
+    /// Implicit Euler: forces and velocities of the end of the step. Stable for any stiffness and contact.
     fn implicit_step(
         &mut self,
         island: &Island,
@@ -44,15 +39,14 @@ impl World {
         newton: &mut Newton,
         v: &mut Vec<f64>,
     ) {
-        let free = island.hand && island.pairs.is_empty() && self.work.servo_on;
-        let stride = Stride { h: self.model.config().step_s, theta: if free { FREE_THETA } else { 1.0 } };
+        let stride = Stride { h: self.model.config().step_s, theta: 1.0 };
         self.pose_problem(island, problem, v, stride);
         self.minimise(problem, newton, v, self.model.config().tolerance);
         self.remember(island, problem);
         self.report_hand_forces(island, problem, newton, v, stride.h);
         let floats = island.hand && !self.work.servo_on;
         let due = floats.then(|| self.momentum_due(v));
-        self.integrate(island, problem, v, stride);
+        self.integrate(island, problem, v);
         if let Some(due) = due {
             self.keep_momentum(due);
         }
@@ -156,17 +150,14 @@ impl World {
         }
     }
 
-    /// Positions move with the velocities solved for: those of the end of the step, or of θ of it.
-    fn integrate(&mut self, island: &Island, problem: &Problem, v: &[f64], stride: Stride) {
-        let Stride { h, theta } = stride;
+    /// Semi-implicit Euler: positions move with the velocities of the end of the step.
+    fn integrate(&mut self, island: &Island, problem: &Problem, v: &[f64]) {
+        let h = self.model.config().step_s;
         let mut at = 0;
         let state = &mut self.state;
         if island.hand {
             at = self.model.hand_dofs();
-            for (own, mean) in state.v[..at].iter_mut().zip(v) {
-                // Of implicit Euler the mean is the velocity of the end itself.
-                *own = if theta == 1.0 { *mean } else { *own + (mean - *own) / theta };
-            }
+            state.v[..at].copy_from_slice(&v[..at]);
             state.base = advanced(state.base, &mut state.q, &v[..at], h);
         }
         let gravity = self.model.config().gravity;
