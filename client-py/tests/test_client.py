@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import pytest
-
 import palmares
+import pytest
 from palmares import client as client_module
+
 from tests.fake_server import FakeServer
 
 
