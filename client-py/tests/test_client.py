@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import palmares
 import pytest
-from palmares import client as client_module
 
+import palmares
+from palmares import client as client_module
 from tests.fake_server import FakeServer
 
 
@@ -21,7 +21,7 @@ def server() -> Iterator[FakeServer]:
 
 
 def said_goodbye(server: FakeServer) -> list[dict[str, Any]]:
-    """The requests, once the server has read the last one: the client does not wait for an answer to it."""
+    """Wait for the last request, to which the client awaits no answer, and return all of them."""
     deadline = time.monotonic() + 5.0
     while time.monotonic() < deadline and server.requests[-1]["op"] != "bye":
         time.sleep(0.01)
