@@ -58,8 +58,8 @@ pub struct Placement {
     pub sigma: f64,
 }
 
-/// The placement of the cases: in the middle of those of [`crate::robust::placements`] that keep both objects at
-/// every step. Among them it is one in which the fingers come to touch nearly in the same way whatever the step; in
+/// The placement of the cases: searched for around those of [`crate::robust::placements`] that keep both objects at
+/// every step. It is one in which the fingers come to touch nearly in the same way whatever the step; in
 /// others a finger ends up on another edge at some step, and the overlap there is half or twice as deep.
 pub const CHOSEN: Placement = Placement { along_m: 0.148, across_m: -0.01, sigma: 0.9 };
 
