@@ -43,7 +43,7 @@ pub fn settings() -> Vec<String> {
              a sliding cube 7 % late)"
         ),
         format!("contact springs {CONTACT_HZ} Hz, damping ratio {CONTACT_DAMPING}; friction also in the bias pass"),
-        "contacts foreseen over 2 mm + h · 1 m/s, as ours".into(),
+        "contacts foreseen over 2 mm + h · 1 m/s, as ours do for bodies at rest".into(),
         "hand: one multibody on a floating root; the base servo is spring and damper of the root, same gains".into(),
         "rolling joints: two hinges, a coupler of 0.1 g, MultibodyDofCoupling".into(),
         "tendon: implicit cable by the reduced inertia (couplings and last contact impulses included), applied \
