@@ -1,6 +1,7 @@
 //! Every constant of the physics, with its unit, default and reason. Part of a run's hash.
 
 use palmares_models::Vec3;
+use palmares_models::content::ContentHash;
 
 /// Constants of a world.
 #[derive(Clone, Debug, PartialEq)]
@@ -132,6 +133,61 @@ impl Config {
     /// The defaults at another step length.
     pub fn with_step(step_s: f64) -> Self {
         Config { step_s, ..Config::default() }
+    }
+
+    /// SHA-256 of every constant, 64 hexadecimal digits. Taken apart by name, so that none can be forgotten.
+    pub fn content_hash(&self) -> String {
+        let Config {
+            step_s,
+            gravity,
+            contact_stiffness,
+            anchor_stiffness,
+            contact_dissipation_s,
+            contact_onset_m,
+            limit_onset_rad,
+            contact_margin_m,
+            approach_speed,
+            glide_deadband,
+            manifold_reuse_m,
+            manifold_reuse_rad,
+            overlap_m,
+            separation_speed,
+            rebound_speed,
+            limit_stiffness,
+            rolling_deadband,
+            tolerance,
+            max_iterations,
+            sleeping,
+            sleep_linear,
+            sleep_angular,
+            sleep_after_s,
+            base,
+        } = self;
+        let BaseConfig {
+            stiffness,
+            damping,
+            angular_stiffness,
+            angular_damping,
+            force_limit,
+            torque_limit,
+            speed_limit,
+            angular_speed_limit,
+            acceleration_limit,
+            angular_acceleration_limit,
+        } = base;
+        let mut hash = ContentHash::of("palmares physics 1");
+        hash.vector(*gravity);
+        hash.count(*max_iterations);
+        hash.flag(*sleeping);
+        hash.floats(&[*step_s, *contact_stiffness, *anchor_stiffness, *contact_dissipation_s]);
+        hash.floats(&[*contact_onset_m, *limit_onset_rad, *contact_margin_m, *approach_speed]);
+        hash.floats(&[*glide_deadband, *manifold_reuse_m, *manifold_reuse_rad, *overlap_m]);
+        hash.floats(&[*separation_speed, *rebound_speed, *limit_stiffness, *rolling_deadband]);
+        hash.floats(&[*tolerance, *sleep_linear, *sleep_angular, *sleep_after_s]);
+        hash.floats(&[*stiffness, *damping, *angular_stiffness, *angular_damping]);
+        hash.floats(&[*force_limit, *torque_limit, *speed_limit, *angular_speed_limit]);
+        hash.floats(&[*acceleration_limit, *angular_acceleration_limit]);
+        hash.to_hex()
     }
 
     /// How far apart surfaces may be and still count as a possible contact, m.

@@ -1,5 +1,6 @@
 //! A task as data: furniture, boxes, objects, how they are poured, and what counts.
 
+use palmares_models::content::ContentHash;
 use palmares_models::shape::Shape;
 use serde::Deserialize;
 use std::sync::Arc;
@@ -31,6 +32,9 @@ pub struct Task {
     pub pour: Pour,
     /// What counts.
     pub rules: Rules,
+    /// See [`Task::content_hash`].
+    #[serde(skip)]
+    content_hash: String,
 }
 
 /// Pose of the hand's base at tick 0.
@@ -175,7 +179,11 @@ impl Task {
     /// Reads and checks a `task.toml`.
     pub fn parse(file: &str, text: &str) -> Result<Task, TaskError> {
         let error = |message: String| TaskError { file: file.to_owned(), message };
-        let task: Task = toml::from_str(text).map_err(|e| error(e.to_string()))?;
+        let mut task: Task = toml::from_str(text).map_err(|e| error(e.to_string()))?;
+        let table: toml::Table = toml::from_str(text).map_err(|e| error(e.to_string()))?;
+        let mut hash = ContentHash::of("palmares task 1");
+        digest(&mut hash, &toml::Value::Table(table));
+        task.content_hash = hash.to_hex();
         let steps = task.tick_s / task.step_s;
         let whole = (steps - steps.round()).abs() < 1e-9 && steps >= 0.5;
         if !(task.step_s > 0.0 && task.step_s <= 0.01 && whole) {
@@ -208,6 +216,11 @@ impl Task {
         vec![parse("balls/task.toml", include_str!("../balls/task.toml"))]
     }
 
+    /// SHA-256 of everything the file says, without comments and layout, 64 hexadecimal digits.
+    pub fn content_hash(&self) -> &str {
+        &self.content_hash
+    }
+
     /// The box of a name.
     pub fn open_box(&self, name: &str) -> Option<&OpenBox> {
         self.boxes.iter().find(|b| b.name == name)
@@ -216,6 +229,24 @@ impl Task {
     /// Physics steps in a tick.
     pub fn steps_per_tick(&self) -> u64 {
         (self.tick_s / self.step_s).round() as u64
+    }
+}
+
+/// Takes in a TOML value; tables are sorted by key.
+fn digest(hash: &mut ContentHash, value: &toml::Value) {
+    hash.text(value.type_str());
+    match value {
+        toml::Value::Array(items) => hash.list(items, digest),
+        toml::Value::Table(table) => {
+            let mut entries: Vec<_> = table.iter().collect();
+            entries.sort_by_key(|(key, _)| *key);
+            hash.list(&entries, |h, (key, value)| {
+                h.text(key);
+                digest(h, value);
+            });
+        }
+        toml::Value::Float(x) => hash.float(*x),
+        other => hash.text(&other.to_string()),
     }
 }
 
@@ -235,6 +266,14 @@ mod tests {
         let text = include_str!("../balls/task.toml").replace("goal = \"box_b\"", "goal = \"box_c\"");
         let error = Task::parse("x.toml", &text).expect_err("box_c does not exist");
         assert!(error.to_string().contains("rules.goal = \"box_c\" is no box; boxes: box_a, box_b"));
+    }
+
+    #[test]
+    fn the_hash_is_of_the_content() {
+        let text = include_str!("../balls/task.toml");
+        let hash = |text: &str| Task::parse("x.toml", text).expect("valid").content_hash().to_owned();
+        assert_eq!(hash(text), hash(&format!("# A comment.\n{text}")));
+        assert_ne!(hash(text), hash(&text.replace("mass = 1.0", "mass = 1.1")));
     }
 
     #[test]

@@ -256,7 +256,7 @@ impl Session {
         if observation.truncated {
             self.close_run(Reason::TimeLimit, None).await;
         } else if observation.terminated {
-            self.close_run(Reason::Stopped, Some("the task is complete")).await;
+            self.close_run(Reason::Complete, None).await;
         } else if self.close_if_over().await {
             observation.truncated = true;
             observation.reason = Some("session_over".into());

@@ -1,0 +1,244 @@
+//! A hash of what a model says, so that two programs can tell whether they speak of the same thing.
+//!
+//! Every number goes in with all its bits and every list with its length; the order is fixed.
+
+use crate::hand::{Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Motor, Tendon};
+use crate::object::Object;
+use crate::shape::Shape;
+use crate::tactile::TactilePatch;
+use crate::tendon::{TendonElement, TendonPath};
+use crate::{Mat3, Pose, Vec3};
+use sha2::{Digest, Sha256};
+
+/// SHA-256 over typed values.
+#[derive(Clone, Default)]
+pub struct ContentHash(Sha256);
+
+impl ContentHash {
+    /// A hash that begins with a word for what is hashed.
+    pub fn of(kind: &str) -> Self {
+        let mut hash = ContentHash::default();
+        hash.text(kind);
+        hash
+    }
+
+    /// Takes in a count or an index.
+    pub fn count(&mut self, n: usize) {
+        self.0.update((n as u64).to_le_bytes());
+    }
+
+    /// Takes in a switch.
+    pub fn flag(&mut self, on: bool) {
+        self.count(usize::from(on));
+    }
+
+    /// Takes in a text.
+    pub fn text(&mut self, text: &str) {
+        self.count(text.len());
+        self.0.update(text.as_bytes());
+    }
+
+    /// Takes in a number.
+    pub fn float(&mut self, x: f64) {
+        self.0.update(x.to_bits().to_le_bytes());
+    }
+
+    /// Takes in numbers whose count is known.
+    pub fn floats(&mut self, xs: &[f64]) {
+        for &x in xs {
+            self.float(x);
+        }
+    }
+
+    /// Takes in a vector.
+    pub fn vector(&mut self, v: Vec3) {
+        self.floats(&v.to_array());
+    }
+
+    /// Takes in a pose.
+    pub fn pose(&mut self, pose: &Pose) {
+        self.vector(pose.translation);
+        self.floats(&pose.rotation.to_array());
+    }
+
+    /// Takes in a matrix.
+    pub fn matrix(&mut self, m: &Mat3) {
+        self.floats(&m.to_cols_array());
+    }
+
+    /// Takes in a list.
+    pub fn list<T>(&mut self, items: &[T], each: impl Fn(&mut Self, &T)) {
+        self.count(items.len());
+        for item in items {
+            each(self, item);
+        }
+    }
+
+    /// Takes in a shape.
+    pub fn shape(&mut self, shape: &Shape) {
+        match shape {
+            Shape::Sphere { radius } => {
+                self.text("sphere");
+                self.float(*radius);
+            }
+            Shape::Capsule { radius, half_length } => {
+                self.text("capsule");
+                self.floats(&[*radius, *half_length]);
+            }
+            Shape::Cylinder { radius, half_length } => {
+                self.text("cylinder");
+                self.floats(&[*radius, *half_length]);
+            }
+            Shape::Box { half_extents, rounding } => {
+                self.text("box");
+                self.floats(half_extents);
+                self.float(*rounding);
+            }
+            Shape::Hull { points, rounding } => {
+                self.text("hull");
+                self.list(points, |h, p| h.floats(p));
+                self.float(*rounding);
+            }
+        }
+    }
+
+    /// Lower-case hexadecimal, 64 digits.
+    pub fn to_hex(self) -> String {
+        self.0.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+}
+
+// The structs are taken apart by name, so that a new field cannot be forgotten here.
+
+impl Hand {
+    /// SHA-256 of everything that the hand's behaviour depends on, 64 hexadecimal digits.
+    pub fn content_hash(&self) -> String {
+        let Hand {
+            name,
+            description: _,
+            links,
+            coordinates,
+            tendons,
+            motors,
+            gravity_compensation,
+            no_collision,
+            tactile,
+        } = self;
+        let mut hash = ContentHash::of("palmares hand 1");
+        hash.text(name);
+        hash.list(links, link);
+        hash.list(coordinates, coordinate);
+        hash.list(tendons, tendon);
+        hash.list(motors, |h, Motor { name, scaling, offset, speed_limit }| {
+            h.text(name);
+            h.floats(&[*scaling, *offset, *speed_limit]);
+        });
+        hash.flag(*gravity_compensation);
+        hash.list(no_collision, |h, [a, b]| {
+            h.count(*a);
+            h.count(*b);
+        });
+        hash.list(tactile, |h, TactilePatch { name, link, link_from_patch, half_size }| {
+            h.text(name);
+            h.count(*link);
+            h.pose(link_from_patch);
+            h.floats(half_size);
+        });
+        hash.to_hex()
+    }
+}
+
+impl Object {
+    /// Takes in everything that the object's behaviour depends on.
+    pub fn digest(&self, hash: &mut ContentHash) {
+        let Object { name, parts, mass, com, inertia, friction, rolling_friction, restitution } = self;
+        hash.text(name);
+        hash.list(parts, |h, (pose, shape)| {
+            h.pose(pose);
+            h.shape(shape);
+        });
+        hash.vector(*com);
+        hash.matrix(inertia);
+        hash.floats(&[*mass, *friction, *rolling_friction, *restitution]);
+    }
+}
+
+fn link(hash: &mut ContentHash, link: &Link) {
+    let Link { name, parent, joint, inertia: Inertia { mass, com, about_com }, geoms } = link;
+    hash.text(name);
+    hash.count(parent.map_or(0, |p| p + 1));
+    hash.flag(joint.is_some());
+    if let Some(Joint { name, coordinate, hinges }) = joint {
+        hash.text(name);
+        hash.count(*coordinate);
+        hash.list(hinges, |h, Hinge { parent_from_hinge, axis, kind, ratio, offset }| {
+            h.pose(parent_from_hinge);
+            h.vector(*axis);
+            h.flag(*kind == HingeKind::Prismatic);
+            h.floats(&[*ratio, *offset]);
+        });
+    }
+    hash.float(*mass);
+    hash.vector(*com);
+    hash.matrix(about_com);
+    hash.list(geoms, |h, Geom { link_from_geom, shape, friction }| {
+        h.pose(link_from_geom);
+        h.shape(shape);
+        h.float(*friction);
+    });
+}
+
+fn coordinate(hash: &mut ContentHash, coordinate: &Coordinate) {
+    let Coordinate { name, lower, upper, stiffness, damping, rest } = coordinate;
+    hash.text(name);
+    hash.floats(&[*lower, *upper, *stiffness, *damping, *rest]);
+}
+
+fn tendon(hash: &mut ContentHash, tendon: &Tendon) {
+    let Tendon { name, motor, moment_arms, elements, both_ways, stiffness, damping, force_limit } = tendon;
+    hash.text(name);
+    hash.count(*motor);
+    hash.list(moment_arms, |h, (coordinate, arm)| {
+        h.count(*coordinate);
+        h.float(*arm);
+    });
+    hash.list(elements, |h, TendonElement { coordinate, path }| {
+        h.count(*coordinate);
+        match path {
+            TendonPath::DaVinci(mechanism) => {
+                let g = mechanism.geometry();
+                h.text("da_vinci");
+                h.floats(&[g.r0, g.r1, g.r2, g.a1, g.b1, g.l1, g.a2, g.b2]);
+            }
+        }
+    });
+    hash.flag(*both_ways);
+    hash.floats(&[*stiffness, *damping, *force_limit]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::builtin::builtin_hands;
+
+    #[test]
+    fn hands_differ_and_repeat() {
+        let hashes: Vec<String> = builtin_hands().iter().map(|hand| hand.content_hash()).collect();
+        for (i, a) in hashes.iter().enumerate() {
+            assert_eq!(a.len(), 64);
+            assert_eq!(*a, builtin_hands()[i].content_hash());
+            assert!(hashes[..i].iter().all(|b| a != b));
+        }
+    }
+
+    #[test]
+    fn the_last_bit_counts_and_the_description_does_not() {
+        let hand = &builtin_hands()[0];
+        let mut other = (**hand).clone();
+        other.description.push('!');
+        assert_eq!(hand.content_hash(), other.content_hash());
+        let e = &mut other.coordinates[3].stiffness;
+        *e = f64::from_bits(e.to_bits() + 1);
+        assert_ne!(hand.content_hash(), other.content_hash());
+    }
+}

@@ -1,0 +1,50 @@
+//! Where everything that moves is, for recorders and viewers.
+
+use super::Run;
+use crate::scene::ScenePart;
+use palmares_models::Pose;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A link of the hand and its collision shapes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct HandBody {
+    /// Index of the body: the links follow the bodies of the scene.
+    pub id: usize,
+    /// Name of the link.
+    pub name: String,
+    /// Convex parts in the link frame.
+    pub parts: Vec<ScenePart>,
+}
+
+impl Run {
+    /// The hand's links as bodies. Their ids go on where those of the scene end.
+    pub fn hand_bodies(&self) -> Vec<HandBody> {
+        let first = self.scene.bodies.len();
+        let links = self.hand.links.iter().enumerate();
+        links
+            .map(|(k, link)| HandBody {
+                id: first + k,
+                name: link.name.clone(),
+                parts: link
+                    .geoms
+                    .iter()
+                    .map(|geom| ScenePart {
+                        position: geom.link_from_geom.translation.to_array(),
+                        quat_xyzw: geom.link_from_geom.rotation.to_array(),
+                        shape: geom.shape.clone(),
+                    })
+                    .collect(),
+            })
+            .collect()
+    }
+
+    /// World pose of every body that can move: the free objects, then the hand's links.
+    pub fn poses(&self) -> impl Iterator<Item = (usize, Pose)> + '_ {
+        let (model, state) = (self.world.model(), self.world.state());
+        let first = self.scene.bodies.len();
+        let objects = (0..state.objects.len()).map(|k| (k, state.object_pose(model, k)));
+        let links = self.hand.base_from_links(&state.q).into_iter().enumerate();
+        objects.chain(links.map(move |(k, base_from_link)| (first + k, state.base * base_from_link)))
+    }
+}

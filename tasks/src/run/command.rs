@@ -1,0 +1,138 @@
+//! From actions to what the base and the motors are told in every step.
+//!
+//! Applying an applied action again changes no bit: a record of applied actions plays the run again.
+
+use super::Run;
+use crate::action::{Action, ActionError, ActionLimits, BaseTarget};
+use palmares_models::{Pose, Rotation, Vec3};
+use palmares_sim::actuation::base::shortest_turn;
+use palmares_sim::{BaseCommand, Command};
+
+/// What the base is doing between two commands.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Target {
+    /// Go from one pose to the next during the tick, then stay.
+    Pose { from: Pose, to: Pose },
+    /// Keep a velocity.
+    Twist { linear: Vec3, angular: Vec3 },
+}
+
+impl Run {
+    /// Whether [`Run::step`] would take this action.
+    pub fn check(&self, action: &Action) -> Result<(), ActionError> {
+        let finite = |field: &str, values: &[f64]| match values.iter().position(|x| !x.is_finite()) {
+            Some(k) => Err(ActionError::NotFinite { field: format!("{field}[{k}]") }),
+            None => Ok(()),
+        };
+        match &action.base {
+            Some(BaseTarget::Pose { position, quat_xyzw }) => {
+                finite("base.position", position)?;
+                finite("base.quat_xyzw", quat_xyzw)?;
+                if quat_xyzw.iter().map(|x| x * x).sum::<f64>() < 1e-12 {
+                    return Err(ActionError::ZeroQuaternion);
+                }
+            }
+            Some(BaseTarget::Twist { linear, angular }) => {
+                finite("base.linear", linear)?;
+                finite("base.angular", angular)?;
+            }
+            None => {}
+        }
+        if let Some(sigma) = &action.hand {
+            finite("hand", sigma)?;
+            if sigma.len() != self.hand.motors.len() {
+                return Err(ActionError::WrongLength {
+                    hand: self.hand.name.clone(),
+                    got: sigma.len(),
+                    expected: self.hand.motors.len(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Clips an action to the spec and makes it the present one; what it leaves out stays.
+    pub(super) fn apply(&mut self, action: &Action) {
+        let limits = &self.world.model().config().base;
+        if let Some(base) = &action.base {
+            let (clipped, target) = match base {
+                BaseTarget::Pose { position, quat_xyzw: [x, y, z, w] } => {
+                    let position = position.map(|x| x.clamp(-ActionLimits::REACH_M, ActionLimits::REACH_M));
+                    let rotation = unit(Rotation::from_xyzw(*x, *y, *z, *w));
+                    let to = Pose::from_parts(Vec3::from_array(position), rotation);
+                    let from = self.origin_of(to);
+                    let quat_xyzw = rotation.to_array();
+                    (BaseTarget::Pose { position, quat_xyzw }, Target::Pose { from, to })
+                }
+                BaseTarget::Twist { linear, angular } => {
+                    let linear = clipped(Vec3::from_array(*linear), limits.speed_limit);
+                    let angular = clipped(Vec3::from_array(*angular), limits.angular_speed_limit);
+                    let clipped =
+                        BaseTarget::Twist { linear: linear.to_array(), angular: angular.to_array() };
+                    (clipped, Target::Twist { linear, angular })
+                }
+            };
+            self.target = target;
+            self.applied.base = Some(clipped);
+        } else if let Target::Pose { to, .. } = self.target {
+            self.target = Target::Pose { from: to, to };
+        }
+        if let Some(sigma) = &action.hand {
+            self.applied.hand = Some(sigma.iter().map(|x| x.clamp(0.0, 1.0)).collect());
+        }
+    }
+
+    /// Where a pose target comes from: a target that moved by less than the speed limits since the last
+    /// command is a point of a path and is followed along it; a farther one is a place to go to.
+    fn origin_of(&self, to: Pose) -> Pose {
+        let limits = &self.world.model().config().base;
+        match self.target {
+            Target::Pose { to: last, .. } => {
+                let tick_s = self.task.tick_s;
+                let path = (to.translation - last.translation).length() <= limits.speed_limit * tick_s
+                    && shortest_turn(last.rotation, to.rotation).length()
+                        <= limits.angular_speed_limit * tick_s;
+                if path { last } else { to }
+            }
+            Target::Twist { .. } => to,
+        }
+    }
+
+    pub(super) fn advance(&mut self) {
+        let steps = self.task.steps_per_tick();
+        let mut command = Command {
+            base: BaseCommand::stay(Pose::IDENTITY),
+            sigma: self.applied.hand.clone().unwrap_or_default(),
+            pushes: Vec::new(),
+        };
+        for k in 1..=steps {
+            command.base = match self.target {
+                Target::Pose { from, to } => {
+                    let part = k as f64 / steps as f64;
+                    let turn = shortest_turn(from.rotation, to.rotation);
+                    let travel = to.translation - from.translation;
+                    let target = Pose::from_parts(
+                        from.translation + travel * part,
+                        (Rotation::from_scaled_axis(turn * part) * from.rotation).normalize(),
+                    );
+                    let rate = 1.0 / self.task.tick_s;
+                    BaseCommand::Pose { target, linear: travel * rate, angular: turn * rate }
+                }
+                Target::Twist { linear, angular } => BaseCommand::Twist { linear, angular },
+            };
+            self.pushes_into(&mut command.pushes);
+            self.world.step(&command);
+        }
+    }
+}
+
+/// A unit quaternion; one that is unit to rounding is left as it is.
+fn unit(q: Rotation) -> Rotation {
+    if (q.length_squared() - 1.0).abs() < 4e-15 { q } else { q.normalize() }
+}
+
+/// A vector of at most that length; one that is longer by rounding is left as it is.
+fn clipped(v: Vec3, most: f64) -> Vec3 {
+    let length = v.length();
+    if length <= most * (1.0 + 4e-15) { v } else { v * (most / length) }
+}

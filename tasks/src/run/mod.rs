@@ -1,0 +1,209 @@
+//! A run: one world, one task, one hand, from tick 0 to its score.
+
+mod bodies;
+mod command;
+mod observe;
+mod outcome;
+mod push;
+
+pub use bodies::HandBody;
+pub use outcome::{Outcome, Reason};
+pub use push::PushError;
+
+use crate::action::{Action, ActionError, BaseTarget};
+use crate::build::{SceneError, build, start_pose};
+use crate::observation::Event;
+use crate::referee::{Referee, Sighting};
+use crate::scene::Scene;
+use crate::score::{Count, score};
+use crate::seed::Seed;
+use crate::task::Task;
+use command::Target;
+use palmares_models::hand::Hand;
+use palmares_sim::World;
+use palmares_sim::actuation::equilibrium::ClosedForm;
+use push::Pushing;
+use std::sync::Arc;
+
+/// Slower than this an object counts as at rest, m/s; carried objects move with the hand.
+const REST_SPEED: f64 = 5e-3;
+
+/// One world, one task, one hand.
+pub struct Run {
+    task: Arc<Task>,
+    hand: Arc<Hand>,
+    seed: Seed,
+    scene: Scene,
+    body_names: Vec<String>,
+    world: World,
+    closed_form: Option<ClosedForm>,
+    referee: Referee,
+    tick: u64,
+    target: Target,
+    applied: Action,
+    pushing: Vec<Pushing>,
+    news: Vec<Event>,
+    events: Vec<Event>,
+}
+
+impl Run {
+    /// Builds the scene and puts the world at tick 0. Takes up to a second of computing.
+    pub fn new(task: Arc<Task>, hand: Arc<Hand>, seed: Seed) -> Result<Self, SceneError> {
+        let built = build(&task, Some(Arc::clone(&hand)), seed)?;
+        let base = start_pose(&task);
+        let applied = Action {
+            base: Some(BaseTarget::Pose {
+                position: base.translation.to_array(),
+                quat_xyzw: base.rotation.to_array(),
+            }),
+            hand: Some(vec![0.0; hand.motors.len()]),
+        };
+        Ok(Run {
+            referee: Referee::new(&task),
+            closed_form: ClosedForm::new(&hand).ok(),
+            scene: built.scene,
+            body_names: built.body_names,
+            world: built.world,
+            tick: 0,
+            target: Target::Pose { from: base, to: base },
+            applied,
+            pushing: Vec::new(),
+            news: Vec::new(),
+            events: Vec::new(),
+            task,
+            hand,
+            seed,
+        })
+    }
+
+    /// What stands in the world at tick 0.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The task.
+    pub fn task(&self) -> &Arc<Task> {
+        &self.task
+    }
+
+    /// The hand.
+    pub fn hand(&self) -> &Arc<Hand> {
+        &self.hand
+    }
+
+    /// What the scene was made from.
+    pub fn seed(&self) -> Seed {
+        self.seed
+    }
+
+    /// The world, for those who measure.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// Ticks since reset.
+    pub fn tick(&self) -> u64 {
+        self.tick
+    }
+
+    /// s since reset.
+    pub fn sim_time_s(&self) -> f64 {
+        self.tick as f64 * self.task.tick_s
+    }
+
+    /// The action as applied in the last tick: clipped, with what was left out filled in. Playing the applied
+    /// actions of all ticks in another run of the same task, hand and seed gives the same bits.
+    pub fn applied(&self) -> &Action {
+        &self.applied
+    }
+
+    /// What the referee noted in the last tick.
+    pub fn events(&self) -> &[Event] {
+        &self.news
+    }
+
+    /// Score if the run ended now, without the settling.
+    pub fn score(&self) -> f64 {
+        score(&self.task.rules, self.referee.count())
+    }
+
+    /// Whether the run is over, and why: `Complete` or `TimeLimit`. Costs next to nothing.
+    pub fn over(&self) -> Option<Reason> {
+        if self.referee.count().in_goal as usize == self.world.model().objects().len() {
+            Some(Reason::Complete)
+        } else if self.sim_time_s() >= self.task.time_limit_s {
+            Some(Reason::TimeLimit)
+        } else {
+            None
+        }
+    }
+
+    /// Advances the world by one tick under `action`. A refused action changes nothing.
+    pub fn step(&mut self, action: &Action) -> Result<(), ActionError> {
+        self.check(action)?;
+        self.apply(action);
+        self.advance();
+        self.tick += 1;
+        self.push_on();
+        self.news = self.referee.watch(self.tick, &self.sightings());
+        self.events.extend(self.news.iter().cloned());
+        Ok(())
+    }
+
+    fn sightings(&self) -> Vec<Sighting> {
+        let state = self.world.state();
+        (0..state.objects.len())
+            .map(|k| {
+                let (linear, _) = state.object_velocity(self.world.model(), k);
+                Sighting {
+                    position: state.objects[k].translation.to_array(),
+                    at_rest: state.sleep[k].asleep || linear.length() < REST_SPEED,
+                }
+            })
+            .collect()
+    }
+
+    /// Hash of the present state, 16 hexadecimal digits.
+    pub fn state_hash(&self) -> String {
+        format!("{:016x}", self.world.state().hash())
+    }
+
+    /// Whether the world is still sound. A run that is not must be voided.
+    pub fn healthy(&self) -> bool {
+        self.world.state().is_finite()
+    }
+
+    /// Ends the run: freezes the hand, lets the objects settle, counts.
+    pub fn finish(&mut self, reason: Reason) -> Outcome {
+        let (ticks, sim_time_s) = (self.tick, self.sim_time_s());
+        let here = self.world.state().reference.pose;
+        self.target = Target::Pose { from: here, to: here };
+        self.pushing.clear();
+        if reason != Reason::WorldFault {
+            for _ in 0..(self.task.rules.settle_s / self.task.tick_s).ceil() as u64 {
+                if self.sightings().iter().all(|seen| seen.at_rest) && self.tick > ticks {
+                    break;
+                }
+                self.advance();
+                self.tick += 1;
+                let news = self.referee.watch(self.tick, &self.sightings());
+                self.events.extend(news);
+            }
+        }
+        let count = if reason == Reason::WorldFault {
+            Count::default()
+        } else {
+            self.referee.final_count(&self.sightings())
+        };
+        Outcome {
+            score: score(&self.task.rules, count),
+            in_goal: count.in_goal,
+            outside: count.outside,
+            reason,
+            ticks,
+            sim_time_s,
+            events: self.events.clone(),
+            state_hash: self.state_hash(),
+        }
+    }
+}

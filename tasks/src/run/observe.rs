@@ -1,0 +1,120 @@
+//! What a controller is shown of a run.
+
+use super::{Reason, Run};
+use crate::observation::{
+    ActuatorObservation, BodyState, ContactObservation, HandObservation, Joints, ObjectObservation,
+    Observation, Sensing, Truth, Wrench,
+};
+use palmares_sim::actuation::equilibrium::rest;
+use palmares_sim::actuation::motor::wound;
+
+impl Run {
+    /// What a controller sees now. `events` are those of the last [`Run::step`].
+    pub fn observe(&self, sensing: Sensing) -> Observation {
+        let over = self.over();
+        Observation {
+            tick: self.tick,
+            sim_time_s: self.sim_time_s(),
+            applied_action: self.applied.clone(),
+            hand: self.observe_hand(),
+            truth: (sensing == Sensing::Truth).then(|| self.observe_truth()),
+            events: self.news.clone(),
+            score: self.score(),
+            terminated: over == Some(Reason::Complete),
+            truncated: over == Some(Reason::TimeLimit),
+            reason: over.map(|reason| reason.as_str().to_owned()),
+        }
+    }
+
+    fn observe_hand(&self) -> HandObservation {
+        let state = self.world.state();
+        let v = |k: usize| [state.v[k], state.v[k + 1], state.v[k + 2]];
+        let actuators = self.hand.motors.iter().zip(&state.motors).enumerate();
+        let (force, torque) = self.world.servo_wrench();
+        HandObservation {
+            base: BodyState {
+                position: state.base.translation.to_array(),
+                quat_xyzw: state.base.rotation.to_array(),
+                linear: v(0),
+                angular: v(3),
+            },
+            actuators: actuators
+                .map(|(k, (motor, reached))| ActuatorObservation {
+                    name: motor.name.clone(),
+                    command: reached.command,
+                    position: reached.position,
+                    velocity: reached.velocity,
+                    tension: self
+                        .hand
+                        .tendons
+                        .iter()
+                        .zip(&state.tension)
+                        .filter(|(tendon, _)| tendon.motor == k)
+                        .map(|(_, f)| f)
+                        .sum(),
+                })
+                .collect(),
+            wrist: Wrench { force, torque },
+        }
+    }
+
+    fn observe_truth(&self) -> Truth {
+        let (model, state) = (self.world.model(), self.world.state());
+        let objects = model.objects().iter().enumerate();
+        let n = self.hand.coordinates.len();
+        let contacts = self.world.contact_forces().iter();
+        Truth {
+            objects: objects
+                .map(|(id, object)| {
+                    let pose = state.object_pose(model, id);
+                    let (linear, angular) = state.object_velocity(model, id);
+                    let from_com = pose.translation - state.objects[id].translation;
+                    ObjectObservation {
+                        id,
+                        name: object.name.clone(),
+                        state: BodyState {
+                            position: pose.translation.to_array(),
+                            quat_xyzw: pose.rotation.to_array(),
+                            linear: (linear + angular.cross(from_com)).to_array(),
+                            angular: angular.to_array(),
+                        },
+                    }
+                })
+                .collect(),
+            joints: Joints { position: state.q.clone(), velocity: state.v[6..6 + n].to_vec() },
+            contacts: contacts
+                .map(|c| ContactObservation {
+                    a: self.body_names[c.colliders.0 as usize].clone(),
+                    b: self.body_names[c.colliders.1 as usize].clone(),
+                    position: c.position.to_array(),
+                    force: c.force.to_array(),
+                })
+                .collect(),
+            predicted_equilibrium: self.predicted_equilibrium(),
+        }
+    }
+
+    /// Equilibrium of the free hand at the present motor position, kept within the joint limits: the closed form
+    /// where there is one.
+    fn predicted_equilibrium(&self) -> Vec<f64> {
+        let motors = &self.world.state().motors;
+        let s: Vec<f64> = self
+            .hand
+            .tendons
+            .iter()
+            .map(|tendon| wound(&self.hand.motors[tendon.motor], motors[tendon.motor].position))
+            .collect();
+        let free = vec![0.0; self.hand.coordinates.len()];
+        let q = match &self.closed_form {
+            Some(form) => form.solve(&s, &free).0,
+            None => {
+                let open: Vec<f64> = self.hand.coordinates.iter().map(|c| c.rest).collect();
+                match rest(&self.hand, &s, &free, &open) {
+                    Ok(rest) => rest.q,
+                    Err(_) => return Vec::new(),
+                }
+            }
+        };
+        q.iter().zip(&self.hand.coordinates).map(|(q, c)| q.clamp(c.lower, c.upper)).collect()
+    }
+}

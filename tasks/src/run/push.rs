@@ -1,0 +1,119 @@
+//! Wrenches on links of the hand from outside, for a while: the virtual contacts of Rocchi & Hauser 2016.
+
+use super::Run;
+use crate::observation::Wrench;
+use palmares_models::Vec3;
+use palmares_sim::world::Push;
+
+/// Half the arm of the couple that a torque is made of, m.
+const COUPLE_ARM: f64 = 0.05;
+
+/// A wrench that acts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Pushing {
+    link: usize,
+    force: Vec3,
+    torque: Vec3,
+    ticks_left: u64,
+}
+
+/// Why a push was refused. A refused push changes nothing.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PushError {
+    /// No such link.
+    #[error("hand `{hand}` has no link `{link}`; links: {known}")]
+    UnknownLink {
+        /// Name of the hand.
+        hand: String,
+        /// What was asked for.
+        link: String,
+        /// The names there are.
+        known: String,
+    },
+    /// As many as there may be.
+    #[error("{} pushes act already; wait until one has ended", Run::PUSHES)]
+    TooMany,
+    /// A number that cannot be used.
+    #[error("{field}: expected {expected}")]
+    BadNumber {
+        /// Path of the field.
+        field: &'static str,
+        /// What would be valid.
+        expected: &'static str,
+    },
+}
+
+impl Run {
+    /// Greatest force of a push, N, and greatest torque, N·m.
+    pub const PUSH_LIMITS: (f64, f64) = (200.0, 20.0);
+
+    /// Most pushes at once.
+    pub const PUSHES: usize = 32;
+
+    /// Longest push, s.
+    pub const PUSH_LIMIT_S: f64 = 60.0;
+
+    /// Pushes a link from the next tick on, for a duration rounded up to whole ticks. Force and torque are in the
+    /// world frame, the torque about the link's origin, where the force acts. Pushes add up. They are no part of
+    /// the applied actions: whoever plays a run again has to push again before the same tick.
+    pub fn push(&mut self, link: &str, wrench: Wrench, duration_s: f64) -> Result<(), PushError> {
+        let Some(index) = self.hand.link(link) else {
+            let known: Vec<&str> = self.hand.links.iter().map(|link| link.name.as_str()).collect();
+            return Err(PushError::UnknownLink {
+                hand: self.hand.name.clone(),
+                link: link.chars().take(64).collect(),
+                known: known.join(", "),
+            });
+        };
+        let (force, torque) = (Vec3::from_array(wrench.force), Vec3::from_array(wrench.torque));
+        let within = |v: Vec3, most: f64| v.is_finite() && v.length() <= most;
+        let bad = |field, expected| Err(PushError::BadNumber { field, expected });
+        if !within(force, Self::PUSH_LIMITS.0) {
+            return bad("wrench.force", "finite numbers, at most 200 N together");
+        }
+        if !within(torque, Self::PUSH_LIMITS.1) {
+            return bad("wrench.torque", "finite numbers, at most 20 N·m together");
+        }
+        if !(duration_s > 0.0 && duration_s <= Self::PUSH_LIMIT_S) {
+            return bad("duration_s", "more than 0 and at most 60 s");
+        }
+        if self.pushing.len() >= Self::PUSHES {
+            return Err(PushError::TooMany);
+        }
+        // Durations that are whole ticks must not become one more by rounding.
+        let ticks_left = (duration_s / self.task.tick_s - 1e-9).ceil().max(1.0) as u64;
+        self.pushing.push(Pushing { link: index, force, torque, ticks_left });
+        Ok(())
+    }
+
+    /// A tick has passed.
+    pub(super) fn push_on(&mut self) {
+        for pushing in &mut self.pushing {
+            pushing.ticks_left -= 1;
+        }
+        self.pushing.retain(|pushing| pushing.ticks_left > 0);
+    }
+
+    /// What acts now, as forces: a torque is a couple.
+    pub(super) fn pushes_into(&self, pushes: &mut Vec<Push>) {
+        pushes.clear();
+        if self.pushing.is_empty() {
+            return;
+        }
+        let state = self.world.state();
+        let base_from_links = self.hand.base_from_links(&state.q);
+        for &Pushing { link, force, torque, .. } in &self.pushing {
+            if force != Vec3::ZERO {
+                pushes.push(Push { link, point: Vec3::ZERO, force });
+            }
+            if torque != Vec3::ZERO {
+                let arm = torque.normalize().any_orthonormal_vector();
+                let each = torque.cross(arm) / (2.0 * COUPLE_ARM);
+                let link_from_world = (state.base.rotation * base_from_links[link].rotation).inverse();
+                let point = link_from_world * arm * COUPLE_ARM;
+                pushes.push(Push { link, point, force: each });
+                pushes.push(Push { link, point: -point, force: -each });
+            }
+        }
+    }
+}
