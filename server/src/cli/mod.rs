@@ -1,6 +1,7 @@
 //! The command line.
 
 mod hand;
+mod health;
 mod list;
 mod schema;
 mod serve;
@@ -49,6 +50,10 @@ enum Command {
     /// Check a hand of your own
     #[command(subcommand)]
     Hand(hand::HandCommand),
+    /// Ask a server whether it can take work; for health checks
+    ///
+    /// Exits with 0 when the server answers that it is ready, else with 1.
+    Health(health::HealthOptions),
     /// Print the JSON Schema of the protocol's messages
     Schema,
 }
@@ -61,6 +66,7 @@ impl Cli {
             Command::Hands => list::hands()?,
             Command::Tasks => list::tasks()?,
             Command::Hand(command) => return command.run(),
+            Command::Health(options) => health::health(&options)?,
             Command::Schema => schema::schema()?,
         }
         Ok(ExitCode::SUCCESS)

@@ -1,0 +1,42 @@
+# Palmares in a container. Plain stages: it builds with BuildKit and without.
+#
+#   docker build -t palmares .
+#   docker run -p 8080:8080 -v palmares:/data palmares
+#
+# Build arguments:
+#   RUST_IMAGE, RUNTIME_IMAGE  base images, for those who keep their own; both on the same release of Debian
+#   PREBUILT                   a palmares program within the build context, used instead of compiling one
+#   JOBS                       compilers at once; default: one per core
+#   PALMARES_BUILD_HASH        the commit, told to clients (the context has no .git)
+
+ARG RUST_IMAGE=rust:1-slim-bookworm
+ARG RUNTIME_IMAGE=debian:bookworm-slim
+
+FROM ${RUST_IMAGE} AS build
+ARG PREBUILT=
+ARG JOBS=
+ARG PALMARES_BUILD_HASH=
+WORKDIR /src
+COPY . .
+RUN set -e; mkdir /out; \
+    if [ -n "$PREBUILT" ]; then install --mode 0755 "$PREBUILT" /out/palmares; exit; fi; \
+    [ -n "$JOBS" ] && export CARGO_BUILD_JOBS="$JOBS"; \
+    [ -n "$PALMARES_BUILD_HASH" ] || unset PALMARES_BUILD_HASH; \
+    cargo build --release --locked --package palmares --bin palmares --target-dir /build; \
+    install --mode 0755 /build/release/palmares /out/palmares; \
+    rm -rf /build
+
+FROM ${RUNTIME_IMAGE}
+# A number, so that orchestrators can see that it is not root.
+RUN useradd --uid 10001 --user-group --no-create-home --home-dir /data --shell /usr/sbin/nologin palmares \
+    && install --directory --owner palmares --group palmares --mode 0700 /data
+COPY --from=build /out/palmares /usr/local/bin/palmares
+USER 10001:10001
+WORKDIR /data
+VOLUME /data
+EXPOSE 8080
+ENV PALMARES_LISTEN=0.0.0.0:8080 PALMARES_DATA_DIR=/data
+# SIGTERM stops and scores open runs first; give it 40 s (docker stop --time 40, stop_grace_period in compose).
+HEALTHCHECK --interval=10s --timeout=5s --start-period=20s CMD ["palmares", "health"]
+ENTRYPOINT ["palmares"]
+CMD ["serve"]
