@@ -114,7 +114,7 @@ class FakeServer:
             case "step":
                 if request["tick"] != self.tick:
                     return {"op": "error", "code": "stale_tick", "message": "", "fatal": False}
-                self.tick += request["repeat"]
+                self.tick += request.get("repeat", 1)
                 action = request["action"]
                 self.base = action.get("base", self.base)
                 self.sigma = action.get("hand", [self.sigma])[0]

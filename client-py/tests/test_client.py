@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import palmares
-from palmares import client as client_module
+from palmares import link as link_module
+from palmares.requests import Time
 from tests.fake_server import FakeServer
 
 
@@ -96,7 +97,7 @@ def test_news_and_late_replies_are_skipped(server: FakeServer) -> None:
         server.replies.append({"op": "obs", "id": 999})
         server.requests.clear()
         # The fake sends one reply per request; the second request's reply serves the first.
-        client._send("time", {})
+        client._link._send(Time())
         assert client.time().session_left_s is None
 
 
@@ -104,7 +105,7 @@ def test_news_and_late_replies_are_skipped(server: FakeServer) -> None:
 def test_a_step_survives_a_broken_connection(
     server: FakeServer, monkeypatch: pytest.MonkeyPatch, when: str, tick: int
 ) -> None:
-    monkeypatch.setattr(client_module, "RESUME_DELAYS_S", (0.0, 0.05, 0.1))
+    monkeypatch.setattr(link_module, "RESUME_DELAYS_S", (0.0, 0.05, 0.1))
     with palmares.Client(server.url, team="crabs") as client:
         assert client.welcome.team == "crabs"
         client.reset("balls", "softhand")
@@ -119,7 +120,7 @@ def test_a_step_survives_a_broken_connection(
 
 
 def test_a_reset_survives_a_broken_connection(server: FakeServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(client_module, "RESUME_DELAYS_S", (0.0, 0.05))
+    monkeypatch.setattr(link_module, "RESUME_DELAYS_S", (0.0, 0.05))
     with palmares.Client(server.url) as client:
         server.drop_after.add("reset")
         obs = client.reset("balls", "softhand")
@@ -140,7 +141,7 @@ def test_the_rate_limit_is_waited_for(server: FakeServer) -> None:
 def test_warnings_are_logged(server: FakeServer, caplog: pytest.LogCaptureFixture) -> None:
     with palmares.Client(server.url) as client:
         server.replies.append({"op": "warning", "id": None, "mark_s": 60, "session_left_s": 59.9})
-        client._send("time", {})
+        client._link._send(Time())
         client.time()
     assert "60 s of the session are left" in caplog.text
 
@@ -155,8 +156,8 @@ def test_a_fatal_close_is_not_resumed(server: FakeServer) -> None:
 
 
 def test_a_lost_server_is_given_up(server: FakeServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(client_module, "RESUME_DELAYS_S", (0.0, 0.05))
-    with palmares.Client(server.url) as client:
+    monkeypatch.setattr(link_module, "RESUME_DELAYS_S", (0.0, 0.05))
+    with palmares.Client(server.url, reconnect_s=0.2) as client:
         assert server.server is not None
         server.drop_before.add("time")
         server.server.shutdown()

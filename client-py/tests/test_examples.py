@@ -14,12 +14,11 @@ import numpy as np
 import pytest
 
 import palmares
-from palmares.messages import Region
 from palmares.rotation import angle_between
 from tests.fake_server import FakeServer
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
-BOX = Region(name="box_a", min=(-0.25, -0.25, 0.0), max=(0.25, 0.25, 0.3))
+BOX = palmares.Region(name="box_a", min=(-0.25, -0.25, 0.0), max=(0.25, 0.25, 0.3))
 
 
 def load(name: str) -> ModuleType:

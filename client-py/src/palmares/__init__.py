@@ -6,7 +6,7 @@
 ...     print(client.stop().score)
 """
 
-from palmares.client import Client, pose, twist
+from palmares.client import Client
 from palmares.errors import (
     BadActionError,
     BadJsonError,
@@ -20,6 +20,7 @@ from palmares.errors import (
     PalmaresError,
     ProtocolError,
     RateLimitedError,
+    RunLostError,
     SessionOverError,
     SessionTakenError,
     StaleTickError,
@@ -44,13 +45,8 @@ from palmares.messages import (
     ObjectState,
     Observation,
     Opened,
-    Region,
     Result,
     RunInfo,
-    Scene,
-    SceneBody,
-    ScenePart,
-    Shape,
     TaskBest,
     TaskInfo,
     Time,
@@ -58,6 +54,8 @@ from palmares.messages import (
     Welcome,
     Wrench,
 )
+from palmares.scene import Region, Scene, SceneBody, ScenePart, Shape
+from palmares.targets import pose, twist
 from palmares.version import VERSION as __version__
 
 __all__ = [
@@ -91,6 +89,7 @@ __all__ = [
     "Region",
     "Result",
     "RunInfo",
+    "RunLostError",
     "Scene",
     "SceneBody",
     "ScenePart",

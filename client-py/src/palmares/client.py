@@ -2,92 +2,60 @@
 
 from __future__ import annotations
 
-import contextlib
-import logging
 import os
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from types import TracebackType
 from typing import Any, Literal, Self, TypeVar
 from urllib.parse import urlsplit
 
-import msgspec
-from websockets.exceptions import (
-    ConnectionClosed,
-    InvalidHandshake,
-    InvalidStatus,
-    InvalidURI,
-    WebSocketException,
-)
-from websockets.sync.client import ClientConnection, connect
-from websockets.typing import Subprotocol
-
 from palmares import rest
-from palmares.errors import (
-    ConnectionLostError,
-    NoServerError,
-    ProtocolError,
-    RateLimitedError,
-    SessionTakenError,
-    WrongStateError,
-    error_of,
-)
+from palmares.codec import Encoding, Message
+from palmares.errors import ConnectionLostError, RateLimitedError, RunLostError, WrongStateError
+from palmares.link import Link, raise_if_fatal
 from palmares.messages import (
-    Action,
+    Ack,
     BaseTarget,
-    Envelope,
-    ErrorMessage,
     LeaderboardRow,
     Observation,
+    Reply,
     Result,
-    RunInfo,
-    Scene,
-    SessionWarning,
     Time,
     Welcome,
 )
+from palmares.requests import Act, Hello, Perturb, Request, Reset, Step, Stop, Wrench
+from palmares.requests import Time as AskTime
+from palmares.scene import Scene
+from palmares.stream import Stream
+from palmares.targets import action_of
+from palmares.transport import Closed
 from palmares.version import VERSION
-
-SUBPROTOCOL = Subprotocol("palmares.v1.json")
-# The server keeps a broken session for 30 s; it may need 15 s to notice that the old socket is dead.
-RESUME_DELAYS_S = (0.0, 0.2, 0.5, 1.0, 2.0, 4.0, 8.0, 8.0)
-# A scene with hulls is larger than the library's default of 1 MiB.
-LARGEST_MESSAGE = 64 * 1024 * 1024
 
 # How often a single request may be put off by the rate limit or a broken connection.
 MOST_WAITS = 20
+# How long to listen for an observation before looking whether anybody is still there.
+LISTEN_S = 1.0
 
-LOG = logging.getLogger("palmares")
-Reply = TypeVar("Reply")
-
-
-def pose(position: Iterable[float], quat_xyzw: Iterable[float]) -> BaseTarget:
-    """Return a base target: be at `position` (m) with orientation `quat_xyzw`, world frame."""
-    x, y, z = (float(v) for v in position)
-    qx, qy, qz, qw = (float(v) for v in quat_xyzw)
-    return BaseTarget(position=(x, y, z), quat_xyzw=(qx, qy, qz, qw))
-
-
-def twist(linear: Iterable[float], angular: Iterable[float]) -> BaseTarget:
-    """Return a base target: move with `linear` (m/s) and `angular` (rad/s), world frame."""
-    vx, vy, vz = (float(v) for v in linear)
-    wx, wy, wz = (float(v) for v in angular)
-    return BaseTarget(linear=(vx, vy, vz), angular=(wx, wy, wz))
+Answer = TypeVar("Answer", bound=Reply)
 
 
 class Client:
-    """A session with a Palmares server. Not safe to share between threads.
+    """A session with a Palmares server. Use it from one thread.
 
     Args:
         url: Where the server listens: ``http://host:port`` (or https, ws, wss).
-        team: The name on a practice server's leaderboard, 1 to 64 characters.
+        team: The name on a practice server's leaderboard, 1 to 64 characters. In a competition the token says
+            who you are.
         token: The team's token; the environment variable ``PALMARES_TOKEN`` when left out. A
             practice server needs none.
         session_s: Practice only: ask for a session of this length, s. Left out, it has no limit.
+        encoding: ``json`` or ``msgpack``; left out, the faster one of those that the server speaks.
         timeout_s: How long to wait for any reply before giving up, s.
+        reconnect_s: How long to try to come back when the connection breaks or the server restarts, s.
 
     Raises:
         NoServerError: Nobody answers at `url`.
+        NotAuthorizedError: The server wants a token, or another one.
         PalmaresError: The server refused the greeting.
 
     """
@@ -99,24 +67,29 @@ class Client:
         team: str = "palmares-py",
         token: str | None = None,
         session_s: float | None = None,
+        encoding: Encoding | None = None,
         timeout_s: float = 60.0,
+        reconnect_s: float = 60.0,
     ) -> None:
-        self._http_url, self._ws_url = _addresses(url)
+        self._http_url, ws_url = _addresses(url)
         self._token = token if token is not None else os.environ.get("PALMARES_TOKEN")
-        self._team = team
-        self._session_s = session_s
         self._timeout_s = timeout_s
-        self._last_id = 0
         self._tick: int | None = None
+        self._run_id: str | None = None
         self._scene: Scene | None = None
-        self._resume_token: str | None = None
-        self._open = contextlib.ExitStack()
-        self._socket = self._open_socket()
-        try:
-            self._welcome = self._greet()
-        except BaseException:
-            self._open.close()
-            raise
+        self._newest: Observation | None = None
+        self._stream = Stream()
+        self._unasked: Result | None = None
+        self._link = Link(
+            self._http_url,
+            ws_url,
+            Hello(client={"name": team, "version": VERSION}, session_s=session_s),
+            token=self._token,
+            encoding=encoding,
+            timeout_s=timeout_s,
+            reconnect_s=reconnect_s,
+            news=self._hear,
+        )
 
     # --- what a controller calls ---
 
@@ -125,7 +98,7 @@ class Client:
         task: str,
         hand: str,
         *,
-        mode: Literal["lockstep"] = "lockstep",
+        mode: Literal["lockstep", "realtime"] = "lockstep",
         sensing: Literal["sensors", "truth"] = "truth",
         seed: int | None = None,
     ) -> Observation:
@@ -134,19 +107,19 @@ class Client:
         Args:
             task: Name of the task, such as ``balls``.
             hand: Name of the hand, such as ``softhand``.
-            mode: ``lockstep``: the world waits for every step.
+            mode: ``lockstep``: the world waits for every `step`. ``realtime``: it runs by the clock;
+                `act` sets targets, `observations` and `latest` tell what happens.
             sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
             seed: Which scene, in practice; left out, the server draws one and `obs.run.seed` tells it.
 
         A run still open must be stopped first.
 
         """
-        fields: dict[str, Any] = {"task": task, "hand": hand, "mode": mode, "sensing": sensing}
-        if seed is not None:
-            fields["seed"] = seed
-        self._tick = None
-        obs = self._request("reset", fields, "obs", Observation)
-        self._tick, self._scene = obs.tick, obs.scene
+        obs = self._ask(Reset(task=task, hand=hand, mode=mode, sensing=sensing, seed=seed), Observation)
+        self._tick, self._scene, self._run_id = obs.tick, obs.scene, obs.run_id
+        self._newest = obs
+        self._stream.open(obs.run_id)
+        self._link.keep_up(mode == "realtime")
         return obs
 
     def step(
@@ -165,34 +138,109 @@ class Client:
         """
         if self._tick is None:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
-        action = Action(base=base, hand=None if hand is None else [float(s) for s in hand])
-        fields = {"tick": self._tick, "action": action, "repeat": repeat}
-        obs = self._request("step", fields, "obs", Observation)
+        request = Step(tick=self._tick, action=action_of(base, hand), repeat=repeat)
+        obs = self._ask(request, Observation)
         self._tick = obs.tick
         return obs
 
+    def act(self, base: BaseTarget | None = None, hand: Iterable[float] | None = None) -> int:
+        """Set the targets of a run in real time, from the next tick on; return that tick.
+
+        Args:
+            base: `palmares.pose(…)` or `palmares.twist(…)`; left out, the last target stands.
+            hand: σ of every motor in [0, 1]; left out, the last command stands.
+
+        """
+        if self._tick is None:
+            raise WrongStateError("wrong_state: no run is open; call reset(…) first")
+        try:
+            return self._ask(Act(action=action_of(base, hand)), Ack).tick
+        except WrongStateError:
+            # The world ran on while this was under way: the next observation tells that it is over.
+            if self._stream.over:
+                return self._tick
+            raise
+
+    def observations(self) -> Iterator[Observation]:
+        """Yield what happens in a run in real time, until it is over.
+
+        Every observation is the newest there is. A controller that is slower than real time does not fall
+        behind: it misses observations, of which `skipped` tells the number; their events come with the next.
+
+        """
+        while self._run_id is not None:
+            obs = self._next()
+            yield obs
+            if obs.done:
+                return
+
+    def latest(self) -> Observation:
+        """Return the newest observation of a run in real time at once; the same again if none came."""
+        if self._newest is None:
+            raise WrongStateError("wrong_state: no run is open; call reset(…) first")
+        try:
+            self._check_return(Stop())
+            self._link.listen(0.0)
+        except Closed as lost:
+            raise_if_fatal(lost)
+            self._link.resume(lost)
+            self._check_return(Stop())
+        return self._take() or self._newest
+
+    def perturb(
+        self,
+        link: str,
+        force: Iterable[float] = (0.0, 0.0, 0.0),
+        torque: Iterable[float] = (0.0, 0.0, 0.0),
+        duration_s: float = 0.1,
+    ) -> int:
+        """Push a link of the hand, in practice; return the tick at which it begins.
+
+        Args:
+            link: Name of the link, as in `describe_hand`.
+            force: N, world frame, at the link's centre of mass.
+            torque: N·m, world frame.
+            duration_s: How long, s of simulated time.
+
+        """
+        fx, fy, fz = map(float, force)
+        tx, ty, tz = map(float, torque)
+        wrench = Wrench(force=(fx, fy, fz), torque=(tx, ty, tz))
+        return self._ask(Perturb(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
+
     def stop(self) -> Result:
         """Close the run: the objects settle, the referee counts."""
-        result = self._request("stop", {}, "result", Result)
-        self._tick = None
+        run_id = self._run_id
+        try:
+            result = self._ask(Stop(), Result)
+        except RunLostError as lost:
+            if lost.result is None or lost.result.run_id != run_id:
+                raise
+            result = lost.result
+        self._forget_run()
         return result
 
     def time(self) -> Time:
         """Read the session's clock. Works at any moment."""
-        return self._request("time", {}, "time", Time)
+        return self._ask(AskTime(), Time)
 
     def leaderboard(self) -> list[LeaderboardRow]:
         """Return the rows of the leaderboard, best first."""
-        return rest.leaderboard(self._http_url)
+        return rest.leaderboard(self._http_url, self._token)
 
     def describe_hand(self, name: str) -> dict[str, Any]:
         """Return the description of a hand as the server gives it: links, joints, motors, shapes."""
-        return rest.get_object(self._http_url, f"/v1/hands/{name}")
+        return rest.get_object(self._http_url, f"/v1/hands/{name}", self._token)
 
     @property
     def welcome(self) -> Welcome:
-        """What the server said when this session began: tasks, hands, limits, specs."""
-        return self._welcome
+        """What the server said when this session began or was taken up: tasks, hands, limits, specs."""
+        return self._link.welcome
+
+    @property
+    def encoding(self) -> Encoding:
+        """How messages are written: ``json`` or ``msgpack``."""
+        return self._link.encoding
 
     @property
     def scene(self) -> Scene:
@@ -203,15 +251,17 @@ class Client:
 
     @property
     def tick(self) -> int | None:
-        """Ticks since reset; ``None`` when no run is open."""
+        """Ticks since reset, as of the last observation; ``None`` when no run is open."""
         return self._tick
+
+    @property
+    def skipped(self) -> int:
+        """Observations of the present run in real time that were replaced before you took them."""
+        return self._stream.skipped
 
     def close(self) -> None:
         """End the session. A run still open is stopped and scored by the server."""
-        # If the connection is gone already, that is what was wanted.
-        with contextlib.suppress(WebSocketException, OSError):
-            self._send("bye", {})
-        self._open.close()
+        self._link.close()
 
     def __enter__(self) -> Self:
         return self
@@ -226,122 +276,86 @@ class Client:
 
     # --- requests and replies ---
 
-    def _send(self, op: str, fields: dict[str, Any]) -> int:
-        self._last_id += 1
-        message = {"op": op, "id": self._last_id, **fields}
-        self._socket.send(msgspec.json.encode(message), text=True)
-        return self._last_id
-
-    def _request(self, op: str, fields: dict[str, Any], reply_op: str, kind: type[Reply]) -> Reply:
+    def _ask(self, request: Request, kind: type[Answer]) -> Answer:
         """Ask until there is an answer: wait when told to, take up the session when it breaks."""
+        last: Exception | None = None
         for _ in range(MOST_WAITS):
             try:
-                return self._exchange(op, fields, reply_op, kind)
+                if self._link.returned is not None:
+                    request = self._check_return(request)
+                return self._link.exchange(request, kind)
             except RateLimitedError as slower:
                 # A request that fails has changed nothing, so it can be sent again.
                 time.sleep(0.1 if slower.retry_after_s is None else slower.retry_after_s)
-            except ConnectionClosed as lost:
-                _raise_if_fatal(lost)
-                run = self._resume(lost).run
-                fields = self._after_resume(op, fields, run)
-        return self._exchange(op, fields, reply_op, kind)
+                last = slower
+            except Closed as lost:
+                raise_if_fatal(lost)
+                self._link.resume(lost)
+                last = lost
+        if isinstance(last, RateLimitedError):
+            raise last
+        raise ConnectionLostError(f"the connection broke {MOST_WAITS} times during one request") from last
 
-    def _after_resume(self, op: str, fields: dict[str, Any], run: RunInfo | None) -> dict[str, Any]:
+    def _check_return(self, request: Request) -> Request:
         """Return what to send now that the connection is back; the request may have been taken before."""
-        if op == "step" and run is not None and run.tick != fields["tick"]:
+        welcome, self._link.returned = self._link.returned, None
+        if welcome is None:
+            return request
+        run = welcome.run
+        if self._run_id is None:
+            if run is not None and isinstance(request, Reset):
+                # The run was opened but its scene is lost: close it and open another.
+                self._link.exchange(Stop(), Result)
+        elif run is None or run.run_id != self._run_id:
+            raise self._run_lost()
+        elif isinstance(request, Step) and run.tick != request.tick:
             # The step was taken but its observation is lost: one tick more, with the same targets, shows it.
-            return {"tick": run.tick, "action": Action(), "repeat": 1}
-        if op == "reset" and run is not None:
-            # The run was opened but its scene is lost: close it and open another.
-            self._exchange("stop", {}, "result", Result)
-        return fields
+            return Step(tick=run.tick, action=action_of(None, None))
+        return request
 
-    def _exchange(self, op: str, fields: dict[str, Any], reply_op: str, kind: type[Reply]) -> Reply:
-        request_id = self._send(op, fields)
+    def _run_lost(self) -> RunLostError:
+        """Find out what became of the run that the server has no more, and forget it."""
+        run_id = self._run_id or ""
+        result = self._unasked
+        if result is None or result.run_id != run_id:
+            result = rest.result_of(self._http_url, run_id, self._token)
+        self._forget_run()
+        return RunLostError.of(run_id, result)
+
+    def _forget_run(self) -> None:
+        self._tick = self._run_id = self._newest = None
+        self._stream.open(None)
+        self._link.keep_up(False)
+
+    # --- what comes unasked ---
+
+    def _hear(self, message: Message) -> None:
+        if isinstance(message, Observation):
+            self._stream.put(message)
+        elif isinstance(message, Result):
+            self._unasked = message
+
+    def _take(self) -> Observation | None:
+        obs = self._stream.take()
+        if obs is not None:
+            self._newest, self._tick = obs, obs.tick
+        return obs
+
+    def _next(self) -> Observation:
+        """Wait for an observation newer than the last one."""
         while True:
             try:
-                raw = self._socket.recv(timeout=self._timeout_s)
-            except TimeoutError:
-                raise ConnectionLostError(
-                    f"no reply to `{op}` within {self._timeout_s:g} s from {self._http_url}"
-                ) from None
-            try:
-                envelope = msgspec.json.decode(raw, type=Envelope)
-                if envelope.op == "error":
-                    if envelope.id in (None, request_id):
-                        error = msgspec.json.decode(raw, type=ErrorMessage)
-                        raise error_of(
-                            error.code,
-                            error.message,
-                            fatal=error.fatal,
-                            retry_after_s=error.retry_after_s,
-                        )
-                elif envelope.op == reply_op and envelope.id == request_id:
-                    return msgspec.json.decode(raw, type=kind)
-                elif envelope.op == "warning":
-                    warning = msgspec.json.decode(raw, type=SessionWarning)
-                    LOG.warning("%.0f s of the session are left", warning.session_left_s)
-                # Anything else is news of a later version, or the reply to a request given up.
-            except msgspec.MsgspecError as unreadable:
-                raise ProtocolError(f"cannot read the server's reply to `{op}`: {unreadable}") from unreadable
-
-    # --- connecting ---
-
-    def _open_socket(self) -> ClientConnection:
-        headers = {"Authorization": f"Bearer {self._token}"} if self._token else None
-        try:
-            connection = connect(
-                self._ws_url,
-                subprotocols=[SUBPROTOCOL],
-                additional_headers=headers,
-                compression=None,
-                max_size=LARGEST_MESSAGE,
-                open_timeout=10,
-                proxy=None if rest.is_loopback(self._ws_url) else True,
-            )
-            # As a context, because websockets is moving towards connecting only on entry.
-            return self._open.enter_context(connection)
-        except InvalidStatus as refused:
-            raise rest.error_of_response(
-                refused.response.status_code, refused.response.body or b"", self._http_url
-            ) from None
-        except (InvalidHandshake, InvalidURI) as odd:
-            raise NoServerError(
-                f"{self._http_url} does not speak {SUBPROTOCOL}: {odd}. Is it a Palmares server?"
-            ) from odd
-        except OSError as unreachable:
-            raise NoServerError(
-                f"no server at {self._http_url} ({unreachable}); is `palmares serve` running?"
-            ) from None
-
-    def _greet(self) -> Welcome:
-        fields: dict[str, Any] = {"client": {"name": self._team, "version": VERSION}}
-        if self._resume_token is not None:
-            fields["resume_token"] = self._resume_token
-        elif self._session_s is not None:
-            fields["session_s"] = self._session_s
-        try:
-            welcome = self._exchange("hello", fields, "welcome", Welcome)
-        except ConnectionClosed as closed:
-            _raise_if_fatal(closed)
-            raise ConnectionLostError(
-                f"the server closed the connection during the greeting: {closed}"
-            ) from closed
-        self._resume_token = welcome.resume_token
-        return welcome
-
-    def _resume(self, lost: ConnectionClosed) -> Welcome:
-        """Take the session up again on a new socket, or raise `ConnectionLostError`."""
-        last: Exception = lost
-        for delay_s in RESUME_DELAYS_S:
-            time.sleep(delay_s)
-            try:
-                self._open.close()
-                self._socket = self._open_socket()
-                return self._greet()
-            except (NoServerError, ConnectionLostError, SessionTakenError) as not_yet:
-                last = not_yet
-        raise ConnectionLostError(f"the connection broke and did not come back: {last}") from last
+                if self._link.returned is not None:
+                    self._check_return(Stop())
+                self._link.listen(LISTEN_S)
+            except Closed as lost:
+                raise_if_fatal(lost)
+                self._link.resume(lost)
+            obs = self._take()
+            if obs is not None:
+                return obs
+            if self._link.silence_s() > self._timeout_s:
+                raise ConnectionLostError(f"{self._http_url} has been silent for {self._timeout_s:g} s")
 
 
 def _addresses(url: str) -> tuple[str, str]:
@@ -353,10 +367,3 @@ def _addresses(url: str) -> tuple[str, str]:
     http = "https" if ws == "wss" else "http"
     path = parts.path.rstrip("/")
     return f"{http}://{parts.netloc}{path}", f"{ws}://{parts.netloc}{path}/v1/control"
-
-
-def _raise_if_fatal(closed: ConnectionClosed) -> None:
-    """Raise the error a close frame names; codes 4400 to 4599 say that the session is over."""
-    frame = closed.rcvd
-    if frame is not None and 4400 <= frame.code < 4600:
-        raise error_of(frame.reason, "the server closed the session", fatal=True) from closed

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Self
+
+if TYPE_CHECKING:
+    from palmares.messages import Result
+
 
 class PalmaresError(Exception):
     """The server refused a request, or could not be talked to.
@@ -40,6 +45,33 @@ class ConnectionLostError(PalmaresError):
     """The connection broke and could not be taken up again."""
 
     code = "connection_lost"
+
+
+class RunLostError(PalmaresError):
+    """The run ended while the connection was broken, such as by a restart of the server.
+
+    The session goes on: `Client.reset` opens another run.
+
+    Attributes:
+        result: What the server has kept of the run, if anything.
+
+    """
+
+    code = "run_lost"
+    result: Result | None = None
+
+    @classmethod
+    def of(cls, run_id: str, result: Result | None) -> Self:
+        """Say what became of the run."""
+        if result is None:
+            fate = "ended while the connection was broken, and the server tells nothing of it"
+        elif result.voided:
+            fate = f"was voided ({result.reason}): it counts for nothing and its time is given back"
+        else:
+            fate = f"ended while the connection was broken ({result.reason}), score {result.score:g}"
+        error = cls(f"run {run_id} {fate}; open another with reset(…)")
+        error.result = result
+        return error
 
 
 class ProtocolError(PalmaresError):

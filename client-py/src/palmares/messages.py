@@ -1,22 +1,29 @@
-"""The messages of protocol v1 as typed structs. Units are SI; quaternions are x, y, z, w.
+"""What the server says in protocol v1, as typed structs. Units are SI; quaternions are x, y, z, w.
 
-Fields the server adds later are ignored here, so that an older client keeps working.
+Fields the server adds later are ignored here, so that an older client keeps working. Structs of which an
+observation has many are exempt from Python's cyclic garbage collection (``gc=False``): they form no cycles,
+and thousands of them per second would keep the collector busy.
 """
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import Any
 
 import msgspec
 import numpy as np
 
 from palmares.rotation import Array, matrix_of
-
-Vec3: TypeAlias = tuple[float, float, float]
-Quat: TypeAlias = tuple[float, float, float, float]
+from palmares.scene import Quat, Scene, Vec3, named
 
 
-class BaseTarget(msgspec.Struct, omit_defaults=True, kw_only=True):
+class Reply(msgspec.Struct, kw_only=True, tag_field="op"):
+    """A message from the server; `op` tells which."""
+
+    reply_to: int | None = msgspec.field(name="id", default=None)
+    """`id` of the request it answers; ``None`` for a message nobody asked for."""
+
+
+class BaseTarget(msgspec.Struct, omit_defaults=True, kw_only=True, gc=False):
     """Where the hand's base should go: a pose or a velocity, never both. See `pose` and `twist`."""
 
     position: Vec3 | None = None
@@ -28,7 +35,7 @@ class BaseTarget(msgspec.Struct, omit_defaults=True, kw_only=True):
     """rad/s, world frame"""
 
 
-class Action(msgspec.Struct, omit_defaults=True, kw_only=True):
+class Action(msgspec.Struct, omit_defaults=True, kw_only=True, gc=False):
     """Targets for one tick; what is left out keeps its last target."""
 
     base: BaseTarget | None = None
@@ -36,7 +43,7 @@ class Action(msgspec.Struct, omit_defaults=True, kw_only=True):
     """σ of every motor in [0, 1], in the hand's motor order"""
 
 
-class BodyState(msgspec.Struct, kw_only=True):
+class BodyState(msgspec.Struct, kw_only=True, gc=False):
     """Pose and velocity of a body in the world frame."""
 
     position: Vec3
@@ -58,7 +65,7 @@ class BodyState(msgspec.Struct, kw_only=True):
         return matrix_of(self.quat_xyzw)
 
 
-class Actuator(msgspec.Struct, kw_only=True):
+class Actuator(msgspec.Struct, kw_only=True, gc=False):
     """What a motor's sensors read."""
 
     name: str
@@ -72,14 +79,14 @@ class Actuator(msgspec.Struct, kw_only=True):
     """Tension of its tendons, in the tendon's unit (see the hand's description)."""
 
 
-class Wrench(msgspec.Struct, kw_only=True):
+class Wrench(msgspec.Struct, kw_only=True, gc=False):
     """Force (N) and torque about the base origin (N·m), world frame."""
 
     force: Vec3
     torque: Vec3
 
 
-class HandState(msgspec.Struct, kw_only=True):
+class HandState(msgspec.Struct, kw_only=True, gc=False):
     """What the hand's own sensors read."""
 
     base: BodyState
@@ -87,7 +94,7 @@ class HandState(msgspec.Struct, kw_only=True):
     wrist: Wrench
 
 
-class ObjectState(BodyState, kw_only=True):
+class ObjectState(BodyState, kw_only=True, gc=False):
     """A free object."""
 
     id: int
@@ -95,14 +102,14 @@ class ObjectState(BodyState, kw_only=True):
     name: str
 
 
-class Joints(msgspec.Struct, kw_only=True):
+class Joints(msgspec.Struct, kw_only=True, gc=False):
     """Joint coordinates of the hand: rad and rad/s."""
 
     position: list[float]
     velocity: list[float]
 
 
-class Contact(msgspec.Struct, kw_only=True):
+class Contact(msgspec.Struct, kw_only=True, gc=False):
     """A touching contact: force (N, world frame) on body `b` by body `a` at `position` (m)."""
 
     a: str
@@ -111,7 +118,7 @@ class Contact(msgspec.Struct, kw_only=True):
     force: Vec3
 
 
-class Truth(msgspec.Struct, kw_only=True):
+class Truth(msgspec.Struct, kw_only=True, gc=False):
     """The full state; only with ``sensing="truth"``."""
 
     objects: list[ObjectState]
@@ -121,86 +128,22 @@ class Truth(msgspec.Struct, kw_only=True):
     predicted_equilibrium: list[float]
     """Closed-form joint coordinates of the free hand at the present motor position, rad."""
 
+    def object(self, name: str) -> ObjectState:
+        """Return the object called `name`, such as ``ball_3``; `KeyError` names those there are."""
+        return named("object", name, self.objects)
+
     @property
     def positions(self) -> Array:
         """Centres of all objects, shape (n, 3), m."""
         return np.array([body.position for body in self.objects]).reshape(-1, 3)
 
 
-class Event(msgspec.Struct, kw_only=True):
+class Event(msgspec.Struct, kw_only=True, gc=False):
     """Something the referee noted: `in_goal`, `left_goal`, `outside`, `back_inside`, `warning`."""
 
     kind: str
     tick: int = 0
     object: int | None = None
-
-
-class Shape(msgspec.Struct, kw_only=True):
-    """A convex shape; which fields it has depends on `type`. Cylinders and capsules stand along z."""
-
-    type: str
-    """``sphere``, ``capsule``, ``cylinder``, ``box`` or ``hull``"""
-    radius: float | None = None
-    half_length: float | None = None
-    """m, without the caps of a capsule"""
-    half_extents: Vec3 | None = None
-    points: list[Vec3] | None = None
-    rounding: float = 0.0
-
-
-class ScenePart(msgspec.Struct, kw_only=True):
-    """A convex part of a body, placed in the body frame."""
-
-    position: Vec3
-    quat_xyzw: Quat
-    shape: Shape
-
-
-class SceneBody(msgspec.Struct, kw_only=True):
-    """A body and its shapes."""
-
-    id: int
-    name: str
-    free: bool
-    """False for furniture."""
-    mass: float
-    """kg; 0 for furniture"""
-    friction: float
-    position: Vec3
-    """At tick 0, m."""
-    quat_xyzw: Quat
-    parts: list[ScenePart]
-    color: Vec3
-    """sRGB, 0 to 1"""
-
-
-class Region(msgspec.Struct, kw_only=True):
-    """An axis-aligned region the rules speak of, such as the inside of ``box_b``."""
-
-    name: str
-    min: Vec3
-    max: Vec3
-
-    def contains(self, point: Array) -> bool:
-        """Tell whether `point` (3,) lies inside or on the border."""
-        return bool(np.all(point >= self.min) and np.all(point <= self.max))
-
-
-class Scene(msgspec.Struct, kw_only=True):
-    """What stands in the world at tick 0."""
-
-    bodies: list[SceneBody]
-    """Free ones first, in the order of `Truth.objects`."""
-    regions: list[Region]
-    gravity: Vec3
-
-    def region(self, name: str) -> Region:
-        """Return the region called `name`; `KeyError` names those there are."""
-        for region in self.regions:
-            if region.name == name:
-                return region
-        known = ", ".join(region.name for region in self.regions) or "none"
-        raise KeyError(f"no region {name!r} in this scene; there are: {known}")
 
 
 class Opened(msgspec.Struct, kw_only=True):
@@ -218,7 +161,7 @@ class Opened(msgspec.Struct, kw_only=True):
     """In practice: what `reset` takes to build this scene again"""
 
 
-class Observation(msgspec.Struct, kw_only=True):
+class Observation(Reply, kw_only=True, tag="obs"):
     """State after a tick."""
 
     run_id: str
@@ -250,28 +193,37 @@ class Observation(msgspec.Struct, kw_only=True):
         return self.terminated or self.truncated
 
 
-class Result(msgspec.Struct, kw_only=True):
+class Result(Reply, kw_only=True, tag="result"):
     """What a finished run is worth."""
 
     run_id: str
     task: str
     hand: str
     status: str
-    """``practice``, or ``voided`` after a fault of the server"""
+    """``practice``; ``provisional`` in a competition until verified; ``voided`` after a fault of ours"""
     score: float
     in_goal: int
     """Objects in the goal"""
     outside: int
     """Objects outside both boxes"""
     reason: str
-    """Why it ended: ``stopped``, ``time_limit``, ``session_over``, …"""
+    """Why it ended: ``stopped``, ``complete``, ``time_limit``, ``session_over``, …"""
     ticks: int
     sim_time_s: float
     """s of simulated time played"""
     state_hash: str
     """Hash of the final state: the same for the same seed and actions"""
+    missed_ticks: int = 0
+    """Realtime: ticks for which no new action had come"""
+    late_ticks: int = 0
+    """Realtime: ticks that the server began late"""
     events: list[Event] = []
     session_left_s: float | None = None
+
+    @property
+    def voided(self) -> bool:
+        """True when the run counts for nothing, through a fault of the server or by the organizer."""
+        return self.status == "voided"
 
 
 class RunInfo(msgspec.Struct, kw_only=True):
@@ -286,7 +238,7 @@ class RunInfo(msgspec.Struct, kw_only=True):
     """False when the server closed it: `Client.stop` fetches the result"""
 
 
-class Time(msgspec.Struct, kw_only=True):
+class Time(Reply, kw_only=True, tag="time"):
     """How the session's clock stands."""
 
     session_left_s: float | None
@@ -335,7 +287,7 @@ class Limits(msgspec.Struct, kw_only=True):
     """How long a session waits for its client to come back, s"""
 
 
-class Welcome(msgspec.Struct, kw_only=True):
+class Welcome(Reply, kw_only=True, tag="welcome"):
     """What the server says when a session begins or is taken up again."""
 
     session_id: str
@@ -374,11 +326,27 @@ class LeaderboardRow(msgspec.Struct, kw_only=True):
     tasks: dict[str, TaskBest]
 
 
-class SessionWarning(msgspec.Struct, kw_only=True):
+class SessionWarning(Reply, kw_only=True, tag="warning"):
     """The session's time is running out."""
 
     mark_s: float
     session_left_s: float
+
+
+class Ack(Reply, kw_only=True, tag="ack"):
+    """An action or a push was taken."""
+
+    tick: int = 0
+    """The tick at which it takes effect"""
+
+
+class ErrorMessage(Reply, kw_only=True, tag="error"):
+    """A refused request."""
+
+    code: str
+    message: str = ""
+    fatal: bool = False
+    retry_after_s: float | None = None
 
 
 class Envelope(msgspec.Struct, kw_only=True):
@@ -386,12 +354,3 @@ class Envelope(msgspec.Struct, kw_only=True):
 
     op: str
     id: int | None = None
-
-
-class ErrorMessage(msgspec.Struct, kw_only=True):
-    """A refused request."""
-
-    code: str
-    message: str = ""
-    fatal: bool = False
-    retry_after_s: float | None = None

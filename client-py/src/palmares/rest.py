@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 import msgspec
 
 from palmares.errors import NoServerError, PalmaresError, ProtocolError, error_of
-from palmares.messages import LeaderboardRow
+from palmares.messages import LeaderboardRow, Result
 
 TIMEOUT_S = 10.0
 
@@ -20,12 +20,16 @@ def is_loopback(url: str) -> bool:
     return urlsplit(url).hostname in ("127.0.0.1", "localhost", "::1")
 
 
-def get_json(base_url: str, path: str) -> Any:
+def get_json(base_url: str, path: str, token: str | None = None) -> Any:
     """GET `path` and return the decoded JSON."""
+    request = urllib.request.Request(base_url + path)
+    if token:
+        # Not a plain header: a redirect to elsewhere must not carry it along.
+        request.add_unredirected_header("Authorization", f"Bearer {token}")
     handlers = [urllib.request.ProxyHandler({})] if is_loopback(base_url) else []
     opener = urllib.request.build_opener(*handlers)
     try:
-        with opener.open(base_url + path, timeout=TIMEOUT_S) as response:
+        with opener.open(request, timeout=TIMEOUT_S) as response:
             body = response.read()
     except urllib.error.HTTPError as refused:
         raise error_of_response(refused.code, refused.read(), base_url + path) from None
@@ -39,21 +43,29 @@ def get_json(base_url: str, path: str) -> Any:
         raise ProtocolError(f"{base_url}{path} did not answer with JSON: {unreadable}") from None
 
 
-def get_object(base_url: str, path: str) -> dict[str, Any]:
+def get_object(base_url: str, path: str, token: str | None = None) -> dict[str, Any]:
     """GET `path` and return the JSON object found there."""
-    value = get_json(base_url, path)
+    value = get_json(base_url, path, token)
     if not isinstance(value, dict):
         raise ProtocolError(f"{base_url}{path} did not answer with a JSON object")
     return value
 
 
-def leaderboard(base_url: str) -> list[LeaderboardRow]:
+def leaderboard(base_url: str, token: str | None = None) -> list[LeaderboardRow]:
     """Return the rows of ``/v1/leaderboard``, best first."""
-    rows = get_object(base_url, "/v1/leaderboard").get("rows")
+    rows = get_object(base_url, "/v1/leaderboard", token).get("rows")
     try:
         return msgspec.convert(rows, list[LeaderboardRow])
     except msgspec.ValidationError as unreadable:
         raise ProtocolError(f"{base_url}/v1/leaderboard: {unreadable}") from None
+
+
+def result_of(base_url: str, run_id: str, token: str | None = None) -> Result | None:
+    """Return what the server has stored of a run that has ended; ``None`` when it tells nothing."""
+    try:
+        return msgspec.convert(get_object(base_url, f"/v1/runs/{run_id}", token) | {"op": "result"}, Result)
+    except (PalmaresError, msgspec.ValidationError):
+        return None
 
 
 def error_of_response(status: int, body: bytes | bytearray, where: str) -> PalmaresError:
@@ -64,6 +76,9 @@ def error_of_response(status: int, body: bytes | bytearray, where: str) -> Palma
         problem = {}
     code = problem.get("code")
     text = problem.get("detail") or problem.get("message") or problem.get("title") or ""
+    if status == 401:
+        text = f"{text or 'the token is missing or wrong'}; pass token=… or set PALMARES_TOKEN"
+        return error_of("not_authorized", str(text))
     if isinstance(code, str):
         return error_of(code, str(text), retry_after_s=problem.get("retry_after_s"))
     return PalmaresError(f"{where} answered with HTTP status {status} {text}".rstrip())

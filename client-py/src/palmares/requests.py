@@ -1,0 +1,75 @@
+"""What a client asks in protocol v1."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import msgspec
+
+from palmares.messages import Action
+from palmares.scene import Vec3
+
+
+class Request(msgspec.Struct, kw_only=True, omit_defaults=True, tag_field="op"):
+    """A request; the link fills in its `id`."""
+
+    id: int = 0
+
+
+class Hello(Request, kw_only=True, tag="hello"):
+    """Greets the server: opens a session or takes one up again."""
+
+    client: dict[str, str]
+    resume_token: str | None = None
+    session_s: float | None = None
+
+
+class Reset(Request, kw_only=True, tag="reset"):
+    """Opens a run."""
+
+    task: str
+    hand: str
+    mode: Literal["lockstep", "realtime"]
+    sensing: Literal["sensors", "truth"]
+    seed: int | None = None
+
+
+class Step(Request, kw_only=True, tag="step"):
+    """Lockstep: advances the world."""
+
+    tick: int
+    action: Action
+    repeat: int = 1
+
+
+class Act(Request, kw_only=True, tag="act"):
+    """Realtime: sets the targets from the next tick on."""
+
+    action: Action
+
+
+class Wrench(msgspec.Struct, kw_only=True):
+    """N and N·m, world frame."""
+
+    force: Vec3
+    torque: Vec3
+
+
+class Perturb(Request, kw_only=True, tag="perturb"):
+    """Practice: pushes a link of the hand."""
+
+    link: str
+    wrench: Wrench
+    duration_s: float
+
+
+class Stop(Request, kw_only=True, tag="stop"):
+    """Closes the run."""
+
+
+class Time(Request, kw_only=True, tag="time"):
+    """Asks for the session's clock."""
+
+
+class Bye(Request, kw_only=True, tag="bye"):
+    """Ends the session."""

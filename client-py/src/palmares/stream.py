@@ -1,0 +1,49 @@
+"""The newest observation of a world that runs in real time."""
+
+from __future__ import annotations
+
+from palmares.messages import Event, Observation
+
+# Events kept of observations nobody looked at; a run has dozens.
+MOST_EVENTS = 1000
+
+
+class Stream:
+    """Holds one observation, the newest. A slow controller misses observations, never events.
+
+    Attributes:
+        skipped: Observations that a newer one replaced before anybody took them.
+
+    """
+
+    def __init__(self) -> None:
+        self.skipped = 0
+        self._newest: Observation | None = None
+        self._run_id: str | None = None
+
+    def open(self, run_id: str | None) -> None:
+        """Listen to this run from now on; ``None`` for none."""
+        self._run_id = run_id
+        self._newest = None
+        self.skipped = 0
+
+    def put(self, obs: Observation) -> None:
+        """Take note of an observation that came."""
+        if obs.run_id != self._run_id:
+            return  # What was still on its way when another run was opened.
+        if self._newest is not None:
+            self.skipped += 1
+            passed_over: list[Event] = self._newest.events
+            if passed_over:
+                obs.events = (passed_over + obs.events)[-MOST_EVENTS:]
+        self._newest = obs
+
+    def take(self) -> Observation | None:
+        """Return the newest observation, once."""
+        obs, self._newest = self._newest, None
+        return obs
+
+    @property
+    def over(self) -> bool:
+        """Whether the newest observation says that the run is over."""
+        return self._newest is not None and self._newest.done

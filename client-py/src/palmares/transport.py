@@ -1,0 +1,386 @@
+"""A WebSocket over a plain blocking socket, read and written in the caller's thread.
+
+The handshake, control frames and fragments are the business of the websockets library's Sans-I/O layer. Data
+frames, of which a controller exchanges thousands per second, are written and cut out here, which takes a
+tenth of the library's time; `benchmarks/round_trip.py` measures it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import socket
+import ssl
+import time
+from http.client import HTTPConnection, HTTPException
+from typing import Self
+
+from websockets.client import ClientProtocol
+from websockets.exceptions import (
+    InvalidHandshake,
+    InvalidProxy,
+    InvalidStatus,
+    InvalidURI,
+    WebSocketException,
+)
+from websockets.frames import Frame, Opcode
+from websockets.protocol import OPEN
+from websockets.proxy import get_proxy, parse_proxy
+from websockets.typing import Subprotocol
+from websockets.uri import WebSocketURI, parse_uri
+
+from palmares.rest import is_loopback
+
+try:
+    from websockets.speedups import apply_mask
+except ImportError:  # The library was installed without its C part.
+    from websockets.utils import apply_mask
+
+CONNECT_TIMEOUT_S = 10.0
+READ_BYTES = 64 * 1024
+# A scene with hulls is large; what is larger than this is no scene.
+LARGEST_MESSAGE = 64 * 1024 * 1024
+# First bytes of whole messages: text and binary.
+WHOLE = (0x81, 0x82)
+
+
+class Refused(Exception):  # noqa: N818 - the caller turns it into an error of its own
+    """The server answered the handshake with an HTTP status.
+
+    Attributes:
+        status: The HTTP status.
+        body: Of the answer.
+
+    """
+
+    def __init__(self, status: int, body: bytes) -> None:
+        super().__init__(f"HTTP status {status}")
+        self.status = status
+        self.body = body
+
+
+class NoWebSocket(Exception):  # noqa: N818
+    """Whoever answers does not speak our subprotocol."""
+
+
+class Closed(Exception):  # noqa: N818
+    """The connection is gone.
+
+    Attributes:
+        code: Of the close frame; ``None`` when there was none.
+        reason: Of the close frame.
+
+    """
+
+    def __init__(self, code: int | None, reason: str) -> None:
+        super().__init__(reason if code is None else f"close code {code} {reason}".rstrip())
+        self.code = code
+        self.reason = reason
+
+
+class Transport:
+    """One open connection. Messages are bytes; what they mean is for others to know."""
+
+    def __init__(
+        self, sock: socket.socket, protocol: ClientProtocol, received: bytes, timeout_s: float
+    ) -> None:
+        self._socket = sock
+        self._protocol = protocol
+        self._closed: Closed | None = None
+        self._fragments: list[bytes] = []
+        self.last_words: list[bytes] = []
+        """Messages that were found when the connection turned out to be broken."""
+        self._buffer = bytearray(max(READ_BYTES, len(received)))
+        self._buffer[: len(received)] = received
+        self._view = memoryview(self._buffer)
+        self._start, self._end = 0, len(received)
+        self.heard = time.monotonic()
+        """When anything came last."""
+        self._timeout_s = timeout_s
+        sock.settimeout(timeout_s)
+
+    @classmethod
+    def connect(cls, url: str, subprotocols: list[str], headers: dict[str, str], timeout_s: float) -> Self:
+        """Connect to `url` (ws or wss) and shake hands.
+
+        Raises:
+            OSError: Nobody answers.
+            Refused: The server answered with an HTTP status.
+            NoWebSocket: It is no such server.
+
+        """
+        try:
+            uri = parse_uri(url)
+            sock = _dial(uri, url)
+        except (InvalidURI, InvalidProxy, HTTPException) as odd:
+            raise NoWebSocket(str(odd)) from odd
+        try:
+            names = [Subprotocol(name) for name in subprotocols]
+            # No compression: it costs more time than the bytes it saves.
+            protocol = ClientProtocol(uri, subprotocols=names, max_size=LARGEST_MESSAGE)
+            received = _shake_hands(sock, protocol, headers)
+            return cls(sock, protocol, received, timeout_s)
+        except BaseException:
+            sock.close()
+            raise
+
+    @property
+    def subprotocol(self) -> str | None:
+        """What the server chose of the subprotocols offered."""
+        return self._protocol.subprotocol
+
+    def send(self, message: bytes, *, binary: bool) -> None:
+        """Send one message; `Closed` when the connection is gone."""
+        if self._closed is not None:
+            raise self._closed
+        size = len(message)
+        mask = os.urandom(4)
+        first = 0x82 if binary else 0x81
+        if size < 126:
+            header = bytes((first, 0x80 | size))
+        elif size < 65536:
+            header = bytes((first, 0xFE)) + size.to_bytes(2, "big")
+        else:
+            header = bytes((first, 0xFF)) + size.to_bytes(8, "big")
+        self._write(header + mask + apply_mask(message, mask))
+
+    def recv(self) -> bytes | memoryview:
+        """Return the next message, which holds until the next call; wait for it for as long as allowed.
+
+        Raises:
+            TimeoutError: Nothing came.
+            Closed: The connection is gone.
+
+        """
+        message = self._cut()
+        if message is None:
+            self._read()
+            message = self._cut()
+        if message is not None:
+            return message
+        # A large message, or pings: they do not count as an answer.
+        deadline = time.monotonic() + self._timeout_s
+        while message is None:
+            if time.monotonic() > deadline:
+                raise TimeoutError
+            self._read()
+            message = self._cut()
+        return message
+
+    def recv_within(self, wait_s: float) -> bytes | memoryview | None:
+        """Return the next message, or ``None`` when none came within `wait_s`; answers pings meanwhile."""
+        deadline = time.monotonic() + wait_s
+        while True:
+            message = self._cut()
+            if message is not None:
+                return message
+            if not self._readable(max(0.0, deadline - time.monotonic())):
+                return None
+            self._read()
+
+    def abort(self) -> None:
+        """Leave without a word, as a pulled cable does."""
+        with contextlib.suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
+
+    def close(self) -> None:
+        """Say goodbye, if anybody listens, and close the socket."""
+        if self._closed is None:
+            self._closed = Closed(None, "closed by this client")
+            with contextlib.suppress(OSError, WebSocketException):
+                self._protocol.send_close(1000)
+                self._socket.settimeout(1.0)
+                self._socket.sendall(b"".join(self._protocol.data_to_send()))
+        self._socket.close()
+
+    # --- bytes ---
+
+    def _write(self, data: bytes) -> None:
+        try:
+            self._socket.sendall(data)
+        except TimeoutError:
+            # Half a frame may be out: this connection is of no more use.
+            raise self._lost("the server does not take what is sent") from None
+        except OSError as broken:
+            # The close frame that tells why may have arrived before.
+            self._read_farewell()
+            raise self._lost(str(broken)) from broken
+
+    def _read(self) -> None:
+        if self._closed is not None:
+            raise self._closed
+        if self._start == self._end:
+            self._start = self._end = 0
+        elif self._end == len(self._buffer):
+            self._make_room(READ_BYTES)
+        try:
+            count = self._socket.recv_into(self._view[self._end :])
+        except TimeoutError:
+            raise  # It is an OSError, but nothing is broken.
+        except OSError as broken:
+            raise self._lost(str(broken)) from broken
+        if count == 0:
+            raise self._lost("the server hung up")
+        self._end += count
+        self.heard = time.monotonic()
+
+    def _readable(self, wait_s: float) -> bool:
+        if self._closed is not None:
+            raise self._closed
+        if isinstance(self._socket, ssl.SSLSocket) and self._socket.pending():
+            return True
+        try:
+            if hasattr(select, "poll"):
+                poll = select.poll()
+                poll.register(self._socket, select.POLLIN)
+                return bool(poll.poll(1e3 * wait_s))
+            return bool(select.select([self._socket], [], [], wait_s)[0])
+        except (OSError, ValueError) as broken:
+            raise self._lost(str(broken)) from broken
+
+    def _read_farewell(self) -> None:
+        """Read what came before the connection broke, for the sake of a close frame."""
+        with contextlib.suppress(Closed, OSError):
+            self._socket.settimeout(0.5)
+            while True:
+                message = self._cut()
+                if message is None:
+                    self._read()
+                else:
+                    self.last_words.append(bytes(message))
+
+    def _make_room(self, size: int) -> None:
+        """Have room for `size` more bytes. Messages given out keep the old buffer alive."""
+        waiting = self._view[self._start : self._end]
+        buffer = bytearray(max(READ_BYTES, len(waiting) + size))
+        buffer[: len(waiting)] = waiting
+        self._buffer, self._view = buffer, memoryview(buffer)
+        self._start, self._end = 0, len(waiting)
+
+    def _lost(self, why: str) -> Closed:
+        if self._closed is None:
+            self._closed = Closed(None, why)
+        self._socket.close()
+        return self._closed
+
+    # --- frames ---
+
+    def _cut(self) -> bytes | memoryview | None:
+        """Cut the next message out of what was received; ``None`` when it is not whole yet."""
+        while True:
+            buffer, start = self._buffer, self._start
+            have = self._end - start
+            if have < 2:
+                return None
+            size, at = buffer[start + 1] & 0x7F, start + 2
+            if size == 126:
+                at += 2
+            elif size == 127:
+                at += 8
+            if at > self._end:
+                return None
+            if size > 125:
+                size = int.from_bytes(buffer[start + 2 : at], "big")
+            if size > LARGEST_MESSAGE:
+                raise self._lost(f"a message of {size} bytes")
+            masked = buffer[start + 1] & 0x80
+            end = at + size + (4 if masked else 0)
+            if end > self._end:
+                if end > len(buffer):
+                    self._make_room(end - self._end)
+                return None
+            self._start = end
+            if buffer[start] in WHOLE and not masked:
+                return self._view[at:end]
+            message = self._give_to_library(bytes(self._view[start:end]))
+            if message is not None:
+                return message
+
+    def _give_to_library(self, frame: bytes) -> bytes | None:
+        """Let the library deal with a control frame, a fragment or a fault; the message if it is complete."""
+        protocol = self._protocol
+        protocol.receive_data(frame)
+        answer = b"".join(protocol.data_to_send())
+        if answer:
+            with contextlib.suppress(OSError):  # Whoever reads next will see that it is broken.
+                self._socket.sendall(answer)
+        message = None
+        for event in protocol.events_received():
+            if isinstance(event, Frame) and event.opcode in (Opcode.TEXT, Opcode.BINARY, Opcode.CONT):
+                self._fragments.append(bytes(event.data))
+                if event.fin:
+                    message = b"".join(self._fragments)
+                    self._fragments.clear()
+        received = protocol.close_rcvd
+        if received is not None:
+            self._closed = Closed(received.code, received.reason)
+            self._socket.close()
+            raise self._closed
+        if protocol.parser_exc is not None:
+            raise self._lost(str(protocol.parser_exc))
+        return message
+
+
+def _dial(uri: WebSocketURI, url: str) -> socket.socket:
+    """Open a TCP or TLS connection, through a proxy if the environment names one."""
+    proxy = None if is_loopback(url) else get_proxy(uri)
+    if proxy is None:
+        sock = socket.create_connection((uri.host, uri.port), timeout=CONNECT_TIMEOUT_S)
+    else:
+        sock = _through_proxy(proxy, uri)
+    try:
+        # A request is one small packet that must not wait for company.
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        if uri.secure:
+            return ssl.create_default_context().wrap_socket(sock, server_hostname=uri.host)
+    except BaseException:
+        sock.close()
+        raise
+    return sock
+
+
+def _through_proxy(address: str, uri: WebSocketURI) -> socket.socket:
+    proxy = parse_proxy(address)
+    if proxy.scheme != "http":
+        raise InvalidProxy(address, "only http proxies are supported; unset it for this server with NO_PROXY")
+    connection = HTTPConnection(proxy.host, proxy.port, timeout=CONNECT_TIMEOUT_S)
+    headers = {}
+    if proxy.username is not None and proxy.password is not None:
+        from websockets.headers import build_authorization_basic
+
+        headers["Proxy-Authorization"] = build_authorization_basic(proxy.username, proxy.password)
+    connection.set_tunnel(uri.host, uri.port, headers)
+    connection.connect()
+    return connection.sock
+
+
+def _shake_hands(sock: socket.socket, protocol: ClientProtocol, headers: dict[str, str]) -> bytes:
+    """Do the opening handshake; return what the server sent after it."""
+    request = protocol.connect()
+    request.headers.update(headers)
+    protocol.send_request(request)
+    sock.sendall(b"".join(protocol.data_to_send()))
+    received = b""
+    deadline = time.monotonic() + CONNECT_TIMEOUT_S
+    while protocol.handshake_exc is None and protocol.state is not OPEN:
+        if time.monotonic() > deadline:
+            raise TimeoutError("no answer to the handshake")
+        data = sock.recv(READ_BYTES)
+        if not data:
+            protocol.receive_eof()
+            break
+        received += data
+        head, mark, rest = received.partition(b"\r\n\r\n")
+        if mark and head.startswith(b"HTTP/1.1 101"):
+            # Frames that follow the answer at once are ours to cut.
+            data = data[: len(data) - len(rest)]
+            received = rest
+        protocol.receive_data(data)
+    refusal = protocol.handshake_exc
+    if isinstance(refusal, InvalidStatus):
+        raise Refused(refusal.response.status_code, bytes(refusal.response.body or b""))
+    if isinstance(refusal, InvalidHandshake) or protocol.state is not OPEN:
+        raise NoWebSocket(str(refusal or "it hung up during the handshake")) from refusal
+    protocol.events_received()  # The answer to the handshake itself.
+    return received
