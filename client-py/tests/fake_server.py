@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import threading
+import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Self
 
+import msgspec
 from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
 from websockets.sync.server import Server, ServerConnection, serve
 from websockets.typing import Subprotocol
 
@@ -23,6 +28,18 @@ class FakeServer:
     """Operations at which the connection breaks once, before they are taken."""
     drop_after: set[str] = field(default_factory=set)
     """Operations at which the connection breaks once, after they were taken."""
+    subprotocols: tuple[str, ...] = ("palmares.v1.json", "palmares.v1.msgpack")
+    """What the server speaks, what it would rather have first."""
+    token: str | None = None
+    """What a client must show; ``None`` lets anybody in."""
+    ping_interval_s: float | None = 20.0
+    forget: bool = False
+    """Tell who comes back that its run is gone, as after a restart."""
+    ticks: int = 20
+    """Length of a run in real time; then it is cut short."""
+    realtime_tick_s: float = 0.002
+    events: dict[int, str] = field(default_factory=dict)
+    """What happens in a run in real time: kinds of events by tick."""
     tick: int = 0
     running: bool = False
     base: dict[str, Any] = field(
@@ -40,7 +57,14 @@ class FakeServer:
 
     def __enter__(self) -> Self:
         self.server = serve(
-            self._talk, "127.0.0.1", 0, subprotocols=[Subprotocol("palmares.v1.json")], compression=None
+            self._talk,
+            "127.0.0.1",
+            0,
+            select_subprotocol=self._select,
+            process_request=self._authorize,
+            compression=None,
+            ping_interval=self.ping_interval_s,
+            ping_timeout=self.ping_interval_s,
         )
         threading.Thread(target=self.server.serve_forever, daemon=True).start()
         return self
@@ -49,10 +73,40 @@ class FakeServer:
         assert self.server is not None
         self.server.shutdown()
 
+    def _select(self, _socket: ServerConnection, offered: Sequence[Subprotocol]) -> Subprotocol | None:
+        return next((Subprotocol(name) for name in self.subprotocols if name in offered), None)
+
+    def _authorize(self, socket: ServerConnection, request: Request) -> Response | None:
+        if self.token is None or request.headers.get("Authorization") == f"Bearer {self.token}":
+            return None
+        problem = {"title": "Unauthorized", "status": 401, "detail": "no team", "code": "not_authorized"}
+        return socket.respond(401, json.dumps(problem))
+
+    def _say(self, socket: ServerConnection, message: dict[str, Any]) -> None:
+        if socket.subprotocol == "palmares.v1.msgpack":
+            socket.send(msgspec.msgpack.encode(message))
+        else:
+            socket.send(json.dumps(message))
+
+    def _stream(self, socket: ServerConnection) -> None:
+        """Let the world run until the run's end or the connection's."""
+        with contextlib.suppress(ConnectionClosed, OSError):
+            while self.running and self.tick < self.ticks:
+                time.sleep(self.realtime_tick_s)
+                self.tick += 1
+                obs = self._obs()
+                if self.tick in self.events:
+                    obs["events"] = [{"tick": self.tick, "kind": self.events[self.tick]}]
+                if self.tick == self.ticks:
+                    obs |= {"truncated": True, "reason": "time_limit"}
+                self._say(socket, obs)
+
     def _talk(self, socket: ServerConnection) -> None:
+        binary = socket.subprotocol == "palmares.v1.msgpack"
         try:
             for frame in socket:
-                request = json.loads(frame)
+                assert isinstance(frame, bytes) == binary
+                request = msgspec.msgpack.decode(frame) if isinstance(frame, bytes) else json.loads(frame)
                 self.requests.append(request)
                 op = request["op"]
                 if op in self.drop_before:
@@ -68,7 +122,9 @@ class FakeServer:
                     socket.socket.close()
                     return
                 reply.setdefault("id", request["id"])
-                socket.send(json.dumps(reply))
+                self._say(socket, reply)
+                if op == "reset" and request["mode"] == "realtime":
+                    threading.Thread(target=self._stream, args=(socket,), daemon=True).start()
         except (ConnectionClosed, OSError):
             return
 
@@ -96,7 +152,7 @@ class FakeServer:
                         "requests_burst": 1000.0,
                         "resume_grace_s": 30.0,
                     },
-                    "run": run if self.running else None,
+                    "run": run if self.running and not self.forget else None,
                 }
             case "reset" if self.running:
                 return {"op": "error", "code": "wrong_state", "message": "stop the open run first"}
@@ -119,6 +175,9 @@ class FakeServer:
                 self.base = action.get("base", self.base)
                 self.sigma = action.get("hand", [self.sigma])[0]
                 return self._obs()
+            case "act" | "perturb":
+                self.sigma = request.get("action", {}).get("hand", [self.sigma])[0]
+                return {"op": "ack", "tick": self.tick}
             case "stop":
                 self.running = False
                 return {

@@ -7,6 +7,7 @@
 """
 
 from palmares.client import Client
+from palmares.codec import Encoding
 from palmares.errors import (
     BadActionError,
     BadJsonError,
@@ -70,6 +71,7 @@ __all__ = [
     "Client",
     "ConnectionLostError",
     "Contact",
+    "Encoding",
     "Event",
     "HandInfo",
     "HandState",

@@ -1,0 +1,120 @@
+"""The connection itself: encodings, tokens, heartbeat, restarts."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import pytest
+
+import palmares
+from palmares import link as link_module
+from palmares.requests import Time
+from tests.fake_server import FakeServer
+
+
+@pytest.fixture
+def server() -> Iterator[FakeServer]:
+    with FakeServer() as fake:
+        yield fake
+
+
+@pytest.mark.parametrize("encoding", ["json", "msgpack"])
+def test_both_encodings(server: FakeServer, encoding: palmares.Encoding) -> None:
+    with palmares.Client(server.url, encoding=encoding) as client:
+        assert client.encoding == encoding
+        client.reset("balls", "softhand", seed=3)
+        obs = client.step(base=palmares.pose([0, 0, 0.5], [0, 0, 0, 1]), hand=[0.5], repeat=2)
+        assert obs.tick == 2
+        assert obs.hand.base.position == (0.0, 0.0, 0.5)
+        assert client.stop().score == 0.0
+
+
+def test_the_server_chooses_the_encoding(server: FakeServer) -> None:
+    for offered, chosen in ((("palmares.v1.msgpack",), "msgpack"), (("palmares.v1.json",), "json")):
+        server.subprotocols = offered
+        with palmares.Client(server.url) as client:
+            assert client.encoding == chosen
+    server.subprotocols = ("palmares.v1.json",)
+    with pytest.raises(palmares.NoServerError, match=r"palmares\.v1\.msgpack"):
+        palmares.Client(server.url, encoding="msgpack")
+
+
+def test_a_token_from_argument_or_environment(server: FakeServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    server.token = "s3cret"
+    monkeypatch.delenv("PALMARES_TOKEN", raising=False)
+    for wrong in (None, "guess"):
+        with pytest.raises(palmares.NotAuthorizedError, match="PALMARES_TOKEN") as caught:
+            palmares.Client(server.url, token=wrong)
+        assert "guess" not in str(caught.value)
+    palmares.Client(server.url, token="s3cret").close()
+    monkeypatch.setenv("PALMARES_TOKEN", "s3cret")
+    palmares.Client(server.url).close()
+
+
+def test_pings_are_answered_while_the_controller_thinks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(link_module, "TEND_S", 0.05)
+    with FakeServer(ping_interval_s=0.2) as server, palmares.Client(server.url) as client:
+        client.reset("balls", "softhand")
+        time.sleep(1.0)  # The fake server hangs up after 0.2 s without a pong.
+        assert client.step().tick == 1
+    assert [request["op"] for request in server.requests].count("hello") == 1
+
+
+def test_a_connection_that_breaks_meanwhile_is_taken_up_meanwhile(
+    server: FakeServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(link_module, "TEND_S", 0.05)
+    with palmares.Client(server.url) as client:
+        client.reset("balls", "softhand")
+        client.step()
+        client._link.hang_up()
+        deadline = time.monotonic() + 5.0
+        while [request["op"] for request in server.requests].count("hello") < 2:
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        assert client.step().tick == 2
+
+
+def test_a_restart_that_voids_the_run_is_told(server: FakeServer) -> None:
+    with palmares.Client(server.url) as client:
+        obs = client.reset("balls", "softhand")
+        server.drop_before.add("step")
+        server.forget = True
+        with pytest.raises(palmares.RunLostError, match=rf"{obs.run_id} .* open another with reset"):
+            client.step()
+        server.forget = server.running = False
+        with pytest.raises(palmares.WrongStateError):
+            client.step()
+        assert client.reset("balls", "softhand").tick == 0
+
+
+def test_a_result_that_came_unasked_is_what_stop_returns(server: FakeServer) -> None:
+    with palmares.Client(server.url) as client:
+        client.reset("balls", "softhand")
+        unasked = server._reply({"op": "stop"}) | {"id": None, "score": 4.0}
+        server.running = server.forget = True
+        server.replies.append(unasked)
+        server.drop_before.add("stop")
+        client._link._send(Time())
+        time.sleep(0.1)
+        assert client.stop().score == 4.0
+
+
+def test_a_run_lost_says_what_is_known_of_it() -> None:
+    result = palmares.Result(
+        run_id="r1",
+        task="balls",
+        hand="softhand",
+        status="voided",
+        score=0.0,
+        in_goal=0,
+        outside=0,
+        reason="voided",
+        ticks=3,
+        sim_time_s=0.03,
+        state_hash="",
+    )
+    assert "counts for nothing and its time is given back" in str(palmares.RunLostError.of("r1", result))
+    result.status, result.reason, result.score = "practice", "disconnected", 2.0
+    assert "(disconnected), score 2" in str(palmares.RunLostError.of("r1", result))

@@ -1,0 +1,119 @@
+"""Runs in real time, against a server without physics."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import pytest
+
+import palmares
+from palmares.stream import Stream
+from tests.fake_server import FakeServer
+
+
+@pytest.fixture
+def server() -> Iterator[FakeServer]:
+    with FakeServer() as fake:
+        yield fake
+
+
+def test_a_run_in_real_time(server: FakeServer) -> None:
+    with palmares.Client(server.url) as client:
+        assert client.reset("balls", "softhand", mode="realtime").tick == 0
+        ticks = []
+        for obs in client.observations():
+            ticks.append(obs.tick)
+            if not obs.done:
+                client.act(hand=[0.01 * obs.tick])
+        assert ticks == sorted(set(ticks))
+        assert ticks[-1] == 20
+        assert len(ticks) + client.skipped == 20
+        assert client.stop().ticks == 20
+    assert any(request["op"] == "act" for request in server.requests)
+
+
+def test_a_slow_controller_sees_the_newest_and_every_event(server: FakeServer) -> None:
+    server.ticks, server.events = 400, {3: "in_goal", 9: "left_goal"}
+    with palmares.Client(server.url) as client:
+        client.reset("balls", "softhand", mode="realtime")
+        next(client.observations())
+        time.sleep(0.3)
+        behind = server.tick
+        obs = next(client.observations())
+        # What had come when it asked, not what came first: the backlog is gone.
+        assert obs.tick >= behind - 2
+        assert [event.kind for event in obs.events] == ["in_goal", "left_goal"]
+        assert client.skipped >= obs.tick - 5
+        client.stop()
+
+
+def test_the_backlog_is_read_while_the_controller_thinks(server: FakeServer) -> None:
+    server.ticks, server.realtime_tick_s = 2000, 0.0
+    with palmares.Client(server.url) as client:
+        client.reset("balls", "softhand", mode="realtime")
+        deadline = time.monotonic() + 20.0
+        # The sockets' buffers are far too small for this run; it comes to its end because somebody reads.
+        while server.tick < 2000 and time.monotonic() < deadline:
+            time.sleep(0.05)
+        assert server.tick == 2000
+        obs = client.latest()
+        while not obs.done:
+            obs = client.latest()
+        assert obs.tick == 2000
+        client.stop()
+
+
+def test_latest_repeats_itself_when_nothing_came(server: FakeServer) -> None:
+    server.ticks = 1
+    with palmares.Client(server.url) as client:
+        with pytest.raises(palmares.WrongStateError):
+            client.latest()
+        first = client.reset("balls", "softhand", mode="realtime")
+        obs = first
+        while not obs.done:
+            obs = client.latest()
+        assert client.latest() is obs
+        client.stop()
+
+
+def test_an_action_after_the_end_is_no_error_before_the_end_was_seen(server: FakeServer) -> None:
+    server.ticks = 1
+    with palmares.Client(server.url) as client:
+        client.reset("balls", "softhand", mode="realtime")
+        time.sleep(0.1)
+        server.replies.append({"op": "error", "code": "wrong_state", "message": "the run is over"})
+        client.act(hand=[0.5])
+        assert client.latest().done
+        server.replies.append({"op": "error", "code": "wrong_state", "message": "the run is over"})
+        with pytest.raises(palmares.WrongStateError):
+            client.act(hand=[0.5])
+        client.stop()
+
+
+def test_a_run_in_real_time_goes_on_after_the_connection_broke(server: FakeServer) -> None:
+    server.ticks = 10_000
+    with palmares.Client(server.url) as client:
+        client.reset("balls", "softhand", mode="realtime")
+        next(client.observations())
+        client._link.hang_up()
+        assert client.act(hand=[0.5]) > 0
+        client.stop()
+    assert [request["op"] for request in server.requests if request["op"] == "hello"] == ["hello"] * 2
+
+
+def test_a_push_goes_over_the_wire(server: FakeServer) -> None:
+    with palmares.Client(server.url) as client:
+        client.reset("balls", "softhand")
+        client.perturb("palm", force=[0, 0, 1.0], duration_s=0.2)
+    push = next(request for request in server.requests if request["op"] == "perturb")
+    assert push["link"] == "palm"
+    assert push["wrench"] == {"force": [0.0, 0.0, 1.0], "torque": [0.0, 0.0, 0.0]}
+
+
+def test_what_is_left_of_another_run_is_not_looked_at() -> None:
+    stream = Stream()
+    stream.open("run-2")
+    with FakeServer() as server, palmares.Client(server.url) as client:
+        stream.put(client.reset("balls", "softhand"))
+    assert stream.take() is None
