@@ -26,7 +26,8 @@ pub const CASES: &[Case] = &[Case {
 /// centre of a ball got out of the boxes' outer planes: nothing may pass through a wall.
 pub fn softhand_balls(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let task = Task::builtin().into_iter().find(|task| task.name == "balls").context("balls is built in")?;
-    let task = Task { step_s: setup.dt_s, ..Task::clone(&task) };
+    let mut task = Task::clone(&task);
+    task.step_s = setup.dt_s;
     let built = build(&task, Some(softhand()?), Seed::from_u64(1))?;
     // Fingers down, palm towards -x, in the middle of the box.
     let down = Rotation::from_rotation_y(std::f64::consts::PI);
