@@ -218,7 +218,6 @@ fn tendon(hash: &mut ContentHash, tendon: &Tendon) {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::builtin::builtin_hands;
 
     #[test]

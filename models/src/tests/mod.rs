@@ -1,5 +1,6 @@
 #![allow(clippy::unwrap_used)]
 
+mod catalogue;
 mod errors;
 mod hostile;
 mod inertia;

@@ -47,6 +47,8 @@ enum Command {
     Hands,
     /// List the tasks that come with the program
     Tasks,
+    /// List the catalogue of objects
+    Objects,
     /// Check a hand of your own
     #[command(subcommand)]
     Hand(hand::HandCommand),
@@ -65,6 +67,7 @@ impl Cli {
             Command::Serve(options) => serve::serve(&options)?,
             Command::Hands => list::hands()?,
             Command::Tasks => list::tasks()?,
+            Command::Objects => list::objects()?,
             Command::Hand(command) => return command.run(),
             Command::Health(options) => health::health(&options)?,
             Command::Schema => schema::schema()?,

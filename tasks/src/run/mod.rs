@@ -43,7 +43,7 @@ pub struct Run {
     applied: Action,
     pushing: Vec<Pushing>,
     news: Vec<Event>,
-    events: Vec<Event>,
+    history: Vec<Event>,
 }
 
 impl Run {
@@ -69,7 +69,7 @@ impl Run {
             applied,
             pushing: Vec::new(),
             news: Vec::new(),
-            events: Vec::new(),
+            history: Vec::new(),
             task,
             hand,
             seed,
@@ -146,7 +146,7 @@ impl Run {
         self.tick += 1;
         self.push_on();
         self.news = self.referee.watch(self.tick, &self.sightings());
-        self.events.extend(self.news.iter().cloned());
+        self.history.extend(self.news.iter().cloned());
         Ok(())
     }
 
@@ -187,7 +187,7 @@ impl Run {
                 self.advance();
                 self.tick += 1;
                 let news = self.referee.watch(self.tick, &self.sightings());
-                self.events.extend(news);
+                self.history.extend(news);
             }
         }
         let count = if reason == Reason::WorldFault {
@@ -202,7 +202,7 @@ impl Run {
             reason,
             ticks,
             sim_time_s,
-            events: self.events.clone(),
+            events: self.history.clone(),
             state_hash: self.state_hash(),
         }
     }
