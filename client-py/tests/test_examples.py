@@ -41,6 +41,15 @@ def test_first_steps_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captur
     assert "score 0 (practice, stopped)" in capsys.readouterr().out
 
 
+def test_realtime_hello_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    with FakeServer(ticks=250) as server:
+        monkeypatch.setattr(sys, "argv", ["realtime_hello.py", server.url])
+        load("realtime_hello").main()
+    said = capsys.readouterr().out
+    assert "of 250 observations" in said
+    assert "score 0 (practice, stopped)" in said
+
+
 def test_a_lone_ball_in_the_middle_has_room() -> None:
     alone = np.array([[0.0, 0.0, 0.05]])
     choice = balls.choose(alone, [0], 0.05, BOX, [])

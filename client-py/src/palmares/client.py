@@ -198,7 +198,7 @@ class Client:
 
         Args:
             link: Name of the link, as in `describe_hand`.
-            force: N, world frame, at the link's centre of mass.
+            force: N, world frame, at the link's origin.
             torque: N·m, world frame.
             duration_s: How long, s of simulated time.
 
@@ -256,7 +256,7 @@ class Client:
 
     @property
     def skipped(self) -> int:
-        """Observations of the present run in real time that were replaced before you took them."""
+        """Observations of the last run in real time that newer ones replaced before you took them."""
         return self._stream.skipped
 
     def close(self) -> None:
@@ -324,7 +324,7 @@ class Client:
 
     def _forget_run(self) -> None:
         self._tick = self._run_id = self._newest = None
-        self._stream.open(None)
+        self._stream.close()
         self._link.keep_up(False)
 
     # --- what comes unasked ---

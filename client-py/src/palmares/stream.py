@@ -21,11 +21,15 @@ class Stream:
         self._newest: Observation | None = None
         self._run_id: str | None = None
 
-    def open(self, run_id: str | None) -> None:
-        """Listen to this run from now on; ``None`` for none."""
+    def open(self, run_id: str) -> None:
+        """Listen to this run from now on."""
         self._run_id = run_id
         self._newest = None
         self.skipped = 0
+
+    def close(self) -> None:
+        """Listen no more; `skipped` stays."""
+        self._run_id = self._newest = None
 
     def put(self, obs: Observation) -> None:
         """Take note of an observation that came."""
