@@ -3,8 +3,10 @@
 mod hand;
 mod health;
 mod list;
+mod replay;
 mod schema;
 mod serve;
+mod verify;
 
 use crate::config::ServeOptions;
 use clap::{Parser, Subcommand};
@@ -35,6 +37,11 @@ Examples:
   palmares serve --hand my-hand/        (see `palmares hand check`)
   palmares serve --listen 127.0.0.1:0";
 
+const VERIFY_HELP: &str = "\
+Examples:
+  palmares verify run_7c3d8eb479d7f8ab.mcap --key 3b6a…
+  palmares verify --json replays/*.mcap";
+
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Run a practice server
@@ -56,6 +63,18 @@ enum Command {
     ///
     /// Exits with 0 when the server answers that it is ready, else with 1.
     Health(health::HealthOptions),
+    /// Play replays again and tell whether they come to the same states and the same score
+    ///
+    /// A replay is accepted when nobody changed a bit of it since the server signed it, and this program, simulating
+    /// from tick 0, comes to the recorded states, events and score. Exits with 0 when every file is accepted, else
+    /// with 1 and the reason: not_a_replay, truncated, chain_broken, bad_signature, other_hand, other_task,
+    /// other_engine, other_physics, state_differs, score_differs.
+    #[command(after_help = VERIFY_HELP)]
+    Verify(verify::VerifyOptions),
+    /// Tell what is in a replay
+    ///
+    /// Checks chain and signature, but does not simulate. Foxglove (https://foxglove.dev) shows the same file in 3D.
+    Replay(replay::ReplayOptions),
     /// Print the JSON Schema of the protocol's messages
     Schema,
 }
@@ -70,6 +89,8 @@ impl Cli {
             Command::Objects => list::objects()?,
             Command::Hand(command) => return command.run(),
             Command::Health(options) => health::health(&options)?,
+            Command::Verify(options) => return verify::verify(&options),
+            Command::Replay(options) => return replay::replay(&options),
             Command::Schema => schema::schema()?,
         }
         Ok(ExitCode::SUCCESS)

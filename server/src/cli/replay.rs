@@ -1,0 +1,135 @@
+//! `palmares replay`: what is in a replay, without simulating it.
+
+use super::verify::load;
+use crate::replay::{self, Replay, word};
+use clap::Args;
+use serde::Deserialize;
+use std::io::{BufWriter, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Which replay, and what of it.
+#[derive(Args, Debug)]
+pub(crate) struct ReplayOptions {
+    /// The replay
+    #[arg(value_name = "RUN.mcap")]
+    file: PathBuf,
+    /// Print the trajectories instead: a line for every body that moved, at 30 pictures per second
+    #[arg(long)]
+    csv: bool,
+}
+
+/// Prints a summary, or the trajectories.
+pub(super) fn replay(options: &ReplayOptions) -> anyhow::Result<ExitCode> {
+    let bytes = load(&options.file)?;
+    match replay::read(&bytes) {
+        Ok(replay) if options.csv => csv(&replay, &bytes)?,
+        Ok(replay) => summary(&replay)?,
+        Err(refused) => {
+            eprintln!("{}: refused: {}: {refused}", options.file.display(), refused.name());
+            return Ok(ExitCode::FAILURE);
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn summary(replay: &Replay) -> std::io::Result<()> {
+    let header = &replay.header;
+    let outcome = &replay.outcome;
+    let mut out = BufWriter::new(std::io::stdout().lock());
+    let mut line = |name: &str, value: String| writeln!(out, "{name:<10} {value}");
+    line("run", format!("{} ({}, {})", header.run_id, word(&header.kind), word(&header.pacing)))?;
+    line("team", header.team.clone())?;
+    line("task", format!("{} {}", header.task, header.task_hash))?;
+    let attached = if header.hand_attached { ", attached" } else { "" };
+    line("hand", format!("{} {}{attached}", header.hand, header.hand_hash))?;
+    line("sensing", word(&header.sensing))?;
+    let number = header.seed_number.map_or(String::new(), |number| format!(" (number {number})"));
+    let k = header.k.map_or(String::new(), |k| format!(", run {k} of the team in this task"));
+    line("seed", format!("{}{number}{k}", header.seed.to_hex()))?;
+    line("engine", format!("{}, server {} ({})", header.engine, header.server_version, header.build_hash))?;
+    line("physics", header.physics_hash.clone())?;
+    line(
+        "length",
+        format!(
+            "{} ticks, {} s, {} states, {} pictures",
+            outcome.ticks,
+            outcome.sim_time_s,
+            replay.hashes.len(),
+            replay.pictures
+        ),
+    )?;
+    line(
+        "score",
+        format!(
+            "{}: {} in the goal, {} outside, {}",
+            outcome.score,
+            outcome.in_goal,
+            outcome.outside,
+            word(&outcome.reason)
+        ),
+    )?;
+    line("final", outcome.state_hash.clone())?;
+    line("signed by", replay.key.to_string())?;
+    line("file", format!("{} bytes, SHA-256 {}", replay.bytes, replay.sha256))?;
+    for event in &outcome.events {
+        let object = event.object.map_or(String::new(), |object| format!(" {object}"));
+        line("event", format!("tick {}: {}{object}", event.tick, event.kind))?;
+    }
+    line("", "Not simulated again: `palmares verify` does that.".into())?;
+    out.flush()
+}
+
+#[derive(Deserialize)]
+struct Picture {
+    transforms: Vec<Transform>,
+}
+
+#[derive(Deserialize)]
+struct Transform {
+    child_frame_id: String,
+    translation: Xyz,
+    rotation: Xyzw,
+}
+
+#[derive(Deserialize)]
+struct Xyz {
+    x: f64,
+    y: f64,
+    z: f64,
+}
+
+#[derive(Deserialize)]
+struct Xyzw {
+    x: f64,
+    y: f64,
+    z: f64,
+    w: f64,
+}
+
+fn csv(replay: &Replay, bytes: &[u8]) -> anyhow::Result<()> {
+    let mut out = BufWriter::new(std::io::stdout().lock());
+    writeln!(out, "time_s,body,x,y,z,qx,qy,qz,qw")?;
+    let start = replay.header.started_unix_ms.saturating_mul(1_000_000);
+    let mut wrong = None;
+    replay::each_picture(bytes, &mut |time_ns, message| {
+        let mut print = || -> anyhow::Result<()> {
+            let picture: Picture = serde_json::from_slice(message)?;
+            let time_s = time_ns.saturating_sub(start) as f64 * 1e-9;
+            for Transform { child_frame_id, translation: t, rotation: q } in picture.transforms {
+                // Names come from files: a comma or a quote must not make another column.
+                let body = child_frame_id.replace(['"', ',', '\n', '\r'], "_");
+                let (x, y, z) = (t.x, t.y, t.z);
+                writeln!(out, "{time_s:.3},{body},{x},{y},{z},{},{},{},{}", q.x, q.y, q.z, q.w)?;
+            }
+            Ok(())
+        };
+        if wrong.is_none() {
+            wrong = print().err();
+        }
+    })?;
+    match wrong {
+        Some(error) => Err(error),
+        None => Ok(out.flush()?),
+    }
+}

@@ -1,0 +1,77 @@
+//! Replays: everything needed to play a run again, bit for bit, and to show that nobody touched the record.
+//!
+//! A [`Recorder`] writes while the run goes on; [`read`] takes a file apart without trusting a byte of it;
+//! [`verify`] simulates it again. The format is described in `docs/replays.md`.
+
+mod chain;
+mod foxglove;
+mod hands;
+mod header;
+mod identity;
+mod key;
+mod messages;
+mod poses;
+mod reader;
+mod recorder;
+mod records;
+mod refused;
+mod schema;
+mod verify;
+mod writer;
+
+#[cfg(test)]
+mod tests;
+
+pub(crate) use header::{Header, word};
+pub(crate) use key::{PublicKey, Signer};
+pub(crate) use reader::{Replay, each_picture, read};
+pub(crate) use recorder::Recorder;
+pub(crate) use records::FILE_BYTES;
+pub(crate) use refused::Refused;
+pub(crate) use verify::{Verified, verify};
+
+/// Topic of [`messages::ActionMessage`].
+const ACTION: &str = "/action";
+/// Topic of the referee's notes.
+const EVENT: &str = "/event";
+/// Topic of [`messages::HashMessage`].
+const HASH: &str = "/hash";
+/// Topic of the bodies' shapes.
+const SCENE: &str = "/scene";
+/// Topic of the bodies' poses.
+const POSES: &str = "/tf";
+
+/// Name of the metadata record with the header.
+const RUN_RECORD: &str = "palmares.run";
+/// Name of the metadata record with the outcome.
+const RESULT_RECORD: &str = "palmares.result";
+/// Name of the metadata record with the signature.
+const SIGNATURE_RECORD: &str = "palmares.signature";
+/// Name of the attachment with a hand's files.
+const HAND_FILES: &str = "hand.zip";
+
+/// Ticks between two hashes of the state.
+const HASH_EVERY: u64 = 100;
+
+/// Lower-case hexadecimal.
+fn to_hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The bytes of lower-case hexadecimal digits; nothing else is taken, so that every value has one spelling.
+fn from_hex<const N: usize>(text: &str) -> Option<[u8; N]> {
+    let digit = |c: u8| match c {
+        b'0'..=b'9' => Some(c - b'0'),
+        b'a'..=b'f' => Some(c - b'a' + 10),
+        _ => None,
+    };
+    let text = text.as_bytes();
+    if text.len() != 2 * N {
+        return None;
+    }
+    let mut bytes = [0; N];
+    for (byte, pair) in bytes.iter_mut().zip(text.chunks_exact(2)) {
+        *byte = digit(pair[0])? << 4 | digit(pair[1])?;
+    }
+    Some(bytes)
+}

@@ -1,0 +1,71 @@
+//! Which bodies moved since they were last shown.
+
+use palmares_models::hand::Hand;
+use palmares_models::{Pose, Rotation};
+use std::sync::Arc;
+
+/// Poses are shown this often per simulated second.
+pub(super) const RATE: f64 = 30.0;
+/// Every body is shown again after so many pictures, for those who look at a part of the file only.
+const ALL_AFTER: u64 = 300;
+/// A body has moved by as much as can be seen, m and quaternion components.
+const SEEN: f64 = 1e-5;
+
+/// What is needed to know where every body is; taken where the world is stepped, so it is a plain copy.
+#[derive(Clone, Debug)]
+pub(super) struct Picture {
+    /// Ticks since reset.
+    pub(super) tick: u64,
+    /// Pose of the hand's base.
+    pub(super) base: Pose,
+    /// The hand's coordinates.
+    pub(super) q: Vec<f64>,
+    /// Poses of the free objects.
+    pub(super) objects: Vec<Pose>,
+}
+
+/// Remembers what was shown.
+pub(super) struct Shown {
+    hand: Arc<Hand>,
+    poses: Vec<Pose>,
+    pictures: u64,
+}
+
+impl Shown {
+    /// Nothing shown yet.
+    pub(super) fn new(hand: Arc<Hand>) -> Self {
+        Shown { hand, poses: Vec::new(), pictures: 0 }
+    }
+
+    /// Poses of the bodies that have moved: links first, then objects, by their place in that list.
+    pub(super) fn changes(&mut self, picture: &Picture) -> Vec<(usize, Pose)> {
+        let links = self.hand.base_from_links(&picture.q);
+        let all: Vec<Pose> = links
+            .into_iter()
+            .map(|link| picture.base * link)
+            .chain(picture.objects.iter().copied())
+            .collect();
+        let everything = self.pictures.is_multiple_of(ALL_AFTER) || self.poses.len() != all.len();
+        self.pictures += 1;
+        if everything {
+            self.poses.clone_from(&all);
+            return all.into_iter().enumerate().collect();
+        }
+        let mut changes = Vec::new();
+        for (k, (pose, shown)) in all.into_iter().zip(&mut self.poses).enumerate() {
+            if moved(shown, &pose) {
+                *shown = pose;
+                changes.push((k, pose));
+            }
+        }
+        changes
+    }
+}
+
+fn moved(a: &Pose, b: &Pose) -> bool {
+    let parts = |q: Rotation| [q.x, q.y, q.z, q.w];
+    let far = |x: f64, y: f64| (x - y).abs() > SEEN;
+    let (p, q) = (a.translation.to_array(), b.translation.to_array());
+    p.iter().zip(&q).any(|(x, y)| far(*x, *y))
+        || parts(a.rotation).iter().zip(&parts(b.rotation)).any(|(x, y)| far(*x, *y))
+}

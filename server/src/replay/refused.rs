@@ -1,0 +1,74 @@
+//! Why a replay is not accepted.
+
+/// Why a replay is not accepted. Every reason has a [name](Refused::name).
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub(crate) enum Refused {
+    /// Not a file of ours.
+    #[error("{0}")]
+    NotAReplay(String),
+    /// The file ends too early, or was never finished.
+    #[error("{0}")]
+    Truncated(String),
+    /// A record is damaged, missing, or not the one that was written.
+    #[error("{0}")]
+    ChainBroken(String),
+    /// The signature does not fit the file, or is another's.
+    #[error("{0}")]
+    BadSignature(String),
+    /// The hand is not there, or not the one that was played with.
+    #[error("{0}")]
+    OtherHand(String),
+    /// The task is not there, or not the one that was played.
+    #[error("{0}")]
+    OtherTask(String),
+    /// Recorded by an engine that computes other bits.
+    #[error("{0}")]
+    OtherEngine(String),
+    /// Recorded with other constants of the physics.
+    #[error("{0}")]
+    OtherPhysics(String),
+    /// The simulation comes to another state.
+    #[error(
+        "the state at tick {tick} is {found}, recorded was {recorded}; {}",
+        last_equal.map_or("no state was equal".into(), |t| format!("they were equal up to tick {t}"))
+    )]
+    StateDiffers {
+        /// First compared tick that differs.
+        tick: u64,
+        /// Last compared tick that does not.
+        last_equal: Option<u64>,
+        /// Hash that the simulation comes to.
+        found: String,
+        /// Hash in the file.
+        recorded: String,
+    },
+    /// The same states, but another score, count or event.
+    #[error("{0}")]
+    ScoreDiffers(String),
+}
+
+impl Refused {
+    /// One word for programs.
+    pub(crate) fn name(&self) -> &'static str {
+        match self {
+            Refused::NotAReplay(_) => "not_a_replay",
+            Refused::Truncated(_) => "truncated",
+            Refused::ChainBroken(_) => "chain_broken",
+            Refused::BadSignature(_) => "bad_signature",
+            Refused::OtherHand(_) => "other_hand",
+            Refused::OtherTask(_) => "other_task",
+            Refused::OtherEngine(_) => "other_engine",
+            Refused::OtherPhysics(_) => "other_physics",
+            Refused::StateDiffers { .. } => "state_differs",
+            Refused::ScoreDiffers(_) => "score_differs",
+        }
+    }
+
+    /// The first tick that differs, where there is one.
+    pub(crate) fn tick(&self) -> Option<u64> {
+        match self {
+            Refused::StateDiffers { tick, .. } => Some(*tick),
+            _ => None,
+        }
+    }
+}

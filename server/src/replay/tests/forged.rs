@@ -1,0 +1,203 @@
+//! Files that somebody changed.
+
+use super::*;
+use crate::replay::chain::Chain;
+use crate::replay::writer::sign;
+use mcap::records::{MessageHeader, Metadata, Record, op};
+use std::collections::BTreeMap;
+
+/// What is written instead of a message or of a metadata record's `outcome`.
+type Change = dyn Fn(&str, &str) -> String;
+
+/// Writes a replay anew with other messages and signs it; `honest` also makes the chain fit again.
+fn rewritten(bytes: &[u8], change: &Change, honest: bool, signer: &Signer) -> Vec<u8> {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("forged.mcap");
+    let file = std::fs::File::options().read(true).write(true).create_new(true).open(&path).expect("file");
+    let options = mcap::WriteOptions::new().calculate_data_section_crc(false).compression_threads(0);
+    let mut out = options.create(file).expect("writer");
+    let (mut topics, mut schemas) = (BTreeMap::new(), BTreeMap::new());
+    let mut chain = None;
+    for frame in records::frames(bytes).expect("frames") {
+        match frame.opcode {
+            op::METADATA => {
+                let Ok(Record::Metadata(mut metadata)) = mcap::parse_record(frame.opcode, frame.body) else {
+                    panic!("metadata")
+                };
+                match metadata.name.as_str() {
+                    RUN_RECORD => chain = Some(Chain::start(metadata.metadata.iter())),
+                    RESULT_RECORD => {
+                        let outcome = change(RESULT_RECORD, &metadata.metadata["outcome"]);
+                        chain.as_mut().expect("header").extend(RESULT_RECORD, outcome.as_bytes());
+                        metadata.metadata.insert("outcome".into(), outcome);
+                    }
+                    _ => {
+                        let mut put = |key: &str, value| metadata.metadata.insert(key.into(), value);
+                        put("signature", "0".repeat(128));
+                        put("public_key", signer.public().to_string());
+                        if honest {
+                            put("chain", chain.as_ref().expect("header").to_hex());
+                        }
+                    }
+                }
+                let Metadata { name, metadata } = metadata;
+                out.write_metadata(&Metadata { name, metadata }).expect("metadata");
+            }
+            op::CHUNK => records::each_of_chunk(&frame, &mut |record| {
+                match record {
+                    Record::Schema { header, data } => {
+                        let id = out.add_schema(&header.name, &header.encoding, &data).expect("schema");
+                        schemas.insert(header.id, id);
+                    }
+                    Record::Channel(channel) => {
+                        let schema = schemas[&channel.schema_id];
+                        let id = out.add_channel(schema, &channel.topic, "json", &BTreeMap::new());
+                        topics.insert(channel.id, (channel.topic.clone(), id.expect("channel")));
+                    }
+                    Record::Message { header, data } => {
+                        let (topic, id) = &topics[&header.channel_id];
+                        let mut text = change(topic, std::str::from_utf8(&data).expect("JSON"));
+                        let chain = chain.as_mut().expect("header");
+                        if topic == HASH && honest {
+                            let mut hash: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+                            hash["chain"] = chain.to_hex().into();
+                            text = hash.to_string();
+                        }
+                        if [ACTION, EVENT, HASH].contains(&topic.as_str()) {
+                            chain.extend(topic, text.as_bytes());
+                        }
+                        let header = MessageHeader { channel_id: *id, ..header };
+                        out.write_to_known_channel(&header, text.as_bytes()).expect("message");
+                    }
+                    _ => {}
+                }
+                Ok(())
+            })
+            .expect("chunk"),
+            _ => {}
+        }
+    }
+    out.finish().expect("finished");
+    sign(out.into_inner(), signer).expect("signed");
+    std::fs::read(&path).expect("file")
+}
+
+/// Another σ in tick 42.
+fn another_action(topic: &str, text: &str) -> String {
+    if topic == ACTION && text.starts_with("{\"tick\":42,") {
+        text.replace("\"hand\":[0.42", "\"hand\":[0.43")
+    } else {
+        text.into()
+    }
+}
+
+#[test]
+fn what_is_only_rewritten_is_accepted() {
+    let scenario = Scenario::new("pinch", 60);
+    let bytes = scenario.record().bytes;
+    let again = rewritten(&bytes, &|_, text| text.into(), false, &scenario.signer);
+    assert!(check(&again).is_ok());
+}
+
+#[test]
+fn a_changed_action_breaks_the_chain_or_the_state() {
+    let scenario = Scenario::new("pinch", 130);
+    let bytes = scenario.record().bytes;
+    // Signed with the server's own key even: the chain tells.
+    let refused = check(&rewritten(&bytes, &another_action, false, &scenario.signer)).expect_err("changed");
+    assert_eq!(refused.name(), "chain_broken");
+    assert!(refused.to_string().contains("tick 100"), "{refused}");
+    // The chain made anew, another key: the key tells to those who know it, the simulation to everybody.
+    let mallory = Signer::random().expect("key");
+    let forged = rewritten(&bytes, &another_action, true, &mallory);
+    let replay = read(&forged).expect("in itself sound");
+    let refused = replay.signed_by(Some(&scenario.signer.public())).expect_err("another key");
+    assert_eq!(refused.name(), "bad_signature");
+    assert!(refused.to_string().contains(&mallory.public().to_string()), "{refused}");
+    assert!(replay.signed_by(None).is_ok());
+    let refused = verify(&replay).expect_err("another run");
+    assert_eq!((refused.name(), refused.tick()), ("state_differs", Some(100)));
+}
+
+#[test]
+fn a_changed_score_is_found_with_any_key() {
+    let mut scenario = Scenario::new("pinch", 20);
+    scenario.forge = |outcome| outcome.score += 1.0;
+    let refused = check(&scenario.record().bytes).expect_err("forged");
+    assert_eq!(refused.name(), "score_differs");
+    scenario.forge = |outcome| outcome.events.clear();
+    assert!(check(&scenario.record().bytes).is_ok(), "nothing happened in this run");
+    scenario.forge = |outcome| outcome.ticks += 1;
+    assert_eq!(check(&scenario.record().bytes).expect_err("forged").name(), "score_differs");
+    scenario.forge = |outcome| outcome.state_hash = "0".repeat(16);
+    assert_eq!(check(&scenario.record().bytes).expect_err("forged").name(), "state_differs");
+    // Without the secret key: change, keep the signature.
+    scenario.forge = |_| {};
+    let better = |topic: &str, text: &str| {
+        if topic == RESULT_RECORD { text.replace("\"score\":0.0", "\"score\":9.0") } else { text.into() }
+    };
+    let bytes = scenario.record().bytes;
+    let forged = rewritten(&bytes, &better, false, &scenario.signer);
+    assert_eq!(check(&forged).expect_err("changed").name(), "chain_broken");
+    let mallory = Signer::random().expect("key");
+    assert_eq!(
+        check(&rewritten(&bytes, &better, true, &mallory)).expect_err("changed").name(),
+        "score_differs"
+    );
+}
+
+#[test]
+fn an_action_that_cannot_have_been_applied_is_refused() {
+    let scenario = Scenario::new("pinch", 60);
+    let beyond = |topic: &str, text: &str| {
+        if topic == ACTION && text.starts_with("{\"tick\":42,") {
+            text.replace("\"hand\":[0.42", "\"hand\":[7.42")
+        } else {
+            text.into()
+        }
+    };
+    let forged = rewritten(&scenario.record().bytes, &beyond, true, &scenario.signer);
+    assert_eq!(check(&forged).expect_err("clipped").name(), "chain_broken");
+}
+
+#[test]
+fn messages_must_be_complete_and_in_order() {
+    let scenario = Scenario::new("pinch", 130);
+    let bytes = scenario.record().bytes;
+    let skip = |topic: &str, text: &str| {
+        if topic == ACTION { text.replace("{\"tick\":42,", "{\"tick\":43,") } else { text.into() }
+    };
+    let later = |topic: &str, text: &str| {
+        if topic == HASH { text.replace("\"tick\":100", "\"tick\":99") } else { text.into() }
+    };
+    let rubbish = |topic: &str, text: &str| {
+        if topic == EVENT || topic == ACTION { "{}".into() } else { text.to_owned() }
+    };
+    for change in [&skip as &Change, &later, &rubbish] {
+        let forged = rewritten(&bytes, change, true, &scenario.signer);
+        assert_eq!(check(&forged).expect_err("changed").name(), "chain_broken");
+    }
+}
+
+#[test]
+fn what_the_bits_depend_on_must_be_the_same() {
+    let cases: [(&str, fn(&mut Header)); 8] = [
+        ("other_engine", |header| header.engine = "0.0.1+0000000000000000".into()),
+        ("other_physics", |header| header.physics_hash = "0".repeat(64)),
+        ("other_task", |header| header.task_hash = "0".repeat(64)),
+        ("other_task", |header| header.task = "juggling".into()),
+        ("other_hand", |header| header.hand_hash = "0".repeat(64)),
+        ("other_hand", |header| header.hand = "claw".into()),
+        ("other_hand", |header| header.hand = "reflex".into()),
+        ("state_differs", |header| header.seed = Seed::from_u64(6)),
+    ];
+    for (name, change) in cases {
+        let mut scenario = Scenario::new("pinch", 3);
+        change(&mut scenario.header);
+        let refused = check(&scenario.record().bytes).expect_err(name);
+        assert_eq!(refused.name(), name, "{refused}");
+    }
+    let mut scenario = Scenario::new("pinch", 3);
+    scenario.header.seed = Seed::from_u64(6);
+    assert_eq!(check(&scenario.record().bytes).expect_err("another seed").tick(), Some(0));
+}

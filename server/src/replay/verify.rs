@@ -1,0 +1,154 @@
+//! Simulates a replay again.
+
+use super::hands::hand;
+use super::identity;
+use super::reader::{Deed, Replay};
+use super::refused::Refused;
+use palmares_tasks::{Event, Outcome, Run, Task};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// A replay that came to the same states and the same score.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Verified {
+    /// Ticks simulated.
+    pub(crate) ticks: u64,
+    /// States compared, the last one included.
+    pub(crate) states: usize,
+    /// Points.
+    pub(crate) score: f64,
+}
+
+/// Simulates a replay from tick 0 and compares every state, event and count.
+pub(crate) fn verify(replay: &Replay) -> Result<Verified, Refused> {
+    // A hand from anybody's file may bring the simulation to places where it gives up.
+    catch_unwind(AssertUnwindSafe(|| simulate(replay))).unwrap_or_else(|_| {
+        Err(Refused::StateDiffers {
+            tick: 0,
+            last_equal: None,
+            found: "a failure of the simulation".into(),
+            recorded: "a run".into(),
+        })
+    })
+}
+
+fn simulate(replay: &Replay) -> Result<Verified, Refused> {
+    let header = &replay.header;
+    let engine = identity::engine();
+    if header.engine != engine {
+        return Err(Refused::OtherEngine(format!(
+            "recorded by engine {}, this is {engine}; take the program of version {} ({})",
+            header.engine, header.server_version, header.build_hash
+        )));
+    }
+    let task = Task::builtin().into_iter().find(|task| task.name == header.task);
+    let task =
+        task.ok_or_else(|| Refused::OtherTask(format!("this program has no task `{}`", header.task)))?;
+    if identity::physics_hash(&task) != header.physics_hash {
+        return Err(Refused::OtherPhysics("the constants of the physics are others here".into()));
+    }
+    if task.content_hash() != header.task_hash || task.tick_s != header.tick_s {
+        return Err(Refused::OtherTask(format!("the task `{}` is another one here", header.task)));
+    }
+    let longest = (task.time_limit_s / task.tick_s).ceil() as usize;
+    if replay.deeds.len() > longest {
+        let ticks = replay.deeds.len();
+        return Err(Refused::ScoreDiffers(format!("it has {ticks} ticks; the task allows {longest}")));
+    }
+    let hand = hand(header, replay.hand_files.as_deref())?;
+    let run = Run::new(task, hand, header.seed);
+    let run = run.map_err(|error| Refused::StateDiffers {
+        tick: 0,
+        last_equal: None,
+        found: error.to_string(),
+        recorded: "a scene".into(),
+    })?;
+    Simulation { run, last_equal: None, states: 0, hashes: replay.hashes.iter() }.play(replay)
+}
+
+struct Simulation<'a> {
+    run: Run,
+    last_equal: Option<u64>,
+    states: usize,
+    hashes: std::slice::Iter<'a, (u64, String)>,
+}
+
+impl Simulation<'_> {
+    fn play(mut self, replay: &Replay) -> Result<Verified, Refused> {
+        self.compare()?;
+        let mut events: Vec<Event> = Vec::new();
+        for Deed { action, pushes } in &replay.deeds {
+            let tick = self.run.tick();
+            let bad = |error: &dyn ToString| {
+                Refused::ChainBroken(format!("the action of tick {tick}: {}", error.to_string()))
+            };
+            for push in pushes {
+                self.run.push(&push.link, push.wrench, push.duration_s).map_err(|error| bad(&error))?;
+            }
+            self.run.step(action).map_err(|error| bad(&error))?;
+            if self.run.applied() != action {
+                let message = format!("the action of tick {tick} is not one that can have been applied");
+                return Err(Refused::ChainBroken(message));
+            }
+            events.extend_from_slice(self.run.events());
+            self.compare()?;
+        }
+        if events != replay.events {
+            return Err(Refused::ScoreDiffers(difference(&events, &replay.events)));
+        }
+        let ticks = self.run.tick();
+        let outcome = self.run.finish(replay.outcome.reason);
+        self.equal(self.run.tick(), &outcome.state_hash, &replay.outcome.state_hash)?;
+        if outcome != replay.outcome {
+            return Err(Refused::ScoreDiffers(describe(&outcome, &replay.outcome)));
+        }
+        Ok(Verified { ticks, states: self.states, score: outcome.score })
+    }
+
+    /// Compares the present state, if its hash was recorded.
+    fn compare(&mut self) -> Result<(), Refused> {
+        let tick = self.run.tick();
+        match self.hashes.as_slice().first() {
+            Some((at, recorded)) if *at == tick => {
+                self.hashes.next();
+                let found = self.run.state_hash();
+                self.equal(tick, &found, recorded)
+            }
+            None if tick == 0 => Err(Refused::ChainBroken("there is no hash of tick 0".into())),
+            _ if tick.is_multiple_of(super::HASH_EVERY) => {
+                Err(Refused::ChainBroken(format!("there is no hash of tick {tick}")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn equal(&mut self, tick: u64, found: &str, recorded: &str) -> Result<(), Refused> {
+        if found == recorded {
+            self.last_equal = Some(tick);
+            self.states += 1;
+            return Ok(());
+        }
+        let last_equal = self.last_equal;
+        Err(Refused::StateDiffers { tick, last_equal, found: found.into(), recorded: recorded.into() })
+    }
+}
+
+fn difference(found: &[Event], recorded: &[Event]) -> String {
+    let at = found.iter().zip(recorded).take_while(|(a, b)| a == b).count();
+    let tell =
+        |event: Option<&Event>| event.map_or("none".into(), |e| format!("{} at tick {}", e.kind, e.tick));
+    format!("event {at} is {}, recorded was {}", tell(found.get(at)), tell(recorded.get(at)))
+}
+
+fn describe(found: &Outcome, recorded: &Outcome) -> String {
+    let tell = |o: &Outcome| {
+        format!(
+            "score {}, {} in the goal, {} outside, {} ticks, {} events",
+            o.score,
+            o.in_goal,
+            o.outside,
+            o.ticks,
+            o.events.len()
+        )
+    };
+    format!("the run comes to {}; recorded was {}", tell(found), tell(recorded))
+}
