@@ -172,7 +172,8 @@ class FakeServer:
                     return {"op": "error", "code": "stale_tick", "message": "", "fatal": False}
                 self.tick += request.get("repeat", 1)
                 action = request["action"]
-                self.base = action.get("base", self.base)
+                if "position" in action.get("base", {}):
+                    self.base = action["base"]
                 self.sigma = action.get("hand", [self.sigma])[0]
                 return self._obs()
             case "act" | "perturb":
