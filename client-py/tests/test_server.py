@@ -2,39 +2,21 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import palmares
+from tests.real_server import RealServer, needs_server
 
-PROGRAM = os.environ.get("PALMARES_SERVER_BIN")
-
-pytestmark = pytest.mark.skipif(
-    PROGRAM is None, reason="PALMARES_SERVER_BIN does not name a palmares program; `cargo xtask test` sets it"
-)
+pytestmark = needs_server
 
 
 @pytest.fixture(scope="module")
 def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    assert PROGRAM is not None
-    data: Path = tmp_path_factory.mktemp("data")
-    command = [PROGRAM, "serve", "--listen", "127.0.0.1:0", "--data-dir", str(data)]
-    with (data / "server.log").open("w") as log:
-        server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
-    assert server.stdout is not None
-    line = server.stdout.readline()  # "listening on http://127.0.0.1:40123"
-    if not line.startswith("listening on "):
-        server.kill()
-        pytest.fail((data / "server.log").read_text())
-    yield line.removeprefix("listening on ").strip()
-    server.terminate()
-    assert server.wait(timeout=30) == 0
-    server.stdout.close()
+    with RealServer(tmp_path_factory.mktemp("data")) as server:
+        yield server.url
 
 
 def test_a_run_and_its_place_on_the_leaderboard(url: str) -> None:
@@ -106,18 +88,6 @@ def test_refusals_leave_the_run_unharmed(url: str) -> None:
             client.step(repeat=0)
         assert client.step(hand=[0.1]).tick == 1
         assert client.stop().ticks >= 1
-
-
-def test_a_run_goes_on_after_the_connection_broke(url: str) -> None:
-    with palmares.Client(url) as client:
-        obs = client.reset("balls", "softhand", seed=3)
-        run_id = obs.run_id
-        client.step(repeat=5)
-        client._link.hang_up()
-        obs = client.step(hand=[0.1])
-        assert obs.run_id == run_id
-        assert obs.tick >= 6
-        assert client.stop().run_id == run_id
 
 
 def test_the_hand_is_described(url: str) -> None:

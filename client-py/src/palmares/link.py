@@ -19,6 +19,7 @@ from palmares.errors import (
     ConnectionLostError,
     NoServerError,
     ProtocolError,
+    SessionOverError,
     SessionTakenError,
     error_of,
 )
@@ -71,7 +72,7 @@ class Link:
         self._codec: Codec
         self._transport = self._connect()
         try:
-            self.welcome = self._greet()
+            self.welcome = self._greet(hello)
         except BaseException:
             self._transport.close()
             raise
@@ -153,6 +154,8 @@ class Link:
             return  # A request is under way: whoever waits for its answer answers pings too.
         try:
             self._hear()
+        except ProtocolError as unreadable:
+            LOG.warning("%s", unreadable)
         except Closed as lost:
             if _names_an_error(lost) or self._pulse.stopped:
                 return  # The next request tells.
@@ -236,10 +239,8 @@ class Link:
     def _reopen(self) -> None:
         self._transport.close()
         self._transport = self._connect()
-        self._hello.resume_token = self.welcome.resume_token
-        self._hello.session_s = None
         try:
-            self.welcome = self.returned = self._greet()
+            self.welcome = self.returned = self._greet_again()
         except BaseException:
             self._transport.close()
             raise
@@ -266,14 +267,25 @@ class Link:
         self._codec = CODECS[encoding]
         return transport
 
-    def _greet(self) -> Welcome:
+    def _greet(self, hello: Hello) -> Welcome:
         try:
-            return self._exchange(self._hello, Welcome)
+            return self._exchange(hello, Welcome)
         except Closed as closed:
             raise_if_fatal(closed)
             raise ConnectionLostError(
                 f"the server closed the connection during the greeting: {closed}"
             ) from closed
+
+    def _greet_again(self) -> Welcome:
+        first = self._hello
+        try:
+            return self._greet(Hello(client=first.client, resume_token=self.welcome.resume_token))
+        except SessionOverError:
+            practice = self.welcome.competition.get("mode") == "practice"
+            if not practice or first.session_s is not None:
+                raise
+            # A practice server that was started anew remembers nothing; there is no time to lose either.
+            return self._greet(first)
 
 
 def raise_if_fatal(closed: Closed) -> None:
