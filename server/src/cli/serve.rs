@@ -2,7 +2,7 @@
 
 use crate::api;
 use crate::config::ServeOptions;
-use crate::session::Host;
+use crate::session::{Host, STACK};
 use crate::store::{Location, Store};
 use crate::telemetry;
 use anyhow::{Context, bail};
@@ -12,6 +12,7 @@ use palmares_models::hand::Hand;
 use palmares_models::load::{self, LoadOptions, Loaded};
 use std::io::Write;
 use std::net::SocketAddr;
+use std::num::NonZero;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -25,7 +26,11 @@ const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(30);
 /// Serves until a signal ends it.
 pub(super) fn serve(options: &ServeOptions) -> anyhow::Result<()> {
     telemetry::start()?;
-    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
+    // Worlds are stepped on the runtime's threads, at most as many at once as there are cores; two more keep the
+    // network going meanwhile.
+    let threads = std::thread::available_parallelism().map_or(1, NonZero::get) + 2;
+    let mut runtime = tokio::runtime::Builder::new_multi_thread();
+    let runtime = runtime.worker_threads(threads).thread_stack_size(STACK).enable_all().build();
     let runtime = runtime.context("cannot start the asynchronous runtime")?;
     runtime.block_on(run(options))
 }

@@ -1,5 +1,6 @@
 //! Carries out what a client asks of its session.
 
+use super::background::JobError;
 use super::host::{Host, LONGEST_SESSION_S, REPEAT};
 use super::machine::{Machine, Playing, Stopping};
 use super::registry;
@@ -163,27 +164,24 @@ impl Session {
             let message = format!("no hand `{}`; there are: {known}", shortened(&reset.hand));
             Refusal::new(Code::UnknownHand, message)
         })?;
-        let permit = self.host.place_for_world()?;
+        let place = self.host.place_for_world()?;
         let number = match reset.seed {
             Some(number) => number,
             None => random_seed()?,
         };
         let (seed, run_id) = (Seed::from_u64(number), format!("run_{}", random_hex(8)?));
-        let plan = Plan {
-            run_id: run_id.clone(),
-            task: task.clone(),
-            hand: hand.clone(),
-            seed,
-            sensing: reset.sensing,
-        };
-        let opened = World::open(plan, permit).await.map_err(|error| {
-            tracing::error!(%error, task = task.name, hand = hand.name, seed = seed.to_hex(), "no world");
-            let message = match error {
-                OpenError::Scene(_) | OpenError::Fault => "the scene could not be built; try another seed",
-                OpenError::Thread(_) => "the server cannot open another world now",
-            };
-            Refusal::new(Code::Internal, message)
-        })?;
+        let plan = Plan { task: task.clone(), hand: hand.clone(), seed, sensing: reset.sensing };
+        let opened =
+            World::open(plan, place, &self.host.background, |_| Vec::new()).await.map_err(|error| {
+                tracing::error!(%error, task = task.name, hand = hand.name, seed = seed.to_hex(), "no world");
+                let message = match error {
+                    OpenError::Scene(_) | OpenError::Job(JobError::Panic(_)) => {
+                        "the scene could not be built; try another seed"
+                    }
+                    OpenError::Job(JobError::Thread(_)) => "the server cannot open another world now",
+                };
+                Refusal::new(Code::Internal, message)
+            })?;
         let own = ServerInfo::own();
         let row = NewRun {
             run_id: run_id.clone(),
@@ -237,12 +235,12 @@ impl Session {
     pub(crate) async fn step(&mut self, id: u64, step: Step) -> Result<Reply, Refusal> {
         self.close_if_over().await;
         let ticks = self.machine.may_step(self.host.now(), step.tick, step.repeat, REPEAT)?;
-        let (Some(world), Some(run)) = (&self.world, self.machine.playing()) else {
+        let (Some(world), Some(run)) = (&mut self.world, self.machine.playing()) else {
             let message = "the run has ended, but its result is not stored yet; stop tries again";
             return Err(Refusal::new(Code::WrongState, message));
         };
         let run_id = run.run_id.clone();
-        let mut observation = match world.step(step.action, ticks).await {
+        let mut observation = match world.step(&self.host.scheduler, false, &step.action, ticks).await {
             Ok(stepped) => stepped.observation,
             Err(StepError::Action(error)) => return Err(Refusal::new(Code::BadAction, error.to_string())),
             Err(StepError::Fault) => {
@@ -334,7 +332,9 @@ impl Session {
             };
             let outcome = match self.world.take() {
                 // An unsound world has nothing to say.
-                Some(world) if reason != Reason::WorldFault => world.finish(reason).await,
+                Some(world) if reason != Reason::WorldFault => {
+                    world.finish(&self.host.background, reason).await
+                }
                 _ => None,
             };
             let finished = match outcome {

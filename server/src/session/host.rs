@@ -1,11 +1,14 @@
 //! What all sessions of a server share.
 
+use super::background::Background;
 use super::registry::Registry;
+use super::scheduler::Scheduler;
 use crate::protocol::reply::{Competition, HandInfo, Limits, TaskInfo};
 use crate::protocol::{Code, Refusal};
 use crate::store::Store;
 use palmares_models::hand::Hand;
 use palmares_tasks::Task;
+use std::num::NonZero;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
@@ -47,6 +50,10 @@ pub(crate) struct Host {
     pub(crate) settings: Settings,
     /// Where sessions wait for their clients.
     pub(crate) registry: Registry,
+    /// Who may compute when.
+    pub(crate) scheduler: Scheduler,
+    /// Where scenes are built and runs settle.
+    pub(crate) background: Background,
     worlds: Arc<Semaphore>,
     connections: Arc<Semaphore>,
     started: Instant,
@@ -67,8 +74,11 @@ impl Drop for Alive {
 impl Host {
     /// A host with the given store and hands and the tasks that come with the program.
     pub(crate) fn new(store: Store, settings: Settings, hands: Vec<Arc<Hand>>) -> Self {
+        let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
         Host {
             store,
+            scheduler: Scheduler::new(cores),
+            background: Background::new(cores),
             tasks: Task::builtin(),
             hands,
             registry: Registry::default(),

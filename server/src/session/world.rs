@@ -1,27 +1,35 @@
-//! A world on a thread of its own, reached through a bounded channel.
+//! A world: the one place in the server where a run is stepped. Whoever wants to see every tick, a recorder or
+//! spectators, is a [`Witness`] of it.
 
+use super::background::{Background, JobError, Level, panic_text};
+use super::scheduler::{Permit, Scheduler, Urgency};
 use palmares_models::hand::Hand;
 use palmares_tasks::SceneError;
 use palmares_tasks::{Action, ActionError, Observation, Outcome, Reason, Run, Scene, Seed, Sensing, Task};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use tokio::sync::{OwnedSemaphorePermit, mpsc, oneshot};
+use std::time::{Duration, Instant};
+use tokio::sync::OwnedSemaphorePermit;
 
-/// Bytes of stack of a world's thread.
-const STACK: usize = 8 << 20;
+/// How long a step of many ticks may compute before it lets the other connections of its thread have a turn.
+const TURN: Duration = Duration::from_millis(1);
 
-/// What is asked of the world's thread. Each asker waits for its answer, so one place in the channel is enough.
-enum Command {
-    Step { action: Action, repeat: u32, reply: oneshot::Sender<Result<Stepped, StepError>> },
-    Finish { reason: Reason, reply: oneshot::Sender<Outcome> },
+/// Sees every tick of a world. It must not wait for anything: the world waits for it.
+pub(crate) trait Witness: Send {
+    /// After each tick.
+    fn ticked(&mut self, run: &Run);
+    /// When the run has been counted. Not called when the world failed.
+    fn finished(&mut self, run: &Run, outcome: &Outcome);
 }
 
-/// The world as the thread sees it. [`Run`] is the real one; tests bring worlds that break.
-trait Playable {
+/// What a world needs of a run. [`Run`] is the real one; tests bring worlds that break.
+trait Playable: Send {
     fn step(&mut self, action: &Action) -> Result<(), ActionError>;
     fn observe(&self, sensing: Sensing) -> Observation;
     fn healthy(&self) -> bool;
     fn finish(&mut self, reason: Reason) -> Outcome;
+    /// For witnesses.
+    fn run(&self) -> Option<&Run>;
 }
 
 impl Playable for Run {
@@ -36,6 +44,9 @@ impl Playable for Run {
     }
     fn finish(&mut self, reason: Reason) -> Outcome {
         Run::finish(self, reason)
+    }
+    fn run(&self) -> Option<&Run> {
+        Some(self)
     }
 }
 
@@ -52,7 +63,7 @@ pub(crate) enum StepError {
     /// The action was refused; nothing changed.
     #[error(transparent)]
     Action(#[from] ActionError),
-    /// The world is unsound or its thread is gone.
+    /// The world is unsound, now and from now on.
     #[error("the world failed")]
     Fault,
 }
@@ -63,18 +74,13 @@ pub(crate) enum OpenError {
     /// The scene could not be built.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// The thread could not be started.
-    #[error("cannot start a thread: {0}")]
-    Thread(#[from] std::io::Error),
-    /// The thread panicked while it built the scene.
-    #[error("the world failed while its scene was built")]
-    Fault,
+    /// The job that builds the scene failed.
+    #[error(transparent)]
+    Job(#[from] JobError),
 }
 
 /// What a world is made from.
 pub(crate) struct Plan {
-    /// Identifies the run; names the thread.
-    pub(crate) run_id: String,
     /// Task.
     pub(crate) task: Arc<Task>,
     /// Hand.
@@ -85,15 +91,26 @@ pub(crate) struct Plan {
     pub(crate) sensing: Sensing,
 }
 
-/// The way to a world's thread. Dropping it ends the thread.
-#[derive(Debug)]
+/// A world. Whoever owns it steps it.
 pub(crate) struct World {
-    commands: mpsc::Sender<Command>,
+    /// None after a fault.
+    game: Option<Box<dyn Playable>>,
+    sensing: Sensing,
+    witnesses: Vec<Box<dyn Witness>>,
+    /// Given back when the world is gone.
+    _place: OwnedSemaphorePermit,
+}
+
+impl std::fmt::Debug for World {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let state = if self.game.is_some() { "sound" } else { "failed" };
+        write!(f, "World ({state}, {} witnesses)", self.witnesses.len())
+    }
 }
 
 /// A world at tick 0.
 pub(crate) struct OpenedWorld {
-    /// The way to it.
+    /// It.
     pub(crate) world: World,
     /// What stands in it.
     pub(crate) scene: Scene,
@@ -102,123 +119,107 @@ pub(crate) struct OpenedWorld {
 }
 
 impl World {
-    /// Builds a world on a new thread. `permit` is given back when the thread ends.
-    pub(crate) async fn open(plan: Plan, permit: OwnedSemaphorePermit) -> Result<OpenedWorld, OpenError> {
-        let Plan { run_id, task, hand, seed, sensing } = plan;
-        let build = move || {
-            let run = Run::new(task, hand, seed)?;
-            let scene = run.scene().clone();
-            Ok((run, scene))
-        };
-        Self::open_with(run_id, sensing, permit, build).await
-    }
-
-    async fn open_with<P: Playable>(
-        run_id: String,
-        sensing: Sensing,
-        permit: OwnedSemaphorePermit,
-        build: impl FnOnce() -> Result<(P, Scene), SceneError> + Send + 'static,
+    /// Builds a world in the background. `witnesses` gets the run at tick 0 and says who will look on. `place` is
+    /// given back when the world is gone.
+    pub(crate) async fn open(
+        plan: Plan,
+        place: OwnedSemaphorePermit,
+        background: &Background,
+        witnesses: impl FnOnce(&Run) -> Vec<Box<dyn Witness>> + Send + 'static,
     ) -> Result<OpenedWorld, OpenError> {
-        let (commands, inbox) = mpsc::channel(1);
-        let (ready, built) = oneshot::channel();
-        let body = move || {
-            let _permit = permit;
-            let life = AssertUnwindSafe(|| live(build, sensing, ready, inbox));
-            if let Err(panic) = catch_unwind(life) {
-                tracing::error!(run_id, panic = panic_text(panic.as_ref()), "world thread panicked");
-            }
+        let build = move || {
+            let Plan { task, hand, seed, sensing } = plan;
+            let run = Run::new(task, hand, seed)?;
+            let (scene, observation) = (run.scene().clone(), run.observe(sensing));
+            let witnesses = witnesses(&run);
+            let world = World { game: Some(Box::new(run)), sensing, witnesses, _place: place };
+            Ok(OpenedWorld { world, scene, observation })
         };
-        std::thread::Builder::new().name("world".into()).stack_size(STACK).spawn(body)?;
-        let (scene, observation) = built.await.map_err(|_| OpenError::Fault)??;
-        Ok(OpenedWorld { world: World { commands }, scene, observation })
+        background.run(Level::Awaited, build).await?
     }
 
     /// Advances the world by up to `repeat` ticks; fewer when the run is over before.
-    pub(crate) async fn step(&self, action: Action, repeat: u32) -> Result<Stepped, StepError> {
-        let (reply, answer) = oneshot::channel();
-        let sent = self.commands.send(Command::Step { action, repeat, reply }).await;
-        sent.map_err(|_| StepError::Fault)?;
-        answer.await.map_err(|_| StepError::Fault)?
-    }
-
-    /// Lets the objects settle and counts. None when the world failed.
-    pub(crate) async fn finish(self, reason: Reason) -> Option<Outcome> {
-        let (reply, answer) = oneshot::channel();
-        self.commands.send(Command::Finish { reason, reply }).await.ok()?;
-        answer.await.ok()
-    }
-}
-
-type Built = Result<(Scene, Observation), SceneError>;
-
-/// The life of a world's thread.
-fn live<P: Playable>(
-    build: impl FnOnce() -> Result<(P, Scene), SceneError>,
-    sensing: Sensing,
-    ready: oneshot::Sender<Built>,
-    mut inbox: mpsc::Receiver<Command>,
-) {
-    let mut world = match build() {
-        Ok((world, scene)) => {
-            if ready.send(Ok((scene, world.observe(sensing)))).is_err() {
-                return;
+    pub(crate) async fn step(
+        &mut self,
+        scheduler: &Scheduler,
+        official: bool,
+        action: &Action,
+        repeat: u32,
+    ) -> Result<Stepped, StepError> {
+        let mut events = Vec::new();
+        let mut turn = Instant::now();
+        let mut left = repeat.max(1);
+        loop {
+            let permit = scheduler.permit(Urgency::lockstep(official, turn)).await;
+            self.tick(action, &permit)?;
+            left -= 1;
+            // In between only the events and the end matter; the cheaper view has both.
+            let observation = self.observe(if left == 0 { self.sensing } else { Sensing::Sensors })?;
+            drop(permit);
+            let over = observation.terminated || observation.truncated;
+            if events.is_empty() && left == 0 {
+                return Ok(Stepped { observation });
             }
-            world
-        }
-        Err(error) => {
-            // Whoever asked may be gone; then nobody wants to know.
-            let _ = ready.send(Err(error));
-            return;
-        }
-    };
-    while let Some(command) = inbox.blocking_recv() {
-        match command {
-            Command::Step { action, repeat, reply } => {
-                let result = advance(&mut world, &action, repeat, sensing);
-                let fault = matches!(result, Err(StepError::Fault));
-                let _ = reply.send(result);
-                if fault {
-                    return;
-                }
-            }
-            Command::Finish { reason, reply } => {
-                let _ = reply.send(world.finish(reason));
-                return;
-            }
-        }
-    }
-}
-
-fn advance<P: Playable>(
-    world: &mut P,
-    action: &Action,
-    repeat: u32,
-    sensing: Sensing,
-) -> Result<Stepped, StepError> {
-    let mut events = Vec::new();
-    for left in (0..repeat).rev() {
-        world.step(action)?;
-        if !world.healthy() {
-            return Err(StepError::Fault);
-        }
-        // In between only the events and the end matter; the cheaper view has both.
-        let observation = world.observe(if left == 0 { sensing } else { Sensing::Sensors });
-        if left == 0 {
             events.extend_from_slice(&observation.events);
-            return Ok(Stepped { observation: Observation { events, ..observation } });
-        }
-        events.extend(observation.events);
-        if observation.terminated || observation.truncated {
-            return Ok(Stepped { observation: Observation { events, ..world.observe(sensing) } });
+            if left == 0 || over {
+                let observation = if left == 0 { observation } else { self.observe(self.sensing)? };
+                return Ok(Stepped { observation: Observation { events, ..observation } });
+            }
+            if turn.elapsed() > TURN {
+                tokio::task::yield_now().await;
+                turn = Instant::now();
+            }
         }
     }
-    // Only for a repeat of 0, which nobody may ask for.
-    Ok(Stepped { observation: world.observe(sensing) })
-}
 
-fn panic_text(panic: &(dyn std::any::Any + Send)) -> &str {
-    let text = panic.downcast_ref::<&str>().copied();
-    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message")
+    /// Advances the world by one tick. A refused action changes nothing; a fault is the world's end.
+    fn tick(&mut self, action: &Action, _permit: &Permit) -> Result<(), StepError> {
+        let game = self.game.as_mut().ok_or(StepError::Fault)?;
+        let stepped = catch_unwind(AssertUnwindSafe(|| {
+            game.step(action)?;
+            Ok(game.healthy())
+        }));
+        match stepped {
+            Ok(Ok(true)) => {}
+            Ok(Ok(false)) => {
+                self.game = None;
+                return Err(StepError::Fault);
+            }
+            Ok(Err(refused)) => return Err(StepError::Action(refused)),
+            Err(panic) => {
+                tracing::error!(panic = panic_text(panic.as_ref()), "a world panicked");
+                self.game = None;
+                return Err(StepError::Fault);
+            }
+        }
+        if let Some(run) = game.run() {
+            self.witnesses.iter_mut().for_each(|witness| witness.ticked(run));
+        }
+        Ok(())
+    }
+
+    fn observe(&mut self, sensing: Sensing) -> Result<Observation, StepError> {
+        let game = self.game.as_ref().ok_or(StepError::Fault)?;
+        catch_unwind(AssertUnwindSafe(|| game.observe(sensing))).map_err(|panic| {
+            tracing::error!(panic = panic_text(panic.as_ref()), "a world panicked");
+            self.game = None;
+            StepError::Fault
+        })
+    }
+
+    /// Lets the objects settle and counts, in the background. None when the world failed.
+    pub(crate) async fn finish(mut self, background: &Background, reason: Reason) -> Option<Outcome> {
+        let mut game = self.game.take()?;
+        let settle = move || {
+            let outcome = game.finish(reason);
+            if let Some(run) = game.run() {
+                self.witnesses.iter_mut().for_each(|witness| witness.finished(run, &outcome));
+            }
+            outcome
+        };
+        let outcome = background.run(Level::Awaited, settle).await;
+        outcome.inspect_err(|error| tracing::error!(%error, "a run could not be counted")).ok()
+    }
 }
 
 #[cfg(test)]
@@ -273,6 +274,9 @@ mod tests {
         fn healthy(&self) -> bool {
             self.tick < self.unsound_at
         }
+        fn run(&self) -> Option<&Run> {
+            None
+        }
         fn finish(&mut self, reason: Reason) -> Outcome {
             Outcome {
                 score: self.tick as f64,
@@ -287,41 +291,60 @@ mod tests {
         }
     }
 
-    async fn open(toy: Toy) -> (World, Arc<Semaphore>) {
-        let places = Arc::new(Semaphore::new(1));
-        let permit = places.clone().acquire_owned().await.expect("open");
-        let scene = Scene { bodies: vec![], regions: vec![], gravity: [0.0; 3] };
-        let opened = World::open_with("r".into(), Sensing::Truth, permit, move || Ok((toy, scene))).await;
-        (opened.map(|opened| opened.world).expect("opens"), places)
+    struct Stage {
+        world: World,
+        places: Arc<Semaphore>,
+        scheduler: Scheduler,
+        background: Background,
+    }
+
+    impl Stage {
+        async fn open(toy: Toy) -> Self {
+            let places = Arc::new(Semaphore::new(1));
+            let place = places.clone().acquire_owned().await.expect("open");
+            let (sensing, witnesses) = (Sensing::Truth, vec![]);
+            let world = World { game: Some(Box::new(toy)), sensing, witnesses, _place: place };
+            Stage { world, places, scheduler: Scheduler::new(1), background: Background::new(1) }
+        }
+
+        async fn step(&mut self, action: Action, repeat: u32) -> Result<Observation, StepError> {
+            let stepped = self.world.step(&self.scheduler, false, &action, repeat).await;
+            stepped.map(|stepped| stepped.observation)
+        }
+
+        async fn finish(self) -> Option<Outcome> {
+            self.world.finish(&self.background, Reason::Stopped).await
+        }
     }
 
     #[tokio::test]
     async fn repeated_ticks_keep_all_events_and_end_with_the_run() {
-        let (world, _) = open(Toy { over_at: 5, ..Toy::default() }).await;
-        let three = world.step(Action::default(), 3).await.expect("steps").observation;
+        let mut stage = Stage::open(Toy { over_at: 5, ..Toy::default() }).await;
+        let three = stage.step(Action::default(), 3).await.expect("steps");
         assert_eq!(three.events.iter().map(|event| event.tick).collect::<Vec<_>>(), [1, 2, 3]);
-        let rest = world.step(Action::default(), 9).await.expect("steps").observation;
+        let rest = stage.step(Action::default(), 9).await.expect("steps");
         assert_eq!((rest.tick, rest.events.len()), (5, 2));
-        assert_eq!(world.finish(Reason::Stopped).await.map(|outcome| outcome.ticks), Some(5));
+        assert_eq!(stage.finish().await.map(|outcome| outcome.ticks), Some(5));
     }
 
     #[tokio::test]
     async fn a_refused_action_changes_nothing() {
-        let (world, _) = open(Toy::default()).await;
+        let mut stage = Stage::open(Toy::default()).await;
         let wrong = Action { hand: Some(vec![]), base: None };
-        assert!(matches!(world.step(wrong, 1).await, Err(StepError::Action(_))));
-        assert_eq!(world.step(Action::default(), 1).await.expect("steps").observation.tick, 1);
+        assert!(matches!(stage.step(wrong, 1).await, Err(StepError::Action(_))));
+        assert_eq!(stage.step(Action::default(), 1).await.expect("steps").tick, 1);
     }
 
     #[tokio::test]
     async fn an_unsound_or_panicking_world_is_a_fault_and_frees_its_place() {
         for toy in [Toy { unsound_at: 2, ..Toy::default() }, Toy { panic_at: 2, ..Toy::default() }] {
-            let (world, places) = open(toy).await;
-            assert!(world.step(Action::default(), 1).await.is_ok());
-            assert!(matches!(world.step(Action::default(), 1).await, Err(StepError::Fault)));
-            assert!(matches!(world.step(Action::default(), 1).await, Err(StepError::Fault)));
-            assert!(world.finish(Reason::Stopped).await.is_none());
-            assert!(places.acquire().await.is_ok());
+            let mut stage = Stage::open(toy).await;
+            assert!(stage.step(Action::default(), 1).await.is_ok());
+            assert!(matches!(stage.step(Action::default(), 1).await, Err(StepError::Fault)));
+            assert!(matches!(stage.step(Action::default(), 1).await, Err(StepError::Fault)));
+            let places = stage.places.clone();
+            assert!(stage.finish().await.is_none());
+            assert!(places.try_acquire().is_ok());
         }
     }
 }

@@ -1,0 +1,102 @@
+//! Work that nobody should feel: scenes that are built, runs that settle, runs that are simulated again. Each job
+//! has a thread of its own below the priority of the ticks; only so many compute at once.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use thread_priority::{ThreadPriority, ThreadPriorityValue};
+use tokio::sync::{Semaphore, oneshot};
+
+/// Bytes of stack of a thread that computes worlds.
+pub(crate) const STACK: usize = 8 << 20;
+
+/// How much a job may take from others.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Level {
+    /// Somebody waits for it: a tenth of what a tick gets when all cores are busy.
+    Awaited,
+    /// Nobody waits: next to nothing.
+    #[allow(dead_code, reason = "for jobs that only have to be done some day")]
+    Idle,
+}
+
+impl Level {
+    fn priority(self) -> ThreadPriority {
+        match self {
+            // A quarter of the scale is niceness 10 on Linux.
+            Level::Awaited => {
+                ThreadPriorityValue::try_from(25).map_or(ThreadPriority::Min, ThreadPriority::Crossplatform)
+            }
+            Level::Idle => ThreadPriority::Min,
+        }
+    }
+}
+
+/// Runs jobs.
+#[derive(Clone, Debug)]
+pub(crate) struct Background {
+    places: Arc<Semaphore>,
+}
+
+/// Why a job gave nothing.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum JobError {
+    /// The thread could not be started.
+    #[error("cannot start a thread: {0}")]
+    Thread(#[from] std::io::Error),
+    /// The job panicked.
+    #[error("a job failed: {0}")]
+    Panic(String),
+}
+
+impl Background {
+    /// At most `most` jobs at once.
+    pub(crate) fn new(most: usize) -> Self {
+        Background { places: Arc::new(Semaphore::new(most.max(1))) }
+    }
+
+    /// Does `job` when there is room, and returns what it gives. The job is done also when nobody waits any more.
+    pub(crate) async fn run<T: Send + 'static>(
+        &self,
+        level: Level,
+        job: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, JobError> {
+        // The semaphore is never closed.
+        let place = self.places.clone().acquire_owned().await.ok();
+        let (done, result) = oneshot::channel();
+        let body = move || {
+            let _place = place;
+            // A system that refuses is no reason not to do the work.
+            if let Err(error) = level.priority().set_for_current() {
+                tracing::debug!(?error, "thread priority not set");
+            }
+            let given = catch_unwind(AssertUnwindSafe(job));
+            // Whoever asked may be gone; then nobody wants to know.
+            let _ = done.send(given.map_err(|panic| panic_text(panic.as_ref()).to_owned()));
+        };
+        std::thread::Builder::new().name("background".into()).stack_size(STACK).spawn(body)?;
+        match result.await {
+            Ok(given) => given.map_err(JobError::Panic),
+            Err(_) => Err(JobError::Panic("the thread ended".into())),
+        }
+    }
+}
+
+/// What a panic said.
+pub(crate) fn panic_text(panic: &(dyn std::any::Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn a_panic_is_told_and_frees_the_place() {
+        let background = Background::new(1);
+        let error =
+            background.run(Level::Awaited, || -> u8 { panic!("toy panic") }).await.expect_err("panics");
+        assert!(error.to_string().contains("toy panic"), "{error}");
+        assert_eq!(background.run(Level::Idle, || 7).await.expect("runs"), 7);
+    }
+}
