@@ -240,8 +240,9 @@ impl Session {
             return Err(Refusal::new(Code::WrongState, message));
         };
         let run_id = run.run_id.clone();
-        let mut observation = match world.step(&self.host.scheduler, false, &step.action, ticks).await {
-            Ok(stepped) => stepped.observation,
+        let (mut observation, over) = match world.step(&self.host.scheduler, false, &step.action, ticks).await
+        {
+            Ok(stepped) => (stepped.observation, stepped.over),
             Err(StepError::Action(error)) => return Err(Refusal::new(Code::BadAction, error.to_string())),
             Err(StepError::Fault) => {
                 self.close_run(Reason::WorldFault, None).await;
@@ -251,10 +252,8 @@ impl Session {
             }
         };
         self.machine.stepped(observation.tick);
-        if observation.truncated {
-            self.close_run(Reason::TimeLimit, None).await;
-        } else if observation.terminated {
-            self.close_run(Reason::Complete, None).await;
+        if let Some(reason) = over {
+            self.close_run(reason, None).await;
         } else if self.close_if_over().await {
             observation.truncated = true;
             observation.reason = Some("session_over".into());

@@ -4,8 +4,9 @@
 use super::background::{Background, JobError, Level, panic_text};
 use super::scheduler::{Permit, Scheduler, Urgency};
 use palmares_models::hand::Hand;
-use palmares_tasks::SceneError;
-use palmares_tasks::{Action, ActionError, Observation, Outcome, Reason, Run, Scene, Seed, Sensing, Task};
+use palmares_tasks::{
+    Action, ActionError, Event, Observation, Outcome, Reason, Run, Scene, SceneError, Seed, Sensing, Task,
+};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -23,13 +24,15 @@ pub(crate) trait Witness: Send {
 }
 
 /// What a world needs of a run. [`Run`] is the real one; tests bring worlds that break.
-trait Playable: Send {
+pub(super) trait Playable: Send {
     fn step(&mut self, action: &Action) -> Result<(), ActionError>;
     fn observe(&self, sensing: Sensing) -> Observation;
+    fn events(&self) -> &[Event];
+    fn over(&self) -> Option<Reason>;
     fn healthy(&self) -> bool;
     fn finish(&mut self, reason: Reason) -> Outcome;
-    /// For witnesses.
-    fn run(&self) -> Option<&Run>;
+    /// For witnesses and for what only a real run can do.
+    fn run(&mut self) -> Option<&mut Run>;
 }
 
 impl Playable for Run {
@@ -39,13 +42,19 @@ impl Playable for Run {
     fn observe(&self, sensing: Sensing) -> Observation {
         Run::observe(self, sensing)
     }
+    fn events(&self) -> &[Event] {
+        Run::events(self)
+    }
+    fn over(&self) -> Option<Reason> {
+        Run::over(self)
+    }
     fn healthy(&self) -> bool {
         Run::healthy(self)
     }
     fn finish(&mut self, reason: Reason) -> Outcome {
         Run::finish(self, reason)
     }
-    fn run(&self) -> Option<&Run> {
+    fn run(&mut self) -> Option<&mut Run> {
         Some(self)
     }
 }
@@ -55,6 +64,8 @@ impl Playable for Run {
 pub(crate) struct Stepped {
     /// The state, with the events of all its ticks.
     pub(crate) observation: Observation,
+    /// Why the run is over, when it is.
+    pub(crate) over: Option<Reason>,
 }
 
 /// Why a step was not made.
@@ -146,24 +157,24 @@ impl World {
         action: &Action,
         repeat: u32,
     ) -> Result<Stepped, StepError> {
-        let mut events = Vec::new();
+        let mut earlier = Vec::new();
         let mut turn = Instant::now();
         let mut left = repeat.max(1);
         loop {
             let permit = scheduler.permit(Urgency::lockstep(official, turn)).await;
-            self.tick(action, &permit)?;
+            let over = self.tick(action, &permit)?;
             left -= 1;
-            // In between only the events and the end matter; the cheaper view has both.
-            let observation = self.observe(if left == 0 { self.sensing } else { Sensing::Sensors })?;
-            drop(permit);
-            let over = observation.terminated || observation.truncated;
-            if events.is_empty() && left == 0 {
-                return Ok(Stepped { observation });
+            if left == 0 || over.is_some() {
+                let mut observation = self.observe()?;
+                if !earlier.is_empty() {
+                    earlier.append(&mut observation.events);
+                    observation.events = earlier;
+                }
+                return Ok(Stepped { observation, over });
             }
-            events.extend_from_slice(&observation.events);
-            if left == 0 || over {
-                let observation = if left == 0 { observation } else { self.observe(self.sensing)? };
-                return Ok(Stepped { observation: Observation { events, ..observation } });
+            drop(permit);
+            if let Some(game) = &self.game {
+                earlier.extend_from_slice(game.events());
             }
             if turn.elapsed() > TURN {
                 tokio::task::yield_now().await;
@@ -172,39 +183,41 @@ impl World {
         }
     }
 
-    /// Advances the world by one tick. A refused action changes nothing; a fault is the world's end.
-    fn tick(&mut self, action: &Action, _permit: &Permit) -> Result<(), StepError> {
+    /// Advances the world by one tick and says whether the run is over. A refused action changes nothing; a fault
+    /// is the world's end.
+    pub(super) fn tick(&mut self, action: &Action, _permit: &Permit) -> Result<Option<Reason>, StepError> {
+        let witnesses = &mut self.witnesses;
         let game = self.game.as_mut().ok_or(StepError::Fault)?;
-        let stepped = catch_unwind(AssertUnwindSafe(|| {
+        let ticked = catch_unwind(AssertUnwindSafe(|| {
             game.step(action)?;
-            Ok(game.healthy())
+            if !game.healthy() {
+                return Err(StepError::Fault);
+            }
+            if let Some(run) = game.run() {
+                witnesses.iter_mut().for_each(|witness| witness.ticked(run));
+            }
+            Ok(game.over())
         }));
-        match stepped {
-            Ok(Ok(true)) => {}
-            Ok(Ok(false)) => {
-                self.game = None;
-                return Err(StepError::Fault);
-            }
-            Ok(Err(refused)) => return Err(StepError::Action(refused)),
-            Err(panic) => {
-                tracing::error!(panic = panic_text(panic.as_ref()), "a world panicked");
-                self.game = None;
-                return Err(StepError::Fault);
-            }
-        }
-        if let Some(run) = game.run() {
-            self.witnesses.iter_mut().for_each(|witness| witness.ticked(run));
-        }
-        Ok(())
+        self.fault_ends_it(ticked)
     }
 
-    fn observe(&mut self, sensing: Sensing) -> Result<Observation, StepError> {
+    /// What the controller sees now.
+    pub(super) fn observe(&mut self) -> Result<Observation, StepError> {
         let game = self.game.as_ref().ok_or(StepError::Fault)?;
-        catch_unwind(AssertUnwindSafe(|| game.observe(sensing))).map_err(|panic| {
+        let seen = catch_unwind(AssertUnwindSafe(|| Ok(game.observe(self.sensing))));
+        self.fault_ends_it(seen)
+    }
+
+    /// After a fault there is no world any more.
+    fn fault_ends_it<T>(&mut self, done: std::thread::Result<Result<T, StepError>>) -> Result<T, StepError> {
+        let done = done.unwrap_or_else(|panic| {
             tracing::error!(panic = panic_text(panic.as_ref()), "a world panicked");
+            Err(StepError::Fault)
+        });
+        if matches!(done, Err(StepError::Fault)) {
             self.game = None;
-            StepError::Fault
-        })
+        }
+        done
     }
 
     /// Lets the objects settle and counts, in the background. None when the world failed.
@@ -225,12 +238,13 @@ impl World {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use palmares_tasks::observation::{BodyState, Event, HandObservation, Wrench};
+    use palmares_tasks::observation::{BodyState, HandObservation, Wrench};
     use tokio::sync::Semaphore;
 
     /// Counts ticks; ends, breaks or panics when told.
     struct Toy {
         tick: u64,
+        news: Vec<Event>,
         over_at: u64,
         unsound_at: u64,
         panic_at: u64,
@@ -238,7 +252,7 @@ mod tests {
 
     impl Default for Toy {
         fn default() -> Self {
-            Toy { tick: 0, over_at: u64::MAX, unsound_at: u64::MAX, panic_at: u64::MAX }
+            Toy { tick: 0, news: vec![], over_at: u64::MAX, unsound_at: u64::MAX, panic_at: u64::MAX }
         }
     }
 
@@ -249,6 +263,7 @@ mod tests {
             }
             self.tick += 1;
             assert!(self.tick != self.panic_at, "toy panic");
+            self.news = vec![Event { tick: self.tick, kind: "tick".into(), object: None }];
             Ok(())
         }
         fn observe(&self, _: Sensing) -> Observation {
@@ -264,7 +279,7 @@ mod tests {
                     wrist: Wrench { force: [0.0; 3], torque: [0.0; 3] },
                 },
                 truth: None,
-                events: vec![Event { tick: self.tick, kind: "tick".into(), object: None }],
+                events: self.news.clone(),
                 score: 0.0,
                 terminated: false,
                 truncated: self.tick >= self.over_at,
@@ -274,7 +289,13 @@ mod tests {
         fn healthy(&self) -> bool {
             self.tick < self.unsound_at
         }
-        fn run(&self) -> Option<&Run> {
+        fn events(&self) -> &[Event] {
+            &self.news
+        }
+        fn over(&self) -> Option<Reason> {
+            (self.tick >= self.over_at).then_some(Reason::TimeLimit)
+        }
+        fn run(&mut self) -> Option<&mut Run> {
             None
         }
         fn finish(&mut self, reason: Reason) -> Outcome {
