@@ -1,6 +1,7 @@
 //! `cargo xtask test`: every check there is, one after the other, with a summary.
 
 use crate::cargo::{build_server, cargo};
+use crate::docker;
 use crate::instructions;
 use crate::python::Environment;
 use anyhow::{Context, Result};
@@ -81,6 +82,9 @@ pub(crate) fn run() -> Result<bool> {
             }
             counted(&mut pytest, python_tests)
         }));
+        if let Some(program) = &server {
+            steps.push(step("container", || or_skipped(docker::check(Some(program), environment)?)));
+        }
     }
 
     println!("\n== summary");
@@ -102,6 +106,17 @@ fn step(name: &'static str, body: impl FnOnce() -> Result<Tally>) -> Step {
         Tally { failed: 1, ..Tally::default() }
     });
     Step { name, took: start.elapsed(), tally }
+}
+
+/// A check that passed, or the reason why this machine cannot make it, said aloud.
+fn or_skipped(outcome: std::result::Result<(), String>) -> Result<Tally> {
+    match outcome {
+        Ok(()) => Ok(Tally { passed: 1, ..Tally::default() }),
+        Err(reason) => {
+            println!("skipped: {reason}");
+            Ok(Tally { skipped: 1, ..Tally::default() })
+        }
+    }
 }
 
 /// Runs a command that passes or fails as a whole.

@@ -1,8 +1,9 @@
-//! Developer commands: `cargo xtask demo`, `cargo xtask report` and `cargo xtask test`.
+//! Developer commands: `cargo xtask demo`, `docker`, `report` and `test`.
 
 mod cargo;
 mod check;
 mod demo;
+mod docker;
 mod instructions;
 mod python;
 mod report;
@@ -23,6 +24,8 @@ struct Cli {
 enum Task {
     /// Build the server, let the example controller play one run, print the score and the leaderboard.
     Demo(demo::Options),
+    /// Build the container image from source, start it with compose, play on it, stop and start it again.
+    Docker(docker::Options),
     /// Compare speed and error with rapier and MuJoCo over all scenes; write docs/report.
     Report(report::Options),
     /// Run every test: Rust and Python, formatting and lints.
@@ -32,6 +35,7 @@ enum Task {
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Task::Demo(options) => demo::run(&options).map(|()| true),
+        Task::Docker(options) => docker::run(&options).map(|()| true),
         Task::Report(options) => report::run(&options).map(|()| true),
         Task::Test => check::run(),
     };

@@ -52,23 +52,8 @@ impl Server {
 
     /// The JSON found at a path.
     pub(crate) fn get_json(&self, path: &str) -> Result<Value> {
-        let body = self.get(path)?;
+        let body = get(&self.address, path)?;
         serde_json::from_str(&body).with_context(|| format!("{path} did not answer with JSON: {body}"))
-    }
-
-    /// A GET by hand: HTTP/1.0 means that the answer ends where the connection does.
-    fn get(&self, path: &str) -> Result<String> {
-        let mut stream = TcpStream::connect(&self.address)?;
-        stream.set_read_timeout(Some(Duration::from_secs(10)))?;
-        write!(stream, "GET {path} HTTP/1.0\r\nHost: {}\r\n\r\n", self.address)?;
-        let mut answer = String::new();
-        stream.read_to_string(&mut answer)?;
-        let (head, body) = answer.split_once("\r\n\r\n").context("not an HTTP answer")?;
-        let status = head.lines().next().unwrap_or_default();
-        if status.split(' ').nth(1) != Some("200") {
-            bail!("{path} answered {status}");
-        }
-        Ok(body.to_owned())
     }
 
     /// Asks the server to end (SIGTERM) and waits; kills it when it does not.
@@ -88,6 +73,21 @@ impl Server {
         }
         Ok(())
     }
+}
+
+/// A GET by hand: HTTP/1.0 means that the answer ends where the connection does.
+pub(crate) fn get(address: &str, path: &str) -> Result<String> {
+    let mut stream = TcpStream::connect(address)?;
+    stream.set_read_timeout(Some(Duration::from_secs(10)))?;
+    write!(stream, "GET {path} HTTP/1.0\r\nHost: {address}\r\n\r\n")?;
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer)?;
+    let (head, body) = answer.split_once("\r\n\r\n").context("not an HTTP answer")?;
+    let status = head.lines().next().unwrap_or_default();
+    if status.split(' ').nth(1) != Some("200") {
+        bail!("{path} answered {status}");
+    }
+    Ok(body.to_owned())
 }
 
 impl Drop for Server {

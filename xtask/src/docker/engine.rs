@@ -1,0 +1,123 @@
+//! Docker and compose, by their command lines.
+
+use crate::python::succeeds;
+use anyhow::{Context, Result, ensure};
+use serde_json::Value;
+use std::process::{Command, Stdio};
+
+/// A Docker engine that answers.
+pub(super) struct Engine {
+    compose: Vec<&'static str>,
+}
+
+impl Engine {
+    /// The engine of this machine, or why there is none.
+    pub(super) fn find() -> Result<Self, String> {
+        if !succeeds(Command::new("docker").arg("--version")) {
+            return Err("docker is not installed".into());
+        }
+        if !succeeds(Command::new("docker").args(["ps", "--quiet"])) {
+            return Err("docker is installed, but no engine answers (is dockerd running?)".into());
+        }
+        let known = [vec!["docker", "compose"], vec!["docker-compose"]];
+        let compose =
+            known.into_iter().find(|words| succeeds(Command::new(words[0]).args(&words[1..]).arg("version")));
+        match compose {
+            Some(compose) => Ok(Engine { compose }),
+            None => Err("docker has no compose (Debian's package docker-compose)".into()),
+        }
+    }
+
+    /// A docker command.
+    pub(super) fn docker(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new("docker");
+        command.args(arguments).stdin(Stdio::null());
+        command
+    }
+
+    /// A compose project of our own on an image, with any free port.
+    pub(super) fn project(&self, image: &str) -> Result<Project<'_>> {
+        Ok(Project {
+            engine: self,
+            name: format!("palmares-test-{}", std::process::id()),
+            image: image.to_owned(),
+        })
+    }
+}
+
+/// What a command prints; an error with what it complains of when it fails.
+pub(super) fn output(command: &mut Command) -> Result<String> {
+    let output = command.output().with_context(|| format!("cannot start {command:?}"))?;
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    ensure!(output.status.success(), "{command:?} failed: {}", complaint.trim());
+    Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+/// A compose project. Dropping it takes it down with its volumes.
+pub(super) struct Project<'a> {
+    engine: &'a Engine,
+    name: String,
+    image: String,
+}
+
+impl Project<'_> {
+    fn compose(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(self.engine.compose[0]);
+        command.args(&self.engine.compose[1..]).args([
+            "--project-name",
+            &self.name,
+            "--file",
+            "compose.yaml",
+        ]);
+        command.args(arguments).current_dir(crate::root()).stdin(Stdio::null());
+        command.env("PALMARES_IMAGE", &self.image).env("PALMARES_PORT", "0");
+        command
+    }
+
+    pub(super) fn up(&self) -> Result<()> {
+        output(&mut self.compose(&["up", "--detach", "--no-build"])).map(drop)
+    }
+
+    /// SIGTERM, and the grace that compose.yaml gives.
+    pub(super) fn stop(&self) -> Result<()> {
+        output(&mut self.compose(&["stop"])).map(drop)
+    }
+
+    /// Where the server is reached from outside: `127.0.0.1:49153`.
+    pub(super) fn address(&self) -> Result<String> {
+        let bound = output(&mut self.compose(&["port", "palmares", "8080"]))?;
+        let port = bound.lines().next().and_then(|line| line.rsplit(':').next());
+        Ok(format!("127.0.0.1:{}", port.with_context(|| format!("no port: {bound:?}"))?))
+    }
+
+    fn container(&self) -> Result<String> {
+        output(&mut self.compose(&["ps", "--quiet", "palmares"]))
+    }
+
+    /// What the engine knows of the container.
+    pub(super) fn state(&self) -> Result<Value> {
+        let container = self.container()?;
+        let state = output(&mut self.engine.docker(&["inspect", "--format", "{{json .State}}", &container]))?;
+        Ok(serde_json::from_str(&state)?)
+    }
+
+    /// Runs a command in the container.
+    pub(super) fn exec(&self, arguments: &[&str]) -> Result<String> {
+        let container = self.container()?;
+        output(self.engine.docker(&["exec", &container]).args(arguments))
+    }
+
+    /// What the server said.
+    pub(super) fn logs(&self) -> String {
+        output(&mut self.compose(&["logs", "--no-color"])).unwrap_or_else(|error| error.to_string())
+    }
+}
+
+impl Drop for Project<'_> {
+    fn drop(&mut self) {
+        let down = self.compose(&["down", "--volumes", "--timeout", "5"]).output();
+        if !down.is_ok_and(|output| output.status.success()) {
+            println!("the compose project {} could not be taken down", self.name);
+        }
+    }
+}

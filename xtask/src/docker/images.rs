@@ -1,0 +1,121 @@
+//! The images: base images from a registry, or made with debootstrap where none is reached; and ours.
+
+use super::engine::{Engine, output};
+use crate::python::succeeds;
+use anyhow::{Context, Result, ensure};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// The Dockerfile's own choice, on which the images of the tests are built.
+const RUNTIME: &str = "debian:bookworm-slim";
+/// The same made here.
+const BOOTSTRAPPED: &str = "palmares-test/debian:bookworm";
+/// What the tests build.
+const IMAGE: &str = "palmares-test/server";
+
+/// Where the program comes from.
+pub(super) enum Source<'a> {
+    /// Compiled within the image.
+    Repository,
+    /// Built by cargo here.
+    Program(&'a Path),
+}
+
+/// Builds the image and returns its name, or says why this machine cannot.
+pub(super) fn build(engine: &Engine, source: &Source<'_>) -> Result<Result<String, String>> {
+    let runtime = match runtime(engine)? {
+        Ok(runtime) => runtime,
+        Err(reason) => return Ok(Err(reason)),
+    };
+    let mut build = engine.docker(&["build", "--quiet", "--tag", IMAGE]);
+    // Plain stages: they build everywhere, also where BuildKit's plugin is missing.
+    build.env("DOCKER_BUILDKIT", "0").current_dir(crate::root());
+    build.args(["--build-arg", &format!("RUNTIME_IMAGE={runtime}")]);
+    let built = match source {
+        Source::Repository => {
+            for name in ["RUST_IMAGE", "JOBS"] {
+                if let Ok(value) = std::env::var(name) {
+                    build.args(["--build-arg", &format!("{name}={value}")]);
+                }
+            }
+            output(build.arg("."))
+        }
+        Source::Program(program) => {
+            let context = BuildContext::with(program)?;
+            build.args(["--build-arg", "PREBUILT=palmares", "--build-arg", &format!("RUST_IMAGE={runtime}")]);
+            output(build.args(["--file", "Dockerfile"]).arg(&context.0))
+        }
+    };
+    built.context("the image does not build")?;
+    // A program built on a newer system than the image's does not start there.
+    let version = engine.docker(&["run", "--rm", IMAGE, "--version"]).output()?;
+    let complaint = String::from_utf8_lossy(&version.stderr);
+    if complaint.contains("GLIBC_") {
+        return Ok(Err(format!(
+            "a program built here does not run in {RUNTIME}, whose C library is older; \
+             `cargo xtask docker` compiles within the image"
+        )));
+    }
+    ensure!(version.status.success(), "the image does not run: {complaint}");
+    Ok(Ok(IMAGE.to_owned()))
+}
+
+/// A build context with nothing but the program. Removed when dropped.
+struct BuildContext(PathBuf);
+
+impl BuildContext {
+    fn with(program: &Path) -> Result<Self> {
+        let folder = std::env::temp_dir().join(format!("palmares-image-{}", std::process::id()));
+        fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
+        let context = BuildContext(folder);
+        fs::copy(program, context.0.join("palmares")).context("cannot copy the program")?;
+        Ok(context)
+    }
+}
+
+impl Drop for BuildContext {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// The image to run in: at hand, from a registry, or made of Debian's packages.
+fn runtime(engine: &Engine) -> Result<Result<String, String>> {
+    for image in [RUNTIME, BOOTSTRAPPED] {
+        if succeeds(&mut engine.docker(&["image", "inspect", image])) {
+            return Ok(Ok(image.to_owned()));
+        }
+    }
+    if succeeds(&mut engine.docker(&["pull", "--quiet", RUNTIME])) {
+        return Ok(Ok(RUNTIME.to_owned()));
+    }
+    println!("no image registry is reached; making an image of Debian's packages");
+    let quiet = |program: &str, arguments: &[&str]| {
+        succeeds(Command::new(program).env("DEBIAN_FRONTEND", "noninteractive").args(arguments))
+    };
+    let install = || quiet("apt-get", &["install", "--yes", "--no-install-recommends", "debootstrap"]);
+    let there = || quiet("debootstrap", &["--version"]);
+    if !(there() || install() || (quiet("apt-get", &["update"]) && install())) {
+        let reason = "no image registry is reached, and debootstrap can be neither found nor installed";
+        return Ok(Err(reason.into()));
+    }
+    let folder = std::env::temp_dir().join(format!("palmares-bookworm-{}", std::process::id()));
+    let made = bootstrap(&folder);
+    let _ = fs::remove_dir_all(&folder);
+    Ok(made.map(|()| BOOTSTRAPPED.to_owned()).map_err(|error| format!("no base image: {error:#}")))
+}
+
+fn bootstrap(folder: &Path) -> Result<()> {
+    output(Command::new("debootstrap").args(["--variant=minbase", "bookworm"]).arg(folder))?;
+    let mut tar = Command::new("tar")
+        .arg("--directory")
+        .arg(folder)
+        .args(["--create", "."])
+        .stdout(Stdio::piped())
+        .spawn()?;
+    let stream = tar.stdout.take().context("tar has no output")?;
+    output(Command::new("docker").args(["import", "-", BOOTSTRAPPED]).stdin(stream))?;
+    ensure!(tar.wait()?.success(), "tar failed");
+    Ok(())
+}

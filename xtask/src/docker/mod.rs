@@ -1,0 +1,172 @@
+//! The container: built, started with compose, played on from outside, stopped and started again.
+//!
+//! `cargo xtask test` puts the server that it has built anyway into the image; `cargo xtask docker` compiles it within
+//! the image, as users do, which takes several minutes.
+
+mod engine;
+mod images;
+
+use crate::cargo::build_server;
+use crate::python::Environment;
+use crate::server::get;
+use anyhow::{Context, Result, bail, ensure};
+use clap::Args;
+use engine::{Engine, Project};
+use images::Source;
+use serde_json::Value;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::{Child, ChildStdout, Stdio};
+use std::time::{Duration, Instant};
+
+/// How long the container may take to become healthy.
+const HEALTHY_WITHIN: Duration = Duration::from_secs(90);
+/// The grace that compose.yaml gives, and a little for the engine.
+const STOPPED_WITHIN: Duration = Duration::from_secs(45);
+
+#[derive(Args)]
+pub(crate) struct Options {
+    /// Put the program that cargo builds here into the image instead of compiling within it.
+    #[arg(long)]
+    prebuilt: bool,
+}
+
+/// `cargo xtask docker`. An engine that is missing is an error here.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    let environment = Environment::prepare()?;
+    let program = options.prebuilt.then(|| build_server(false)).transpose()?;
+    match check(program.as_deref(), &environment)? {
+        Ok(()) => Ok(()),
+        Err(reason) => bail!("{reason}"),
+    }
+}
+
+/// Runs every check of the container, or says why this machine cannot.
+pub(crate) fn check(program: Option<&Path>, environment: &Environment) -> Result<Result<(), String>> {
+    let engine = match Engine::find() {
+        Ok(engine) => engine,
+        Err(reason) => return Ok(Err(reason)),
+    };
+    let source = match program {
+        Some(program) => Source::Program(program),
+        None => Source::Repository,
+    };
+    let image = match images::build(&engine, &source)? {
+        Ok(image) => image,
+        Err(reason) => return Ok(Err(reason)),
+    };
+    let project = engine.project(&image)?;
+    let outcome = live(&project, environment);
+    if outcome.is_err() {
+        println!("--- the container's log\n{}", project.logs());
+    }
+    outcome.map(Ok)
+}
+
+/// Plays, stops, starts again.
+fn live(project: &Project<'_>, environment: &Environment) -> Result<()> {
+    project.up()?;
+    let address = project.address()?;
+    healthy(project)?;
+    println!("healthy at {address}");
+    not_root(project)?;
+
+    let mut player = Player::start(environment, &address, "stopped")?;
+    ensure!(player.hear()? == "done", "the first run");
+    player.finish()?;
+    let mut busy = Player::start(environment, &address, "left-open")?;
+    ensure!(busy.hear()? == "open", "the second run");
+    println!("two runs played from outside, one of them is open");
+
+    let start = Instant::now();
+    project.stop()?;
+    ensure!(start.elapsed() < STOPPED_WITHIN, "SIGTERM took {:?}", start.elapsed());
+    let state = project.state()?;
+    ensure!(state["ExitCode"] == 0, "the program did not end in order: {state}");
+    println!("stopped in {:.1} s", start.elapsed().as_secs_f64());
+    drop(busy);
+
+    project.up()?;
+    let address = project.address()?;
+    healthy(project)?;
+    let board: Value = serde_json::from_str(&get(&address, "/v1/leaderboard")?)?;
+    let teams: Vec<&str> =
+        board["rows"].as_array().into_iter().flatten().filter_map(|row| row["team"].as_str()).collect();
+    ensure!(teams.len() == 2, "after the restart the leaderboard has {teams:?}: {board}");
+    for row in board["rows"].as_array().into_iter().flatten() {
+        let run = row["tasks"]["balls"]["run_id"].as_str().context("a run")?;
+        let run: Value = serde_json::from_str(&get(&address, &format!("/v1/runs/{run}"))?)?;
+        ensure!(run["status"] == "practice" && run["score"].is_number(), "not scored: {run}");
+    }
+    println!("started again: both runs are scored and on the leaderboard");
+    Ok(())
+}
+
+fn healthy(project: &Project<'_>) -> Result<()> {
+    let start = Instant::now();
+    loop {
+        let state = project.state()?;
+        match state["Health"]["Status"].as_str() {
+            Some("healthy") => return Ok(()),
+            Some("starting") if start.elapsed() < HEALTHY_WITHIN => {}
+            _ => bail!("not healthy after {:?}: {state}", start.elapsed()),
+        }
+        std::thread::sleep(Duration::from_millis(250));
+    }
+}
+
+/// The program runs without privileges and can write nowhere but in its volume.
+fn not_root(project: &Project<'_>) -> Result<()> {
+    let status = project.exec(&["cat", "/proc/1/status"])?;
+    let field = |name: &str| {
+        let line = status.lines().find_map(|line| line.strip_prefix(name)).unwrap_or_default();
+        line.split_whitespace().map(str::to_owned).collect::<Vec<_>>()
+    };
+    ensure!(field("Uid:").iter().all(|uid| uid == "10001"), "the user is {:?}", field("Uid:"));
+    ensure!(field("CapEff:") == ["0000000000000000"], "capabilities: {:?}", field("CapEff:"));
+    ensure!(field("NoNewPrivs:") == ["1"], "privileges can be gained");
+    ensure!(project.exec(&["touch", "/data/probe"]).is_ok(), "/data cannot be written");
+    ensure!(project.exec(&["touch", "/probe"]).is_err(), "the root file system can be written");
+    project.exec(&["rm", "/data/probe"])?;
+    println!("not root, no capabilities, nothing writable but /data");
+    Ok(())
+}
+
+/// A Python client outside of the container.
+struct Player {
+    child: Child,
+    stdout: BufReader<ChildStdout>,
+}
+
+impl Player {
+    fn start(environment: &Environment, address: &str, team: &str) -> Result<Self> {
+        let mut python = environment.python();
+        python.args(["-c", include_str!("play.py"), &format!("http://{address}"), team]);
+        let mut child =
+            python.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().context("cannot start Python")?;
+        let stdout = BufReader::new(child.stdout.take().context("no standard output")?);
+        Ok(Player { child, stdout })
+    }
+
+    /// The next word it prints.
+    fn hear(&mut self) -> Result<String> {
+        let mut line = String::new();
+        self.stdout.read_line(&mut line)?;
+        Ok(line.trim().to_owned())
+    }
+
+    fn finish(mut self) -> Result<()> {
+        let mut rest = String::new();
+        self.stdout.read_to_string(&mut rest)?;
+        let status = self.child.wait()?;
+        ensure!(status.success(), "the player ended with {status}: {rest}");
+        Ok(())
+    }
+}
+
+impl Drop for Player {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
