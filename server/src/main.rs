@@ -8,6 +8,7 @@ mod protocol;
 #[allow(dead_code)]
 mod replay;
 mod session;
+#[allow(dead_code, unused_imports, reason = "the competition uses the rest")]
 mod store;
 mod telemetry;
 mod ws;

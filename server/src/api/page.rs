@@ -19,7 +19,7 @@ pub(super) async fn leaderboard(
     State(host): State<Arc<Host>>,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, Problem> {
-    let rows = host.store.leaderboard().await.map_err(|error| store_failed(&error))?;
+    let rows = host.store.leaderboard(false).await.map_err(|error| store_failed(&error))?;
     let here = headers.get(HOST).and_then(|value| value.to_str().ok()).unwrap_or("127.0.0.1:8080");
     let tasks: Vec<&str> = host.tasks.iter().map(|task| task.name.as_str()).collect();
     let page = render(&rows, &tasks, here);
@@ -117,13 +117,16 @@ mod tests {
     use crate::store::TaskBest;
 
     fn row(team: &str) -> LeaderboardRow {
-        let best = TaskBest { score: 3.5, run_id: "run_1".into(), ended_unix_ms: 0 };
+        let best =
+            TaskBest { score: 3.5, run_id: "run_1".into(), status: "practice".into(), ended_unix_ms: 0 };
         LeaderboardRow {
             rank: 1,
             team: team.into(),
             total: -0.5,
             runs: 2,
             reached_unix_ms: 0,
+            sensors_only: false,
+            sensors_rank: None,
             tasks: [("balls".to_owned(), best)].into(),
         }
     }

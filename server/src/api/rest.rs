@@ -98,7 +98,7 @@ pub(super) struct Leaderboard {
 
 /// The ranking.
 pub(super) async fn leaderboard(State(host): State<Arc<Host>>) -> Result<impl IntoResponse, Problem> {
-    let rows = host.store.leaderboard().await.map_err(|error| store_failed(&error))?;
+    let rows = host.store.leaderboard(false).await.map_err(|error| store_failed(&error))?;
     let tasks = host.tasks.iter().map(|task| task.name.clone()).collect();
     Ok(([(CACHE_CONTROL, "no-store")], Json(Leaderboard { tasks, rows, unix_ms: unix_ms() })))
 }

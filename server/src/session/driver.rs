@@ -84,8 +84,10 @@ impl Session {
             team,
             client_version,
             limit_s: hello.session_s,
+            mode: "practice",
+            token_hash: None,
         };
-        host.store.begin_session(&row).await.map_err(|error| store_failed("the session", &error))?;
+        host.store.begin_session(&row, None).await.map_err(|error| store_failed("the session", &error))?;
         host.registry.insert(&session.resume_token);
         tracing::info!(session = session.session_id, team = session.team, "session opened");
         Ok(session)
@@ -189,9 +191,12 @@ impl Session {
             team: self.team.clone(),
             task: task.name.clone(),
             hand: hand.name.clone(),
+            hand_sha256: None,
+            mode: "lockstep",
             sensing: reset.sensing,
             seed_hex: seed.to_hex(),
             seed: Some(number),
+            k: None,
             server_version: own.version,
             build_hash: own.build_hash,
         };
@@ -354,6 +359,7 @@ impl Session {
             status: finished.status,
             outcome: &finished.outcome,
             note: finished.note.as_deref(),
+            missed_ticks: 0,
         };
         if let Err(error) = self.host.store.finish_run(&row).await {
             self.unstored = Some(finished);

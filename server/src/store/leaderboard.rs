@@ -15,8 +15,12 @@ pub(crate) struct LeaderboardRow {
     pub(crate) total: f64,
     /// Finished runs.
     pub(crate) runs: i64,
-    /// When the total was reached, ms since 1970 UTC.
+    /// When the total was reached: the end of the run that completed it, ms since 1970 UTC.
     pub(crate) reached_unix_ms: i64,
+    /// Whether every run the team ever opened was without the true state of the world.
+    pub(crate) sensors_only: bool,
+    /// Its place among the teams that only use sensors.
+    pub(crate) sensors_rank: Option<usize>,
     /// Best run of each task.
     pub(crate) tasks: BTreeMap<String, TaskBest>,
 }
@@ -28,34 +32,46 @@ pub(crate) struct TaskBest {
     pub(crate) score: f64,
     /// The earliest run with this score.
     pub(crate) run_id: String,
+    /// `practice`, `provisional` or `verified`.
+    pub(crate) status: String,
     /// Its end, ms since 1970 UTC.
     pub(crate) ended_unix_ms: i64,
 }
 
+/// What the query gives for the best run of a team in a task.
+type Best = (String, String, f64, String, String, i64, i64, i64);
+
 impl Store {
-    /// All teams with a finished run that counts, best first.
-    pub(crate) async fn leaderboard(&self) -> Result<Vec<LeaderboardRow>, StoreError> {
-        let best: Vec<(String, String, f64, String, i64, i64)> = sqlx::query_as(
-            "SELECT team, task, score, run_id, ended_at, runs FROM ( \
-               SELECT team, task, score, run_id, ended_at, \
+    /// All teams with a finished run that counts, best first. Rejected and voided runs do not count, practice runs
+    /// only in practice.
+    pub(crate) async fn leaderboard(&self, official: bool) -> Result<Vec<LeaderboardRow>, StoreError> {
+        let best: Vec<Best> = sqlx::query_as(
+            "SELECT team, task, score, run_id, status, ended_at, runs, \
+                 (SELECT COUNT(*) FROM runs AS seeing WHERE seeing.team = ranked.team AND sensing = 'truth' \
+                  AND (seeing.k IS NOT NULL) = ($1 = 1)) AS seeing FROM ( \
+               SELECT team, task, score, run_id, status, ended_at, \
                       COUNT(*) OVER (PARTITION BY team) AS runs, \
                       ROW_NUMBER() OVER (PARTITION BY team, task ORDER BY score DESC, ended_at, run_id) AS place \
-               FROM runs WHERE status IN ('practice', 'provisional', 'verified') AND score IS NOT NULL \
+               FROM runs WHERE score IS NOT NULL AND (status = 'practice' AND $1 = 0 OR \
+                 status IN ('provisional', 'verified') AND $1 = 1) \
              ) AS ranked WHERE place = 1",
         )
+        .bind(i64::from(official))
         .fetch_all(&self.pool)
         .await?;
         let mut teams: BTreeMap<String, LeaderboardRow> = BTreeMap::new();
-        for (team, task, score, run_id, ended_unix_ms, runs) in best {
+        for (team, task, score, run_id, status, ended_unix_ms, runs, seeing) in best {
             let row = teams.entry(team.clone()).or_insert_with(|| LeaderboardRow {
                 rank: 0,
                 team,
                 total: 0.0,
                 runs,
                 reached_unix_ms: i64::MIN,
+                sensors_only: seeing == 0,
+                sensors_rank: None,
                 tasks: BTreeMap::new(),
             });
-            row.tasks.insert(task, TaskBest { score, run_id, ended_unix_ms });
+            row.tasks.insert(task, TaskBest { score, run_id, status, ended_unix_ms });
         }
         Ok(rank(teams.into_values().collect()))
     }
@@ -70,8 +86,13 @@ fn rank(mut rows: Vec<LeaderboardRow>) -> Vec<LeaderboardRow> {
     rows.sort_by(|a, b| {
         b.total.total_cmp(&a.total).then(a.reached_unix_ms.cmp(&b.reached_unix_ms)).then(a.team.cmp(&b.team))
     });
+    let mut without_truth = 0;
     for (i, row) in rows.iter_mut().enumerate() {
         row.rank = i + 1;
+        if row.sensors_only {
+            without_truth += 1;
+            row.sensors_rank = Some(without_truth);
+        }
     }
     rows
 }

@@ -1,45 +1,79 @@
-//! What outlives the process: sessions and runs.
+//! What outlives the process: teams and their tokens, sessions, runs, hands, and who decided what.
+//!
+//! One set of queries serves SQLite and Postgres (`$1` works in both; flags are 0 or 1 because SQLite has no
+//! booleans).
 
+/// How a struct is read from a row: each field and its column.
+macro_rules! from_row {
+    ($name:ident { $($field:ident: $column:literal),* }) => {
+        impl sqlx::FromRow<'_, sqlx::any::AnyRow> for $name {
+            fn from_row(row: &sqlx::any::AnyRow) -> Result<Self, sqlx::Error> {
+                use sqlx::Row;
+                Ok($name { $($field: row.try_get($column)?),* })
+            }
+        }
+    };
+}
+
+mod audit;
+mod hands;
 mod leaderboard;
+mod location;
 mod runs;
 mod sessions;
+mod settings;
+mod teams;
+mod tokens;
+mod verdicts;
 
+pub(crate) use audit::{AuditEntry, Deed};
+pub(crate) use hands::{HandRow, NewHand};
 pub(crate) use leaderboard::LeaderboardRow;
 #[cfg(test)]
 pub(crate) use leaderboard::TaskBest;
+pub(crate) use location::Location;
 pub(crate) use runs::{FinishedRun, NewRun, RunRecord};
-pub(crate) use sessions::NewSession;
+pub(crate) use sessions::{ClockState, NewSession, ResumableSession, SessionRow};
+pub(crate) use teams::TeamRow;
+pub(crate) use tokens::{NewToken, TokenRow};
+pub(crate) use verdicts::{UnverifiedRun, Verdict};
 
+use location::{Dialect, Lock, Target};
+use sqlx::any::{AnyPoolOptions, install_default_drivers};
 use sqlx::migrate::{Migration, MigrationType, Migrator};
-use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
-use sqlx::{SqlSafeStr, SqlitePool};
+use sqlx::{Any, AnyPool, Executor, SqlSafeStr, Transaction};
 use std::borrow::Cow;
-use std::fs::{File, TryLockError};
-use std::path::{Path, PathBuf};
-use std::str::FromStr;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use tokio::sync::Mutex;
 
 /// Version, name, statements. Embedded, so that the program needs no files beside it.
-const MIGRATIONS: [(i64, &str, &str); 1] =
-    [(1, "sessions and runs", include_str!("../../migrations/0001_sessions_and_runs.sql"))];
+const MIGRATIONS: [(i64, &str, &str); 2] = [
+    (1, "sessions and runs", include_str!("../../migrations/0001_sessions_and_runs.sql")),
+    (2, "competition", include_str!("../../migrations/0002_competition.sql")),
+];
 
 /// Why the store did not do what it was asked.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum StoreError {
     /// The URL names a database this version cannot use.
-    #[error("database URL `{url}`: {why}; use sqlite:///path/to/palmares.sqlite")]
+    #[error(
+        "database URL `{url}`: {why}; use sqlite:///path/to/palmares.sqlite or postgres://user@host/database"
+    )]
     Url {
         /// As given, without what follows the scheme: it may hold a password.
         url: String,
         /// What is wrong with it.
         why: String,
     },
-    /// Another server uses the data directory.
-    #[error("the data directory {} is in use by another server; choose another with --data-dir", path.display())]
+    /// Another server uses the database.
+    #[error(
+        "the database {place} is in use by another server; choose another with --data-dir or --database-url"
+    )]
     Taken {
         /// Which.
-        path: PathBuf,
+        place: String,
     },
     /// The data directory cannot be made or written.
     #[error("cannot write in the data directory {}: {source}; choose another with --data-dir", path.display())]
@@ -65,54 +99,51 @@ pub(crate) enum StoreError {
     Query(#[from] sqlx::Error),
 }
 
-/// Where the database is.
-#[derive(Clone, Debug)]
-pub(crate) enum Location {
-    /// A file in the data directory, created when it is missing.
-    DataDir(PathBuf),
-    /// A URL.
-    Url(String),
-}
-
 /// The database.
 #[derive(Clone, Debug)]
 pub(crate) struct Store {
-    pool: SqlitePool,
-    lock: Option<Arc<File>>,
+    pool: AnyPool,
+    dialect: Dialect,
+    lock: Arc<Mutex<Option<Lock>>>,
+    /// Held while an audit record gets its number.
+    audit: Arc<Mutex<()>>,
 }
 
 impl Store {
     /// Opens the database, creating and upgrading it as needed.
     ///
     /// # Errors
-    /// When the place cannot be written, is no database, or was written by a newer version.
+    /// When the place cannot be written, is no database, is used by another server, or was written by a newer
+    /// version.
     pub(crate) async fn open(location: &Location) -> Result<Self, StoreError> {
-        let (place, options, lock) = match location {
-            Location::DataDir(folder) => {
-                std::fs::create_dir_all(folder)
-                    .map_err(|source| StoreError::Folder { path: folder.clone(), source })?;
-                let file = folder.join("palmares.sqlite");
-                let lock = Arc::new(lock(folder)?);
-                (file.display().to_string(), SqliteConnectOptions::new().filename(file), Some(lock))
-            }
-            Location::Url(url) => (scheme_of(url), parse_url(url)?, None),
-        };
-        // WAL: readers never wait for the writer. FULL: a commit is on the disk before the client hears its
-        // score, also when the power fails; with two small commits per run the price is not felt.
-        let options = options
-            .create_if_missing(true)
-            .journal_mode(SqliteJournalMode::Wal)
-            .synchronous(SqliteSynchronous::Full)
-            .busy_timeout(Duration::from_secs(5))
-            .foreign_keys(true);
-        let pool = SqlitePoolOptions::new()
+        install_default_drivers();
+        let target = Target::new(location)?;
+        let lock = target.lock().await?;
+        let dialect = target.dialect;
+        let pool = AnyPoolOptions::new()
             .max_connections(4)
             .acquire_timeout(Duration::from_secs(10))
-            .connect_with(options)
+            .after_connect(move |connection, _| {
+                Box::pin(async move {
+                    // WAL: readers never wait for the writer. FULL: a commit is on the disk before the client
+                    // hears its score, also when the power fails; with two small commits per run the price is
+                    // not felt.
+                    if dialect == Dialect::Sqlite {
+                        connection
+                            .execute(
+                                "PRAGMA busy_timeout = 5000; PRAGMA journal_mode = WAL; \
+                                 PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON",
+                            )
+                            .await?;
+                    }
+                    Ok(())
+                })
+            })
+            .connect_with(target.options()?)
             .await
-            .map_err(|source| StoreError::Open { place, source })?;
+            .map_err(|source| StoreError::Open { place: target.place, source })?;
         migrator().run(&pool).await?;
-        Ok(Store { pool, lock })
+        Ok(Store { pool, dialect, lock: Arc::new(Mutex::new(Some(lock))), audit: Arc::default() })
     }
 
     /// Whether the database answers.
@@ -121,30 +152,18 @@ impl Store {
         Ok(())
     }
 
-    /// Closes all connections; the write-ahead log is merged into the file. The directory is free again.
+    /// Closes all connections; SQLite merges its write-ahead log into the file. The database is free again.
     pub(crate) async fn close(&self) {
         self.pool.close().await;
-        if let Some(lock) = &self.lock {
-            // The end of the process unlocks it in any case.
-            let _ = lock.unlock();
+        if let Some(lock) = self.lock.lock().await.take() {
+            lock.release().await;
         }
     }
-}
 
-fn scheme_of(url: &str) -> String {
-    match url.split_once(':') {
-        Some((scheme, _)) => format!("{scheme}:…"),
-        None => "without a scheme".into(),
+    /// A transaction that will write.
+    async fn write(&self) -> Result<Transaction<'static, Any>, StoreError> {
+        Ok(self.pool.begin_with(self.dialect.begin()).await?)
     }
-}
-
-fn parse_url(url: &str) -> Result<SqliteConnectOptions, StoreError> {
-    if !url.starts_with("sqlite:") {
-        let why = "this version stores in SQLite only".to_owned();
-        return Err(StoreError::Url { url: scheme_of(url), why });
-    }
-    SqliteConnectOptions::from_str(url)
-        .map_err(|error| StoreError::Url { url: scheme_of(url), why: error.to_string() })
 }
 
 fn migrator() -> Migrator {
@@ -154,22 +173,15 @@ fn migrator() -> Migrator {
     Migrator::with_migrations(migrations.into())
 }
 
-/// Takes the data directory for this process. The system gives it back when the process ends, however it ends.
-fn lock(folder: &Path) -> Result<File, StoreError> {
-    let path = folder.join("palmares.lock");
-    let file = File::options().create(true).append(true).open(&path);
-    let file = file.map_err(|source| StoreError::Folder { path: folder.to_owned(), source })?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(StoreError::Taken { path: folder.to_owned() }),
-        Err(TryLockError::Error(source)) => Err(StoreError::Folder { path: folder.to_owned(), source }),
-    }
-}
-
 /// Now, in ms since 1970 UTC.
 pub(crate) fn unix_ms() -> i64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
+}
+
+/// SQL integers are signed; nothing we count comes near the end.
+fn signed(number: u64) -> i64 {
+    i64::try_from(number).unwrap_or(i64::MAX)
 }
 
 #[cfg(test)]

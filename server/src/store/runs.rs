@@ -1,8 +1,9 @@
 //! Rows of `runs`.
 
-use super::{Store, StoreError, unix_ms};
+use super::{Store, StoreError, signed, unix_ms};
 use palmares_tasks::{Event, Outcome, Sensing};
 use serde::Serialize;
+use sqlx::any::AnyRow;
 use sqlx::{FromRow, Row};
 
 /// A run that begins.
@@ -18,12 +19,18 @@ pub(crate) struct NewRun {
     pub(crate) task: String,
     /// Hand.
     pub(crate) hand: String,
+    /// SHA-256 of the hand's archive, when it is a team's own.
+    pub(crate) hand_sha256: Option<String>,
+    /// `lockstep` or `realtime`.
+    pub(crate) mode: &'static str,
     /// How much the controller sees.
     pub(crate) sensing: Sensing,
     /// 64 hexadecimal digits.
     pub(crate) seed_hex: String,
     /// The number behind the seed, in practice.
     pub(crate) seed: Option<u64>,
+    /// The number of the run among the team's in this task, in an official session.
+    pub(crate) k: Option<u64>,
     /// Program.
     pub(crate) server_version: String,
     /// Commit it was built from.
@@ -35,25 +42,32 @@ pub(crate) struct NewRun {
 pub(crate) struct FinishedRun<'a> {
     /// Which.
     pub(crate) run_id: &'a str,
-    /// `practice` or `voided`.
+    /// `practice`, `provisional` or `voided`.
     pub(crate) status: &'a str,
     /// What it is worth.
     pub(crate) outcome: &'a Outcome,
     /// For people: what happened, where the reason does not say it.
     pub(crate) note: Option<&'a str>,
+    /// Ticks for which a realtime client sent no action.
+    pub(crate) missed_ticks: u64,
 }
 
 /// A run as `GET /v1/runs/{id}` shows it.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct RunRecord {
-    run_id: String,
-    session_id: String,
-    team: String,
+    /// Identifies it.
+    pub(crate) run_id: String,
+    /// The session it belongs to; only for those who may know.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) session_id: Option<String>,
+    /// Name on the leaderboard.
+    pub(crate) team: String,
     task: String,
     hand: String,
     mode: String,
     sensing: String,
-    status: String,
+    /// Where it stands.
+    pub(crate) status: String,
     reason: Option<String>,
     note: Option<String>,
     score: Option<f64>,
@@ -61,18 +75,30 @@ pub(crate) struct RunRecord {
     outside: Option<i64>,
     ticks: Option<i64>,
     sim_time_s: Option<f64>,
+    missed_ticks: i64,
     state_hash: Option<String>,
-    seed: Option<i64>,
-    seed_hex: String,
+    /// In practice, what `reset` takes to build the scene again.
+    pub(crate) seed: Option<i64>,
+    /// The seed itself; null while it is hidden.
+    pub(crate) seed_hex: Option<String>,
+    /// Number of the run among the team's in this task; official runs only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) k: Option<i64>,
     started_unix_ms: i64,
     ended_unix_ms: Option<i64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    replay_sha256: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    verify_note: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    verified_unix_ms: Option<i64>,
     server_version: String,
     build_hash: String,
     events: Vec<Event>,
 }
 
-impl FromRow<'_, sqlx::sqlite::SqliteRow> for RunRecord {
-    fn from_row(row: &sqlx::sqlite::SqliteRow) -> Result<Self, sqlx::Error> {
+impl FromRow<'_, AnyRow> for RunRecord {
+    fn from_row(row: &AnyRow) -> Result<Self, sqlx::Error> {
         let events: Option<String> = row.try_get("events")?;
         let events = match events {
             Some(json) => serde_json::from_str(&json).map_err(|error| sqlx::Error::ColumnDecode {
@@ -97,11 +123,16 @@ impl FromRow<'_, sqlx::sqlite::SqliteRow> for RunRecord {
             outside: row.try_get("outside")?,
             ticks: row.try_get("ticks")?,
             sim_time_s: row.try_get("sim_time_s")?,
+            missed_ticks: row.try_get("missed_ticks")?,
             state_hash: row.try_get("state_hash")?,
             seed: row.try_get("seed")?,
             seed_hex: row.try_get("seed_hex")?,
+            k: row.try_get("k")?,
             started_unix_ms: row.try_get("started_at")?,
             ended_unix_ms: row.try_get("ended_at")?,
+            replay_sha256: row.try_get("replay_sha256")?,
+            verify_note: row.try_get("verify_note")?,
+            verified_unix_ms: row.try_get("verified_at")?,
             server_version: row.try_get("server_version")?,
             build_hash: row.try_get("build_hash")?,
             events,
@@ -114,44 +145,58 @@ fn word<T: Serialize>(value: &T) -> Option<String> {
     serde_json::to_value(value).ok()?.as_str().map(str::to_owned)
 }
 
-/// SQL integers are signed; nothing we count comes near the end.
-fn signed(number: u64) -> i64 {
-    i64::try_from(number).unwrap_or(i64::MAX)
-}
-
 impl Store {
-    /// Writes a lockstep run that begins now.
+    /// The number of the team's next run of a task, from 1. No number is given twice.
+    pub(crate) async fn next_k(&self, team: &str, task: &str) -> Result<u64, StoreError> {
+        let (k,): (i64,) = sqlx::query_as(
+            "INSERT INTO run_counters (team, task, k) VALUES ($1, $2, 1) \
+             ON CONFLICT (team, task) DO UPDATE SET k = run_counters.k + 1 RETURNING k",
+        )
+        .bind(team)
+        .bind(task)
+        .fetch_one(&self.pool)
+        .await?;
+        Ok(k.unsigned_abs())
+    }
+
+    /// Writes a run that begins now.
     pub(crate) async fn begin_run(&self, run: &NewRun) -> Result<(), StoreError> {
         sqlx::query(
             "INSERT INTO runs (run_id, session_id, team, task, hand, mode, sensing, seed_hex, seed, \
-             server_version, build_hash, started_at, status) \
-             VALUES ($1, $2, $3, $4, $5, 'lockstep', $6, $7, $8, $9, $10, $11, 'open')",
+             server_version, build_hash, started_at, status, k, hand_sha256) \
+             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, 'open', $13, $14)",
         )
         .bind(&run.run_id)
         .bind(&run.session_id)
         .bind(&run.team)
         .bind(&run.task)
         .bind(&run.hand)
+        .bind(run.mode)
         .bind(word(&run.sensing))
         .bind(&run.seed_hex)
         .bind(run.seed.map(signed))
         .bind(&run.server_version)
         .bind(&run.build_hash)
         .bind(unix_ms())
+        .bind(run.k.map(signed))
+        .bind(&run.hand_sha256)
         .execute(&self.pool)
         .await?;
         Ok(())
     }
 
-    /// Writes how a run ended. It is on the disk when this returns; doing it twice changes nothing more.
-    pub(crate) async fn finish_run(&self, run: &FinishedRun<'_>) -> Result<(), StoreError> {
+    /// Writes how a run ended; returns the status it got: a run of a session that an organizer voided is void. It is
+    /// on the disk when this returns; doing it twice changes nothing more.
+    pub(crate) async fn finish_run(&self, run: &FinishedRun<'_>) -> Result<String, StoreError> {
         let outcome = run.outcome;
         let events =
             serde_json::to_string(&outcome.events).map_err(|error| sqlx::Error::Encode(error.into()))?;
+        let mut transaction = self.write().await?;
         sqlx::query(
-            "UPDATE runs SET status = $1, reason = $2, note = $3, ticks = $4, sim_time_s = $5, score = $6, \
-             in_goal = $7, outside = $8, state_hash = $9, events = $10, ended_at = $11 \
-             WHERE run_id = $12 AND status = 'open'",
+            "UPDATE runs SET status = CASE WHEN EXISTS (SELECT 1 FROM sessions WHERE sessions.session_id = \
+             runs.session_id AND sessions.status = 'voided') THEN 'voided' ELSE $1 END, reason = $2, note = $3, \
+             ticks = $4, sim_time_s = $5, score = $6, in_goal = $7, outside = $8, state_hash = $9, events = $10, \
+             ended_at = $11, missed_ticks = $12 WHERE run_id = $13 AND status = 'open'",
         )
         .bind(run.status)
         .bind(word(&outcome.reason))
@@ -164,10 +209,16 @@ impl Store {
         .bind(&outcome.state_hash)
         .bind(events)
         .bind(unix_ms())
+        .bind(signed(run.missed_ticks))
         .bind(run.run_id)
-        .execute(&self.pool)
+        .execute(&mut *transaction)
         .await?;
-        Ok(())
+        let (status,): (String,) = sqlx::query_as("SELECT status FROM runs WHERE run_id = $1")
+            .bind(run.run_id)
+            .fetch_one(&mut *transaction)
+            .await?;
+        transaction.commit().await?;
+        Ok(status)
     }
 
     /// The run of that id.
@@ -176,9 +227,15 @@ impl Store {
         Ok(query.fetch_optional(&self.pool).await?)
     }
 
-    /// Marks what an earlier process left open: its runs as aborted, its sessions as ended. Returns the runs.
+    /// All runs, oldest first: for the export.
+    pub(crate) async fn runs(&self) -> Result<Vec<RunRecord>, StoreError> {
+        Ok(sqlx::query_as("SELECT * FROM runs ORDER BY started_at, run_id").fetch_all(&self.pool).await?)
+    }
+
+    /// Marks what an earlier process left open: its runs as aborted, its practice sessions as ended. Official
+    /// sessions stay open: their teams may come back. Returns the runs.
     pub(crate) async fn abort_open_runs(&self) -> Result<Vec<String>, StoreError> {
-        let mut transaction = self.pool.begin().await?;
+        let mut transaction = self.write().await?;
         let runs: Vec<(String,)> = sqlx::query_as(
             "UPDATE runs SET status = 'aborted', note = 'interrupted: the server stopped', ended_at = $1 \
              WHERE status = 'open' RETURNING run_id",
@@ -186,7 +243,7 @@ impl Store {
         .bind(unix_ms())
         .fetch_all(&mut *transaction)
         .await?;
-        sqlx::query("UPDATE sessions SET ended_at = $1 WHERE ended_at IS NULL")
+        sqlx::query("UPDATE sessions SET ended_at = $1, status = 'ended' WHERE ended_at IS NULL AND mode = 'practice'")
             .bind(unix_ms())
             .execute(&mut *transaction)
             .await?;

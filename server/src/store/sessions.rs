@@ -1,6 +1,8 @@
-//! Rows of `sessions`.
+//! Rows of `sessions`, and the clocks in them.
 
-use super::{Store, StoreError, unix_ms};
+use super::{Deed, Store, StoreError, unix_ms};
+use serde::Serialize;
+use sqlx::AnyConnection;
 
 /// A session that begins.
 #[derive(Clone, Debug)]
@@ -13,32 +15,293 @@ pub(crate) struct NewSession {
     pub(crate) client_version: Option<String>,
     /// s; none for a session without a limit.
     pub(crate) limit_s: Option<f64>,
+    /// `practice` or `official`.
+    pub(crate) mode: &'static str,
+    /// SHA-256 of its resume token, hexadecimal.
+    pub(crate) token_hash: Option<String>,
+}
+
+/// A session's clock, as it is saved.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct ClockState {
+    /// Whether the first reset has been.
+    pub(crate) started: bool,
+    /// Wall-clock time it ran, pauses left out, s.
+    pub(crate) wall_s: f64,
+    /// Simulated time, s.
+    pub(crate) simulated_s: f64,
+    /// Time given back for faults of the server, s.
+    pub(crate) refunded_s: f64,
+    /// Time spent when the open run began, s; none without a run.
+    pub(crate) run_from_s: Option<f64>,
+}
+
+/// An official session that an earlier process left behind and whose time is not spent for all it knows.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ResumableSession {
+    /// Identifies it.
+    pub(crate) session_id: String,
+    /// Whose it is.
+    pub(crate) team: String,
+    /// SHA-256 of its resume token, hexadecimal.
+    pub(crate) token_hash: String,
+    /// Its length, s.
+    pub(crate) limit_s: Option<f64>,
+    /// Its clock when it was saved last.
+    pub(crate) clock: ClockState,
+    /// Whether an organizer holds it.
+    pub(crate) paused: bool,
+}
+
+/// A session as an organizer sees it.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct SessionRow {
+    /// Identifies it.
+    pub(crate) session_id: String,
+    /// Whose it is.
+    pub(crate) team: String,
+    /// `practice` or `official`.
+    pub(crate) mode: String,
+    /// `open`, `ended` or `voided`.
+    pub(crate) status: String,
+    /// What the client said of itself.
+    pub(crate) client_version: Option<String>,
+    /// Its length, s.
+    pub(crate) limit_s: Option<f64>,
+    /// Its clock when it was saved last, s.
+    pub(crate) clock_wall_s: f64,
+    /// The same, simulated time, s.
+    pub(crate) clock_simulated_s: f64,
+    /// Time given back, s.
+    pub(crate) refunded_s: f64,
+    /// Since when an organizer holds it, ms since 1970 UTC.
+    pub(crate) paused_unix_ms: Option<i64>,
+    /// When it began.
+    pub(crate) created_unix_ms: i64,
+    /// When it ended.
+    pub(crate) ended_unix_ms: Option<i64>,
+    /// Its runs.
+    pub(crate) runs: i64,
+}
+
+from_row!(SessionRow {
+    session_id: "session_id",
+    team: "team",
+    mode: "mode",
+    status: "status",
+    client_version: "client_version",
+    limit_s: "limit_s",
+    clock_wall_s: "clock_wall_s",
+    clock_simulated_s: "clock_simulated_s",
+    refunded_s: "refunded_s",
+    paused_unix_ms: "paused_at",
+    created_unix_ms: "created_at",
+    ended_unix_ms: "ended_at",
+    runs: "runs"
+});
+
+const SESSION_ROW: &str = "SELECT session_id, team, mode, status, client_version, limit_s, clock_wall_s, \
+     clock_simulated_s, refunded_s, paused_at, created_at, ended_at, \
+     (SELECT COUNT(*) FROM runs WHERE runs.session_id = sessions.session_id) AS runs FROM sessions ";
+
+type Query = sqlx::query::Query<'static, sqlx::Any, sqlx::any::AnyArguments>;
+
+/// Binds a number that may be missing. Through `Any`, a missing f64 would declare the parameter to be four bytes
+/// wide, and Postgres would refuse the next number in the same prepared statement; a missing f32 declares eight.
+fn bind_double(query: Query, number: Option<f64>) -> Query {
+    match number {
+        Some(number) => query.bind(number),
+        None => query.bind(None::<f32>),
+    }
 }
 
 impl Store {
-    /// Writes a practice session that begins now.
-    pub(crate) async fn begin_session(&self, session: &NewSession) -> Result<(), StoreError> {
-        sqlx::query(
-            "INSERT INTO sessions (session_id, team, client_version, mode, limit_s, created_at) \
-             VALUES ($1, $2, $3, 'practice', $4, $5)",
+    /// Writes a session that begins now. False, and nothing is written, when it would be the team's one official
+    /// session too many: those not voided count against `most`.
+    pub(crate) async fn begin_session(
+        &self,
+        session: &NewSession,
+        most: Option<u32>,
+    ) -> Result<bool, StoreError> {
+        let mut transaction = self.write().await?;
+        if let Some(most) = most {
+            // Serialises two hellos of one team in Postgres; in SQLite the transaction does.
+            sqlx::query("UPDATE teams SET created_at = created_at WHERE team = $1")
+                .bind(&session.team)
+                .execute(&mut *transaction)
+                .await?;
+            let (had,): (i64,) = sqlx::query_as(
+                "SELECT COUNT(*) FROM sessions WHERE team = $1 AND mode = 'official' AND status <> 'voided'",
+            )
+            .bind(&session.team)
+            .fetch_one(&mut *transaction)
+            .await?;
+            if had >= i64::from(most) {
+                return Ok(false);
+            }
+        }
+        let query = sqlx::query(
+            "INSERT INTO sessions (session_id, team, client_version, mode, limit_s, created_at, token_hash) \
+             VALUES ($1, $2, $3, $4, $5, $6, $7)",
         )
-        .bind(&session.session_id)
-        .bind(&session.team)
-        .bind(&session.client_version)
-        .bind(session.limit_s)
+        .bind(session.session_id.clone())
+        .bind(session.team.clone())
+        .bind(session.client_version.clone())
+        .bind(session.mode);
+        bind_double(query, session.limit_s)
+            .bind(unix_ms())
+            .bind(session.token_hash.clone())
+            .execute(&mut *transaction)
+            .await?;
+        transaction.commit().await?;
+        Ok(true)
+    }
+
+    /// Marks a session as ended now.
+    pub(crate) async fn end_session(&self, session_id: &str) -> Result<(), StoreError> {
+        sqlx::query(
+            "UPDATE sessions SET ended_at = $1, status = 'ended' WHERE session_id = $2 AND status = 'open'",
+        )
         .bind(unix_ms())
+        .bind(session_id)
         .execute(&self.pool)
         .await?;
         Ok(())
     }
 
-    /// Marks a session as ended now.
-    pub(crate) async fn end_session(&self, session_id: &str) -> Result<(), StoreError> {
-        sqlx::query("UPDATE sessions SET ended_at = $1 WHERE session_id = $2 AND ended_at IS NULL")
-            .bind(unix_ms())
-            .bind(session_id)
-            .execute(&self.pool)
-            .await?;
+    /// Saves a session's clock: what a crash leaves of it.
+    pub(crate) async fn save_clock(&self, session_id: &str, clock: &ClockState) -> Result<(), StoreError> {
+        let query = sqlx::query(
+            "UPDATE sessions SET clock_started = $1, clock_wall_s = $2, clock_simulated_s = $3, refunded_s = $4, \
+             run_from_s = $5 WHERE session_id = $6",
+        )
+        .bind(i64::from(clock.started))
+        .bind(clock.wall_s)
+        .bind(clock.simulated_s)
+        .bind(clock.refunded_s);
+        bind_double(query, clock.run_from_s).bind(session_id.to_owned()).execute(&self.pool).await?;
         Ok(())
     }
+
+    /// The official sessions that an earlier process left open.
+    pub(crate) async fn load_resumable_sessions(&self) -> Result<Vec<ResumableSession>, StoreError> {
+        type Clock = (i64, f64, f64, f64, Option<f64>, Option<i64>);
+        let rows: Vec<(String, String, String, Option<f64>)> = sqlx::query_as(
+            "SELECT session_id, team, token_hash, limit_s FROM sessions \
+             WHERE mode = 'official' AND status = 'open' AND token_hash IS NOT NULL ORDER BY created_at, session_id",
+        )
+        .fetch_all(&self.pool)
+        .await?;
+        let mut sessions = Vec::new();
+        for (session_id, team, token_hash, limit_s) in rows {
+            let (started, wall_s, simulated_s, refunded_s, run_from_s, paused_at): Clock = sqlx::query_as(
+                "SELECT clock_started, clock_wall_s, clock_simulated_s, refunded_s, run_from_s, paused_at \
+                 FROM sessions WHERE session_id = $1",
+            )
+            .bind(&session_id)
+            .fetch_one(&self.pool)
+            .await?;
+            let clock = ClockState { started: started != 0, wall_s, simulated_s, refunded_s, run_from_s };
+            let paused = paused_at.is_some();
+            sessions.push(ResumableSession { session_id, team, token_hash, limit_s, clock, paused });
+        }
+        Ok(sessions)
+    }
+
+    /// The sessions, newest first; of one team or of all.
+    pub(crate) async fn sessions(&self, team: Option<&str>) -> Result<Vec<SessionRow>, StoreError> {
+        let order = "ORDER BY created_at DESC, session_id";
+        let (everyone, one) =
+            (format!("{SESSION_ROW} {order}"), format!("{SESSION_ROW} WHERE team = $1 {order}"));
+        let query = match team {
+            Some(team) => sqlx::query_as(sqlx::AssertSqlSafe(one)).bind(team.to_owned()),
+            None => sqlx::query_as(sqlx::AssertSqlSafe(everyone)),
+        };
+        Ok(query.fetch_all(&self.pool).await?)
+    }
+
+    /// The session of that id.
+    pub(crate) async fn session(&self, session_id: &str) -> Result<Option<SessionRow>, StoreError> {
+        let sql = sqlx::AssertSqlSafe(format!("{SESSION_ROW} WHERE session_id = $1"));
+        Ok(sqlx::query_as(sql).bind(session_id.to_owned()).fetch_optional(&self.pool).await?)
+    }
+
+    /// Marks an open session as held by an organizer, or no longer; false when there is nothing to change.
+    pub(crate) async fn pause_session(
+        &self,
+        session_id: &str,
+        paused: bool,
+        deed: &Deed<'_>,
+    ) -> Result<bool, StoreError> {
+        let mut recorded = self.recorded(deed).await?;
+        let changed = sqlx::query(
+            "UPDATE sessions SET paused_at = $1 WHERE session_id = $2 AND status = 'open' \
+             AND (paused_at IS NULL) = ($1 IS NOT NULL)",
+        );
+        let changed = if paused { changed.bind(Some(unix_ms())) } else { changed.bind(None::<i64>) };
+        let changed = changed.bind(session_id).execute(&mut *recorded.transaction).await?.rows_affected();
+        if changed == 1 {
+            recorded.commit().await?;
+        }
+        Ok(changed == 1)
+    }
+
+    /// Makes a session longer and, when its time was spent, opens it again. False without such a session.
+    pub(crate) async fn grant_time(
+        &self,
+        session_id: &str,
+        seconds: f64,
+        deed: &Deed<'_>,
+    ) -> Result<bool, StoreError> {
+        let mut recorded = self.recorded(deed).await?;
+        let changed = sqlx::query(
+            "UPDATE sessions SET limit_s = limit_s + $1, status = 'open', ended_at = NULL \
+             WHERE session_id = $2 AND mode = 'official' AND status <> 'voided'",
+        )
+        .bind(seconds)
+        .bind(session_id)
+        .execute(&mut *recorded.transaction)
+        .await?
+        .rows_affected();
+        if changed == 1 {
+            recorded.commit().await?;
+        }
+        Ok(changed == 1)
+    }
+
+    /// Voids a session and its runs: they count for nothing, and the team may have another session. False when
+    /// there is no such session that is not void already.
+    pub(crate) async fn void_session(&self, session_id: &str, deed: &Deed<'_>) -> Result<bool, StoreError> {
+        let mut recorded = self.recorded(deed).await?;
+        let changed = sqlx::query(
+            "UPDATE sessions SET status = 'voided', ended_at = COALESCE(ended_at, $1) \
+             WHERE session_id = $2 AND status <> 'voided'",
+        )
+        .bind(unix_ms())
+        .bind(session_id)
+        .execute(&mut *recorded.transaction)
+        .await?
+        .rows_affected();
+        if changed == 1 {
+            void_runs(&mut recorded.transaction, session_id, deed.reason).await?;
+            recorded.commit().await?;
+        }
+        Ok(changed == 1)
+    }
+}
+
+async fn void_runs(
+    connection: &mut AnyConnection,
+    session_id: &str,
+    note: Option<&str>,
+) -> Result<(), StoreError> {
+    // An open run is closed by its session, which finds the session void.
+    sqlx::query(
+        "UPDATE runs SET status = 'voided', note = $1 WHERE session_id = $2 AND status NOT IN ('open', 'voided')",
+    )
+    .bind(note)
+    .bind(session_id)
+    .execute(connection)
+    .await?;
+    Ok(())
 }

@@ -1,0 +1,120 @@
+//! Hands that teams sent in.
+
+use super::{Deed, Store, StoreError, signed, unix_ms};
+use serde::Serialize;
+
+/// A hand that passed its check.
+#[derive(Clone, Debug)]
+pub(crate) struct NewHand<'a> {
+    /// Identifies it.
+    pub(crate) hand_id: &'a str,
+    /// Whose it is.
+    pub(crate) team: &'a str,
+    /// As `reset` calls it.
+    pub(crate) name: &'a str,
+    /// Of the archive, hexadecimal.
+    pub(crate) sha256: &'a str,
+    /// Of the archive.
+    pub(crate) bytes: u64,
+    /// JSON list of texts.
+    pub(crate) warnings: &'a str,
+}
+
+/// A hand as stored.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct HandRow {
+    /// Identifies it.
+    pub(crate) hand_id: String,
+    /// Whose it is.
+    pub(crate) team: String,
+    /// As `reset` calls it.
+    pub(crate) name: String,
+    /// Of the archive.
+    pub(crate) sha256: String,
+    /// Of the archive.
+    pub(crate) bytes: i64,
+    /// `pending`, `approved` or `rejected`.
+    pub(crate) status: String,
+    /// Why it was rejected, or what the organizer wants to say.
+    pub(crate) note: Option<String>,
+    /// What the check found odd, JSON.
+    #[serde(skip)]
+    pub(crate) warnings: String,
+    /// When it came, ms since 1970 UTC.
+    pub(crate) created_unix_ms: i64,
+    /// When the organizer decided.
+    pub(crate) decided_unix_ms: Option<i64>,
+}
+
+from_row!(HandRow {
+    hand_id: "hand_id",
+    team: "team",
+    name: "name",
+    sha256: "sha256",
+    bytes: "bytes",
+    status: "status",
+    note: "note",
+    warnings: "warnings",
+    created_unix_ms: "created_at",
+    decided_unix_ms: "decided_at"
+});
+
+impl Store {
+    /// Stores a hand, which waits for approval.
+    pub(crate) async fn add_hand(&self, hand: &NewHand<'_>) -> Result<(), StoreError> {
+        sqlx::query(
+            "INSERT INTO hands (hand_id, team, name, sha256, bytes, status, warnings, created_at) \
+             VALUES ($1, $2, $3, $4, $5, 'pending', $6, $7)",
+        )
+        .bind(hand.hand_id)
+        .bind(hand.team)
+        .bind(hand.name)
+        .bind(hand.sha256)
+        .bind(signed(hand.bytes))
+        .bind(hand.warnings)
+        .bind(unix_ms())
+        .execute(&self.pool)
+        .await?;
+        Ok(())
+    }
+
+    /// Hands of one team, or of all; oldest first.
+    pub(crate) async fn hands(&self, team: Option<&str>) -> Result<Vec<HandRow>, StoreError> {
+        let query = match team {
+            Some(team) => {
+                sqlx::query_as("SELECT * FROM hands WHERE team = $1 ORDER BY created_at, hand_id").bind(team)
+            }
+            None => sqlx::query_as("SELECT * FROM hands ORDER BY created_at, hand_id"),
+        };
+        Ok(query.fetch_all(&self.pool).await?)
+    }
+
+    /// The hand with that id.
+    pub(crate) async fn hand(&self, hand_id: &str) -> Result<Option<HandRow>, StoreError> {
+        let query = sqlx::query_as("SELECT * FROM hands WHERE hand_id = $1").bind(hand_id);
+        Ok(query.fetch_optional(&self.pool).await?)
+    }
+
+    /// Approves or rejects a hand; false when there is none. A decision may be changed.
+    pub(crate) async fn decide_hand(
+        &self,
+        hand_id: &str,
+        approved: bool,
+        deed: &Deed<'_>,
+    ) -> Result<bool, StoreError> {
+        let mut recorded = self.recorded(deed).await?;
+        let decided =
+            sqlx::query("UPDATE hands SET status = $1, note = $2, decided_at = $3 WHERE hand_id = $4")
+                .bind(if approved { "approved" } else { "rejected" })
+                .bind(deed.reason)
+                .bind(unix_ms())
+                .bind(hand_id)
+                .execute(&mut *recorded.transaction)
+                .await?
+                .rows_affected();
+        if decided == 1 {
+            recorded.commit().await?;
+        }
+        Ok(decided == 1)
+    }
+}

@@ -1,0 +1,224 @@
+//! Teams, tokens, seeds by count, clocks, verdicts, the ranking of an official competition.
+
+use super::*;
+
+fn deed<'a>(action: &'a str, subject: &'a str) -> Deed<'a> {
+    Deed { actor: "tok_1", action, subject, reason: Some("because") }
+}
+
+fn token<'a>(token_id: &'a str, team: Option<&'a str>) -> NewToken<'a> {
+    let role = if team.is_some() { "team" } else { "organizer" };
+    NewToken { token_id, role, team, label: "", secret_hash: "ab" }
+}
+
+fn session<'a>(session_id: &'a str, team: &'a str) -> NewSession {
+    NewSession {
+        session_id: session_id.into(),
+        team: team.into(),
+        client_version: Some("1".into()),
+        limit_s: Some(1800.0),
+        mode: "official",
+        token_hash: Some("cd".repeat(32)),
+    }
+}
+
+#[tokio::test]
+async fn teams_are_added_once_and_every_deed_is_recorded() {
+    for place in places().await {
+        let store = place.open().await;
+        assert!(store.add_team("crabs", &deed("team.add", "crabs")).await.expect("adds"));
+        assert!(!store.add_team("crabs", &deed("team.add", "crabs")).await.expect("knows"));
+        assert!(
+            store.has_team("crabs").await.expect("query") && !store.has_team("eels").await.expect("query")
+        );
+        store
+            .add_token(&token("one", Some("crabs")), true, &deed("token.issue", "crabs"))
+            .await
+            .expect("adds");
+        let issue = deed("token.rotate", "crabs");
+        let revoked = store.add_token(&token("two", Some("crabs")), true, &issue).await.expect("adds");
+        assert_eq!(revoked, ["one"]);
+        assert!(store.token("one").await.expect("query").expect("there").revoked_unix_ms.is_some());
+        assert_eq!(store.teams().await.expect("query")[0].live_tokens, 1);
+
+        let audit = store.audit(0, 100).await.expect("query");
+        let short: Vec<_> = audit.iter().map(|e| (e.seq, e.action.as_str(), e.subject.as_str())).collect();
+        assert_eq!(
+            short,
+            [(1, "team.add", "crabs"), (2, "token.issue", "crabs"), (3, "token.rotate", "crabs")]
+        );
+        assert_eq!(audit[0].reason.as_deref(), Some("because"));
+        assert_eq!(store.audit(2, 100).await.expect("query").len(), 1);
+        store.close().await;
+    }
+}
+
+#[tokio::test]
+async fn the_last_organizer_keeps_the_key() {
+    for place in places().await {
+        let store = place.open().await;
+        let issue = deed("token.issue", "organizer");
+        assert!(!store.has_organizer().await.expect("query"));
+        store.add_token(&token("one", None), false, &issue).await.expect("adds");
+        assert!(!store.revoke_token("one", &deed("token.revoke", "one")).await.expect("keeps"));
+        store.add_token(&token("two", None), false, &issue).await.expect("adds");
+        assert!(store.revoke_token("one", &deed("token.revoke", "one")).await.expect("revokes"));
+        assert!(!store.revoke_token("one", &deed("token.revoke", "one")).await.expect("was"));
+        assert!(!store.revoke_token("two", &deed("token.revoke", "two")).await.expect("keeps"));
+        assert_eq!(store.audit(0, 100).await.expect("query").len(), 3, "what was not done is not recorded");
+        store.close().await;
+    }
+}
+
+#[tokio::test]
+async fn no_run_number_is_given_twice() {
+    for place in places().await {
+        let store = place.open().await;
+        let mut asked = Vec::new();
+        for _ in 0..8 {
+            let store = store.clone();
+            asked.push(tokio::spawn(async move { store.next_k("a", "balls").await.expect("a number") }));
+        }
+        let mut given = Vec::new();
+        for number in asked {
+            given.push(number.await.expect("joins"));
+        }
+        given.sort_unstable();
+        assert_eq!(given, [1, 2, 3, 4, 5, 6, 7, 8]);
+        assert_eq!(store.next_k("a", "shelf").await.expect("a number"), 1);
+        assert_eq!(store.next_k("b", "balls").await.expect("a number"), 1);
+        store.close().await;
+    }
+}
+
+#[tokio::test]
+async fn a_team_has_so_many_sessions_and_a_voided_one_does_not_count() {
+    for place in places().await {
+        let store = place.open().await;
+        store.add_team("crabs", &deed("team.add", "crabs")).await.expect("adds");
+        let mut asked = Vec::new();
+        for i in 0..4 {
+            let store = store.clone();
+            let session = session(&format!("s{i}"), "crabs");
+            asked.push(tokio::spawn(
+                async move { store.begin_session(&session, Some(2)).await.expect("asks") },
+            ));
+        }
+        let mut given = 0;
+        for answer in asked {
+            given += usize::from(answer.await.expect("joins"));
+        }
+        assert_eq!(given, 2);
+        let open = store.sessions(Some("crabs")).await.expect("query");
+        assert!(store.void_session(&open[0].session_id, &deed("session.void", "s")).await.expect("voids"));
+        assert!(store.begin_session(&session("s9", "crabs"), Some(2)).await.expect("asks"));
+        assert!(!store.begin_session(&session("s10", "crabs"), Some(2)).await.expect("asks"));
+        store.close().await;
+    }
+}
+
+#[tokio::test]
+async fn a_clock_outlives_the_process() {
+    for place in places().await {
+        let store = place.open().await;
+        store.begin_session(&session("s", "crabs"), None).await.expect("session");
+        let unlimited = NewSession { limit_s: None, ..session("p", "crabs") };
+        store.begin_session(&NewSession { mode: "practice", ..unlimited }, None).await.expect("session");
+        let mut clock =
+            ClockState { started: true, wall_s: 12.25, simulated_s: 3.5, ..ClockState::default() };
+        // Missing and there in turn: both go through the same prepared statement.
+        store.save_clock("s", &clock).await.expect("saves");
+        clock.run_from_s = Some(10.5);
+        clock.refunded_s = 1.125;
+        store.save_clock("s", &clock).await.expect("saves");
+        assert!(store.pause_session("s", true, &deed("session.pause", "s")).await.expect("pauses"));
+        assert!(!store.pause_session("s", true, &deed("session.pause", "s")).await.expect("is"));
+        store.close().await;
+
+        let store = place.open().await;
+        store.abort_open_runs().await.expect("aborts");
+        let found = store.load_resumable_sessions().await.expect("query");
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert_eq!((found[0].clock, found[0].limit_s, found[0].paused), (clock, Some(1800.0), true));
+        assert!(store.pause_session("s", false, &deed("session.resume", "s")).await.expect("goes on"));
+        assert!(store.grant_time("s", 60.0, &deed("session.grant", "s")).await.expect("grants"));
+        assert_eq!(store.session("s").await.expect("query").and_then(|s| s.limit_s), Some(1860.0));
+        store.end_session("s").await.expect("ends");
+        assert!(store.load_resumable_sessions().await.expect("query").is_empty());
+        store.close().await;
+    }
+}
+
+#[tokio::test]
+async fn verdicts_decide_what_counts() {
+    for place in places().await {
+        let store = place.open().await;
+        for (k, (run_id, score)) in [("good", 2.0), ("false", 5.0), ("void", 7.0)].into_iter().enumerate() {
+            begin_in(&store, "official", "crabs", "balls", run_id, Some(k as u64 + 1), Sensing::Sensors)
+                .await;
+            assert_eq!(finish(&store, run_id, score, "provisional").await, "provisional");
+            store.set_replay(run_id, &format!("replays/{run_id}.mcap"), "ef").await.expect("notes");
+        }
+        begin_in(&store, "official", "eels", "balls", "seen", Some(1), Sensing::Truth).await;
+        finish(&store, "seen", 3.0, "provisional").await;
+        let waiting = store.runs_to_verify().await.expect("query");
+        assert_eq!(waiting.len(), 3, "{waiting:?}");
+        assert_eq!(waiting[0].replay_path, "replays/good.mcap");
+        store.set_verdict("good", Verdict::Verified, None).await.expect("notes");
+        store
+            .set_verdict("false", Verdict::Rejected, Some("state differs at tick 300"))
+            .await
+            .expect("notes");
+        assert!(store.void_run("void", &deed("run.void", "void")).await.expect("voids"));
+        store.set_verdict("void", Verdict::Verified, None).await.expect("notes");
+
+        let rows = store.leaderboard(true).await.expect("query");
+        let short: Vec<_> = rows.iter().map(|r| (r.team.as_str(), r.total, r.sensors_rank)).collect();
+        assert_eq!(short, [("eels", 3.0, None), ("crabs", 2.0, Some(1))]);
+        assert_eq!(rows[1].tasks["balls"].status, "verified");
+        assert!(store.reverify("false", &deed("run.reverify", "false")).await.expect("asks"));
+        assert!(!store.reverify("void", &deed("run.reverify", "void")).await.expect("stays void"));
+        assert_eq!(store.runs_to_verify().await.expect("query").len(), 1);
+        store.close().await;
+    }
+}
+
+#[tokio::test]
+async fn a_run_that_ends_in_a_voided_session_is_void() {
+    for place in places().await {
+        let store = place.open().await;
+        begin_in(&store, "official", "crabs", "balls", "r", Some(1), Sensing::Sensors).await;
+        assert!(store.void_session("s-r", &deed("session.void", "s-r")).await.expect("voids"));
+        assert_eq!(finish(&store, "r", 9.0, "provisional").await, "voided");
+        assert!(store.leaderboard(true).await.expect("query").is_empty());
+        store.close().await;
+    }
+}
+
+#[tokio::test]
+async fn a_hand_waits_for_a_decision() {
+    for place in places().await {
+        let store = place.open().await;
+        for (hand_id, team) in [("h1", "crabs"), ("h2", "eels")] {
+            let (sha256, warnings) = ("ab", "[]");
+            let hand = NewHand { hand_id, team, name: "claw", sha256, bytes: 9, warnings };
+            store.add_hand(&hand).await.expect("adds");
+        }
+        assert_eq!(store.hands(None).await.expect("query").len(), 2);
+        assert_eq!(store.hands(Some("eels")).await.expect("query")[0].status, "pending");
+        assert!(store.decide_hand("h2", true, &deed("hand.approve", "h2")).await.expect("approves"));
+        assert!(!store.decide_hand("h3", true, &deed("hand.approve", "h3")).await.expect("knows none"));
+        assert_eq!(
+            store.hand("h2").await.expect("query").map(|hand| hand.status).as_deref(),
+            Some("approved")
+        );
+        assert_eq!(
+            store.hand("h1").await.expect("query").map(|hand| hand.status).as_deref(),
+            Some("pending")
+        );
+        store.set_setting("state", "open").await.expect("sets");
+        store.set_setting("state", "closed").await.expect("sets");
+        assert_eq!(store.setting("state").await.expect("query").as_deref(), Some("closed"));
+        store.close().await;
+    }
+}

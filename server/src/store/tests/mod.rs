@@ -1,0 +1,165 @@
+//! The store against real databases: every test runs on each kind.
+
+mod competition;
+mod places;
+
+use super::*;
+use palmares_tasks::{Event, Outcome, Reason, Sensing};
+use places::places;
+use std::time::Duration;
+
+async fn begin(store: &Store, team: &str, task: &str, run_id: &str) {
+    begin_in(store, "practice", team, task, run_id, None, Sensing::Truth).await;
+}
+
+async fn begin_in(
+    store: &Store,
+    mode: &'static str,
+    team: &str,
+    task: &str,
+    run_id: &str,
+    k: Option<u64>,
+    sensing: Sensing,
+) {
+    let session_id = format!("s-{run_id}");
+    let session = NewSession {
+        session_id: session_id.clone(),
+        team: team.into(),
+        client_version: None,
+        limit_s: None,
+        mode,
+        token_hash: Some("cd".repeat(32)),
+    };
+    assert!(store.begin_session(&session, None).await.expect("session"));
+    store
+        .begin_run(&NewRun {
+            run_id: run_id.into(),
+            session_id,
+            team: team.into(),
+            task: task.into(),
+            hand: "softhand".into(),
+            hand_sha256: None,
+            mode: "lockstep",
+            sensing,
+            seed_hex: "00".repeat(32),
+            seed: Some(7),
+            k,
+            server_version: "0".into(),
+            build_hash: "0".into(),
+        })
+        .await
+        .expect("run");
+}
+
+fn outcome(score: f64) -> Outcome {
+    Outcome {
+        score,
+        in_goal: 1,
+        outside: 0,
+        reason: Reason::Stopped,
+        ticks: 3,
+        sim_time_s: 0.03,
+        events: vec![Event { tick: 2, kind: "in_goal".into(), object: Some(4) }],
+        state_hash: "0123456789abcdef".into(),
+    }
+}
+
+async fn finish(store: &Store, run_id: &str, score: f64, status: &str) -> String {
+    let outcome = outcome(score);
+    let run = FinishedRun { run_id, status, outcome: &outcome, note: None, missed_ticks: 0 };
+    store.finish_run(&run).await.expect("finish")
+}
+
+#[tokio::test]
+async fn what_was_written_is_there_after_reopening() {
+    for place in places().await {
+        let store = place.open().await;
+        begin(&store, "a", "balls", "done").await;
+        begin(&store, "a", "balls", "lost").await;
+        finish(&store, "done", 2.5, "practice").await;
+        store.close().await;
+
+        let store = place.open().await;
+        assert_eq!(store.abort_open_runs().await.expect("abort"), ["lost"]);
+        assert!(store.abort_open_runs().await.expect("abort").is_empty());
+        let done = serde_json::to_value(store.run("done").await.expect("query")).expect("json");
+        assert_eq!(done["score"], 2.5);
+        assert_eq!(done["reason"], "stopped");
+        assert_eq!(done["events"][0]["object"], 4);
+        let lost = serde_json::to_value(store.run("lost").await.expect("query")).expect("json");
+        assert_eq!(lost["status"], "aborted");
+        assert_eq!(lost["score"], serde_json::Value::Null);
+        assert!(store.run("never").await.expect("query").is_none());
+        store.close().await;
+    }
+}
+
+#[tokio::test]
+async fn a_finished_run_is_not_rewritten() {
+    for place in places().await {
+        let store = place.open().await;
+        begin(&store, "a", "balls", "r").await;
+        finish(&store, "r", 1.0, "practice").await;
+        finish(&store, "r", 9.0, "practice").await;
+        assert_eq!(store.leaderboard(false).await.expect("query")[0].total, 1.0);
+        store.close().await;
+    }
+}
+
+#[tokio::test]
+async fn the_best_of_each_task_counts_and_ties_go_to_the_earlier() {
+    for place in places().await {
+        let store = place.open().await;
+        let runs = [
+            ("late", "balls", 3.0),
+            ("early", "balls", 1.0),
+            ("early", "balls", 4.0),
+            ("early", "shelf", 5.0),
+            ("late", "shelf", 6.0),
+            ("late", "balls", 2.0),
+            ("third", "shelf", -0.5),
+        ];
+        for (i, (team, task, score)) in runs.into_iter().enumerate() {
+            let run_id = format!("r{i}");
+            begin(&store, team, task, &run_id).await;
+            // Two ends in the same millisecond would be a tie in time as well.
+            tokio::time::sleep(Duration::from_millis(3)).await;
+            finish(&store, &run_id, score, "practice").await;
+        }
+        begin(&store, "third", "balls", "voided").await;
+        finish(&store, "voided", 100.0, "voided").await;
+
+        let rows = store.leaderboard(false).await.expect("query");
+        let short: Vec<_> = rows.iter().map(|r| (r.rank, r.team.as_str(), r.total, r.runs)).collect();
+        assert_eq!(short, [(1, "early", 9.0, 3), (2, "late", 9.0, 3), (3, "third", -0.5, 1)]);
+        assert_eq!(rows[0].tasks["balls"].run_id, "r2");
+        assert!(
+            store.leaderboard(true).await.expect("query").is_empty(),
+            "practice does not count officially"
+        );
+        store.close().await;
+    }
+}
+
+#[tokio::test]
+async fn a_database_has_one_server() {
+    for place in places().await {
+        let store = place.open().await;
+        let error = Store::open(place.location()).await.expect_err("taken").to_string();
+        assert!(error.contains("in use by another server"), "{error}");
+        store.close().await;
+        place.open().await.close().await;
+    }
+}
+
+#[tokio::test]
+async fn a_database_that_is_not_there_is_refused_without_telling_the_password() {
+    for (url, why) in [
+        ("mysql://me:secret@host/db", "no database this program knows"),
+        ("sqlite::memory:", "in memory"),
+        ("postgres://me:secret@127.0.0.1:1/db", "cannot open the database postgres:…"),
+    ] {
+        let error = Store::open(&Location::Url(url.to_owned())).await.expect_err("refused").to_string();
+        assert!(error.contains(why) && !error.contains("secret"), "{error}");
+    }
+}

@@ -1,0 +1,138 @@
+//! Tokens: a public id and the hash of a secret.
+
+use super::{Deed, Store, StoreError, unix_ms};
+use serde::Serialize;
+
+/// A token to be stored.
+#[derive(Clone, Debug)]
+pub(crate) struct NewToken<'a> {
+    /// Its public half.
+    pub(crate) token_id: &'a str,
+    /// `team`, `organizer` or `viewer`.
+    pub(crate) role: &'a str,
+    /// The team, for that role.
+    pub(crate) team: Option<&'a str>,
+    /// For people.
+    pub(crate) label: &'a str,
+    /// SHA-256 of its secret half, hexadecimal.
+    pub(crate) secret_hash: &'a str,
+}
+
+/// A token as stored.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct TokenRow {
+    /// Its public half.
+    pub(crate) token_id: String,
+    /// What it is for.
+    pub(crate) role: String,
+    /// Whose it is.
+    pub(crate) team: Option<String>,
+    /// For people.
+    pub(crate) label: String,
+    /// Never leaves the program.
+    #[serde(skip)]
+    pub(crate) secret_hash: String,
+    /// When it was made, ms since 1970 UTC.
+    pub(crate) created_unix_ms: i64,
+    /// When it was revoked.
+    pub(crate) revoked_unix_ms: Option<i64>,
+}
+
+from_row!(TokenRow {
+    token_id: "token_id",
+    role: "role",
+    team: "team",
+    label: "label",
+    secret_hash: "secret_hash",
+    created_unix_ms: "created_at",
+    revoked_unix_ms: "revoked_at"
+});
+
+impl Store {
+    /// Stores a token. With `only`, the other live tokens of the same team are revoked in the same moment; their
+    /// ids are returned.
+    pub(crate) async fn add_token(
+        &self,
+        token: &NewToken<'_>,
+        only: bool,
+        deed: &Deed<'_>,
+    ) -> Result<Vec<String>, StoreError> {
+        let mut recorded = self.recorded(deed).await?;
+        let revoked: Vec<(String,)> = match token.team {
+            Some(team) if only => sqlx::query_as(
+                "UPDATE tokens SET revoked_at = $1 WHERE team = $2 AND revoked_at IS NULL RETURNING token_id",
+            )
+            .bind(unix_ms())
+            .bind(team)
+            .fetch_all(&mut *recorded.transaction)
+            .await?,
+            _ => Vec::new(),
+        };
+        sqlx::query(
+            "INSERT INTO tokens (token_id, role, team, label, secret_hash, created_at) \
+             VALUES ($1, $2, $3, $4, $5, $6)",
+        )
+        .bind(token.token_id)
+        .bind(token.role)
+        .bind(token.team)
+        .bind(token.label)
+        .bind(token.secret_hash)
+        .bind(unix_ms())
+        .execute(&mut *recorded.transaction)
+        .await?;
+        recorded.commit().await?;
+        Ok(revoked.into_iter().map(|(id,)| id).collect())
+    }
+
+    /// The token with that id, revoked or not.
+    pub(crate) async fn token(&self, token_id: &str) -> Result<Option<TokenRow>, StoreError> {
+        let query = sqlx::query_as("SELECT * FROM tokens WHERE token_id = $1").bind(token_id);
+        Ok(query.fetch_optional(&self.pool).await?)
+    }
+
+    /// All tokens, oldest first.
+    pub(crate) async fn tokens(&self) -> Result<Vec<TokenRow>, StoreError> {
+        let query = sqlx::query_as("SELECT * FROM tokens ORDER BY created_at, token_id");
+        Ok(query.fetch_all(&self.pool).await?)
+    }
+
+    /// Revokes a token; false when there is none that lives. The last organizer's token stays.
+    pub(crate) async fn revoke_token(&self, token_id: &str, deed: &Deed<'_>) -> Result<bool, StoreError> {
+        let mut recorded = self.recorded(deed).await?;
+        let revoked = sqlx::query(
+            "UPDATE tokens SET revoked_at = $1 WHERE token_id = $2 AND revoked_at IS NULL AND (role <> 'organizer' \
+             OR (SELECT COUNT(*) FROM tokens WHERE role = 'organizer' AND revoked_at IS NULL) > 1)",
+        )
+        .bind(unix_ms())
+        .bind(token_id)
+        .execute(&mut *recorded.transaction)
+        .await?
+        .rows_affected();
+        if revoked == 1 {
+            recorded.commit().await?;
+        }
+        Ok(revoked == 1)
+    }
+
+    /// Revokes all live tokens of a team; returns their ids.
+    pub(crate) async fn revoke_team(&self, team: &str, deed: &Deed<'_>) -> Result<Vec<String>, StoreError> {
+        let mut recorded = self.recorded(deed).await?;
+        let revoked: Vec<(String,)> = sqlx::query_as(
+            "UPDATE tokens SET revoked_at = $1 WHERE team = $2 AND revoked_at IS NULL RETURNING token_id",
+        )
+        .bind(unix_ms())
+        .bind(team)
+        .fetch_all(&mut *recorded.transaction)
+        .await?;
+        recorded.commit().await?;
+        Ok(revoked.into_iter().map(|(id,)| id).collect())
+    }
+
+    /// Whether an organizer can get in.
+    pub(crate) async fn has_organizer(&self) -> Result<bool, StoreError> {
+        let query = sqlx::query(
+            "SELECT token_id FROM tokens WHERE role = 'organizer' AND revoked_at IS NULL LIMIT 1",
+        );
+        Ok(query.fetch_optional(&self.pool).await?.is_some())
+    }
+}

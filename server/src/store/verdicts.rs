@@ -1,0 +1,124 @@
+//! Replays of runs and what playing them again has shown.
+
+use super::{Deed, Store, StoreError, unix_ms};
+
+/// What playing a replay again has shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// It reached the same states and the same score.
+    Verified,
+    /// It did not.
+    Rejected,
+    /// Nobody has looked yet: look (again).
+    Provisional,
+}
+
+impl Verdict {
+    /// As stored.
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Verdict::Verified => "verified",
+            Verdict::Rejected => "rejected",
+            Verdict::Provisional => "provisional",
+        }
+    }
+}
+
+/// A run whose replay is to be played again.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct UnverifiedRun {
+    /// Which.
+    pub(crate) run_id: String,
+    /// Inside the data directory.
+    pub(crate) replay_path: String,
+    /// Of the file, hexadecimal.
+    pub(crate) replay_sha256: String,
+}
+
+from_row!(UnverifiedRun { run_id: "run_id", replay_path: "replay_path", replay_sha256: "replay_sha256" });
+
+impl Store {
+    /// Notes where a run's replay lies.
+    pub(crate) async fn set_replay(&self, run_id: &str, path: &str, sha256: &str) -> Result<(), StoreError> {
+        sqlx::query("UPDATE runs SET replay_path = $1, replay_sha256 = $2 WHERE run_id = $3")
+            .bind(path)
+            .bind(sha256)
+            .bind(run_id)
+            .execute(&self.pool)
+            .await?;
+        Ok(())
+    }
+
+    /// Path and SHA-256 of a run's replay.
+    pub(crate) async fn replay(&self, run_id: &str) -> Result<Option<(String, String)>, StoreError> {
+        let row: Option<(Option<String>, Option<String>)> =
+            sqlx::query_as("SELECT replay_path, replay_sha256 FROM runs WHERE run_id = $1")
+                .bind(run_id)
+                .fetch_optional(&self.pool)
+                .await?;
+        Ok(row.and_then(|(path, sha256)| Some((path?, sha256?))))
+    }
+
+    /// Finished runs that wait for their verification, oldest first.
+    pub(crate) async fn runs_to_verify(&self) -> Result<Vec<UnverifiedRun>, StoreError> {
+        let query = sqlx::query_as(
+            "SELECT run_id, replay_path, replay_sha256 FROM runs WHERE status = 'provisional' \
+             AND replay_path IS NOT NULL AND replay_sha256 IS NOT NULL ORDER BY ended_at, run_id",
+        );
+        Ok(query.fetch_all(&self.pool).await?)
+    }
+
+    /// Writes what playing a run's replay again has shown. A run that is void stays void.
+    pub(crate) async fn set_verdict(
+        &self,
+        run_id: &str,
+        verdict: Verdict,
+        note: Option<&str>,
+    ) -> Result<(), StoreError> {
+        sqlx::query(
+            "UPDATE runs SET status = $1, verify_note = $2, verified_at = $3 \
+             WHERE run_id = $4 AND status IN ('provisional', 'verified', 'rejected')",
+        )
+        .bind(verdict.word())
+        .bind(note)
+        .bind(unix_ms())
+        .bind(run_id)
+        .execute(&self.pool)
+        .await?;
+        Ok(())
+    }
+
+    /// Asks for a run to be verified again; false when it has no replay or was never to be verified.
+    pub(crate) async fn reverify(&self, run_id: &str, deed: &Deed<'_>) -> Result<bool, StoreError> {
+        let mut recorded = self.recorded(deed).await?;
+        let changed = sqlx::query(
+            "UPDATE runs SET status = 'provisional', verify_note = NULL, verified_at = NULL \
+             WHERE run_id = $1 AND status IN ('provisional', 'verified', 'rejected') AND replay_path IS NOT NULL",
+        )
+        .bind(run_id)
+        .execute(&mut *recorded.transaction)
+        .await?
+        .rows_affected();
+        if changed == 1 {
+            recorded.commit().await?;
+        }
+        Ok(changed == 1)
+    }
+
+    /// Voids a finished run: it counts for nothing. False when there is none.
+    pub(crate) async fn void_run(&self, run_id: &str, deed: &Deed<'_>) -> Result<bool, StoreError> {
+        let mut recorded = self.recorded(deed).await?;
+        let changed = sqlx::query(
+            "UPDATE runs SET status = 'voided', note = $1 WHERE run_id = $2 AND status NOT IN ('open', 'voided')",
+        )
+        .bind(deed.reason)
+        .bind(run_id)
+        .execute(&mut *recorded.transaction)
+        .await?
+        .rows_affected();
+        if changed == 1 {
+            recorded.commit().await?;
+        }
+        Ok(changed == 1)
+    }
+}
