@@ -82,12 +82,13 @@ def test_every_error_code_has_its_exception(server: FakeServer) -> None:
     }
     with palmares.Client(server.url) as client:
         for code, kind in kinds.items():
-            refusal = {"op": "error", "code": code, "message": "why", "fatal": False, "retry_after_s": 2.5}
+            after = None if kind is palmares.WrongStateError else 2.5
+            refusal = {"op": "error", "code": code, "message": "why", "fatal": False, "retry_after_s": after}
             server.replies.append(refusal)
             with pytest.raises(kind, match=f"{code}: why") as caught:
                 client.time()
             assert caught.value.code == code
-            assert caught.value.retry_after_s == 2.5
+            assert caught.value.retry_after_s == after
             assert not caught.value.fatal
         assert client.time().session_left_s is None
 
@@ -136,6 +137,15 @@ def test_the_rate_limit_is_waited_for(server: FakeServer) -> None:
         limited = {"op": "error", "code": "rate_limited", "message": "slower", "retry_after_s": 0.01}
         server.replies += [limited, limited]
         assert client.time().elapsed_s == 0.0
+
+
+def test_a_pause_is_waited_for_however_long(server: FakeServer, caplog: pytest.LogCaptureFixture) -> None:
+    with palmares.Client(server.url) as client:
+        client.reset("balls", "softhand")
+        paused = {"op": "error", "code": "wrong_state", "message": "paused", "retry_after_s": 0.001}
+        server.replies += [paused] * 50
+        assert client.step().tick == 1
+    assert [record.levelname for record in caplog.records if "paused" in record.message] == ["WARNING"]
 
 
 def test_warnings_are_logged(server: FakeServer, caplog: pytest.LogCaptureFixture) -> None:

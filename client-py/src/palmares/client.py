@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import time
 from collections.abc import Iterable, Iterator
@@ -31,6 +32,7 @@ from palmares.targets import action_of
 from palmares.transport import Closed
 from palmares.version import VERSION
 
+LOG = logging.getLogger("palmares")
 # How often a single request may be put off by the rate limit or a broken connection.
 MOST_WAITS = 20
 # How long to listen for an observation before looking whether anybody is still there.
@@ -279,7 +281,8 @@ class Client:
     def _ask(self, request: Request, kind: type[Answer]) -> Answer:
         """Ask until there is an answer: wait when told to, take up the session when it breaks."""
         last: Exception | None = None
-        for _ in range(MOST_WAITS):
+        troubles = 0
+        while troubles < MOST_WAITS:
             try:
                 if self._link.returned is not None:
                     request = self._check_return(request)
@@ -288,10 +291,19 @@ class Client:
                 # A request that fails has changed nothing, so it can be sent again.
                 time.sleep(0.1 if slower.retry_after_s is None else slower.retry_after_s)
                 last = slower
+            except WrongStateError as paused:
+                # Only a session that an organizer has paused is told when to ask again.
+                if paused.retry_after_s is None:
+                    raise
+                LOG.log(logging.DEBUG if last else logging.WARNING, "waiting: %s", paused)
+                time.sleep(paused.retry_after_s)
+                last = paused
+                continue  # It may take as long as it takes; the clock stands still.
             except Closed as lost:
                 raise_if_fatal(lost)
                 self._link.resume(lost)
                 last = lost
+            troubles += 1
         if isinstance(last, RateLimitedError):
             raise last
         raise ConnectionLostError(f"the connection broke {MOST_WAITS} times during one request") from last

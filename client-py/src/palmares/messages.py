@@ -181,6 +181,8 @@ class Observation(Reply, kw_only=True, tag="obs"):
     """Nothing more can be gained."""
     truncated: bool = False
     """Cut short by a limit."""
+    late_s: float | None = None
+    """Realtime: how long after its tick was due it was sent, s"""
     reason: str | None = None
     run: Opened | None = None
     """Only in the reply to `reset`."""
@@ -216,7 +218,13 @@ class Result(Reply, kw_only=True, tag="result"):
     missed_ticks: int = 0
     """Realtime: ticks for which no new action had come"""
     late_ticks: int = 0
-    """Realtime: ticks that the server began late"""
+    """Realtime: ticks that the server began late, by more than half a tick"""
+    late_max_s: float = 0.0
+    """Realtime: the latest beginning of a tick, s"""
+    dropped_obs: int = 0
+    """Realtime: observations that the server dropped because this client did not take them in time"""
+    mode: str = "lockstep"
+    """``lockstep`` or ``realtime``"""
     events: list[Event] = []
     session_left_s: float | None = None
 
@@ -285,6 +293,8 @@ class Limits(msgspec.Struct, kw_only=True):
     requests_burst: float
     resume_grace_s: float
     """How long a session waits for its client to come back, s"""
+    hold_ticks: int | None = None
+    """Realtime: for so many ticks a silent controller's last action goes on; then the hand holds still"""
 
 
 class Welcome(Reply, kw_only=True, tag="welcome"):
