@@ -310,7 +310,7 @@ class Client:
 
     def _check_return(self, request: Request) -> Request:
         """Return what to send now that the connection is back; the request may have been taken before."""
-        welcome, self._link.returned = self._link.returned, None
+        welcome = self._link.take_return()
         if welcome is None:
             return request
         run = welcome.run

@@ -132,6 +132,12 @@ class Link:
         """How long nothing at all has come from the server, not even a ping, s."""
         return time.monotonic() - self._transport.heard
 
+    def take_return(self) -> Welcome | None:
+        """Return `returned`, once."""
+        with self._lock:
+            welcome, self.returned = self.returned, None
+        return welcome
+
     def keep_up(self, realtime: bool) -> None:
         """Look after the connection more often while a world runs in real time."""
         self._pulse.every(TEND_REALTIME_S if realtime else TEND_S)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from palmares.messages import Event, Observation
+import threading
+
+from palmares.messages import Observation
 
 # Events kept of observations nobody looked at; a run has dozens.
 MOST_EVENTS = 1000
@@ -11,6 +13,8 @@ MOST_EVENTS = 1000
 class Stream:
     """Holds one observation, the newest. A slow controller misses observations, never events.
 
+    The heartbeat's thread may put while the controller's takes.
+
     Attributes:
         skipped: Observations that a newer one replaced before anybody took them.
 
@@ -18,36 +22,39 @@ class Stream:
 
     def __init__(self) -> None:
         self.skipped = 0
+        self._lock = threading.Lock()
         self._newest: Observation | None = None
         self._run_id: str | None = None
 
     def open(self, run_id: str) -> None:
         """Listen to this run from now on."""
-        self._run_id = run_id
-        self._newest = None
-        self.skipped = 0
+        with self._lock:
+            self._run_id, self._newest, self.skipped = run_id, None, 0
 
     def close(self) -> None:
         """Listen no more; `skipped` stays."""
-        self._run_id = self._newest = None
+        with self._lock:
+            self._run_id = self._newest = None
 
     def put(self, obs: Observation) -> None:
         """Take note of an observation that came."""
-        if obs.run_id != self._run_id:
-            return  # What was still on its way when another run was opened.
-        if self._newest is not None:
-            self.skipped += 1
-            passed_over: list[Event] = self._newest.events
-            if passed_over:
-                obs.events = (passed_over + obs.events)[-MOST_EVENTS:]
-        self._newest = obs
+        with self._lock:
+            if obs.run_id != self._run_id:
+                return  # What was still on its way when another run was opened.
+            if self._newest is not None:
+                self.skipped += 1
+                if self._newest.events:
+                    obs.events = (self._newest.events + obs.events)[-MOST_EVENTS:]
+            self._newest = obs
 
     def take(self) -> Observation | None:
         """Return the newest observation, once."""
-        obs, self._newest = self._newest, None
+        with self._lock:
+            obs, self._newest = self._newest, None
         return obs
 
     @property
     def over(self) -> bool:
         """Whether the newest observation says that the run is over."""
-        return self._newest is not None and self._newest.done
+        with self._lock:
+            return self._newest is not None and self._newest.done
