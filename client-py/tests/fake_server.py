@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import ssl
 import threading
 import time
 from collections.abc import Sequence
@@ -46,6 +47,7 @@ class FakeServer:
         default_factory=lambda: {"position": [0.0, 0.0, 0.8], "quat_xyzw": [0.0, 0.0, 0.0, 1.0]}
     )
     sigma: float = 0.0
+    tls: ssl.SSLContext | None = None
     server: Server | None = None
 
     @property
@@ -53,7 +55,7 @@ class FakeServer:
         """Where it listens."""
         assert self.server is not None
         host, port = self.server.socket.getsockname()[:2]
-        return f"http://{host}:{port}"
+        return f"http{'s' if self.tls else ''}://{host}:{port}"
 
     def __enter__(self) -> Self:
         self.server = serve(
@@ -63,6 +65,7 @@ class FakeServer:
             select_subprotocol=self._select,
             process_request=self._authorize,
             compression=None,
+            ssl=self.tls,
             ping_interval=self.ping_interval_s,
             ping_timeout=self.ping_interval_s,
         )

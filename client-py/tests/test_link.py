@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import shutil
+import ssl
+import subprocess
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -118,3 +122,34 @@ def test_a_run_lost_says_what_is_known_of_it() -> None:
     assert "counts for nothing and its time is given back" in str(palmares.RunLostError.of("r1", result))
     result.status, result.reason, result.score = "practice", "disconnected", 2.0
     assert "(disconnected), score 2" in str(palmares.RunLostError.of("r1", result))
+
+
+def test_tls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    openssl = shutil.which("openssl")
+    if openssl is None:
+        pytest.skip("no `openssl` program to make a certificate with")
+    key, certificate = tmp_path / "key.pem", tmp_path / "certificate.pem"
+    command = [
+        openssl,
+        "req",
+        "-x509",
+        "-newkey",
+        "rsa:2048",
+        "-nodes",
+        "-days",
+        "2",
+        "-subj",
+        "/CN=localhost",
+    ]
+    command += ["-addext", "subjectAltName=IP:127.0.0.1", "-keyout", str(key), "-out", str(certificate)]
+    subprocess.run(command, check=True, capture_output=True)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(certificate, key)
+    with FakeServer(tls=context) as server:
+        with pytest.raises(palmares.NoServerError, match="certificate"):
+            palmares.Client(server.url)
+        monkeypatch.setenv("SSL_CERT_FILE", str(certificate))
+        with palmares.Client(server.url) as client:
+            client.reset("balls", "softhand", mode="realtime")
+            assert [obs.tick for obs in client.observations()][-1] == 20
+            client.stop()

@@ -12,6 +12,8 @@ import os
 import select
 import socket
 import ssl
+import struct
+import sys
 import time
 from http.client import HTTPConnection, HTTPException
 from typing import Self
@@ -38,6 +40,8 @@ except ImportError:  # The library was installed without its C part.
     from websockets.utils import apply_mask
 
 CONNECT_TIMEOUT_S = 10.0
+# How long a connection that ends may take over its last words.
+FAREWELL_S = 0.5
 READ_BYTES = 64 * 1024
 # A scene with hulls is large; what is larger than this is no scene.
 LARGEST_MESSAGE = 64 * 1024 * 1024
@@ -98,7 +102,7 @@ class Transport:
         self.heard = time.monotonic()
         """When anything came last."""
         self._timeout_s = timeout_s
-        sock.settimeout(timeout_s)
+        _set_timeout(sock, timeout_s)
 
     @classmethod
     def connect(cls, url: str, subprotocols: list[str], headers: dict[str, str], timeout_s: float) -> Self:
@@ -190,7 +194,7 @@ class Transport:
             self._closed = Closed(None, "closed by this client")
             with contextlib.suppress(OSError, WebSocketException):
                 self._protocol.send_close(1000)
-                self._socket.settimeout(1.0)
+                _set_timeout(self._socket, FAREWELL_S)
                 self._socket.sendall(b"".join(self._protocol.data_to_send()))
         self._socket.close()
 
@@ -199,7 +203,7 @@ class Transport:
     def _write(self, data: bytes) -> None:
         try:
             self._socket.sendall(data)
-        except TimeoutError:
+        except (TimeoutError, BlockingIOError):
             # Half a frame may be out: this connection is of no more use.
             raise self._lost("the server does not take what is sent") from None
         except OSError as broken:
@@ -216,8 +220,8 @@ class Transport:
             self._make_room(READ_BYTES)
         try:
             count = self._socket.recv_into(self._view[self._end :])
-        except TimeoutError:
-            raise  # It is an OSError, but nothing is broken.
+        except (TimeoutError, BlockingIOError):
+            raise TimeoutError from None  # It is an OSError, but nothing is broken.
         except OSError as broken:
             raise self._lost(str(broken)) from broken
         if count == 0:
@@ -242,7 +246,7 @@ class Transport:
     def _read_farewell(self) -> None:
         """Read what came before the connection broke, for the sake of a close frame."""
         with contextlib.suppress(Closed, OSError):
-            self._socket.settimeout(0.5)
+            _set_timeout(self._socket, FAREWELL_S)
             while True:
                 message = self._cut()
                 if message is None:
@@ -320,6 +324,19 @@ class Transport:
         if protocol.parser_exc is not None:
             raise self._lost(str(protocol.parser_exc))
         return message
+
+
+def _set_timeout(sock: socket.socket, timeout_s: float) -> None:
+    """Let no call on `sock` wait longer than this."""
+    if sys.platform == "linux" and not isinstance(sock, ssl.SSLSocket):
+        # The kernel's own timeouts: Python's cost a system call more with every one.
+        sock.settimeout(None)
+        microseconds = max(1, round(1e6 * timeout_s))  # 0 would be no timeout at all.
+        timeval = struct.pack("ll", *divmod(microseconds, 1_000_000))
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, timeval)
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, timeval)
+    else:
+        sock.settimeout(timeout_s)
 
 
 def _dial(uri: WebSocketURI, url: str) -> socket.socket:
