@@ -3,6 +3,7 @@
 mod api;
 mod cli;
 mod config;
+mod metrics;
 mod protocol;
 // Recording is not connected to the sessions yet.
 #[allow(dead_code)]
@@ -11,6 +12,7 @@ mod session;
 #[allow(dead_code, unused_imports, reason = "the competition uses the rest")]
 mod store;
 mod telemetry;
+mod watch;
 mod ws;
 
 use clap::Parser;

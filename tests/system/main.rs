@@ -15,3 +15,4 @@ mod order;
 mod resume;
 mod session_time;
 mod store_trouble;
+mod watch;

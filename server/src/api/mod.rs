@@ -7,7 +7,7 @@ mod rest;
 pub(crate) use problem::Problem;
 
 use crate::session::Host;
-use crate::ws;
+use crate::{watch, ws};
 use axum::Router;
 use axum::http::Method;
 use axum::routing::get;
@@ -19,7 +19,9 @@ pub(crate) fn router(host: Arc<Host>) -> Router {
         .route("/", get(page::leaderboard))
         .route("/healthz", get(rest::healthz))
         .route("/readyz", get(rest::readyz))
+        .route("/metrics", get(rest::metrics))
         .route("/v1/control", get(ws::control))
+        .route("/v1/watch", get(watch::watch))
         .route("/v1/competition", get(rest::competition))
         .route("/v1/tasks", get(rest::tasks))
         .route("/v1/hands", get(rest::hands))

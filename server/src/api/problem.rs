@@ -1,5 +1,6 @@
 //! Errors as `application/problem+json` (RFC 9457) with the protocol's codes.
 
+use crate::metrics::METRICS;
 use crate::protocol::{Code, Refusal};
 use axum::http::{HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -22,6 +23,7 @@ struct Body<'a> {
 }
 
 fn respond(status: StatusCode, refusal: &Refusal) -> Response {
+    METRICS.refused(refusal.code);
     let body = Body {
         r#type: "about:blank",
         title: status.canonical_reason().unwrap_or_default(),

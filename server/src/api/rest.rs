@@ -1,6 +1,7 @@
 //! The JSON addresses.
 
 use super::Problem;
+use crate::metrics::METRICS;
 use crate::protocol::reply::{Competition, HandInfo, Limits, ServerInfo, TaskInfo};
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
@@ -9,7 +10,7 @@ use crate::store::{LeaderboardRow, RunRecord, StoreError, unix_ms};
 use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::Uri;
-use axum::http::header::CACHE_CONTROL;
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
 use axum::response::IntoResponse;
 use palmares_models::describe::HandDescription;
 use serde::Serialize;
@@ -35,6 +36,12 @@ pub(super) async fn readyz(State(host): State<Arc<Host>>) -> Result<&'static str
     }
     host.store.ping().await.map_err(|error| store_failed(&error))?;
     Ok("ready\n")
+}
+
+/// What the server counts about itself, for Prometheus.
+pub(super) async fn metrics(State(host): State<Arc<Host>>) -> impl IntoResponse {
+    let format = "application/openmetrics-text; version=1.0.0; charset=utf-8";
+    ([(CONTENT_TYPE, format)], METRICS.text(host.levels()))
 }
 
 #[derive(Serialize)]

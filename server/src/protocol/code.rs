@@ -37,6 +37,8 @@ pub(crate) enum Code {
     RateLimited,
     /// The message is larger than the limit. Fatal.
     TooLarge,
+    /// A viewer does not take what it is sent. Watch socket only.
+    TooSlow,
     /// A fault of the server.
     Internal,
     /// No such page or run. REST only.
@@ -61,6 +63,7 @@ impl Code {
             Code::Capacity => "capacity",
             Code::RateLimited => "rate_limited",
             Code::TooLarge => "too_large",
+            Code::TooSlow => "too_slow",
             Code::Internal => "internal",
             Code::NotFound => "not_found",
         }
@@ -78,6 +81,7 @@ impl Code {
             Code::BadAction => 4405,
             Code::UnknownTask => 4406,
             Code::UnknownHand => 4407,
+            Code::TooSlow => 4408,
             Code::SessionTaken => 4409,
             Code::SessionOver => 4410,
             Code::StaleTick => 4411,
@@ -96,6 +100,7 @@ impl Code {
             Code::StaleTick | Code::WrongState | Code::SessionTaken => StatusCode::CONFLICT,
             Code::UnknownTask | Code::UnknownHand | Code::NotFound => StatusCode::NOT_FOUND,
             Code::NotAuthorized => StatusCode::UNAUTHORIZED,
+            Code::TooSlow => StatusCode::REQUEST_TIMEOUT,
             Code::SessionOver => StatusCode::GONE,
             Code::Capacity => StatusCode::SERVICE_UNAVAILABLE,
             Code::RateLimited => StatusCode::TOO_MANY_REQUESTS,
@@ -142,7 +147,7 @@ impl Refusal {
 mod tests {
     use super::*;
 
-    const ALL: [Code; 16] = [
+    const ALL: [Code; 17] = [
         Code::BadJson,
         Code::UnknownOp,
         Code::BadRequest,
@@ -157,6 +162,7 @@ mod tests {
         Code::Capacity,
         Code::RateLimited,
         Code::TooLarge,
+        Code::TooSlow,
         Code::Internal,
         Code::NotFound,
     ];

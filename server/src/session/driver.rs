@@ -4,13 +4,15 @@ use super::background::JobError;
 use super::host::{Host, LONGEST_SESSION_S, REPEAT};
 use super::machine::{Machine, Playing, Stopping};
 use super::registry;
-use super::world::{OpenError, Plan, StepError, World};
+use super::world::{OpenError, Plan, StepError, Witness, World};
 use crate::protocol::reply::{Obs, Opened, RunResult, ServerInfo, TimeReport, Warning, Welcome};
 use crate::protocol::request::shortened;
 use crate::protocol::specs::Specs;
 use crate::protocol::{Code, Hello, Refusal, Reply, Reset, Step};
 use crate::store::{FinishedRun, NewRun, NewSession, StoreError, unix_ms};
-use palmares_tasks::{Outcome, Reason, Seed};
+use crate::watch::messages::WatchRun;
+use palmares_models::hand::Hand;
+use palmares_tasks::{Outcome, Reason, Run, Seed, Sensing, Task};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -173,17 +175,17 @@ impl Session {
         };
         let (seed, run_id) = (Seed::from_u64(number), format!("run_{}", random_hex(8)?));
         let plan = Plan { task: task.clone(), hand: hand.clone(), seed, sensing: reset.sensing };
-        let opened =
-            World::open(plan, place, &self.host.background, |_| Vec::new()).await.map_err(|error| {
-                tracing::error!(%error, task = task.name, hand = hand.name, seed = seed.to_hex(), "no world");
-                let message = match error {
-                    OpenError::Scene(_) | OpenError::Job(JobError::Panic(_)) => {
-                        "the scene could not be built; try another seed"
-                    }
-                    OpenError::Job(JobError::Thread(_)) => "the server cannot open another world now",
-                };
-                Refusal::new(Code::Internal, message)
-            })?;
+        let onlookers = self.onlookers(&run_id, task, hand, reset.sensing);
+        let opened = World::open(plan, place, &self.host.background, onlookers).await.map_err(|error| {
+            tracing::error!(%error, task = task.name, hand = hand.name, seed = seed.to_hex(), "no world");
+            let message = match error {
+                OpenError::Scene(_) | OpenError::Job(JobError::Panic(_)) => {
+                    "the scene could not be built; try another seed"
+                }
+                OpenError::Job(JobError::Thread(_)) => "the server cannot open another world now",
+            };
+            Refusal::new(Code::Internal, message)
+        })?;
         let own = ServerInfo::own();
         let row = NewRun {
             run_id: run_id.clone(),
@@ -234,6 +236,28 @@ impl Session {
             run: Some(run),
             scene: Some(opened.scene),
         })))
+    }
+
+    /// Who sees every tick of a run.
+    fn onlookers(
+        &self,
+        run_id: &str,
+        task: &Task,
+        hand: &Hand,
+        sensing: Sensing,
+    ) -> impl FnOnce(&Run) -> Vec<Box<dyn Witness>> + Send + use<> {
+        let hub = self.host.watch.clone();
+        let info = WatchRun {
+            run_id: run_id.to_owned(),
+            session_id: self.session_id.clone(),
+            team: self.team.clone(),
+            task: task.name.clone(),
+            hand: hand.name.clone(),
+            official: false,
+            tick_s: task.tick_s,
+            time_limit_s: task.time_limit_s,
+        };
+        move |run| vec![Box::new(hub.publish(info, sensing, run))]
     }
 
     /// Advances the world.
@@ -365,6 +389,7 @@ impl Session {
             self.unstored = Some(finished);
             return Err(store_failed("the result", &error));
         }
+        self.host.watch.ranking_changed();
         let Finished { run, outcome, status, .. } = finished;
         tracing::info!(run = run.run_id, score = outcome.score, ticks = outcome.ticks, status, "run closed");
         Ok(RunResult::new(&run.run_id, &run.task, &run.hand, status, outcome))

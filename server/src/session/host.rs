@@ -3,9 +3,11 @@
 use super::background::Background;
 use super::registry::Registry;
 use super::scheduler::Scheduler;
+use crate::metrics::Levels;
 use crate::protocol::reply::{Competition, HandInfo, Limits, TaskInfo};
 use crate::protocol::{Code, Refusal};
 use crate::store::Store;
+use crate::watch::Hub;
 use palmares_models::hand::Hand;
 use palmares_tasks::Task;
 use std::num::NonZero;
@@ -54,6 +56,8 @@ pub(crate) struct Host {
     pub(crate) scheduler: Scheduler,
     /// Where scenes are built and runs settle.
     pub(crate) background: Background,
+    /// Where spectators watch.
+    pub(crate) watch: Arc<Hub>,
     worlds: Arc<Semaphore>,
     connections: Arc<Semaphore>,
     started: Instant,
@@ -82,6 +86,7 @@ impl Host {
             tasks: Task::builtin(),
             hands,
             registry: Registry::default(),
+            watch: Arc::default(),
             worlds: Arc::new(Semaphore::new(settings.max_worlds)),
             connections: Arc::new(Semaphore::new(settings.max_connections)),
             settings,
@@ -148,6 +153,16 @@ impl Host {
     /// Returns when nobody is left.
     pub(crate) async fn deserted(&self) {
         let _ = self.alive.subscribe().wait_for(|&count| count == 0).await;
+    }
+
+    /// What there is to be counted now.
+    pub(crate) fn levels(&self) -> Levels {
+        Levels {
+            worlds: self.settings.max_worlds - self.worlds.available_permits(),
+            sessions: self.registry.len(),
+            viewers: self.watch.viewers(),
+            unverified: 0,
+        }
     }
 
     /// The competition.

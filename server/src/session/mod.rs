@@ -20,3 +20,4 @@ pub(crate) use background::STACK;
 
 pub(crate) use driver::Session;
 pub(crate) use host::{Host, MESSAGE_BYTES, PING_INTERVAL, PING_TIMEOUT, Settings};
+pub(crate) use world::Witness;

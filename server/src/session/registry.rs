@@ -31,6 +31,11 @@ impl Registry {
         self.slots.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Sessions now.
+    pub(crate) fn len(&self) -> usize {
+        self.slots().len()
+    }
+
     /// A new session, held by a connection.
     pub(crate) fn insert(&self, token: &str) {
         self.slots().insert(token.to_owned(), Slot::Connected);

@@ -4,6 +4,7 @@
 //! for a tick or two of others, never for their runs.
 
 use super::load::{Kind, Load};
+use crate::metrics::METRICS;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -128,19 +129,25 @@ impl Scheduler {
 
     /// Waits for a permit; at once when one is free.
     pub(crate) async fn permit(&self, urgency: Urgency) -> Permit {
-        match self.take(urgency) {
+        let asked = Instant::now();
+        let permit = match self.take(urgency) {
             Ok(permit) => permit,
             // The sender lives until the permit is sent.
             Err(waiting) => waiting.await.unwrap_or_else(|_| self.unlimited(urgency)).start(),
-        }
+        };
+        METRICS.waited(permit.since - asked);
+        permit
     }
 
     /// The same, for a thread outside the asynchronous runtime.
     pub(crate) fn permit_blocking(&self, urgency: Urgency) -> Permit {
-        match self.take(urgency) {
+        let asked = Instant::now();
+        let permit = match self.take(urgency) {
             Ok(permit) => permit,
             Err(waiting) => waiting.blocking_recv().unwrap_or_else(|_| self.unlimited(urgency)).start(),
-        }
+        };
+        METRICS.waited(permit.since - asked);
+        permit
     }
 
     fn take(&self, urgency: Urgency) -> Result<Permit, oneshot::Receiver<Permit>> {

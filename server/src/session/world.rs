@@ -3,6 +3,7 @@
 
 use super::background::{Background, JobError, Level, panic_text};
 use super::scheduler::{Permit, Scheduler, Urgency};
+use crate::metrics::METRICS;
 use palmares_models::hand::Hand;
 use palmares_tasks::{
     Action, ActionError, Event, Observation, Outcome, Reason, Run, Scene, SceneError, Seed, Sensing, Task,
@@ -190,6 +191,7 @@ impl World {
         let game = self.game.as_mut().ok_or(StepError::Fault)?;
         let ticked = catch_unwind(AssertUnwindSafe(|| {
             game.step(action)?;
+            METRICS.ticked();
             if !game.healthy() {
                 return Err(StepError::Fault);
             }

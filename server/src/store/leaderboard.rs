@@ -1,11 +1,12 @@
 //! Ranking: best score per task, their sum, ties to who reached it earlier.
 
 use super::{Store, StoreError};
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// A team's place.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct LeaderboardRow {
     /// 1 for the first.
     pub(crate) rank: usize,
@@ -26,7 +27,7 @@ pub(crate) struct LeaderboardRow {
 }
 
 /// A team's best run of a task.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub(crate) struct TaskBest {
     /// Points.
     pub(crate) score: f64,

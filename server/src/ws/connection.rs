@@ -4,6 +4,7 @@
 //! that sends faster fills its own socket.
 
 use super::rate::RateLimit;
+use crate::metrics::METRICS;
 use crate::protocol::request::{Parsed, parse};
 use crate::protocol::{Code, Refusal, Reply, Request};
 use crate::session::{Host, MESSAGE_BYTES, PING_INTERVAL, PING_TIMEOUT, Session};
@@ -153,6 +154,7 @@ impl Connection {
     }
 
     async fn refuse(&mut self, id: Option<u64>, refusal: &Refusal) -> ControlFlow<End> {
+        METRICS.refused(refusal.code);
         tracing::debug!(code = refusal.code.name(), why = refusal.message, "request refused");
         self.send(&Reply::refused(id, refusal)).await?;
         if refusal.fatal { ControlFlow::Break(End::Fatal(refusal.code)) } else { ControlFlow::Continue(()) }

@@ -22,7 +22,12 @@ pub(crate) struct Client {
 
 /// A handshake for the control socket that offers `protocols`.
 pub(crate) fn handshake(server: &Server, protocols: Option<&str>) -> Request<()> {
-    let url = format!("ws://{}/v1/control", server.address());
+    handshake_to(server, "/v1/control", protocols)
+}
+
+/// A handshake for any socket.
+pub(crate) fn handshake_to(server: &Server, path: &str, protocols: Option<&str>) -> Request<()> {
+    let url = format!("ws://{}{path}", server.address());
     let mut request = url.into_client_request().expect("request");
     if let Some(protocols) = protocols {
         let value = HeaderValue::from_str(protocols).expect("header");
@@ -34,7 +39,12 @@ pub(crate) fn handshake(server: &Server, protocols: Option<&str>) -> Request<()>
 impl Client {
     /// A connection that has said nothing yet.
     pub(crate) async fn connect(server: &Server) -> Self {
-        let request = handshake(server, Some("palmares.v1.json"));
+        Self::connect_to(server, "/v1/control").await
+    }
+
+    /// The same to any socket.
+    pub(crate) async fn connect_to(server: &Server, path: &str) -> Self {
+        let request = handshake_to(server, path, Some("palmares.v1.json"));
         let (socket, _) = connect_async(request).await.expect("connects");
         Client { socket, next_id: 1 }
     }
@@ -108,10 +118,21 @@ impl Client {
 
     /// The next message from the server.
     pub(crate) async fn next(&mut self) -> Value {
+        match self.next_or_closed().await {
+            Ok(message) => message,
+            Err(closed) => panic!("expected a message, got the close frame {closed:?}"),
+        }
+    }
+
+    /// The next message from the server, or code and reason of its close frame.
+    pub(crate) async fn next_or_closed(&mut self) -> Result<Value, (u16, String)> {
         loop {
             match timeout(PATIENCE, self.socket.next()).await.expect("in time") {
-                Some(Ok(Message::Text(text))) => return serde_json::from_str(&text).expect("JSON"),
+                Some(Ok(Message::Text(text))) => return Ok(serde_json::from_str(&text).expect("JSON")),
                 Some(Ok(Message::Ping(_) | Message::Pong(_))) => {}
+                Some(Ok(Message::Close(Some(frame)))) => {
+                    return Err((frame.code.into(), frame.reason.to_string()));
+                }
                 other => panic!("expected a message, got {other:?}"),
             }
         }

@@ -4,7 +4,7 @@ mod client;
 mod http;
 mod server;
 
-pub(crate) use client::{Client, assert_error, handshake};
+pub(crate) use client::{Client, assert_error, handshake, handshake_to};
 pub(crate) use http::{get, request};
 pub(crate) use server::{Server, program};
 

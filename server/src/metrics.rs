@@ -1,0 +1,158 @@
+//! What the server counts about itself, for `GET /metrics`. One set for the process: whoever has something to count
+//! need not be handed it.
+
+use crate::protocol::Code;
+use prometheus_client::encoding::EncodeLabelSet;
+use prometheus_client::metrics::counter::Counter;
+use prometheus_client::metrics::family::Family;
+use prometheus_client::metrics::gauge::Gauge;
+use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
+use prometheus_client::registry::{Registry, Unit};
+use std::sync::LazyLock;
+use std::time::Duration;
+
+/// The process's counters.
+pub(crate) static METRICS: LazyLock<Metrics> = LazyLock::new(Metrics::new);
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash, EncodeLabelSet)]
+struct CodeLabel {
+    code: &'static str,
+}
+
+/// What is counted.
+#[derive(Debug)]
+pub(crate) struct Metrics {
+    registry: Registry,
+    ticks: Counter,
+    lateness: Histogram,
+    permit_wait: Histogram,
+    missed_ticks: Counter,
+    refusals: Family<CodeLabel, Counter>,
+    worlds: Gauge,
+    sessions: Gauge,
+    viewers: Gauge,
+    unverified: Gauge,
+}
+
+/// What the server knows when it is asked, rather than counts as it goes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Levels {
+    /// Worlds that are open.
+    pub(crate) worlds: usize,
+    /// Sessions that are open.
+    pub(crate) sessions: usize,
+    /// Viewers that are connected.
+    pub(crate) viewers: usize,
+    /// Runs that wait for their verification.
+    pub(crate) unverified: usize,
+}
+
+fn level(value: usize) -> i64 {
+    i64::try_from(value).unwrap_or(i64::MAX)
+}
+
+impl Metrics {
+    fn new() -> Self {
+        // 50 µs to 1.6 s: a tick takes some 100 µs, and is due every 10 ms.
+        let histogram = || Histogram::new(exponential_buckets(5e-5, 2.0, 16));
+        let mut metrics = Metrics {
+            registry: Registry::default(),
+            ticks: Counter::default(),
+            lateness: histogram(),
+            permit_wait: histogram(),
+            missed_ticks: Counter::default(),
+            refusals: Family::default(),
+            worlds: Gauge::default(),
+            sessions: Gauge::default(),
+            viewers: Gauge::default(),
+            unverified: Gauge::default(),
+        };
+        let mut registry = Registry::with_prefix("palmares");
+        registry.register("ticks", "Ticks that were stepped", metrics.ticks.clone());
+        let lateness = "How late ticks of realtime runs began";
+        registry.register_with_unit("tick_lateness", lateness, Unit::Seconds, metrics.lateness.clone());
+        let wait = "How long ticks waited for a processor";
+        registry.register_with_unit("permit_wait", wait, Unit::Seconds, metrics.permit_wait.clone());
+        let missed = "Ticks of realtime runs without a new action";
+        registry.register("missed_ticks", missed, metrics.missed_ticks.clone());
+        registry.register("refusals", "Requests refused, by code", metrics.refusals.clone());
+        registry.register("worlds_open", "Worlds that are open", metrics.worlds.clone());
+        registry.register("sessions_open", "Sessions that are open", metrics.sessions.clone());
+        registry.register("viewers", "Viewers that are connected", metrics.viewers.clone());
+        let unverified = "Runs that wait for their verification";
+        registry.register("verification_queue", unverified, metrics.unverified.clone());
+        metrics.registry = registry;
+        metrics
+    }
+
+    /// A tick was stepped.
+    pub(crate) fn ticked(&self) {
+        self.ticks.inc();
+    }
+
+    /// A tick of a realtime run began so much after it was due.
+    #[allow(dead_code, reason = "for worlds that follow the wall clock")]
+    pub(crate) fn late(&self, by: Duration) {
+        self.lateness.observe(by.as_secs_f64());
+    }
+
+    /// Ticks of a realtime run went by without a new action.
+    #[allow(dead_code, reason = "for worlds that follow the wall clock")]
+    pub(crate) fn missed(&self, ticks: u64) {
+        self.missed_ticks.inc_by(ticks);
+    }
+
+    /// A tick waited for its permit.
+    pub(crate) fn waited(&self, wait: Duration) {
+        self.permit_wait.observe(wait.as_secs_f64());
+    }
+
+    /// A request was refused.
+    pub(crate) fn refused(&self, code: Code) {
+        self.refusals.get_or_create(&CodeLabel { code: code.name() }).inc();
+    }
+
+    /// Everything in the text format of OpenMetrics.
+    pub(crate) fn text(&self, levels: Levels) -> String {
+        self.worlds.set(level(levels.worlds));
+        self.sessions.set(level(levels.sessions));
+        self.viewers.set(level(levels.viewers));
+        self.unverified.set(level(levels.unverified));
+        let mut text = String::new();
+        // Writing into a string cannot fail.
+        let _ = prometheus_client::encoding::text::encode(&mut text, &self.registry);
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn everything_counted_is_told() {
+        let metrics = Metrics::new();
+        metrics.ticked();
+        metrics.late(Duration::from_millis(3));
+        metrics.missed(2);
+        metrics.waited(Duration::from_micros(10));
+        metrics.refused(Code::BadAction);
+        metrics.refused(Code::BadAction);
+        let text = metrics.text(Levels { worlds: 1, sessions: 2, viewers: 3, unverified: 4 });
+        for line in [
+            "palmares_ticks_total 1",
+            "palmares_tick_lateness_seconds_count 1",
+            "palmares_tick_lateness_seconds_bucket{le=\"0.0032\"} 1",
+            "palmares_missed_ticks_total 2",
+            "palmares_permit_wait_seconds_bucket{le=\"0.00005\"} 1",
+            "palmares_refusals_total{code=\"bad_action\"} 2",
+            "palmares_worlds_open 1",
+            "palmares_sessions_open 2",
+            "palmares_viewers 3",
+            "palmares_verification_queue 4",
+            "# EOF",
+        ] {
+            assert!(text.lines().any(|have| have == line), "no `{line}` in\n{text}");
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! What spectators are told. No message carries a seed.
+
+use crate::protocol::reply::ErrorReply;
+use crate::store::LeaderboardRow;
+use palmares_tasks::scene::{Region, ScenePart};
+use palmares_tasks::{Event, Outcome, Reason};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// A message to a spectator.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+#[serde(tag = "op", rename_all = "snake_case")]
+pub(crate) enum WatchReply {
+    /// Reply to `subscribe`.
+    Subscribed(Subscribed),
+    /// Reply to `list`.
+    Runs(Runs),
+    /// A run begins to be shown: everything there is to draw.
+    Scene(Box<WatchScene>),
+    /// Where everything that moves is, at most 30 times a second.
+    Poses(Poses),
+    /// The score has changed.
+    Score(Score),
+    /// The referee noted something.
+    Events(Events),
+    /// The run has ended.
+    Ended(Ended),
+    /// The ranking: at the beginning and whenever a result is stored.
+    Leaderboard(Ranking),
+    /// Reply to a request that failed, or why the socket closes.
+    Error(ErrorReply),
+}
+
+/// `subscribed`: what is shown from now on.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct Subscribed {
+    /// Of the request.
+    pub(crate) id: u64,
+    /// The run that is shown now; null when the session has none open, or nobody plays. The next one is shown when it
+    /// opens.
+    pub(crate) run_id: Option<String>,
+}
+
+/// `runs`: what can be watched now.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct Runs {
+    /// Of the request.
+    pub(crate) id: u64,
+    /// Open runs.
+    pub(crate) runs: Vec<WatchRun>,
+}
+
+/// An open run, as spectators may know it.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub(crate) struct WatchRun {
+    /// Identifies the run.
+    pub(crate) run_id: String,
+    /// Identifies its session.
+    pub(crate) session_id: String,
+    /// Who plays.
+    pub(crate) team: String,
+    /// Name of the task.
+    pub(crate) task: String,
+    /// Name of the hand.
+    pub(crate) hand: String,
+    /// Whether it counts in a competition.
+    pub(crate) official: bool,
+    /// Length of a tick, s.
+    pub(crate) tick_s: f64,
+    /// Longest run, s of simulated time.
+    pub(crate) time_limit_s: f64,
+}
+
+/// `scene`: everything there is to draw.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct WatchScene {
+    /// The run that is shown.
+    pub(crate) run: WatchRun,
+    /// Objects, furniture and the hand's links.
+    pub(crate) bodies: Vec<WatchBody>,
+    /// Ids of the bodies that move, in the order of `poses.poses`.
+    pub(crate) moving: Vec<usize>,
+    /// Named regions the rules speak of.
+    pub(crate) regions: Vec<Region>,
+}
+
+/// What a body is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum BodyKind {
+    /// To be grasped; it moves.
+    Object,
+    /// It stays where it is.
+    Furniture,
+    /// A link of the hand; it moves.
+    Hand,
+}
+
+/// A body and its shapes.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct WatchBody {
+    /// Identifies the body within the run.
+    pub(crate) id: usize,
+    /// For people.
+    pub(crate) name: String,
+    /// What it is.
+    pub(crate) kind: BodyKind,
+    /// Pose at tick 0.
+    pub(crate) position: [f64; 3],
+    /// x, y, z, w
+    pub(crate) quat_xyzw: [f64; 4],
+    /// Convex parts in the body frame.
+    pub(crate) parts: Vec<ScenePart>,
+    /// sRGB, 0 to 1.
+    pub(crate) color: [f64; 3],
+}
+
+/// `poses`: where everything that moves is.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct Poses {
+    /// The run.
+    pub(crate) run_id: String,
+    /// Ticks since reset.
+    pub(crate) tick: u64,
+    /// s since reset.
+    pub(crate) sim_time_s: f64,
+    /// For every body of `scene.moving`: position x, y, z in m, orientation x, y, z, w. In single precision.
+    pub(crate) poses: Vec<[f32; 7]>,
+}
+
+/// `score`: what the run would be worth if it ended now.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct Score {
+    /// The run.
+    pub(crate) run_id: String,
+    /// Ticks since reset.
+    pub(crate) tick: u64,
+    /// Points.
+    pub(crate) score: f64,
+}
+
+/// `events`: what the referee noted.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct Events {
+    /// The run.
+    pub(crate) run_id: String,
+    /// In order of time.
+    pub(crate) events: Vec<Event>,
+}
+
+/// `ended`: the run is over. The next one of the session is shown when it opens.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct Ended {
+    /// The run.
+    pub(crate) run_id: String,
+    /// What it gave; null when the world failed.
+    pub(crate) outcome: Option<Final>,
+}
+
+/// What a run gave.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct Final {
+    /// Points.
+    pub(crate) score: f64,
+    /// Objects in the goal.
+    pub(crate) in_goal: u32,
+    /// Objects outside.
+    pub(crate) outside: u32,
+    /// Why it ended.
+    pub(crate) reason: Reason,
+    /// Ticks played.
+    pub(crate) ticks: u64,
+    /// s of simulated time played.
+    pub(crate) sim_time_s: f64,
+}
+
+impl Final {
+    /// What spectators are told of an outcome.
+    pub(crate) fn of(outcome: &Outcome) -> Self {
+        Final {
+            score: outcome.score,
+            in_goal: outcome.in_goal,
+            outside: outcome.outside,
+            reason: outcome.reason,
+            ticks: outcome.ticks,
+            sim_time_s: outcome.sim_time_s,
+        }
+    }
+}
+
+/// `leaderboard`: the ranking.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct Ranking {
+    /// Best first.
+    pub(crate) rows: Vec<LeaderboardRow>,
+}

@@ -1,0 +1,141 @@
+//! What a spectator asks.
+
+use crate::protocol::request::shortened;
+use crate::protocol::{Code, MAX_SAFE_INTEGER, Refusal};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+
+/// A request without its envelope (`op`, `id`).
+#[derive(Debug, PartialEq)]
+pub(super) enum Request {
+    /// What to show.
+    Subscribe(Target),
+    /// What there is.
+    List,
+    /// Goodbye.
+    Bye,
+}
+
+/// What to show.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Target {
+    /// A session: one run after the other.
+    Session(String),
+    /// One run.
+    Run(String),
+    /// Whatever is worth watching most: official runs before practice, then the one that moved last.
+    Featured,
+}
+
+/// `subscribe`: what to show; exactly one of the fields. A second one replaces the first.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct Subscribe {
+    /// A session: one run after the other.
+    session_id: Option<String>,
+    /// One run.
+    run_id: Option<String>,
+    /// `true`: official runs before practice, then the one that moved last; when it ends, the next.
+    featured: Option<bool>,
+}
+
+/// `list`: which runs are open.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct List {}
+
+/// `bye`: ends the connection.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct WatchBye {}
+
+impl Subscribe {
+    fn target(self) -> Result<Target, Refusal> {
+        match (self.session_id, self.run_id, self.featured) {
+            (Some(id), None, None) => Ok(Target::Session(id)),
+            (None, Some(id), None) => Ok(Target::Run(id)),
+            (None, None, Some(true)) => Ok(Target::Featured),
+            _ => {
+                let message =
+                    "subscribe: expected exactly one of \"session_id\": …, \"run_id\": …, \"featured\": true";
+                Err(Refusal::new(Code::BadRequest, message))
+            }
+        }
+    }
+}
+
+/// Reads one text frame: the request's id, where there is a valid one, and the request or why it is none.
+pub(super) fn parse(text: &str) -> (Option<u64>, Result<Request, Refusal>) {
+    let mut fields = match serde_json::from_str::<Value>(text) {
+        Ok(Value::Object(fields)) => fields,
+        Ok(_) => {
+            let message = "a message is a JSON object with `op` and `id`";
+            return (None, Err(Refusal::new(Code::BadRequest, message)));
+        }
+        Err(error) => return (None, Err(Refusal::new(Code::BadJson, format!("not JSON: {error}")))),
+    };
+    let id = fields.remove("id").and_then(|id| id.as_u64()).filter(|&id| id <= MAX_SAFE_INTEGER);
+    if id.is_none() {
+        let message = "id: every request carries a whole number from 0 to 2^53 - 1";
+        return (None, Err(Refusal::new(Code::BadRequest, message)));
+    }
+    (id, parse_op(fields))
+}
+
+fn parse_op(mut fields: Map<String, Value>) -> Result<Request, Refusal> {
+    let Some(Value::String(op)) = fields.remove("op") else {
+        return Err(Refusal::new(Code::BadRequest, "op: expected a string: subscribe, list or bye"));
+    };
+    match op.as_str() {
+        "subscribe" => typed::<Subscribe>("subscribe", fields)?.target().map(Request::Subscribe),
+        "list" => typed::<List>("list", fields).map(|_| Request::List),
+        "bye" => typed::<WatchBye>("bye", fields).map(|_| Request::Bye),
+        _ => {
+            let message =
+                format!("no op `{}` on this socket; there are subscribe, list, bye", shortened(&op));
+            Err(Refusal::new(Code::UnknownOp, message))
+        }
+    }
+}
+
+fn typed<T: DeserializeOwned>(op: &str, fields: Map<String, Value>) -> Result<T, Refusal> {
+    serde_path_to_error::deserialize(Value::Object(fields)).map_err(|error| {
+        let path = error.path().to_string();
+        let why = error.into_inner();
+        let message = if path == "." { format!("{op}: {why}") } else { format!("{path}: {why}") };
+        Refusal::new(Code::BadRequest, message)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_thing_is_watched() {
+        let run = parse(r#"{"op":"subscribe","id":3,"run_id":"run_1"}"#);
+        assert_eq!(run, (Some(3), Ok(Request::Subscribe(Target::Run("run_1".into())))));
+        let featured = parse(r#"{"op":"subscribe","id":4,"featured":true}"#);
+        assert_eq!(featured, (Some(4), Ok(Request::Subscribe(Target::Featured))));
+        for wrong in [
+            r#"{"op":"subscribe","id":3}"#,
+            r#"{"op":"subscribe","id":3,"featured":false}"#,
+            r#"{"op":"subscribe","id":3,"run_id":"a","session_id":"b"}"#,
+            r#"{"op":"subscribe","id":3,"run":"a"}"#,
+            r#"{"op":"subscribe","id":3,"run_id":7}"#,
+            r#"{"op":"list","id":3,"all":true}"#,
+            r#"{"op":7,"id":3}"#,
+        ] {
+            let (id, request) = parse(wrong);
+            assert_eq!(
+                (id, request.map_err(|refusal| refusal.code)),
+                (Some(3), Err(Code::BadRequest)),
+                "{wrong}"
+            );
+        }
+        assert_eq!(parse(r#"{"op":"step","id":3}"#).1.map_err(|refusal| refusal.code), Err(Code::UnknownOp));
+        assert_eq!(parse("{").1.map_err(|refusal| refusal.code), Err(Code::BadJson));
+    }
+}

@@ -1,0 +1,349 @@
+//! One viewer's connection.
+
+use super::Watcher;
+use super::frame::text;
+use super::hub::{Following, News, Nothing};
+use super::messages::{Ranking, Runs, Score, Subscribed, WatchReply};
+use super::request::{Request, Target, parse};
+use crate::api::Problem;
+use crate::metrics::METRICS;
+use crate::protocol::reply::ErrorReply;
+use crate::protocol::request::shortened;
+use crate::protocol::{Code, Refusal, SUBPROTOCOL_JSON};
+use crate::session::{Host, MESSAGE_BYTES, PING_INTERVAL, PING_TIMEOUT};
+use axum::body::Bytes;
+use axum::extract::State;
+use axum::extract::ws::rejection::WebSocketUpgradeRejection;
+use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
+use axum::response::{IntoResponse, Response};
+use std::future::pending;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::broadcast::error::RecvError;
+use tokio::sync::watch;
+use tokio::time::{Instant, MissedTickBehavior, interval_at, sleep_until, timeout};
+
+/// Least time between two frames: 30 Hz.
+const FRAME_PERIOD: Duration = Duration::from_micros(33_334);
+/// Least time between two rankings.
+const RANKING_PERIOD: Duration = Duration::from_secs(1);
+/// How long a viewer may take to accept a message.
+const SEND_TIMEOUT: Duration = Duration::from_secs(5);
+/// How long a viewer may take to answer a close frame.
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
+
+/// `GET /v1/watch`.
+pub(crate) async fn watch(
+    State(host): State<Arc<Host>>,
+    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
+) -> Response {
+    let refuse = |refusal: Refusal| Problem(refusal).into_response();
+    let upgrade = match upgrade {
+        Ok(upgrade) => upgrade.protocols([SUBPROTOCOL_JSON]),
+        Err(rejection) => {
+            let message = format!("this address speaks WebSocket: {}", rejection.body_text());
+            return refuse(Refusal::new(Code::BadRequest, message));
+        }
+    };
+    if upgrade.selected_protocol().is_none() {
+        let message = format!("offer the WebSocket subprotocol {SUBPROTOCOL_JSON} (Sec-WebSocket-Protocol)");
+        return refuse(Refusal::new(Code::BadRequest, message));
+    }
+    let Some(place) = host.watch.place() else {
+        let message = "all places for viewers are taken";
+        return refuse(Refusal::new(Code::Capacity, message).retry_after(5.0));
+    };
+    let watcher = Watcher::Anybody;
+    upgrade.max_message_size(MESSAGE_BYTES).max_frame_size(MESSAGE_BYTES).on_upgrade(async move |socket| {
+        let _place = place;
+        let _alive = host.alive();
+        let viewer = Viewer::new(socket, host, watcher);
+        viewer.serve().await;
+    })
+}
+
+/// Why a connection ends: with a close code and a reason, or because the viewer is gone.
+type End = Option<(u16, &'static str)>;
+
+struct Viewer {
+    socket: WebSocket,
+    host: Arc<Host>,
+    watcher: Watcher,
+    target: Option<Target>,
+    following: Option<Following>,
+    /// The run and the score that were told last.
+    told: Option<(String, f64)>,
+    changes: watch::Receiver<u64>,
+    ranking: watch::Receiver<u64>,
+    next_frame: Instant,
+    next_ranking: Instant,
+    heard: Instant,
+}
+
+/// What a run has for its viewers.
+enum Next {
+    /// A word that must not be skipped.
+    News(Result<News, RecvError>),
+    /// A frame newer than the last.
+    Frame,
+}
+
+/// The next that the run that is followed has to show; frames not before a certain time.
+async fn next(following: &mut Option<Following>, not_before: Instant) -> Next {
+    let Some(Following { frames, news, .. }) = following else { return pending().await };
+    let frame = async {
+        sleep_until(not_before).await;
+        // An error means that the run is over: its last word comes as news.
+        if frames.changed().await.is_err() {
+            pending::<()>().await;
+        }
+    };
+    tokio::select! {
+        biased;
+        news = news.recv() => Next::News(news),
+        () = frame => Next::Frame,
+    }
+}
+
+/// Returns when the ranking is to be sent.
+async fn ranking(changes: &mut watch::Receiver<u64>, not_before: Instant) {
+    sleep_until(not_before).await;
+    if changes.changed().await.is_err() {
+        pending::<()>().await;
+    }
+}
+
+impl Viewer {
+    fn new(socket: WebSocket, host: Arc<Host>, watcher: Watcher) -> Self {
+        let now = Instant::now();
+        let (changes, mut ranking) = (host.watch.changes(), host.watch.ranking_changes());
+        // The first one is for everybody who comes.
+        ranking.mark_changed();
+        Viewer {
+            socket,
+            host,
+            watcher,
+            target: None,
+            following: None,
+            told: None,
+            changes,
+            ranking,
+            next_frame: now,
+            next_ranking: now,
+            heard: now,
+        }
+    }
+
+    async fn serve(mut self) {
+        let host = self.host.clone();
+        let stopping = host.stopping();
+        tokio::pin!(stopping);
+        let mut ping = interval_at(Instant::now() + PING_INTERVAL, PING_INTERVAL);
+        ping.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let end = loop {
+            let flow = tokio::select! {
+                biased;
+                () = &mut stopping => ControlFlow::Break(Some((1001, "server_shutdown"))),
+                _ = ping.tick() => self.beat().await,
+                message = self.socket.recv() => self.receive(message).await,
+                changed = self.changes.changed(), if self.target.is_some() && self.following.is_none() => {
+                    match changed {
+                        Ok(()) => self.follow().await,
+                        Err(_) => ControlFlow::Break(None),
+                    }
+                }
+                () = ranking(&mut self.ranking, self.next_ranking), if self.target.is_some() => self.rank().await,
+                next = next(&mut self.following, self.next_frame) => match next {
+                    Next::News(news) => self.tell(news).await,
+                    Next::Frame => self.show().await,
+                },
+            };
+            if let ControlFlow::Break(end) = flow {
+                break end;
+            }
+        };
+        if let Some((code, reason)) = end {
+            self.close(code, reason).await;
+        }
+    }
+
+    async fn beat(&mut self) -> ControlFlow<End> {
+        if self.heard.elapsed() >= PING_TIMEOUT {
+            return ControlFlow::Break(None);
+        }
+        self.send_message(Message::Ping(Bytes::new())).await
+    }
+
+    async fn receive(&mut self, message: Option<Result<Message, axum::Error>>) -> ControlFlow<End> {
+        self.heard = Instant::now();
+        let text = match message {
+            None | Some(Ok(Message::Close(_)) | Err(_)) => return ControlFlow::Break(None),
+            Some(Ok(Message::Ping(_) | Message::Pong(_))) => return ControlFlow::Continue(()),
+            Some(Ok(Message::Binary(_))) => {
+                let message = "palmares.v1.json has text frames only";
+                return self.refuse(None, &Refusal::new(Code::BadJson, message)).await;
+            }
+            Some(Ok(Message::Text(text))) => text,
+        };
+        match parse(&text) {
+            (Some(id), Ok(Request::Subscribe(target))) => self.subscribe(id, target).await,
+            (Some(id), Ok(Request::List)) => {
+                let runs = self.host.watch.list(&self.watcher);
+                self.send(&WatchReply::Runs(Runs { id, runs })).await
+            }
+            (_, Ok(Request::Bye)) => ControlFlow::Break(Some((1000, "bye"))),
+            (id, Err(refusal)) => self.refuse(id, &refusal).await,
+            // The parser gives no request without an id.
+            (None, Ok(_)) => ControlFlow::Continue(()),
+        }
+    }
+
+    async fn subscribe(&mut self, id: u64, target: Target) -> ControlFlow<End> {
+        // What opens from here on is looked at again.
+        self.changes.mark_unchanged();
+        let found = match (self.host.watch.find(&target, &self.watcher), &target) {
+            (Ok(following), _) => Some(following),
+            (Err(Nothing::Waiting), _) => None,
+            (Err(Nothing::Forbidden), _) => {
+                let message = "this is not for you to watch; `list` tells what is";
+                return self.refuse(Some(id), &Refusal::new(Code::NotAuthorized, message)).await;
+            }
+            (Err(Nothing::Unknown), Target::Run(run)) => {
+                let message = format!("no open run `{}`; `list` tells which there are", shortened(run));
+                return self.refuse(Some(id), &Refusal::new(Code::NotFound, message)).await;
+            }
+            (Err(Nothing::Unknown), Target::Session(session)) => {
+                let message = format!(
+                    "no session `{}` has opened a run; `list` tells which there are",
+                    shortened(session)
+                );
+                return self.refuse(Some(id), &Refusal::new(Code::NotFound, message)).await;
+            }
+            (Err(Nothing::Unknown), Target::Featured) => None,
+        };
+        if self.target.is_none() {
+            self.ranking.mark_changed();
+        }
+        self.target = Some(target);
+        let run_id = found.as_ref().map(|following| following.channel.info.run_id.clone());
+        self.send(&WatchReply::Subscribed(Subscribed { id, run_id })).await?;
+        self.start(found).await
+    }
+
+    /// A run opened or ended somewhere while there was nothing to show.
+    async fn follow(&mut self) -> ControlFlow<End> {
+        let Some(target) = &self.target else { return ControlFlow::Continue(()) };
+        let found = self.host.watch.find(target, &self.watcher).ok();
+        self.start(found).await
+    }
+
+    async fn start(&mut self, found: Option<Following>) -> ControlFlow<End> {
+        self.following = found;
+        self.told = None;
+        if let Some(following) = &self.following {
+            let scene = following.channel.scene.clone();
+            self.send_text(scene).await?;
+            self.show().await?;
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Sends the newest frame, and the score when it has changed.
+    async fn show(&mut self) -> ControlFlow<End> {
+        let Some(following) = &mut self.following else { return ControlFlow::Continue(()) };
+        let frame = following.frames.borrow_and_update().clone();
+        self.send_text(frame.text()).await?;
+        let (run_id, tick, score) = (frame.poses.run_id.clone(), frame.poses.tick, frame.score);
+        if self.told.as_ref().is_none_or(|told| *told != (run_id.clone(), score)) {
+            self.told = Some((run_id.clone(), score));
+            self.send(&WatchReply::Score(Score { run_id, tick, score })).await?;
+        }
+        // Counted from when the viewer has taken it: a slow one gets fewer.
+        self.next_frame = Instant::now() + FRAME_PERIOD;
+        ControlFlow::Continue(())
+    }
+
+    async fn tell(&mut self, news: Result<News, RecvError>) -> ControlFlow<End> {
+        match news {
+            Ok(News::Message(text)) => self.send_text(text).await,
+            Ok(News::Ended(text)) => {
+                // The last frame, which may still wait for its time.
+                let fresh = |following: &Following| following.frames.has_changed().unwrap_or(true);
+                if self.following.as_ref().is_some_and(fresh) {
+                    self.show().await?;
+                }
+                self.send_text(text).await?;
+                self.following = None;
+                if matches!(self.target, Some(Target::Run(_))) {
+                    self.target = None;
+                    return ControlFlow::Continue(());
+                }
+                self.changes.mark_unchanged();
+                self.follow().await
+            }
+            Err(RecvError::Lagged(_)) => {
+                let message = "this connection is too slow for what happens; its messages were given up";
+                self.refuse(None, &Refusal::new(Code::TooSlow, message).fatal()).await
+            }
+            Err(RecvError::Closed) => {
+                self.following = None;
+                ControlFlow::Continue(())
+            }
+        }
+    }
+
+    async fn rank(&mut self) -> ControlFlow<End> {
+        self.next_ranking = Instant::now() + RANKING_PERIOD;
+        match self.host.store.leaderboard().await {
+            Ok(rows) => self.send(&WatchReply::Leaderboard(Ranking { rows })).await,
+            Err(error) => {
+                // The viewer has the last one, and gets the next.
+                tracing::error!(%error, "store failed");
+                ControlFlow::Continue(())
+            }
+        }
+    }
+
+    async fn refuse(&mut self, id: Option<u64>, refusal: &Refusal) -> ControlFlow<End> {
+        METRICS.refused(refusal.code);
+        let error = ErrorReply {
+            id,
+            code: refusal.code,
+            message: refusal.message.clone(),
+            fatal: refusal.fatal,
+            retry_after_s: refusal.retry_after_s,
+        };
+        self.send(&WatchReply::Error(error)).await?;
+        if refusal.fatal {
+            return ControlFlow::Break(Some((refusal.code.close_code(), refusal.code.name())));
+        }
+        ControlFlow::Continue(())
+    }
+
+    async fn send(&mut self, message: &WatchReply) -> ControlFlow<End> {
+        self.send_text(text(message)).await
+    }
+
+    async fn send_text(&mut self, text: Utf8Bytes) -> ControlFlow<End> {
+        self.send_message(Message::Text(text)).await
+    }
+
+    async fn send_message(&mut self, message: Message) -> ControlFlow<End> {
+        match timeout(SEND_TIMEOUT, self.socket.send(message)).await {
+            Ok(Ok(())) => ControlFlow::Continue(()),
+            Ok(Err(_)) | Err(_) => ControlFlow::Break(None),
+        }
+    }
+
+    async fn close(mut self, code: u16, reason: &'static str) {
+        let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
+        let farewell = async {
+            if self.socket.send(Message::Close(Some(frame))).await.is_ok() {
+                while let Some(Ok(_)) = self.socket.recv().await {}
+            }
+        };
+        // A viewer that does not answer is left.
+        let _ = timeout(CLOSE_TIMEOUT, farewell).await;
+    }
+}
