@@ -39,9 +39,10 @@ pub(super) async fn readyz(State(host): State<Arc<Host>>) -> Result<&'static str
 }
 
 /// What the server counts about itself, for Prometheus.
-pub(super) async fn metrics(State(host): State<Arc<Host>>) -> impl IntoResponse {
+pub(super) async fn metrics(State(host): State<Arc<Host>>) -> Result<impl IntoResponse, Problem> {
+    let unverified = host.store.runs_to_verify().await.map_err(|error| store_failed(&error))?.len();
     let format = "application/openmetrics-text; version=1.0.0; charset=utf-8";
-    ([(CONTENT_TYPE, format)], METRICS.text(host.levels()))
+    Ok(([(CONTENT_TYPE, format)], METRICS.text(host.levels(unverified))))
 }
 
 #[derive(Serialize)]

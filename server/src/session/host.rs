@@ -155,13 +155,13 @@ impl Host {
         let _ = self.alive.subscribe().wait_for(|&count| count == 0).await;
     }
 
-    /// What there is to be counted now.
-    pub(crate) fn levels(&self) -> Levels {
+    /// What there is to be counted now, with what the store knows of runs to be verified.
+    pub(crate) fn levels(&self, unverified: usize) -> Levels {
         Levels {
             worlds: self.settings.max_worlds - self.worlds.available_permits(),
             sessions: self.registry.len(),
             viewers: self.watch.viewers(),
-            unverified: 0,
+            unverified,
         }
     }
 

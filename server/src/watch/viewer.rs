@@ -295,7 +295,7 @@ impl Viewer {
 
     async fn rank(&mut self) -> ControlFlow<End> {
         self.next_ranking = Instant::now() + RANKING_PERIOD;
-        match self.host.store.leaderboard().await {
+        match self.host.store.leaderboard(false).await {
             Ok(rows) => self.send(&WatchReply::Leaderboard(Ranking { rows })).await,
             Err(error) => {
                 // The viewer has the last one, and gets the next.
