@@ -1,18 +1,19 @@
 //! From a task and a seed to a world at rest.
 
+use crate::place::{Dice, Placed, place};
 use crate::scene::{Region, Scene, SceneBody, ScenePart};
 use crate::seed::Seed;
-use crate::settle::pour;
 use crate::task::{Slab, Task};
 use palmares_models::hand::Hand;
-use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::{Command, Config, Model, Owner, State, World};
 use std::sync::Arc;
 
-/// Longest time the world is given to come to rest after pouring, s.
+/// Longest time the world is given to come to rest after placing, s.
 const REST_S: f64 = 3.0;
+/// Placements tried before a scene is given up.
+const DRAWS: usize = 20;
 
 /// Why a scene could not be built.
 #[derive(Debug, thiserror::Error)]
@@ -40,48 +41,84 @@ pub fn start_pose(task: &Task) -> Pose {
     Pose::from_parts(Vec3::from_array(task.hand.position), Rotation::from_xyzw(x, y, z, w).normalize())
 }
 
-/// Builds the scene: furniture, boxes and poured objects, with or without a hand.
+/// Builds the scene: furniture, containers and placed objects, with or without a hand. A placement in which
+/// something does not come to rest where it should is drawn again, so that every seed has a sound scene.
 pub fn build(task: &Task, hand: Option<Arc<Hand>>, seed: Seed) -> Result<Built, SceneError> {
     let failed = |message: String| SceneError { task: task.name.clone(), message };
+    let mut dice = Dice::new(seed);
+    let mut last = String::new();
+    for _ in 0..DRAWS {
+        let placed = match place(task, &mut dice) {
+            Ok(placed) => placed,
+            Err(why) => {
+                last = why;
+                continue;
+            }
+        };
+        let built = assemble(task, hand.clone(), &placed).map_err(|e| failed(e.to_string()))?;
+        match unsound(task, &built) {
+            None => return Ok(built),
+            Some(why) => last = why,
+        }
+    }
+    Err(failed(format!("no sound scene in {DRAWS} draws; the last: {last}")))
+}
+
+/// What is wrong with a settled scene.
+fn unsound(task: &Task, built: &Built) -> Option<String> {
+    let (state, model) = (built.world.state(), built.world.model());
+    let (low, high) = task.region(task.place.into_region())?;
+    for (k, object) in model.objects().iter().enumerate() {
+        let at = state.objects[k].translation;
+        if !(0..3).all(|axis| at[axis] > low[axis] && at[axis] < high[axis]) {
+            return Some(format!("{} did not stay where it was put", object.name));
+        }
+        if !state.sleep[k].asleep {
+            return Some(format!("{} does not come to rest", object.name));
+        }
+    }
+    None
+}
+
+/// A world of placed objects, settled.
+fn assemble(
+    task: &Task,
+    hand: Option<Arc<Hand>>,
+    placed: &[Placed],
+) -> Result<Built, palmares_sim::model::ModelError> {
     let config = Config::with_step(task.step_s);
-    let centers = pour(task, seed);
-    let object = &task.objects;
-    let mut model = Model::new(config.clone(), hand.clone()).map_err(|e| failed(e.to_string()))?;
-    let furniture = add_furniture(task, &mut model).map_err(|e| failed(e.to_string()))?;
+    let mut model = Model::new(config.clone(), hand.clone())?;
+    let furniture = add_furniture(task, &mut model)?;
     let mut bodies = Vec::new();
-    for (k, center) in centers.iter().enumerate() {
-        let name = format!("{}_{k}", object.name);
-        let parts = vec![(Pose::IDENTITY, object.shape.clone())];
-        let built = Object::new(&name, parts, object.mass, object.friction, object.rolling_friction)
-            .map_err(|e| failed(e.to_string()))?;
-        model.add_object(Arc::new(built)).map_err(|e| failed(e.to_string()))?;
+    for (k, Placed { object, color, .. }) in placed.iter().enumerate() {
+        model.add_object(Arc::clone(object))?;
         bodies.push(SceneBody {
             id: k,
-            name,
+            name: object.name.clone(),
             free: true,
             mass: object.mass,
+            com: object.com.to_array(),
             friction: object.friction,
-            position: center.to_array(),
+            position: [0.0; 3],
             quat_xyzw: [0.0, 0.0, 0.0, 1.0],
-            parts: vec![part(Vec3::ZERO, object.shape.clone())],
-            color: object.color,
+            parts: object.parts.iter().map(|(pose, shape)| part(*pose, shape.clone())).collect(),
+            color: *color,
         });
     }
     let model = Arc::new(model);
-    let poses: Vec<Pose> = centers.iter().map(|c| Pose::from_translation(*c)).collect();
+    let poses: Vec<Pose> = placed.iter().map(|placed| placed.pose).collect();
     let base = start_pose(task);
     let mut world = World::new(Arc::clone(&model), State::at_rest(&model, base, &poses));
-    // The pile was poured by another engine with its own contact law: let it find its rest in this one.
+    // What was placed by other means than this world's contact law must find its rest in it.
     let wait = Command::stay(&model, base);
     for _ in 0..(REST_S / task.step_s) as u64 {
-        if world.outcome().asleep == centers.len() {
+        if world.outcome().asleep == placed.len() {
             break;
         }
         world.step(&wait);
     }
-    let rested = world.state();
-    let poses: Vec<Pose> = (0..centers.len()).map(|k| rested.object_pose(&model, k)).collect();
-    for (body, pose) in bodies.iter_mut().zip(&poses) {
+    for (k, body) in bodies.iter_mut().enumerate() {
+        let pose = world.state().object_pose(&model, k);
         body.position = pose.translation.to_array();
         body.quat_xyzw = pose.rotation.to_array();
     }
@@ -95,11 +132,10 @@ pub fn build(task: &Task, hand: Option<Arc<Hand>>, seed: Seed) -> Result<Built, 
     }
     let body_names = body_names(&model, hand.as_deref(), &bodies[first_static..]);
     let regions = task
-        .boxes
-        .iter()
-        .map(|b| {
-            let (min, max) = b.inner_volume();
-            Region { name: b.name.clone(), min, max }
+        .regions()
+        .map(|(name, (min, max))| {
+            let role = task.rules.role(name).map(str::to_owned);
+            Region { name: name.to_owned(), role, min, max }
         })
         .collect();
     let scene = Scene { bodies, regions, gravity: config.gravity.to_array() };
@@ -118,13 +154,14 @@ fn add_furniture(task: &Task, model: &mut Model) -> Result<Vec<SceneBody>, palma
         for Slab { position, half_extents } in slabs {
             let (at, shape) = (Vec3::from_array(position), Shape::Box { half_extents, rounding: 0.0 });
             model.add_static(name, &shape, Pose::from_translation(at), friction)?;
-            parts.push(part(at, shape));
+            parts.push(part(Pose::from_translation(at), shape));
         }
         bodies.push(SceneBody {
             id: 0,
             name: name.clone(),
             free: false,
             mass: 0.0,
+            com: [0.0; 3],
             friction,
             position: [0.0; 3],
             quat_xyzw: [0.0, 0.0, 0.0, 1.0],
@@ -135,8 +172,8 @@ fn add_furniture(task: &Task, model: &mut Model) -> Result<Vec<SceneBody>, palma
     Ok(bodies)
 }
 
-fn part(at: Vec3, shape: Shape) -> ScenePart {
-    ScenePart { position: at.to_array(), quat_xyzw: [0.0, 0.0, 0.0, 1.0], shape }
+fn part(at: Pose, shape: Shape) -> ScenePart {
+    ScenePart { position: at.translation.to_array(), quat_xyzw: at.rotation.to_array(), shape }
 }
 
 fn body_names(model: &Model, hand: Option<&Hand>, furniture: &[SceneBody]) -> Vec<String> {

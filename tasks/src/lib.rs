@@ -3,12 +3,12 @@
 pub mod action;
 pub mod build;
 pub mod observation;
+pub mod place;
 pub mod referee;
 pub mod run;
 pub mod scene;
 pub mod score;
 pub mod seed;
-pub mod settle;
 pub mod task;
 
 pub use action::{Action, ActionError, ActionLimits, BaseTarget};

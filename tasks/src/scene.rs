@@ -26,6 +26,8 @@ pub struct SceneBody {
     pub free: bool,
     /// kg; 0 for furniture.
     pub mass: f64,
+    /// Centre of mass in the body frame, m.
+    pub com: [f64; 3],
     /// Coulomb friction coefficient.
     pub friction: f64,
     /// Pose at tick 0.
@@ -54,6 +56,9 @@ pub struct ScenePart {
 pub struct Region {
     /// `box_a`, `box_b`.
     pub name: String,
+    /// The part it plays in the rules: `start`, `goal`; none for others.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub role: Option<String>,
     /// m
     pub min: [f64; 3],
     /// m

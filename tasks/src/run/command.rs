@@ -4,9 +4,12 @@
 
 use super::Run;
 use crate::action::{Action, ActionError, ActionLimits, BaseTarget};
+use crate::task::{Rules, Shake};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::base::shortest_turn;
+use palmares_sim::state::BaseReference;
 use palmares_sim::{BaseCommand, Command};
+use std::f64::consts::TAU;
 
 /// What the base is doing between two commands.
 #[derive(Clone, Copy, Debug)]
@@ -105,7 +108,23 @@ impl Run {
             sigma: self.applied.hand.clone().unwrap_or_default(),
             pushes: Vec::new(),
         };
+        let shaking = self.referee.shaking(self.tick);
+        if shaking.is_some() && self.shaken_at.is_none() {
+            self.shaken_at = Some(self.world.state().reference.pose);
+        }
         for k in 1..=steps {
+            if let (Some(since), Some(at), Rules::Hold(rules)) = (shaking, self.shaken_at, &self.task.rules) {
+                let t = since + k as f64 * self.task.step_s;
+                let (offset, velocity) = shake(&rules.shake, t);
+                command.base = BaseCommand::Exact(BaseReference {
+                    pose: Pose::from_parts(at.translation + offset, at.rotation),
+                    linear: velocity,
+                    angular: Vec3::ZERO,
+                });
+                self.pushes_into(&mut command.pushes);
+                self.world.step(&command);
+                continue;
+            }
             command.base = match self.target {
                 Target::Pose { from, to } => {
                     let part = k as f64 / steps as f64;
@@ -126,6 +145,20 @@ impl Run {
     }
 }
 
+/// Offset and velocity of a shake at a time since its beginning; zero at the ends of each axis' part and after.
+fn shake(shake: &Shake, t: f64) -> (Vec3, Vec3) {
+    let axis = (t / shake.axis_s).floor();
+    let t = t - axis * shake.axis_s;
+    let (w, envelope) = (TAU * shake.frequency_hz, TAU / shake.axis_s);
+    let (sin, cos) = libm::sincos(w * t);
+    let (envelope_sin, envelope_cos) = libm::sincos(envelope * t);
+    let window = 0.5 * (1.0 - envelope_cos);
+    let offset = shake.amplitude_m * sin * window;
+    let speed = shake.amplitude_m * (w * cos * window + sin * 0.5 * envelope * envelope_sin);
+    let direction = [Vec3::X, Vec3::Y, Vec3::Z].get(axis as usize).copied().unwrap_or(Vec3::ZERO);
+    (direction * offset, direction * speed)
+}
+
 /// A unit quaternion; one that is unit to rounding is left as it is.
 fn unit(q: Rotation) -> Rotation {
     if (q.length_squared() - 1.0).abs() < 4e-15 { q } else { q.normalize() }
@@ -135,4 +168,22 @@ fn unit(q: Rotation) -> Rotation {
 fn clipped(v: Vec3, most: f64) -> Vec3 {
     let length = v.length();
     if length <= most * (1.0 + 4e-15) { v } else { v * (most / length) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_velocity_of_a_shake_is_the_derivative_of_its_path() {
+        let it = Shake { amplitude_m: 0.02, frequency_hz: 2.5, axis_s: 1.0 };
+        for k in 0..3300 {
+            let (t, h) = (f64::from(k) * 1e-3 + 5e-4, 1e-6);
+            let numeric = (shake(&it, t + h).0 - shake(&it, t - h).0) / (2.0 * h);
+            assert!((numeric - shake(&it, t).1).length() < 1e-6, "{t}");
+        }
+        for end in [0.0, 1.0, 2.0, 3.0, 4.0] {
+            assert_eq!(shake(&it, end).0, Vec3::ZERO);
+        }
+    }
 }

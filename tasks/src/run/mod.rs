@@ -15,10 +15,11 @@ use crate::build::{SceneError, build, start_pose};
 use crate::observation::Event;
 use crate::referee::{Referee, Sighting};
 use crate::scene::Scene;
-use crate::score::{Count, score};
+use crate::score::Count;
 use crate::seed::Seed;
 use crate::task::Task;
 use command::Target;
+use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_sim::World;
 use palmares_sim::actuation::equilibrium::ClosedForm;
@@ -40,6 +41,8 @@ pub struct Run {
     referee: Referee,
     tick: u64,
     target: Target,
+    /// Where the base was when the server took it to shake it.
+    shaken_at: Option<Pose>,
     applied: Action,
     pushing: Vec<Pushing>,
     news: Vec<Event>,
@@ -58,14 +61,16 @@ impl Run {
             }),
             hand: Some(vec![0.0; hand.motors.len()]),
         };
+        let sightings = sightings(&built.world);
         Ok(Run {
-            referee: Referee::new(&task),
+            referee: Referee::new(&task, &sightings),
             closed_form: ClosedForm::new(&hand).ok(),
             scene: built.scene,
             body_names: built.body_names,
             world: built.world,
             tick: 0,
             target: Target::Pose { from: base, to: base },
+            shaken_at: None,
             applied,
             pushing: Vec::new(),
             news: Vec::new(),
@@ -124,12 +129,12 @@ impl Run {
 
     /// Score if the run ended now, without the settling.
     pub fn score(&self) -> f64 {
-        score(&self.task.rules, self.referee.count())
+        self.referee.score()
     }
 
     /// Whether the run is over, and why: `Complete` or `TimeLimit`. Costs next to nothing.
     pub fn over(&self) -> Option<Reason> {
-        if self.referee.count().in_goal as usize == self.world.model().objects().len() {
+        if self.referee.complete() {
             Some(Reason::Complete)
         } else if self.sim_time_s() >= self.task.time_limit_s {
             Some(Reason::TimeLimit)
@@ -151,16 +156,7 @@ impl Run {
     }
 
     fn sightings(&self) -> Vec<Sighting> {
-        let state = self.world.state();
-        (0..state.objects.len())
-            .map(|k| {
-                let (linear, _) = state.object_velocity(self.world.model(), k);
-                Sighting {
-                    position: state.objects[k].translation.to_array(),
-                    at_rest: state.sleep[k].asleep || linear.length() < REST_SPEED,
-                }
-            })
-            .collect()
+        sightings(&self.world)
     }
 
     /// Hash of the present state, 16 hexadecimal digits.
@@ -180,7 +176,7 @@ impl Run {
         self.target = Target::Pose { from: here, to: here };
         self.pushing.clear();
         if reason != Reason::WorldFault {
-            for _ in 0..(self.task.rules.settle_s / self.task.tick_s).ceil() as u64 {
+            for _ in 0..(self.task.rules.settle_s() / self.task.tick_s).ceil() as u64 {
                 if self.sightings().iter().all(|seen| seen.at_rest) && self.tick > ticks {
                     break;
                 }
@@ -190,13 +186,12 @@ impl Run {
                 self.history.extend(news);
             }
         }
-        let count = if reason == Reason::WorldFault {
-            Count::default()
-        } else {
-            self.referee.final_count(&self.sightings())
+        let (count, score) = match reason {
+            Reason::WorldFault => (Count::default(), 0.0),
+            _ => self.referee.verdict(&self.sightings()),
         };
         Outcome {
-            score: score(&self.task.rules, count),
+            score,
             in_goal: count.in_goal,
             outside: count.outside,
             reason,
@@ -206,4 +201,21 @@ impl Run {
             state_hash: self.state_hash(),
         }
     }
+}
+
+/// What the referee is shown.
+fn sightings(world: &World) -> Vec<Sighting> {
+    let state = world.state();
+    let hand_from_world = state.base.inverse();
+    (0..state.objects.len())
+        .map(|k| {
+            let (linear, _) = state.object_velocity(world.model(), k);
+            let at = state.objects[k].translation;
+            Sighting {
+                position: at.to_array(),
+                in_hand: hand_from_world.transform_point(at).to_array(),
+                at_rest: state.sleep[k].asleep || linear.length() < REST_SPEED,
+            }
+        })
+        .collect()
 }

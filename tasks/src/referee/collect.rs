@@ -1,8 +1,9 @@
-//! The referee: a pure state machine from object positions to events and counts.
+//! Bringing objects from one region to another.
 
+use super::Sighting;
 use crate::observation::Event;
-use crate::score::Count;
-use crate::task::{OpenBox, Task};
+use crate::score::{Count, score};
+use crate::task::{Collect, Task};
 
 /// Where an object is, as far as the rules care.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,31 +16,24 @@ enum Place {
     Outside,
 }
 
-/// What the referee is shown of an object.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sighting {
-    /// Centre of mass, m.
-    pub position: [f64; 3],
-    /// Whether it has come to rest.
-    pub at_rest: bool,
-}
-
 /// Watches the objects of a run.
 #[derive(Clone, Debug)]
-pub struct Referee {
+pub struct CollectReferee {
+    rules: Collect,
     goal: ([f64; 3], [f64; 3]),
     start: ([f64; 3], [f64; 3]),
     places: Vec<Place>,
 }
 
-impl Referee {
-    /// A referee at tick 0: every object is where it was poured.
-    pub fn new(task: &Task) -> Self {
-        let volume = |name: &str| task.open_box(name).map_or(([0.0; 3], [0.0; 3]), OpenBox::inner_volume);
-        Referee {
-            goal: volume(&task.rules.goal),
-            start: volume(&task.rules.start),
-            places: vec![Place::Start; task.objects.count],
+impl CollectReferee {
+    /// A referee at tick 0: every object is where it was placed.
+    pub fn new(task: &Task, rules: &Collect, objects: usize) -> Self {
+        let volume = |name: &str| task.region(name).unwrap_or(([0.0; 3], [0.0; 3]));
+        CollectReferee {
+            goal: volume(&rules.goal),
+            start: volume(&rules.start),
+            places: vec![Place::Start; objects],
+            rules: rules.clone(),
         }
     }
 
@@ -81,6 +75,16 @@ impl Referee {
         Count { in_goal: number(Place::Goal), outside: number(Place::Outside) }
     }
 
+    /// Points of a count.
+    pub fn score(&self, count: Count) -> f64 {
+        score(&self.rules, count)
+    }
+
+    /// Whether every object is in the goal.
+    pub fn complete(&self) -> bool {
+        self.places.iter().all(|place| *place == Place::Goal)
+    }
+
     /// The count at the end of a run, after settling: by position alone.
     pub fn final_count(&self, objects: &[Sighting]) -> Count {
         let mut count = Count::default();
@@ -102,14 +106,21 @@ fn contains((low, high): ([f64; 3], [f64; 3]), p: [f64; 3]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::task::Rules;
 
     const IN_A: [f64; 3] = [0.0, 0.0, 0.05];
     const IN_B: [f64; 3] = [0.7, 0.0, 0.05];
     const ABOVE: [f64; 3] = [0.35, 0.0, 0.5];
     const GROUND: [f64; 3] = [0.35, 0.6, 0.045];
 
+    fn start() -> CollectReferee {
+        let task = &Task::builtin()[0];
+        let Rules::Collect(rules) = &task.rules else { panic!("balls are collected") };
+        CollectReferee::new(task, rules, 10)
+    }
+
     fn all(position: [f64; 3], at_rest: bool) -> Vec<Sighting> {
-        vec![Sighting { position, at_rest }; 10]
+        vec![Sighting { position, in_hand: [0.0; 3], at_rest }; 10]
     }
 
     fn kinds(events: &[Event]) -> Vec<&str> {
@@ -118,12 +129,13 @@ mod tests {
 
     #[test]
     fn a_carried_ball_counts_once_it_rests_in_the_goal() {
-        let mut referee = Referee::new(&Task::builtin()[0]);
+        let mut referee = start();
         let mut seen = all(IN_A, true);
+        let moving = Sighting { at_rest: false, ..seen[4] };
         assert!(referee.watch(1, &seen).is_empty());
-        seen[4] = Sighting { position: ABOVE, at_rest: false };
+        seen[4] = Sighting { position: ABOVE, ..moving };
         assert!(referee.watch(2, &seen).is_empty());
-        seen[4] = Sighting { position: IN_B, at_rest: false };
+        seen[4] = Sighting { position: IN_B, ..moving };
         assert!(referee.watch(3, &seen).is_empty());
         seen[4].at_rest = true;
         let events = referee.watch(4, &seen);
@@ -131,15 +143,15 @@ mod tests {
         assert_eq!(referee.count(), Count { in_goal: 1, outside: 0 });
         seen[4].at_rest = false;
         assert!(referee.watch(5, &seen).is_empty(), "a nudge takes nothing away");
-        seen[4] = Sighting { position: ABOVE, at_rest: false };
+        seen[4] = Sighting { position: ABOVE, ..moving };
         assert_eq!(kinds(&referee.watch(6, &seen)), ["left_goal"]);
     }
 
     #[test]
     fn a_lost_ball_costs_until_it_is_back() {
-        let mut referee = Referee::new(&Task::builtin()[0]);
+        let mut referee = start();
         let mut seen = all(IN_A, true);
-        seen[0] = Sighting { position: GROUND, at_rest: true };
+        seen[0] = Sighting { position: GROUND, at_rest: true, ..seen[0] };
         assert_eq!(kinds(&referee.watch(1, &seen)), ["outside"]);
         assert_eq!(referee.count(), Count { in_goal: 0, outside: 1 });
         seen[0].position = IN_A;
@@ -149,7 +161,7 @@ mod tests {
 
     #[test]
     fn the_final_count_goes_by_position_alone() {
-        let referee = Referee::new(&Task::builtin()[0]);
+        let referee = start();
         let mut seen = all(IN_A, true);
         seen[0].position = IN_B;
         seen[1].position = GROUND;

@@ -3,11 +3,10 @@
 //! A pile of free objects needs no hand and no tendon: an ordinary rigid-body engine settles it. The result is
 //! handed over at rest.
 
-use crate::seed::Seed;
-use crate::task::Task;
-use palmares_models::Vec3;
-use rand_chacha::ChaCha12Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+use super::{Dice, Placed};
+use crate::task::{Pour, Task};
+use palmares_models::shape::Shape;
+use palmares_models::{Pose, Vec3, inertia};
 use rapier3d_f64::dynamics::{FrictionModel, RigidBodyBuilder};
 use rapier3d_f64::geometry::ColliderBuilder;
 use rapier3d_f64::pipeline::PhysicsWorld;
@@ -18,12 +17,11 @@ const STEP_S: f64 = 1.0 / 240.0;
 /// Slower than this is still, m/s.
 const STILL: f64 = 5e-3;
 
-/// Where the objects are dropped: layers of a jittered grid over part of their box, m.
-pub fn drop_points(task: &Task, seed: Seed) -> Vec<Vec3> {
-    let pour = &task.pour;
-    let Some(target) = task.open_box(&pour.into) else { return Vec::new() };
-    let mut random = ChaCha12Rng::from_seed(seed.0);
-    let mut uniform = || 2.0 * ((random.next_u64() >> 11) as f64 / (1u64 << 53) as f64) - 1.0;
+/// Where the objects are dropped: layers of a jittered grid over part of the region, m.
+pub fn drop_points(task: &Task, pour: &Pour, dice: &mut Dice) -> Vec<Vec3> {
+    let Some((low, high)) = task.region(&pour.into) else { return Vec::new() };
+    let (low, high) = (Vec3::from_array(low), Vec3::from_array(high));
+    let (center, size) = ((low + high) * 0.5, high - low);
     let count = task.objects.count;
     let per_layer = count.min(pour.layer);
     let columns = (1..).find(|w| w * w >= per_layer).unwrap_or(1);
@@ -35,16 +33,16 @@ pub fn drop_points(task: &Task, seed: Seed) -> Vec<Vec3> {
         .map(|k| {
             let (layer, i) = (k / pour.layer, k % pour.layer);
             Vec3::new(
-                target.center[0] + place(i % columns, columns, target.inner[0]) + pour.jitter * uniform(),
-                target.center[1] + place(i / columns, rows, target.inner[1]) + pour.jitter * uniform(),
-                pour.first_height + pour.layer_height * layer as f64,
+                center.x + place(i % columns, columns, size.x) + pour.jitter * dice.both_ways(),
+                center.y + place(i / columns, rows, size.y) + pour.jitter * dice.both_ways(),
+                low.z + pour.first_height + pour.layer_height * layer as f64,
             )
         })
         .collect()
 }
 
-/// Centres of the objects after pouring, m. Balls have no orientation to tell.
-pub fn pour(task: &Task, seed: Seed) -> Vec<Vec3> {
+/// Poses of the objects after pouring.
+pub(super) fn pour(task: &Task, pour: &Pour, objects: &[Placed], dice: &mut Dice) -> Vec<Pose> {
     let mut world = PhysicsWorld::new();
     world.gravity = Vec3::new(0.0, 0.0, -9.81);
     let parameters = &mut world.integration_parameters;
@@ -63,18 +61,24 @@ pub fn pour(task: &Task, seed: Seed) -> Vec<Vec3> {
             ColliderBuilder::cuboid(x, y, z).translation(Vec3::from_array(slab.position)).friction(friction);
         world.insert_collider(collider, None);
     }
-    let Some((shape, pose)) = task.objects.shape.to_parry() else { return Vec::new() };
-    let bodies: Vec<_> = drop_points(task, seed)
+    let bodies: Vec<_> = drop_points(task, pour, dice)
         .into_iter()
-        .map(|at| {
+        .zip(objects)
+        .map(|(at, Placed { object, .. })| {
             let body = world.insert_body(
                 RigidBodyBuilder::dynamic().translation(at).angular_damping(2.0).can_sleep(false),
             );
-            let collider = ColliderBuilder::new(shape.clone())
-                .position(pose)
-                .mass(task.objects.mass)
-                .friction(task.objects.friction);
-            world.insert_collider(collider, Some(body));
+            for (body_from_part, shape) in &object.parts {
+                let Some((parry, upright)) = shape.to_parry() else { continue };
+                // The object's mass by the parts' shares of its volume.
+                let share = inertia::volume(shape)
+                    / object.parts.iter().map(|(_, s)| inertia::volume(s)).sum::<f64>();
+                let collider = ColliderBuilder::new(parry)
+                    .position(*body_from_part * upright)
+                    .mass(object.mass * share)
+                    .friction(object.friction);
+                world.insert_collider(collider, Some(body));
+            }
             body
         })
         .collect();
@@ -86,17 +90,37 @@ pub fn pour(task: &Task, seed: Seed) -> Vec<Vec3> {
         let fastest = bodies.iter().map(|b| world.bodies[*b].linvel().length()).fold(0.0, f64::max);
         still = if fastest < STILL { still + STEP_S } else { 0.0 };
     }
-    bodies.iter().map(|b| world.bodies[*b].translation()).collect()
+    let poses = bodies.iter().zip(objects).map(|(body, Placed { object, .. })| {
+        let at = *world.bodies[*body].position();
+        // A ball has no orientation to tell.
+        let ball = matches!(object.parts.as_slice(), [(_, Shape::Sphere { .. })]);
+        if ball { Pose::from_translation(at.translation) } else { at }
+    });
+    poses.collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::place::place;
+    use crate::seed::Seed;
+    use crate::task::Placing;
+    use std::sync::Arc;
+
+    fn balls() -> Arc<Task> {
+        Task::builtin().into_iter().find(|task| task.name == "balls").expect("built in")
+    }
+
+    fn poured(task: &Task, seed: u64) -> Vec<Vec3> {
+        let placed = place(task, &mut Dice::new(Seed::from_u64(seed))).expect("they fit");
+        placed.iter().map(|placed| placed.pose.translation).collect()
+    }
 
     #[test]
     fn the_grid_is_that_of_2016() {
-        let task = &Task::builtin()[0];
-        let points = drop_points(task, Seed::from_u64(1));
+        let task = balls();
+        let Placing::Pour(pour) = &task.place else { panic!("balls are poured") };
+        let points = drop_points(&task, pour, &mut Dice::new(Seed::from_u64(1)));
         // Ten balls: four columns 0.11667 m apart, three rows 0.175 m apart, within the jitter.
         assert!((points[1].x - points[0].x - 0.11667).abs() < 0.0101);
         assert!((points[4].y - points[0].y - 0.175).abs() < 0.0101);
@@ -105,9 +129,8 @@ mod tests {
 
     #[test]
     fn balls_come_to_rest_in_their_box() {
-        let task = &Task::builtin()[0];
-        let (low, high) = task.open_box("box_a").expect("it has a box A").inner_volume();
-        for at in pour(task, Seed::from_u64(3)) {
+        let (low, high) = balls().region("box_a").expect("it has a box A");
+        for at in poured(&balls(), 3) {
             for k in 0..3 {
                 assert!(at[k] > low[k] && at[k] < high[k], "{at}");
             }
@@ -116,8 +139,7 @@ mod tests {
 
     #[test]
     fn seeds_differ_and_repeat() {
-        let task = &Task::builtin()[0];
-        assert_eq!(pour(task, Seed::from_u64(1)), pour(task, Seed::from_u64(1)));
-        assert_ne!(pour(task, Seed::from_u64(1)), pour(task, Seed::from_u64(2)));
+        assert_eq!(poured(&balls(), 1), poured(&balls(), 1));
+        assert_ne!(poured(&balls(), 1), poured(&balls(), 2));
     }
 }

@@ -1,0 +1,85 @@
+//! Which objects a run has and where they start.
+
+mod pour;
+mod scatter;
+
+pub use pour::drop_points;
+
+use crate::seed::Seed;
+use crate::task::{Kind, Placing, Task};
+use palmares_models::Pose;
+use palmares_models::object::Object;
+use rand_chacha::ChaCha12Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use std::sync::Arc;
+
+/// The randomness of a scene. What is drawn again goes on where the last draw ended.
+pub struct Dice(ChaCha12Rng);
+
+impl Dice {
+    /// Dice that fall as the seed says.
+    pub fn new(seed: Seed) -> Self {
+        Dice(ChaCha12Rng::from_seed(seed.0))
+    }
+
+    /// In [0, 1).
+    fn unit(&mut self) -> f64 {
+        (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// In [-1, 1).
+    fn both_ways(&mut self) -> f64 {
+        2.0 * self.unit() - 1.0
+    }
+
+    /// In [0, n).
+    fn below(&mut self, n: usize) -> usize {
+        ((self.unit() * n as f64) as usize).min(n.saturating_sub(1))
+    }
+}
+
+/// An object and the pose of its frame.
+#[derive(Clone, Debug)]
+pub struct Placed {
+    /// Under the name it has in the scene.
+    pub object: Arc<Object>,
+    /// World pose.
+    pub pose: Pose,
+    /// sRGB
+    pub color: [f64; 3],
+}
+
+/// Draws a task's objects and places them; says what did not work out, if it did not.
+pub fn place(task: &Task, dice: &mut Dice) -> Result<Vec<Placed>, String> {
+    let mut chosen = draw(task, dice);
+    let poses = match &task.place {
+        Placing::Pour(pour) => pour::pour(task, pour, &chosen, dice),
+        Placing::Scatter(scatter) => scatter::scatter(task, scatter, &chosen, dice)?,
+    };
+    for (placed, pose) in chosen.iter_mut().zip(poses) {
+        placed.pose = pose;
+    }
+    Ok(chosen)
+}
+
+/// The objects of a run, in the order of the scene.
+fn draw(task: &Task, dice: &mut Dice) -> Vec<Placed> {
+    let (kinds, count) = (&task.objects.kinds, task.objects.count);
+    let placed =
+        |object: Arc<Object>, kind: &Kind| Placed { object, pose: Pose::IDENTITY, color: kind.color };
+    if let (Some(equal), [kind]) = (&task.objects.equal, kinds.as_slice()) {
+        return (0..count)
+            .map(|k| {
+                let object = Object { name: format!("{}_{k}", equal.name), ..(*kind.object).clone() };
+                placed(Arc::new(object), kind)
+            })
+            .collect();
+    }
+    let mut left: Vec<&Kind> = kinds.iter().collect();
+    (0..count.min(left.len()))
+        .map(|_| {
+            let kind = left.remove(dice.below(left.len()));
+            placed(Arc::clone(&kind.object), kind)
+        })
+        .collect()
+}

@@ -1,0 +1,221 @@
+//! Lifting, holding and shaking one object.
+
+use super::Sighting;
+use crate::observation::Event;
+use crate::score::Count;
+use crate::task::Hold;
+
+/// How far an object has moved in the hand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slip {
+    /// Where it was in the frame of the hand's base when the hold began, m.
+    from: [f64; 3],
+    /// The farthest it has been from there, m.
+    most: f64,
+}
+
+impl Slip {
+    fn new(from: [f64; 3]) -> Self {
+        Slip { from, most: 0.0 }
+    }
+
+    fn see(&mut self, at: [f64; 3]) -> f64 {
+        let [x, y, z] = [at[0] - self.from[0], at[1] - self.from[1], at[2] - self.from[2]];
+        let distance = (x * x + y * y + z * z).sqrt();
+        // A number that is none is no hold.
+        self.most = if distance.is_nan() { f64::INFINITY } else { self.most.max(distance) };
+        self.most
+    }
+}
+
+/// How far the object has got.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stage {
+    /// Not up.
+    Down,
+    /// Up, and not slipping, since a tick.
+    Up { since: u64, slip: Slip },
+    /// The server shakes the hand since a tick.
+    Shaking { since: u64, slip: Slip },
+    /// Lost in the shake.
+    Lost,
+    /// Still in the hand after the shake.
+    Kept { slip: Slip },
+}
+
+/// Watches one object.
+#[derive(Clone, Debug)]
+pub struct HoldReferee {
+    rules: Hold,
+    tick_s: f64,
+    /// Height of the object at tick 0, m.
+    start_m: f64,
+    stage: Stage,
+    lifted: bool,
+    /// The tick at which it had been held long enough.
+    held: Option<u64>,
+}
+
+impl HoldReferee {
+    /// A referee at tick 0.
+    pub fn new(rules: &Hold, tick_s: f64, objects: &[Sighting]) -> Self {
+        HoldReferee {
+            rules: rules.clone(),
+            tick_s,
+            start_m: objects.first().map_or(0.0, |seen| seen.position[2]),
+            stage: Stage::Down,
+            lifted: false,
+            held: None,
+        }
+    }
+
+    /// Looks at the object at a tick; returns what changed.
+    pub fn watch(&mut self, tick: u64, objects: &[Sighting]) -> Vec<Event> {
+        let mut events = Vec::new();
+        let Some(seen) = objects.first() else { return events };
+        let mut note = |kind: &str| events.push(Event { tick, kind: kind.to_owned(), object: Some(0) });
+        let risen = seen.position[2] - self.start_m;
+        let up = risen >= self.rules.lift_m;
+        let ticks = |seconds: f64| (seconds / self.tick_s).round() as u64;
+        self.stage = match self.stage {
+            Stage::Down if up => {
+                if !self.lifted {
+                    note("lifted");
+                    self.lifted = true;
+                }
+                Stage::Up { since: tick, slip: Slip::new(seen.in_hand) }
+            }
+            Stage::Up { .. } if !up => {
+                note("dropped");
+                Stage::Down
+            }
+            Stage::Up { since, mut slip } => {
+                if slip.see(seen.in_hand) >= self.rules.slip_m {
+                    note("slipped");
+                    Stage::Up { since: tick, slip: Slip::new(seen.in_hand) }
+                } else if tick - since >= ticks(self.rules.hold_s) {
+                    note("held");
+                    self.held = Some(tick);
+                    Stage::Shaking { since: tick, slip }
+                } else {
+                    Stage::Up { since, slip }
+                }
+            }
+            Stage::Shaking { since, mut slip } => {
+                let slipped = slip.see(seen.in_hand) >= self.rules.slip_m;
+                // `risen` may be no number.
+                if slipped || !(risen >= 0.5 * self.rules.lift_m) {
+                    note(if slipped { "slipped" } else { "dropped" });
+                    Stage::Lost
+                } else if tick - since >= ticks(3.0 * self.rules.shake.axis_s) {
+                    note("shaken");
+                    Stage::Kept { slip }
+                } else {
+                    Stage::Shaking { since, slip }
+                }
+            }
+            stage => stage,
+        };
+        events
+    }
+
+    /// One object in the goal when it was kept.
+    pub fn count(&self) -> Count {
+        Count { in_goal: u32::from(matches!(self.stage, Stage::Kept { .. })), outside: 0 }
+    }
+
+    /// Points by what has been noted so far.
+    pub fn score(&self) -> f64 {
+        let points = &self.rules.points;
+        let mut sum = 0.0;
+        if self.lifted {
+            sum += points.lifted;
+        }
+        let Some(held) = self.held else { return sum };
+        sum += points.held;
+        if let Stage::Kept { slip } = self.stage {
+            let part = |x: f64| (1.0 - x).clamp(0.0, 1.0);
+            sum += points.shaken;
+            sum += points.firm * part(slip.most / self.rules.slip_m);
+            sum += points.quick * part(held as f64 * self.tick_s / self.rules.slow_s);
+        }
+        sum
+    }
+
+    /// Whether the shake has been.
+    pub fn complete(&self) -> bool {
+        matches!(self.stage, Stage::Lost | Stage::Kept { .. })
+    }
+
+    /// Seconds since the shake began, while it lasts.
+    pub fn shaking(&self, tick: u64) -> Option<f64> {
+        match self.stage {
+            Stage::Shaking { since, .. } => Some((tick - since) as f64 * self.tick_s),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::{Rules, Task};
+
+    fn start() -> HoldReferee {
+        let task = Task::builtin().into_iter().find(|task| task.name == "grasp").expect("built in");
+        let Rules::Hold(rules) = &task.rules else { panic!("grasp is about holding") };
+        HoldReferee::new(rules, task.tick_s, &[at(0.05, 0.0)])
+    }
+
+    /// The object at a height, moved in the hand.
+    fn at(z: f64, moved: f64) -> Sighting {
+        Sighting { position: [0.0, 0.0, z], in_hand: [moved, 0.0, 0.15], at_rest: false }
+    }
+
+    fn play(referee: &mut HoldReferee, ticks: std::ops::Range<u64>, seen: Sighting) -> Vec<(u64, String)> {
+        let events = ticks.flat_map(|tick| referee.watch(tick, &[seen]));
+        events.map(|event| (event.tick, event.kind)).collect()
+    }
+
+    fn is(events: &[(u64, String)], expected: &[(u64, &str)]) {
+        let events: Vec<(u64, &str)> = events.iter().map(|(tick, kind)| (*tick, kind.as_str())).collect();
+        assert_eq!(events, expected);
+    }
+
+    #[test]
+    fn a_firm_grasp_gets_everything_but_the_time() {
+        let mut referee = start();
+        is(&play(&mut referee, 1..300, at(0.05, 0.0)), &[]);
+        assert_eq!(referee.score(), 0.0);
+        is(&play(&mut referee, 300..502, at(0.16, 0.0)), &[(300, "lifted"), (500, "held")]);
+        assert_eq!(referee.shaking(501), Some(0.01));
+        assert_eq!(referee.score(), 4.0);
+        is(&play(&mut referee, 502..900, at(0.16, 0.015)), &[(800, "shaken")]);
+        assert!(referee.complete());
+        assert_eq!(referee.count(), Count { in_goal: 1, outside: 0 });
+        // Half of the points for firmness, and 25 of 30 s left.
+        assert!((referee.score() - (7.0 + 1.0 + 25.0 / 30.0)).abs() < 1e-12, "{}", referee.score());
+    }
+
+    #[test]
+    fn what_comes_down_or_slips_starts_the_hold_again() {
+        let mut referee = start();
+        let _ = play(&mut referee, 1..100, at(0.16, 0.0));
+        is(&play(&mut referee, 100..110, at(0.12, 0.0)), &[(100, "dropped")]);
+        is(&play(&mut referee, 110..200, at(0.16, 0.0)), &[]);
+        is(&play(&mut referee, 200..401, at(0.16, 0.04)), &[(200, "slipped"), (400, "held")]);
+    }
+
+    #[test]
+    fn what_is_lost_in_the_shake_is_lost() {
+        for (lost, kind) in [(at(0.05, 0.0), "dropped"), (at(0.16, 0.03), "slipped")] {
+            let mut referee = start();
+            let _ = play(&mut referee, 1..202, at(0.16, 0.0));
+            is(&play(&mut referee, 202..900, lost), &[(202, kind)]);
+            assert!(referee.complete());
+            assert_eq!((referee.score(), referee.count()), (4.0, Count::default()));
+            assert_eq!(referee.shaking(300), None);
+            is(&play(&mut referee, 900..2000, at(0.16, 0.0)), &[]);
+        }
+    }
+}

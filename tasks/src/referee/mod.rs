@@ -1,0 +1,92 @@
+//! The referee: a pure state machine from what it sees of the objects to events, counts and points.
+
+mod collect;
+mod hold;
+
+pub use collect::CollectReferee;
+pub use hold::{HoldReferee, Slip};
+
+use crate::observation::Event;
+use crate::score::Count;
+use crate::task::{Rules, Task};
+
+/// What the referee is shown of an object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sighting {
+    /// Centre of mass, m.
+    pub position: [f64; 3],
+    /// The same in the frame of the hand's base, m.
+    pub in_hand: [f64; 3],
+    /// Whether it has come to rest.
+    pub at_rest: bool,
+}
+
+/// Watches the objects of a run by the rules of its task.
+#[derive(Clone, Debug)]
+pub enum Referee {
+    /// Objects are brought from region to region.
+    Collect(CollectReferee),
+    /// One object is lifted, held and shaken.
+    Hold(HoldReferee),
+}
+
+impl Referee {
+    /// A referee at tick 0, when the objects are where they are shown.
+    pub fn new(task: &Task, objects: &[Sighting]) -> Self {
+        match &task.rules {
+            Rules::Collect(rules) => Referee::Collect(CollectReferee::new(task, rules, objects.len())),
+            Rules::Hold(rules) => Referee::Hold(HoldReferee::new(rules, task.tick_s, objects)),
+        }
+    }
+
+    /// Looks at every object, in scene order, at a tick; returns what changed. Ticks ascend.
+    pub fn watch(&mut self, tick: u64, objects: &[Sighting]) -> Vec<Event> {
+        match self {
+            Referee::Collect(referee) => referee.watch(tick, objects),
+            Referee::Hold(referee) => referee.watch(tick, objects),
+        }
+    }
+
+    /// The count by what has been noted so far.
+    pub fn count(&self) -> Count {
+        match self {
+            Referee::Collect(referee) => referee.count(),
+            Referee::Hold(referee) => referee.count(),
+        }
+    }
+
+    /// Points by what has been noted so far.
+    pub fn score(&self) -> f64 {
+        match self {
+            Referee::Collect(referee) => referee.score(referee.count()),
+            Referee::Hold(referee) => referee.score(),
+        }
+    }
+
+    /// Count and points at the end of a run, after settling.
+    pub fn verdict(&self, objects: &[Sighting]) -> (Count, f64) {
+        match self {
+            Referee::Collect(referee) => {
+                let count = referee.final_count(objects);
+                (count, referee.score(count))
+            }
+            Referee::Hold(referee) => (referee.count(), referee.score()),
+        }
+    }
+
+    /// Whether nothing more can be gained.
+    pub fn complete(&self) -> bool {
+        match self {
+            Referee::Collect(referee) => referee.complete(),
+            Referee::Hold(referee) => referee.complete(),
+        }
+    }
+
+    /// Seconds since the server took the hand's base to shake it; none when it does not.
+    pub fn shaking(&self, tick: u64) -> Option<f64> {
+        match self {
+            Referee::Collect(_) => None,
+            Referee::Hold(referee) => referee.shaking(tick),
+        }
+    }
+}

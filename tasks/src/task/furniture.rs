@@ -1,0 +1,120 @@
+//! What stands still: boxes made of slabs, and containers with one open side.
+
+use serde::Deserialize;
+
+/// Pose of the hand's base at tick 0.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Start {
+    /// m
+    pub position: [f64; 3],
+    /// x, y, z, w
+    pub quat_xyzw: [f64; 4],
+}
+
+/// A fixed body.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Furniture {
+    /// Unique name.
+    pub name: String,
+    /// Coulomb friction coefficient.
+    pub friction: f64,
+    /// sRGB
+    pub color: [f64; 3],
+    /// Axis-aligned boxes.
+    pub parts: Vec<Slab>,
+}
+
+/// An axis-aligned box.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Slab {
+    /// Centre, m.
+    pub position: [f64; 3],
+    /// m
+    pub half_extents: [f64; 3],
+}
+
+/// The side of a container that is missing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+pub enum Side {
+    /// Open on top.
+    #[default]
+    #[serde(rename = "+z")]
+    Top,
+    /// Open towards +x.
+    #[serde(rename = "+x")]
+    PlusX,
+    /// Open towards -x.
+    #[serde(rename = "-x")]
+    MinusX,
+    /// Open towards +y.
+    #[serde(rename = "+y")]
+    PlusY,
+    /// Open towards -y.
+    #[serde(rename = "-y")]
+    MinusY,
+}
+
+/// A box with one open side: a bin without a lid, a shelf without a front.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OpenBox {
+    /// Unique name; also the name of its inner volume.
+    pub name: String,
+    /// x, y of the middle of its floor, m.
+    pub center: [f64; 2],
+    /// Height of its inner floor, m.
+    #[serde(default)]
+    pub floor: f64,
+    /// Inner width, depth and height, m.
+    pub inner: [f64; 3],
+    /// The side without a wall: `+z` (the default), `+x`, `-x`, `+y`, `-y`.
+    #[serde(default)]
+    pub open: Side,
+    /// Thickness of walls and floor, m.
+    pub wall: f64,
+    /// Coulomb friction coefficient.
+    pub friction: f64,
+    /// sRGB
+    pub color: [f64; 3],
+}
+
+impl OpenBox {
+    /// Lowest and highest corner of the inner volume, m.
+    pub fn inner_volume(&self) -> ([f64; 3], [f64; 3]) {
+        let ([x, y], [w, d, h], z) = (self.center, self.inner, self.floor);
+        ([x - 0.5 * w, y - 0.5 * d, z], [x + 0.5 * w, y + 0.5 * d, z + h])
+    }
+
+    /// Floor, walls and roof, without the open side.
+    pub fn slabs(&self) -> Vec<Slab> {
+        let ([x, y], [w, d, h], t, z) = (self.center, self.inner, 0.5 * self.wall, self.floor);
+        let (w, d, h) = (0.5 * w, 0.5 * d, 0.5 * h);
+        let slab = |position, half_extents| Slab { position, half_extents };
+        let walls = [
+            (Side::PlusX, slab([x + w + t, y, z + h], [t, d + 2.0 * t, h])),
+            (Side::MinusX, slab([x - w - t, y, z + h], [t, d + 2.0 * t, h])),
+            (Side::PlusY, slab([x, y + d + t, z + h], [w, t, h])),
+            (Side::MinusY, slab([x, y - d - t, z + h], [w, t, h])),
+            (Side::Top, slab([x, y, z + 2.0 * h + t], [w + 2.0 * t, d + 2.0 * t, t])),
+        ];
+        let floor = slab([x, y, z - t], [w + 2.0 * t, d + 2.0 * t, t]);
+        std::iter::once(floor)
+            .chain(walls.into_iter().filter(|(side, _)| *side != self.open).map(|(_, slab)| slab))
+            .collect()
+    }
+}
+
+/// A named part of space that no container encloses.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Space {
+    /// Unique name.
+    pub name: String,
+    /// Lowest corner, m.
+    pub min: [f64; 3],
+    /// Highest corner, m.
+    pub max: [f64; 3],
+}

@@ -1,0 +1,218 @@
+//! A task as data: furniture, containers, objects, how they are placed, and what counts.
+
+mod furniture;
+mod objects;
+mod rules;
+
+pub(crate) use objects::Kind;
+
+pub use furniture::{Furniture, OpenBox, Side, Slab, Space, Start};
+pub use objects::{Equal, Objects, Placing, Pour, Scatter};
+pub use rules::{Collect, Hold, HoldPoints, Rules, Shake};
+
+use palmares_models::content::ContentHash;
+use serde::Deserialize;
+use std::sync::Arc;
+
+/// A task as read from its `task.toml`. A new task of the same kind needs no code.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Task {
+    /// Identifier: `balls`.
+    pub name: String,
+    /// One sentence for people.
+    pub description: String,
+    /// Length of a tick, s.
+    pub tick_s: f64,
+    /// Length of a physics step, s; a whole number of them makes a tick.
+    pub step_s: f64,
+    /// The longest run, s of simulated time.
+    pub time_limit_s: f64,
+    /// Where the hand starts.
+    pub hand: Start,
+    /// Fixed bodies made of boxes.
+    #[serde(default)]
+    pub furniture: Vec<Furniture>,
+    /// Containers with one open side. Their inner volumes are regions.
+    #[serde(default)]
+    pub boxes: Vec<OpenBox>,
+    /// Further regions.
+    #[serde(default)]
+    pub regions: Vec<Space>,
+    /// The objects to move.
+    pub objects: Objects,
+    /// How they get to where they start.
+    pub place: Placing,
+    /// What counts.
+    pub rules: Rules,
+    /// See [`Task::content_hash`].
+    #[serde(skip)]
+    content_hash: String,
+}
+
+/// A task that cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{file}: {message}")]
+pub struct TaskError {
+    /// The file.
+    pub file: String,
+    /// Element and what would be valid.
+    pub message: String,
+}
+
+impl Task {
+    /// Reads and checks a `task.toml`.
+    pub fn parse(file: &str, text: &str) -> Result<Task, TaskError> {
+        let error = |message: String| TaskError { file: file.to_owned(), message };
+        let mut task: Task = toml::from_str(text).map_err(|e| error(e.to_string()))?;
+        let steps = task.tick_s / task.step_s;
+        let whole = (steps - steps.round()).abs() < 1e-9 && steps >= 0.5;
+        if !(task.step_s > 0.0 && task.step_s <= 0.01 && whole) {
+            return Err(error(format!(
+                "step_s = {} must be in (0, 0.01] and divide tick_s = {}",
+                task.step_s, task.tick_s
+            )));
+        }
+        if !(task.time_limit_s > 0.0 && task.time_limit_s <= 86_400.0) {
+            return Err(error(format!("time_limit_s = {} must be in (0, 86400]", task.time_limit_s)));
+        }
+        task.objects.resolve().map_err(error)?;
+        task.rules.check().map_err(error)?;
+        task.check_regions().map_err(error)?;
+        let table: toml::Table = toml::from_str(text).map_err(|e| error(e.to_string()))?;
+        let mut hash = ContentHash::of("palmares task 1");
+        digest(&mut hash, &toml::Value::Table(table));
+        task.objects.digest(&mut hash);
+        task.content_hash = hash.to_hex();
+        Ok(task)
+    }
+
+    /// That every region spoken of is there, once, and has a size.
+    fn check_regions(&self) -> Result<(), String> {
+        let mut names: Vec<&str> = Vec::new();
+        for (name, (min, max)) in self.regions() {
+            if names.contains(&name) {
+                return Err(format!(
+                    "two boxes or regions are called `{name}`; each needs a name of its own"
+                ));
+            }
+            if !(0..3).all(|k| min[k].is_finite() && max[k].is_finite() && min[k] < max[k]) {
+                return Err(format!("region `{name}` from {min:?} to {max:?} has no size"));
+            }
+            names.push(name);
+        }
+        let known = names.join(", ");
+        let mut spoken_of = vec![("place.*.into", self.place.into_region())];
+        match &self.rules {
+            Rules::Collect(rules) => {
+                spoken_of
+                    .extend([("rules.goal", rules.goal.as_str()), ("rules.start", rules.start.as_str())]);
+            }
+            Rules::Hold(_) if self.objects.count != 1 => {
+                return Err(format!(
+                    "rules of kind `hold` need objects.count = 1, not {}",
+                    self.objects.count
+                ));
+            }
+            Rules::Hold(_) => {}
+        }
+        for (field, name) in spoken_of {
+            if !names.contains(&name) {
+                return Err(format!("{field} = \"{name}\" is no region; regions: {known}"));
+            }
+        }
+        if matches!(&self.place, Placing::Pour(pour) if pour.layer == 0) {
+            return Err("place.pour.layer must be at least 1".to_owned());
+        }
+        Ok(())
+    }
+
+    /// The tasks that come with the program.
+    pub fn builtin() -> Vec<Arc<Task>> {
+        let parse = |file: &str, text: &str| {
+            Arc::new(Task::parse(file, text).expect("tasks that come with the program are valid"))
+        };
+        vec![
+            parse("balls/task.toml", include_str!("../../balls/task.toml")),
+            parse("shelf/task.toml", include_str!("../../shelf/task.toml")),
+            parse("grasp/task.toml", include_str!("../../grasp/task.toml")),
+        ]
+    }
+
+    /// SHA-256 of everything the file says, without comments and layout, 64 hexadecimal digits.
+    pub fn content_hash(&self) -> &str {
+        &self.content_hash
+    }
+
+    /// The box of a name.
+    pub fn open_box(&self, name: &str) -> Option<&OpenBox> {
+        self.boxes.iter().find(|b| b.name == name)
+    }
+
+    /// Every region by name with its lowest and highest corner, m: inner volumes of containers first.
+    pub fn regions(&self) -> impl Iterator<Item = (&str, ([f64; 3], [f64; 3]))> {
+        let inner = self.boxes.iter().map(|b| (b.name.as_str(), b.inner_volume()));
+        inner.chain(self.regions.iter().map(|r| (r.name.as_str(), (r.min, r.max))))
+    }
+
+    /// The region of a name. Those that the task's own fields name are there.
+    pub fn region(&self, name: &str) -> Option<([f64; 3], [f64; 3])> {
+        self.regions().find(|(known, _)| *known == name).map(|(_, corners)| corners)
+    }
+
+    /// Physics steps in a tick.
+    pub fn steps_per_tick(&self) -> u64 {
+        (self.tick_s / self.step_s).round() as u64
+    }
+}
+
+/// Takes in a TOML value; tables are sorted by key.
+fn digest(hash: &mut ContentHash, value: &toml::Value) {
+    hash.text(value.type_str());
+    match value {
+        toml::Value::Array(items) => hash.list(items, digest),
+        toml::Value::Table(table) => {
+            let mut entries: Vec<_> = table.iter().collect();
+            entries.sort_by_key(|(key, _)| *key);
+            hash.list(&entries, |h, (key, value)| {
+                h.text(key);
+                digest(h, value);
+            });
+        }
+        toml::Value::Float(x) => hash.float(*x),
+        other => hash.text(&other.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_built_in_tasks_are_valid() {
+        let tasks = Task::builtin();
+        assert_eq!(tasks.iter().map(|t| t.name.as_str()).collect::<Vec<_>>(), ["balls", "shelf", "grasp"]);
+        assert_eq!(tasks[0].steps_per_tick(), 10);
+    }
+
+    #[test]
+    fn a_wrong_box_name_is_named() {
+        let text = include_str!("../../balls/task.toml").replace("goal = \"box_b\"", "goal = \"box_c\"");
+        let error = Task::parse("x.toml", &text).expect_err("box_c does not exist");
+        assert!(error.to_string().contains("rules.goal = \"box_c\" is no region; regions: box_a, box_b"));
+    }
+
+    #[test]
+    fn the_hash_is_of_the_content() {
+        let text = include_str!("../../balls/task.toml");
+        let hash = |text: &str| Task::parse("x.toml", text).expect("valid").content_hash().to_owned();
+        assert_eq!(hash(text), hash(&format!("# A comment.\n{text}")));
+        assert_ne!(hash(text), hash(&text.replace("mass = 1.0", "mass = 1.1")));
+    }
+
+    #[test]
+    fn a_step_that_does_not_divide_the_tick_is_refused() {
+        let text = include_str!("../../balls/task.toml").replace("step_s = 0.001", "step_s = 0.003");
+        assert!(Task::parse("x.toml", &text).expect_err("3 ms").message.contains("divide tick_s"));
+    }
+}

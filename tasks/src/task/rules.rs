@@ -1,0 +1,120 @@
+//! What counts.
+
+use serde::Deserialize;
+
+/// The rules of a task, by `kind`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Rules {
+    /// Objects are to be brought from one region to another.
+    Collect(Collect),
+    /// One object is to be lifted, held and shaken.
+    Hold(Hold),
+}
+
+/// Points per object by where it ends. An object counts as in a region when its centre of mass is, and it rests.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Collect {
+    /// The region the objects should end in.
+    pub goal: String,
+    /// The region they come from.
+    pub start: String,
+    /// Points per object in the goal.
+    pub in_goal: f64,
+    /// Points per object in neither region.
+    pub outside: f64,
+    /// Longest settling after a run, with the hand frozen, s.
+    pub settle_s: f64,
+}
+
+/// Points for one object that is lifted, held, and held on to while the server shakes the hand.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Hold {
+    /// How far the object's centre of mass must rise above where it was at tick 0, m.
+    pub lift_m: f64,
+    /// How long it must stay up without slipping before the shake, s.
+    pub hold_s: f64,
+    /// How far it may move in the hand, m, measured in the frame of the hand's base.
+    pub slip_m: f64,
+    /// No points for speed when it takes this long until the shake, s.
+    pub slow_s: f64,
+    /// How the hand is shaken.
+    pub shake: Shake,
+    /// Points.
+    pub points: HoldPoints,
+}
+
+/// A shake along x, then y, then z of the world: `a sin(2π f t) (1 − cos(2π t / T)) / 2` each.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Shake {
+    /// Amplitude a, m.
+    pub amplitude_m: f64,
+    /// Frequency f, 1/s.
+    pub frequency_hz: f64,
+    /// Length T of the shake along one axis, s.
+    pub axis_s: f64,
+}
+
+/// What the stages of holding are worth.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HoldPoints {
+    /// Once it has been lifted.
+    pub lifted: f64,
+    /// Once it has been held.
+    pub held: f64,
+    /// When it is still in the hand after the shake.
+    pub shaken: f64,
+    /// Then also: times 1 − slip / `slip_m`.
+    pub firm: f64,
+    /// Then also: times 1 − time until the shake / `slow_s`.
+    pub quick: f64,
+}
+
+impl Rules {
+    /// Longest settling after a run, s.
+    pub fn settle_s(&self) -> f64 {
+        match self {
+            Rules::Collect(rules) => rules.settle_s,
+            Rules::Hold(_) => 0.0,
+        }
+    }
+
+    /// The part that a region of that name plays: `start`, `goal`.
+    pub fn role(&self, region: &str) -> Option<&'static str> {
+        match self {
+            Rules::Collect(rules) if rules.goal == region => Some("goal"),
+            Rules::Collect(rules) if rules.start == region => Some("start"),
+            _ => None,
+        }
+    }
+
+    /// What is wrong with the numbers.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let positive = |field: &str, x: f64| {
+            let fine = x.is_finite() && x > 0.0;
+            if fine { Ok(()) } else { Err(format!("rules.{field} = {x}; it must be positive and finite")) }
+        };
+        match self {
+            Rules::Collect(rules) => {
+                if !(0.0..=60.0).contains(&rules.settle_s) {
+                    return Err(format!("rules.settle_s = {}; it must be in [0, 60]", rules.settle_s));
+                }
+                let finite = rules.in_goal.is_finite() && rules.outside.is_finite();
+                if finite { Ok(()) } else { Err("rules.in_goal and rules.outside must be finite".to_owned()) }
+            }
+            Rules::Hold(rules) => {
+                positive("lift_m", rules.lift_m)?;
+                positive("hold_s", rules.hold_s)?;
+                positive("slip_m", rules.slip_m)?;
+                positive("slow_s", rules.slow_s)?;
+                positive("shake.amplitude_m", rules.shake.amplitude_m)?;
+                positive("shake.frequency_hz", rules.shake.frequency_hz)?;
+                positive("shake.axis_s", rules.shake.axis_s)
+            }
+        }
+    }
+}
