@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from socket import SHUT_RDWR
 from typing import Any, Self
 
 import msgspec
@@ -114,7 +115,7 @@ class FakeServer:
                 op = request["op"]
                 if op in self.drop_before:
                     self.drop_before.discard(op)
-                    socket.socket.close()
+                    socket.socket.shutdown(SHUT_RDWR)
                     return
                 reply = {**(self.replies.pop(0) if self.replies else self._reply(request))}
                 if reply.pop("close", None):
@@ -122,7 +123,7 @@ class FakeServer:
                     return
                 if op in self.drop_after:
                     self.drop_after.discard(op)
-                    socket.socket.close()
+                    socket.socket.shutdown(SHUT_RDWR)
                     return
                 reply.setdefault("id", request["id"])
                 self._say(socket, reply)
