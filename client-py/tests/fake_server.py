@@ -265,8 +265,8 @@ SCENE: dict[str, Any] = {
         for i, p in enumerate(BALLS)
     ],
     "regions": [
-        {"name": "box_a", "min": [-0.25, -0.25, 0.0], "max": [0.25, 0.25, 0.3]},
-        {"name": "box_b", "min": [0.45, -0.25, 0.0], "max": [0.95, 0.25, 0.3]},
+        {"name": "box_a", "role": "start", "min": [-0.25, -0.25, 0.0], "max": [0.25, 0.25, 0.3]},
+        {"name": "box_b", "role": "goal", "min": [0.45, -0.25, 0.0], "max": [0.95, 0.25, 0.3]},
     ],
     "gravity": [0, 0, -9.81],
 }

@@ -139,7 +139,7 @@ class Truth(msgspec.Struct, kw_only=True, gc=False):
 
 
 class Event(msgspec.Struct, kw_only=True, gc=False):
-    """Something the referee noted: `in_goal`, `left_goal`, `outside`, `back_inside`, `warning`."""
+    """Something the referee noted: what it depends on the task (docs/protocol.md)."""
 
     kind: str
     tick: int = 0

@@ -69,6 +69,8 @@ class SceneBody(msgspec.Struct, kw_only=True):
     parts: list[ScenePart]
     color: Vec3
     """sRGB, 0 to 1"""
+    com: Vec3 = (0.0, 0.0, 0.0)
+    """Centre of mass in the body frame, m"""
 
     @property
     def xyz(self) -> Array:
@@ -87,6 +89,8 @@ class Region(msgspec.Struct, kw_only=True):
     name: str
     min: Vec3
     max: Vec3
+    role: str | None = None
+    """The part it plays in the rules: ``start``, ``goal``; ``None`` for others"""
 
     @property
     def center(self) -> Array:
@@ -114,6 +118,16 @@ class Scene(msgspec.Struct, kw_only=True):
     def region(self, name: str) -> Region:
         """Return the region called `name`; `KeyError` names those there are."""
         return named("region", name, self.regions)
+
+    @property
+    def start(self) -> Region | None:
+        """The region where the objects are at tick 0; ``None`` in a task without."""
+        return next((region for region in self.regions if region.role == "start"), None)
+
+    @property
+    def goal(self) -> Region | None:
+        """The region where the objects belong; ``None`` in a task without."""
+        return next((region for region in self.regions if region.role == "goal"), None)
 
     def body(self, name: str) -> SceneBody:
         """Return the body called `name`, such as ``box_a``; `KeyError` names those there are."""
