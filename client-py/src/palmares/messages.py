@@ -139,7 +139,7 @@ class Truth(msgspec.Struct, kw_only=True, gc=False):
 
 
 class Event(msgspec.Struct, kw_only=True, gc=False):
-    """Something the referee noted: what it depends on the task (docs/protocol.md)."""
+    """Something the referee noted; which kinds there are depends on the task (docs/protocol.md)."""
 
     kind: str
     tick: int = 0
