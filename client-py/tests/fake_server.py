@@ -37,6 +37,8 @@ class FakeServer:
     ping_interval_s: float | None = 20.0
     forget: bool = False
     """Tell who comes back that its run is gone, as after a restart."""
+    closed_meanwhile: bool = False
+    """Tell who comes back that its run has ended and waits to be stopped."""
     ticks: int = 20
     """Length of a run in real time; then it is cut short."""
     realtime_tick_s: float = 0.002
@@ -140,7 +142,7 @@ class FakeServer:
                     "task": "balls",
                     "hand": "softhand",
                     "tick": self.tick,
-                    "open": True,
+                    "open": not self.closed_meanwhile,
                 }
                 return {
                     "op": "welcome",
@@ -172,6 +174,8 @@ class FakeServer:
                 opened |= {"seed": request.get("seed", 77), "tick_s": 0.01, "time_limit_s": 600.0}
                 return {**self._obs(), "run": opened, "scene": SCENE}
             case "step":
+                if self.closed_meanwhile and "hello" in [old["op"] for old in self.requests[1:]]:
+                    return {"op": "error", "code": "wrong_state", "message": "the run has ended"}
                 if request["tick"] != self.tick:
                     return {"op": "error", "code": "stale_tick", "message": "", "fatal": False}
                 self.tick += request.get("repeat", 1)

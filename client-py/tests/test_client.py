@@ -120,6 +120,18 @@ def test_a_step_survives_a_broken_connection(
     assert hellos[1]["resume_token"] == "r"
 
 
+def test_a_last_step_whose_observation_is_lost(server: FakeServer) -> None:
+    with palmares.Client(server.url) as client:
+        client.reset("balls", "softhand")
+        client.step(repeat=4)
+        server.drop_after.add("step")
+        server.closed_meanwhile = True
+        obs = client.step(repeat=3)
+        assert obs.done
+        assert obs.tick == 7
+        assert client.stop().ticks == 7
+
+
 def test_a_reset_survives_a_broken_connection(server: FakeServer, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(link_module, "RESUME_DELAYS_S", (0.0, 0.05))
     with palmares.Client(server.url) as client:

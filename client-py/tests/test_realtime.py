@@ -102,6 +102,20 @@ def test_a_run_in_real_time_goes_on_after_the_connection_broke(server: FakeServe
     assert [request["op"] for request in server.requests if request["op"] == "hello"] == ["hello"] * 2
 
 
+def test_a_run_that_ended_while_the_connection_was_broken(server: FakeServer) -> None:
+    server.ticks = 10_000
+    with palmares.Client(server.url) as client:
+        client.reset("balls", "softhand", mode="realtime")
+        observations = client.observations()
+        seen = next(observations).tick
+        server.closed_meanwhile = True
+        client._link.hang_up()
+        *_, last = observations
+        assert last.done
+        assert last.tick >= seen
+        assert client.stop().reason == "stopped"
+
+
 def test_a_push_goes_over_the_wire(server: FakeServer) -> None:
     with palmares.Client(server.url) as client:
         client.reset("balls", "softhand")

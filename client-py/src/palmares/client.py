@@ -10,9 +10,17 @@ from types import TracebackType
 from typing import Any, Literal, Self, TypeVar
 from urllib.parse import urlsplit
 
+from msgspec import structs
+
 from palmares import rest
 from palmares.codec import Encoding, Message
-from palmares.errors import ConnectionLostError, RateLimitedError, RunLostError, WrongStateError
+from palmares.errors import (
+    ConnectionLostError,
+    RateLimitedError,
+    RunLostError,
+    SessionOverError,
+    WrongStateError,
+)
 from palmares.link import Link, raise_if_fatal
 from palmares.messages import (
     Ack,
@@ -141,8 +149,15 @@ class Client:
         if self._tick is None:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
         request = Step(tick=self._tick, action=action_of(base, hand), repeat=repeat)
-        obs = self._ask(request, Observation)
-        self._tick = obs.tick
+        try:
+            obs = self._ask(request, Observation)
+        except (WrongStateError, SessionOverError):
+            # The step before the connection broke was the run's last one.
+            last = self._take()
+            if last is None:
+                raise
+            return last
+        self._tick, self._newest = obs.tick, obs
         return obs
 
     def act(self, base: BaseTarget | None = None, hand: Iterable[float] | None = None) -> int:
@@ -320,6 +335,10 @@ class Client:
                 self._link.exchange(Stop(), Result)
         elif run is None or run.run_id != self._run_id:
             raise self._run_lost()
+        elif not run.open and self._newest is not None:
+            # Nobody will say any more that it is over.
+            closed = structs.replace(self._newest, tick=run.tick, truncated=True, reason="closed", events=[])
+            self._stream.put(closed)
         elif isinstance(request, Step) and run.tick != request.tick:
             # The step was taken but its observation is lost: one tick more, with the same targets, shows it.
             return Step(tick=run.tick, action=action_of(None, None))
