@@ -46,6 +46,12 @@ pub(crate) struct ServeOptions {
     #[arg(long, value_name = "SECONDS", env = "PALMARES_RESUME_GRACE_S", default_value_t = 30,
           value_parser = clap::value_parser!(u32).range(0..=3600))]
     pub(crate) resume_grace_s: u32,
+
+    /// A client that gives no sign of life for this long, or does not take a message for this long, is taken for gone,
+    /// in seconds
+    #[arg(long, value_name = "SECONDS", env = "PALMARES_PING_TIMEOUT_S", default_value_t = 15, hide = true,
+          value_parser = clap::value_parser!(u32).range(1..=3600))]
+    pub(crate) ping_timeout_s: u32,
 }
 
 impl ServeOptions {
@@ -64,6 +70,7 @@ impl ServeOptions {
             max_connections: self.max_connections as usize,
             requests_per_s: f64::from(self.max_requests_per_s),
             resume_grace: Duration::from_secs(u64::from(self.resume_grace_s)),
+            ping_timeout: Duration::from_secs(u64::from(self.ping_timeout_s)),
         }
     }
 }

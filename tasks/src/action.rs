@@ -1,5 +1,6 @@
 //! What a controller commands: one message per tick.
 
+use palmares_models::hand::Hand;
 use palmares_sim::config::BaseConfig;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -14,6 +15,41 @@ pub struct Action {
     /// σ of every motor, in the hand's motor order, each in [0, 1].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hand: Option<Vec<f64>>,
+}
+
+impl Action {
+    /// Whether a run with this hand would take the action.
+    pub fn check(&self, hand: &Hand) -> Result<(), ActionError> {
+        let finite = |field: &str, values: &[f64]| match values.iter().position(|x| !x.is_finite()) {
+            Some(k) => Err(ActionError::NotFinite { field: format!("{field}[{k}]") }),
+            None => Ok(()),
+        };
+        match &self.base {
+            Some(BaseTarget::Pose { position, quat_xyzw }) => {
+                finite("base.position", position)?;
+                finite("base.quat_xyzw", quat_xyzw)?;
+                if quat_xyzw.iter().map(|x| x * x).sum::<f64>() < 1e-12 {
+                    return Err(ActionError::ZeroQuaternion);
+                }
+            }
+            Some(BaseTarget::Twist { linear, angular }) => {
+                finite("base.linear", linear)?;
+                finite("base.angular", angular)?;
+            }
+            None => {}
+        }
+        if let Some(sigma) = &self.hand {
+            finite("hand", sigma)?;
+            if sigma.len() != hand.motors.len() {
+                return Err(ActionError::WrongLength {
+                    hand: hand.name.clone(),
+                    got: sigma.len(),
+                    expected: hand.motors.len(),
+                });
+            }
+        }
+        Ok(())
+    }
 }
 
 /// A pose to reach, or a velocity to keep, of the hand's base in the world frame.

@@ -50,11 +50,11 @@ async fn bad_request_names_the_field() {
         (json!({"op": "step", "tick": 0, "action": {}, "speed": 2}), "`speed`"),
         (json!({"op": "stop", "now": true}), "`now`"),
         (json!({"op": "reset", "task": "balls", "hand": "softhand", "mode": "fast"}), "mode: "),
-        (json!({"op": "reset", "task": "balls", "hand": "softhand", "mode": "realtime"}), "not available"),
+        (json!({"op": "reset", "task": "balls", "hand": "softhand", "mode": "slow"}), "lockstep"),
         (json!({"op": "reset", "task": "balls", "hand": "softhand", "seed": -1}), "seed: "),
         (json!({"op": "reset", "task": "balls"}), "`hand`"),
-        (json!({"op": "act", "action": {}}), "not available"),
-        (json!({"op": "perturb"}), "not available"),
+        (json!({"op": "act"}), "action: missing"),
+        (json!({"op": "perturb"}), "link"),
     ];
     for (tick, (request, named)) in cases.into_iter().enumerate() {
         let error = client.refused(request, "bad_request").await;

@@ -1,7 +1,7 @@
 //! `palmares schema`.
 
-use crate::protocol::reply::{ErrorReply, Obs, Reply, RunResult, TimeReport, Warning, Welcome};
-use crate::protocol::request::{Bye, Hello, Reset, Step, Stop, Time};
+use crate::protocol::reply::{Ack, ErrorReply, Obs, Reply, RunResult, TimeReport, Warning, Welcome};
+use crate::protocol::request::{Act, Bye, Hello, Perturb, Reset, Step, Stop, Time};
 use schemars::{JsonSchema, schema_for};
 use serde_json::{Value, json};
 use std::io::Write;
@@ -17,6 +17,8 @@ pub(super) fn schema() -> anyhow::Result<()> {
         "hello": fields::<Hello>(),
         "reset": fields::<Reset>(),
         "step": fields::<Step>(),
+        "act": fields::<Act>(),
+        "perturb": fields::<Perturb>(),
         "stop": fields::<Stop>(),
         "time": fields::<Time>(),
         "bye": fields::<Bye>(),
@@ -24,6 +26,7 @@ pub(super) fn schema() -> anyhow::Result<()> {
     let replies = json!({
         "welcome": fields::<Welcome>(),
         "obs": fields::<Obs>(),
+        "ack": fields::<Ack>(),
         "result": fields::<RunResult>(),
         "time": fields::<TimeReport>(),
         "error": fields::<ErrorReply>(),

@@ -2,7 +2,7 @@
 
 use crate::api;
 use crate::config::ServeOptions;
-use crate::session::{Host, STACK};
+use crate::session::{Host, STACK, Session};
 use crate::store::{Location, Store};
 use crate::telemetry;
 use anyhow::{Context, bail};
@@ -16,7 +16,7 @@ use std::num::NonZero;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpSocket};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::time::timeout;
 
@@ -39,7 +39,7 @@ async fn run(options: &ServeOptions) -> anyhow::Result<()> {
     let (mut interrupt, mut terminate) = (on(SignalKind::interrupt())?, on(SignalKind::terminate())?);
     let hands = hands(&options.hands)?;
     // The port before the database: a second server by mistake must not touch the first one's runs.
-    let listener = TcpListener::bind(options.listen).await.with_context(|| {
+    let listener = listen(options.listen).with_context(|| {
         format!("cannot listen on {}; choose another with --listen, port 0 takes a free one", options.listen)
     })?;
     let address = listener.local_addr().context("the listening socket has no address")?;
@@ -49,6 +49,9 @@ async fn run(options: &ServeOptions) -> anyhow::Result<()> {
         tracing::warn!(run, "the server stopped during this run; marked as aborted");
     }
     let host = Arc::new(Host::new(store, options.settings(), hands));
+    for session in host.store.load_resumable_sessions().await? {
+        Session::restore(&host, session);
+    }
     greet(address, &location, &host)?;
 
     // Small messages, each waited for: Nagle's algorithm would only hold them back.
@@ -81,6 +84,20 @@ async fn run(options: &ServeOptions) -> anyhow::Result<()> {
     host.store.close().await;
     tracing::info!("stopped");
     Ok(())
+}
+
+/// What may be on its way to a client in the system's buffers, bytes: more would only make what a slow client sees
+/// older.
+const SEND_BUFFER: u32 = 128 << 10;
+
+fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4()? } else { TcpSocket::new_v6()? };
+    // A server that is started again must not wait for the old connections to be forgotten.
+    socket.set_reuseaddr(true)?;
+    // Connections inherit it.
+    socket.set_send_buffer_size(SEND_BUFFER)?;
+    socket.bind(address)?;
+    socket.listen(1024)
 }
 
 /// The hands that come with the program, and those of these files.

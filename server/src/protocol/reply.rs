@@ -1,6 +1,7 @@
 //! What the server says.
 
 use super::code::{Code, Refusal};
+use super::request::Mode;
 use super::specs::Specs;
 use palmares_tasks::{Event, Observation, Outcome, Reason, Scene, Sensing};
 use schemars::JsonSchema;
@@ -12,8 +13,10 @@ use serde::Serialize;
 pub(crate) enum Reply {
     /// Reply to `hello`.
     Welcome(Box<Welcome>),
-    /// Reply to `reset` and `step`.
+    /// Reply to `reset` and `step`; unasked after every tick of a realtime run.
     Obs(Box<Obs>),
+    /// Reply to `act` and `perturb`.
+    Ack(Ack),
     /// Reply to `stop`.
     Result(Box<RunResult>),
     /// Reply to `time`.
@@ -111,8 +114,12 @@ pub(crate) struct Limits {
     pub(crate) resume_grace_s: f64,
     /// Period of the server's pings, s.
     pub(crate) ping_interval_s: f64,
-    /// A connection silent for this long is dropped, s.
+    /// A connection silent for this long, or that does not take a message for this long, is dropped, s.
     pub(crate) ping_timeout_s: f64,
+    /// In real time: for so many ticks a silent controller's last action goes on; then the hand holds still.
+    pub(crate) hold_ticks: u32,
+    /// In real time: observations that wait for a slow client; of more the oldest is dropped.
+    pub(crate) outbox_obs: usize,
 }
 
 /// A task in short.
@@ -152,17 +159,29 @@ pub(crate) struct RunInfo {
     pub(crate) task: String,
     /// Its hand.
     pub(crate) hand: String,
+    /// How time passes in it.
+    pub(crate) mode: Mode,
     /// The current tick, which the next `step` must name.
     pub(crate) tick: u64,
     /// False when the server closed it (time limit, end of the session): `stop` fetches the result.
     pub(crate) open: bool,
 }
 
-/// `obs`: the state after `reset` or `step`.
+/// `ack`: the action or push was taken.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(crate) struct Obs {
+pub(crate) struct Ack {
     /// Of the request.
     pub(crate) id: u64,
+    /// The tick at which it takes effect: the `obs` of this tick is the first to show it.
+    pub(crate) tick: u64,
+}
+
+/// `obs`: the state after `reset` or `step`, or after a tick of a realtime run.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct Obs {
+    /// Of the request; absent when it was streamed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) id: Option<u64>,
     /// Identifies the run.
     pub(crate) run_id: String,
     /// s; null for a session without a limit.
@@ -170,6 +189,9 @@ pub(crate) struct Obs {
     /// The state.
     #[serde(flatten)]
     pub(crate) observation: Observation,
+    /// In a realtime run: how long after the tick was due this was sent, s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) late_s: Option<f64>,
     /// How the run was opened; in the reply to `reset` only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) run: Option<Opened>,
@@ -185,8 +207,8 @@ pub(crate) struct Opened {
     pub(crate) task: String,
     /// Name of the hand.
     pub(crate) hand: String,
-    /// `lockstep`.
-    pub(crate) mode: String,
+    /// How time passes.
+    pub(crate) mode: Mode,
     /// `sensors` or `truth`.
     pub(crate) sensing: Sensing,
     /// In practice: what `reset` takes to build this scene again.
@@ -209,6 +231,8 @@ pub(crate) struct RunResult {
     pub(crate) task: String,
     /// Its hand.
     pub(crate) hand: String,
+    /// How time passed in it.
+    pub(crate) mode: Mode,
     /// `practice`, or `voided` after a fault of the server.
     pub(crate) status: String,
     /// Points.
@@ -223,6 +247,14 @@ pub(crate) struct RunResult {
     pub(crate) ticks: u64,
     /// s of simulated time played.
     pub(crate) sim_time_s: f64,
+    /// In real time: ticks for which no new action had come.
+    pub(crate) missed_ticks: u64,
+    /// In real time: ticks that the server began more than half a tick after they were due.
+    pub(crate) late_ticks: u64,
+    /// In real time: the latest beginning of a tick, s.
+    pub(crate) late_max_s: f64,
+    /// In real time: observations that the client did not take in time.
+    pub(crate) dropped_obs: u64,
     /// Hash of the final state, 16 hexadecimal digits.
     pub(crate) state_hash: String,
     /// Everything the referee noted.
@@ -233,12 +265,13 @@ pub(crate) struct RunResult {
 
 impl RunResult {
     /// A result from what the run gave.
-    pub(crate) fn new(run_id: &str, task: &str, hand: &str, status: &str, outcome: Outcome) -> Self {
+    pub(crate) fn new(run: RunInfo, status: &str, outcome: Outcome) -> Self {
         RunResult {
             id: None,
-            run_id: run_id.into(),
-            task: task.into(),
-            hand: hand.into(),
+            run_id: run.run_id,
+            task: run.task,
+            hand: run.hand,
+            mode: run.mode,
             status: status.into(),
             score: outcome.score,
             in_goal: outcome.in_goal,
@@ -246,6 +279,10 @@ impl RunResult {
             reason: outcome.reason,
             ticks: outcome.ticks,
             sim_time_s: outcome.sim_time_s,
+            missed_ticks: 0,
+            late_ticks: 0,
+            late_max_s: 0.0,
+            dropped_obs: 0,
             state_hash: outcome.state_hash,
             events: outcome.events,
             session_left_s: None,
@@ -264,10 +301,14 @@ pub(crate) struct TimeReport {
     pub(crate) session_s: Option<f64>,
     /// The greater of the next two, s.
     pub(crate) elapsed_s: f64,
-    /// Wall-clock time since the first reset, s.
+    /// Wall-clock time since the first reset, pauses left out, s.
     pub(crate) wall_s: f64,
     /// Simulated time of all runs, s.
     pub(crate) simulated_s: f64,
+    /// Time given back for faults of the server, s; the other times are without it.
+    pub(crate) refunded_s: f64,
+    /// Whether an organizer has stopped the clock.
+    pub(crate) paused: bool,
     /// The session's run, if any.
     pub(crate) run: Option<RunInfo>,
     /// The server's clock, ms since 1970 UTC.

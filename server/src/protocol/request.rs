@@ -1,11 +1,12 @@
 //! What a client asks: parsed in two stages, so that an error names the field and what would be right.
 
 use super::action::parse_action;
+use super::fast;
 use super::{Code, MAX_SAFE_INTEGER, Refusal};
 use palmares_tasks::{Action, Sensing};
 use schemars::JsonSchema;
-use serde::Deserialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 /// A request without its envelope (`op`, `id`).
@@ -17,6 +18,10 @@ pub(crate) enum Request {
     Reset(Reset),
     /// Advances the world.
     Step(Step),
+    /// Tells a realtime world what to do next.
+    Act(Act),
+    /// Pushes the hand.
+    Perturb(Perturb),
     /// Closes the run and asks for its result.
     Stop(Stop),
     /// Asks for the session's clock.
@@ -32,6 +37,8 @@ impl Request {
             Request::Hello(_) => "hello",
             Request::Reset(_) => "reset",
             Request::Step(_) => "step",
+            Request::Act(_) => "act",
+            Request::Perturb(_) => "perturb",
             Request::Stop(_) => "stop",
             Request::Time(_) => "time",
             Request::Bye(_) => "bye",
@@ -119,14 +126,24 @@ pub(crate) struct Reset {
 }
 
 /// How time passes in a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Mode {
-    /// The world waits for the controller.
+    /// The world waits for the controller: `step`.
     #[default]
     Lockstep,
-    /// The world ticks at wall-clock rate. Not available in this version.
+    /// The world ticks at wall-clock rate: `act`.
     Realtime,
+}
+
+impl Mode {
+    /// The word on the wire and in the database.
+    pub(crate) fn as_str(self) -> &'static str {
+        match self {
+            Mode::Lockstep => "lockstep",
+            Mode::Realtime => "realtime",
+        }
+    }
 }
 
 /// `step`: advances the world by `repeat` ticks under one action.
@@ -152,7 +169,45 @@ struct RawStep {
     repeat: u32,
 }
 
-fn one() -> u32 {
+/// `act`: from its next tick on a realtime world follows this action.
+#[derive(Clone, Debug, JsonSchema)]
+pub(crate) struct Act {
+    /// Targets; what is left out keeps its last target.
+    pub(crate) action: Action,
+}
+
+/// `act` with its action not yet looked into.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawAct {
+    #[serde(default)]
+    action: Option<Value>,
+}
+
+/// `perturb`: practice only. A wrench acts on a link of the hand from the next tick on.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Perturb {
+    /// Name of a link of the hand.
+    pub(crate) link: String,
+    /// World frame; the torque is about the link's origin, where the force acts.
+    pub(crate) wrench: PushWrench,
+    /// For how long, s of simulated time.
+    pub(crate) duration_s: f64,
+}
+
+/// Force and torque.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PushWrench {
+    /// N
+    pub(crate) force: [f64; 3],
+    /// N·m; none when left out.
+    #[serde(default)]
+    pub(crate) torque: [f64; 3],
+}
+
+pub(super) fn one() -> u32 {
     1
 }
 
@@ -179,17 +234,51 @@ pub(crate) struct Parsed {
     pub(crate) request: Result<Request, Refusal>,
 }
 
-/// Reads one text frame.
-pub(crate) fn parse(text: &str) -> Parsed {
-    let mut fields = match serde_json::from_str::<Value>(text) {
-        Ok(Value::Object(fields)) => fields,
-        Ok(other) => {
-            let message = format!("a message is a JSON object with `op` and `id`, not {}", kind_of(&other));
+/// Reads a request in JSON.
+pub(crate) fn parse_json(text: &str) -> Parsed {
+    if let Some((id, request)) = fast::json(text) {
+        return Parsed { id: Some(id), request: Ok(request) };
+    }
+    match serde_json::from_str(text) {
+        Ok(value) => parse_long(value),
+        Err(error) => unreadable(format!("not JSON: {error}")),
+    }
+}
+
+/// Reads a request in MessagePack.
+pub(crate) fn parse_msgpack(bytes: &[u8]) -> Parsed {
+    if let Some((id, request)) = fast::msgpack(bytes) {
+        return Parsed { id: Some(id), request: Ok(request) };
+    }
+    match value_of_msgpack(bytes) {
+        Ok(value) => parse_long(value),
+        Err(why) => unreadable(format!("not MessagePack: {why}")),
+    }
+}
+
+fn unreadable(message: String) -> Parsed {
+    Parsed { id: None, request: Err(Refusal::new(Code::BadJson, message)) }
+}
+
+/// MessagePack as a JSON value; what JSON has no number for becomes null, and is refused as such.
+pub(super) fn value_of_msgpack(bytes: &[u8]) -> Result<Value, String> {
+    let mut reader = rmp_serde::Deserializer::new(std::io::Cursor::new(bytes));
+    // As deep as the JSON reader goes.
+    reader.set_max_depth(128);
+    let value = Value::deserialize(&mut reader).map_err(|error| error.to_string())?;
+    if reader.position() != bytes.len() as u64 {
+        return Err("there is more after the message".into());
+    }
+    Ok(value)
+}
+
+/// Reads a request that is not a plain `step` or `act`, or says what is wrong with it.
+pub(super) fn parse_long(value: Value) -> Parsed {
+    let mut fields = match value {
+        Value::Object(fields) => fields,
+        other => {
+            let message = format!("a message is an object with `op` and `id`, not {}", kind_of(&other));
             return Parsed { id: None, request: Err(Refusal::new(Code::BadRequest, message)) };
-        }
-        Err(error) => {
-            let message = format!("not JSON: {error}");
-            return Parsed { id: None, request: Err(Refusal::new(Code::BadJson, message)) };
         }
     };
     let id = match fields.remove("id") {
@@ -220,23 +309,20 @@ fn parse_op(mut fields: Map<String, Value>) -> Result<Request, Refusal> {
         "stop" => Ok(Request::Stop(typed("stop", fields)?)),
         "time" => Ok(Request::Time(typed("time", fields)?)),
         "bye" => Ok(Request::Bye(typed("bye", fields)?)),
-        "act" | "perturb" => Err(Refusal::new(
-            Code::BadRequest,
-            format!("op `{op}` is not available in this version; use `step` in mode `lockstep`"),
-        )),
+        "act" => parse_act(fields).map(Request::Act),
+        "perturb" => Ok(Request::Perturb(typed("perturb", fields)?)),
         _ => Err(Refusal::new(
             Code::UnknownOp,
-            format!("no op `{}`; there are hello, reset, step, stop, time, bye", shortened(&op)),
+            format!(
+                "no op `{}`; there are hello, reset, step, act, perturb, stop, time, bye",
+                shortened(&op)
+            ),
         )),
     }
 }
 
 fn parse_reset(fields: Map<String, Value>) -> Result<Reset, Refusal> {
     let reset: Reset = typed("reset", fields)?;
-    if reset.mode == Mode::Realtime {
-        let message = "mode: `realtime` is not available in this version; use `lockstep`";
-        return Err(Refusal::new(Code::BadRequest, message));
-    }
     if reset.seed.is_some_and(|seed| seed > MAX_SAFE_INTEGER) {
         return Err(Refusal::new(Code::BadRequest, "seed: expected a whole number from 0 to 2^53 - 1"));
     }
@@ -249,11 +335,19 @@ fn parse_reset(fields: Map<String, Value>) -> Result<Reset, Refusal> {
 
 fn parse_step(fields: Map<String, Value>) -> Result<Step, Refusal> {
     let raw: RawStep = typed("step", fields)?;
-    let action = match raw.action {
-        Some(action) => parse_action(action)?,
-        None => return Err(Refusal::new(Code::BadRequest, "action: missing; {} keeps the last targets")),
-    };
-    Ok(Step { tick: raw.tick, action, repeat: raw.repeat })
+    Ok(Step { tick: raw.tick, action: some_action(raw.action)?, repeat: raw.repeat })
+}
+
+fn parse_act(fields: Map<String, Value>) -> Result<Act, Refusal> {
+    let raw: RawAct = typed("act", fields)?;
+    Ok(Act { action: some_action(raw.action)? })
+}
+
+fn some_action(action: Option<Value>) -> Result<Action, Refusal> {
+    match action {
+        Some(action) => parse_action(action),
+        None => Err(Refusal::new(Code::BadRequest, "action: missing; {} keeps the last targets")),
+    }
 }
 
 fn typed<T: DeserializeOwned>(op: &str, fields: Map<String, Value>) -> Result<T, Refusal> {
@@ -292,7 +386,7 @@ mod tests {
     use super::*;
 
     fn refusal(text: &str) -> (Option<u64>, Code, String) {
-        let parsed = parse(text);
+        let parsed = parse_json(text);
         match parsed.request {
             Ok(request) => panic!("accepted: {request:?}"),
             Err(refusal) => (parsed.id, refusal.code, refusal.message),
@@ -335,20 +429,19 @@ mod tests {
             assert_eq!((echoed, code), (None, Code::BadRequest), "{id}");
             assert!(message.starts_with("id: "), "{message}");
         }
-        assert!(parse(r#"{"op":"time","id":9007199254740991}"#).request.is_ok());
+        assert!(parse_json(r#"{"op":"time","id":9007199254740991}"#).request.is_ok());
     }
 
     #[test]
-    fn what_this_version_lacks_is_said() {
-        for text in [
-            r#"{"op":"act","id":1,"action":{}}"#,
-            r#"{"op":"perturb","id":1}"#,
-            r#"{"op":"reset","id":1,"task":"balls","hand":"softhand","mode":"realtime"}"#,
-        ] {
-            let (_, code, message) = refusal(text);
-            assert_eq!(code, Code::BadRequest);
-            assert!(message.contains("not available in this version"), "{message}");
-        }
+    fn a_push_has_a_link_a_wrench_and_a_duration() {
+        let parsed = parse_json(
+            r#"{"op":"perturb","id":1,"link":"palm","wrench":{"force":[0,0,-5]},"duration_s":0.5}"#,
+        );
+        assert!(matches!(parsed.request, Ok(Request::Perturb(push)) if push.wrench.torque == [0.0; 3]));
+        let (_, code, message) =
+            refusal(r#"{"op":"perturb","id":1,"link":"palm","wrench":{"force":[0,0]},"duration_s":0.5}"#);
+        assert_eq!(code, Code::BadRequest);
+        assert!(message.starts_with("wrench.force"), "{message}");
     }
 
     #[test]

@@ -8,15 +8,58 @@ const NOTHING_S: f64 = 1e-6;
 /// Marks at which a team is warned, s left.
 const MARKS_S: [u32; 3] = [300, 60, 10];
 
+/// A clock at rest: what is saved, and goes on after the server was down.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct ClockState {
+    /// Whether the first reset has been.
+    pub(crate) started: bool,
+    /// Both times, without what was given back.
+    pub(crate) spent: Spent,
+    /// Time given back, s.
+    pub(crate) refunded_s: f64,
+}
+
+/// What a run has taken from a session's clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Spent {
+    /// Wall-clock time without pauses, s.
+    pub(crate) wall_s: f64,
+    /// Simulated time, s.
+    pub(crate) simulated_s: f64,
+}
+
+impl Spent {
+    /// What the clock counts of it, s.
+    pub(crate) fn counts_s(self) -> f64 {
+        self.wall_s.max(self.simulated_s)
+    }
+
+    /// What was spent since `earlier`.
+    pub(crate) fn since(self, earlier: Spent) -> Spent {
+        Spent {
+            wall_s: (self.wall_s - earlier.wall_s).max(0.0),
+            simulated_s: (self.simulated_s - earlier.simulated_s).max(0.0),
+        }
+    }
+}
+
 /// The clock of a session: the greater of wall-clock and simulated time since the first reset, so that time
-/// is gained neither by disconnecting nor by simulating faster than real time.
+/// is gained neither by disconnecting nor by simulating faster than real time. It stands still only while an
+/// organizer pauses it or the server itself is down.
+///
+/// A run that is void by a fault of the server never happened: both of its times are taken back.
 ///
 /// `now` is the time since any fixed moment; it never runs backwards.
 #[derive(Clone, Debug)]
 pub(crate) struct SessionClock {
     limit_s: Option<f64>,
-    started: Option<Duration>,
-    simulated_s: f64,
+    started: bool,
+    paused: bool,
+    /// Up to `since`.
+    spent: Spent,
+    /// Since when wall-clock time passes; none before the start and in a pause.
+    since: Option<Duration>,
+    refunded_s: f64,
     /// How many of the marks have been announced.
     announced: usize,
 }
@@ -24,12 +67,38 @@ pub(crate) struct SessionClock {
 impl SessionClock {
     /// A clock that stands at zero; without a limit it never ends.
     pub(crate) fn new(limit_s: Option<f64>) -> Self {
+        let spent = Spent::default();
+        let clock = SessionClock {
+            limit_s,
+            started: false,
+            paused: false,
+            spent,
+            since: None,
+            refunded_s: 0.0,
+            announced: 0,
+        };
         // A session shorter than a mark was never that far from its end: nothing to announce.
         let announced = match limit_s {
             Some(limit_s) => MARKS_S.iter().filter(|&&mark| f64::from(mark) >= limit_s).count(),
             None => MARKS_S.len(),
         };
-        SessionClock { limit_s, started: None, simulated_s: 0.0, announced }
+        SessionClock { announced, ..clock }
+    }
+
+    /// A clock that goes on from where it was saved; in the time between the server was down.
+    pub(crate) fn restored(limit_s: Option<f64>, state: &ClockState, paused: bool, now: Duration) -> Self {
+        let since = (state.started && !paused).then_some(now);
+        let (spent, refunded_s) = (state.spent, state.refunded_s);
+        let mut clock =
+            SessionClock { started: state.started, paused, spent, since, refunded_s, ..Self::new(limit_s) };
+        // What was passed before is not announced again.
+        clock.announced = clock.announced.max(clock.passed(now));
+        clock
+    }
+
+    /// What has to be saved.
+    pub(crate) fn state(&self, now: Duration) -> ClockState {
+        ClockState { started: self.started, spent: self.spent(now), refunded_s: self.refunded_s }
     }
 
     /// The session's length, s.
@@ -39,27 +108,78 @@ impl SessionClock {
 
     /// Starts the clock; only the first call counts.
     pub(crate) fn start(&mut self, now: Duration) {
-        self.started.get_or_insert(now);
+        if !self.started {
+            self.started = true;
+            self.since = (!self.paused).then_some(now);
+        }
+    }
+
+    /// Stops the clock.
+    pub(crate) fn pause(&mut self, now: Duration) {
+        self.spent = self.spent(now);
+        self.since = None;
+        self.paused = true;
+    }
+
+    /// Lets it go on after a pause.
+    pub(crate) fn resume(&mut self, now: Duration) {
+        if self.paused {
+            self.paused = false;
+            self.since = self.started.then_some(now);
+        }
+    }
+
+    /// Whether the first reset has been.
+    pub(crate) fn is_started(&self) -> bool {
+        self.started
+    }
+
+    /// Whether an organizer has stopped it.
+    pub(crate) fn is_paused(&self) -> bool {
+        self.paused
     }
 
     /// Adds simulated time.
     pub(crate) fn simulate(&mut self, seconds: f64) {
-        self.simulated_s += seconds;
+        self.spent.simulated_s += seconds;
+    }
+
+    /// Gives back what a run has taken that is void by a fault of the server.
+    pub(crate) fn refund(&mut self, run: Spent, now: Duration) {
+        let before_s = self.elapsed_s(now);
+        self.spent = self.spent(now).since(run);
+        if self.since.is_some() {
+            self.since = Some(now);
+        }
+        self.refunded_s += before_s - self.elapsed_s(now);
+        // The marks that lie ahead again are announced again.
+        self.announced = self.announced.min(self.passed(now));
+    }
+
+    /// Both times, without what was given back.
+    pub(crate) fn spent(&self, now: Duration) -> Spent {
+        let passed = self.since.map_or(Duration::ZERO, |since| now.saturating_sub(since));
+        Spent { wall_s: self.spent.wall_s + passed.as_secs_f64(), ..self.spent }
     }
 
     /// Simulated time, s.
     pub(crate) fn simulated_s(&self) -> f64 {
-        self.simulated_s
+        self.spent.simulated_s
     }
 
-    /// Wall-clock time since the start, s.
+    /// Wall-clock time since the start, pauses left out, s.
     pub(crate) fn wall_s(&self, now: Duration) -> f64 {
-        self.started.map_or(0.0, |started| now.saturating_sub(started).as_secs_f64())
+        self.spent(now).wall_s
     }
 
-    /// Time spent, s.
+    /// Time given back, s.
+    pub(crate) fn refunded_s(&self) -> f64 {
+        self.refunded_s
+    }
+
+    /// Time spent, s; never more than the session has.
     pub(crate) fn elapsed_s(&self, now: Duration) -> f64 {
-        self.wall_s(now).max(self.simulated_s)
+        self.spent(now).counts_s().min(self.limit_s.unwrap_or(f64::INFINITY))
     }
 
     /// Time left, s; none without a limit.
@@ -82,10 +202,16 @@ impl SessionClock {
         }
     }
 
+    /// How many marks have been passed.
+    fn passed(&self, now: Duration) -> usize {
+        let Some(left_s) = self.left_s(now) else { return MARKS_S.len() };
+        MARKS_S.iter().filter(|&&mark| left_s <= f64::from(mark)).count()
+    }
+
     /// The mark passed since the last call, if any; of several only the last.
     pub(crate) fn warning(&mut self, now: Duration) -> Option<u32> {
         let left_s = self.left_s(now)?;
-        let passed = MARKS_S.iter().filter(|&&mark| left_s <= f64::from(mark)).count();
+        let passed = self.passed(now);
         if passed <= self.announced || left_s == 0.0 {
             return None;
         }
@@ -95,7 +221,7 @@ impl SessionClock {
 
     /// When the next mark or the end comes if nothing is simulated until then, from `now`.
     pub(crate) fn next_change(&self, now: Duration) -> Option<Duration> {
-        self.started?;
+        self.since?;
         let left_s = self.left_s(now).filter(|&left_s| left_s > 0.0)?;
         let mark =
             MARKS_S.iter().skip(self.announced).map(|&mark| f64::from(mark)).find(|&mark| mark < left_s);
@@ -131,6 +257,45 @@ mod tests {
         clock.simulate(70.0);
         assert!(clock.is_over(at(40.0)));
         assert_eq!(clock.left_s(at(41.0)), Some(0.0));
+    }
+
+    #[test]
+    fn a_pause_costs_nothing() {
+        let mut clock = SessionClock::new(Some(100.0));
+        clock.pause(at(0.0));
+        clock.start(at(5.0));
+        assert_eq!((clock.elapsed_s(at(50.0)), clock.next_change(at(50.0))), (0.0, None));
+        clock.resume(at(60.0));
+        clock.pause(at(70.0));
+        clock.pause(at(75.0));
+        assert_eq!(clock.elapsed_s(at(90.0)), 10.0);
+        clock.resume(at(100.0));
+        clock.resume(at(101.0));
+        assert_eq!(clock.elapsed_s(at(105.0)), 15.0);
+    }
+
+    #[test]
+    fn a_void_run_never_happened() {
+        let mut clock = SessionClock::new(Some(100.0));
+        clock.start(at(0.0));
+        clock.simulate(95.0);
+        assert_eq!(clock.warning(at(10.0)), Some(10));
+        clock.refund(Spent { wall_s: 6.0, simulated_s: 80.0 }, at(10.0));
+        assert_eq!((clock.elapsed_s(at(10.0)), clock.refunded_s()), (15.0, 80.0));
+        assert_eq!(clock.elapsed_s(at(30.0)), 24.0);
+        assert_eq!(clock.warning(at(97.0)), Some(10));
+    }
+
+    #[test]
+    fn it_goes_on_from_where_it_was_saved() {
+        let mut clock = SessionClock::new(Some(100.0));
+        clock.start(at(0.0));
+        clock.simulate(20.0);
+        let state = clock.state(at(10.0));
+        let later = SessionClock::restored(Some(100.0), &state, false, at(5000.0));
+        assert_eq!((later.elapsed_s(at(5000.0)), later.elapsed_s(at(5015.0))), (20.0, 25.0));
+        let held = SessionClock::restored(Some(100.0), &state, true, at(5000.0));
+        assert_eq!(held.elapsed_s(at(5050.0)), 20.0);
     }
 
     #[test]

@@ -1,11 +1,15 @@
 //! What all sessions of a server share.
 
 use super::background::Background;
+use super::live::STREAMED;
+use super::pace::HOLD_TICKS;
+use super::pacer::Pacer;
+use super::places::{Place, Places, RETRY_S, admit};
 use super::registry::Registry;
 use super::scheduler::Scheduler;
 use crate::metrics::Levels;
 use crate::protocol::reply::{Competition, HandInfo, Limits, TaskInfo};
-use crate::protocol::{Code, Refusal};
+use crate::protocol::{Code, Mode, Refusal};
 use crate::store::Store;
 use crate::watch::Hub;
 use palmares_models::hand::Hand;
@@ -19,10 +23,6 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 pub(crate) const MESSAGE_BYTES: usize = 64 << 10;
 /// Largest `repeat` of a step.
 pub(crate) const REPEAT: u32 = 100;
-/// Period of pings.
-pub(crate) const PING_INTERVAL: Duration = Duration::from_secs(5);
-/// A connection silent for this long is dropped.
-pub(crate) const PING_TIMEOUT: Duration = Duration::from_secs(15);
 /// Longest session a practice client may ask for, s.
 pub(crate) const LONGEST_SESSION_S: f64 = 86_400.0;
 
@@ -37,6 +37,8 @@ pub(crate) struct Settings {
     pub(crate) requests_per_s: f64,
     /// How long a session waits for its client to come back.
     pub(crate) resume_grace: Duration,
+    /// A connection that is silent for this long, or does not take a message for this long, is dropped.
+    pub(crate) ping_timeout: Duration,
 }
 
 /// What all sessions share.
@@ -58,7 +60,10 @@ pub(crate) struct Host {
     pub(crate) background: Background,
     /// Where spectators watch.
     pub(crate) watch: Arc<Hub>,
-    worlds: Arc<Semaphore>,
+    /// Who keeps realtime worlds on the clock.
+    pub(crate) pacer: Pacer,
+    /// Which worlds are open.
+    pub(crate) places: Places,
     connections: Arc<Semaphore>,
     started: Instant,
     stopping: watch::Sender<bool>,
@@ -75,6 +80,13 @@ impl Drop for Alive {
     }
 }
 
+impl Settings {
+    /// Period of pings: three fit into the timeout.
+    pub(crate) fn ping_interval(&self) -> Duration {
+        self.ping_timeout / 3
+    }
+}
+
 impl Host {
     /// A host with the given store and hands and the tasks that come with the program.
     pub(crate) fn new(store: Store, settings: Settings, hands: Vec<Arc<Hand>>) -> Self {
@@ -87,7 +99,8 @@ impl Host {
             hands,
             registry: Registry::default(),
             watch: Arc::default(),
-            worlds: Arc::new(Semaphore::new(settings.max_worlds)),
+            pacer: Pacer::start(cores),
+            places: Places::default(),
             connections: Arc::new(Semaphore::new(settings.max_connections)),
             settings,
             started: Instant::now(),
@@ -112,10 +125,13 @@ impl Host {
     }
 
     /// A place for another world.
-    pub(crate) fn place_for_world(&self) -> Result<OwnedSemaphorePermit, Refusal> {
-        self.worlds.clone().try_acquire_owned().map_err(|_| {
-            let message = format!("all {} worlds of this server are in use", self.settings.max_worlds);
-            Refusal::new(Code::Capacity, message).retry_after(5.0)
+    pub(crate) fn place_for_world(&self, mode: Mode, official: bool) -> Result<Place, Refusal> {
+        let load = self.scheduler.load().report(Instant::now());
+        let (most, cores) = (self.settings.max_worlds, self.scheduler.cores());
+        let may = |open| admit(open, most, cores, &load, mode, official);
+        self.places.take(mode, official, may).map_err(|full| {
+            tracing::info!(%full, ?load, "no place for a world");
+            Refusal::new(Code::Capacity, full.to_string()).retry_after(RETRY_S)
         })
     }
 
@@ -158,7 +174,7 @@ impl Host {
     /// What there is to be counted now, with what the store knows of runs to be verified.
     pub(crate) fn levels(&self, unverified: usize) -> Levels {
         Levels {
-            worlds: self.settings.max_worlds - self.worlds.available_permits(),
+            worlds: self.places.open().all(),
             sessions: self.registry.len(),
             viewers: self.watch.viewers(),
             unverified,
@@ -178,8 +194,10 @@ impl Host {
             requests_per_s: self.settings.requests_per_s,
             requests_burst: 2.0 * self.settings.requests_per_s,
             resume_grace_s: self.settings.resume_grace.as_secs_f64(),
-            ping_interval_s: PING_INTERVAL.as_secs_f64(),
-            ping_timeout_s: PING_TIMEOUT.as_secs_f64(),
+            ping_interval_s: self.settings.ping_interval().as_secs_f64(),
+            ping_timeout_s: self.settings.ping_timeout.as_secs_f64(),
+            hold_ticks: HOLD_TICKS,
+            outbox_obs: STREAMED,
         }
     }
 

@@ -1,8 +1,8 @@
 //! What a session may do when: a pure state machine. No sockets, no clocks of its own, no world.
 
-use super::clock::SessionClock;
+use super::clock::{ClockState, SessionClock, Spent};
 use crate::protocol::reply::{RunInfo, RunResult};
-use crate::protocol::{Code, Refusal};
+use crate::protocol::{Code, Mode, Refusal};
 use std::time::Duration;
 
 /// Where a greeted session stands.
@@ -28,8 +28,24 @@ pub(crate) struct Playing {
     pub(crate) hand: String,
     /// Length of a tick, s.
     pub(crate) tick_s: f64,
+    /// How time passes.
+    pub(crate) mode: Mode,
     /// The current tick.
     pub(crate) tick: u64,
+}
+
+impl Playing {
+    /// As told to the client.
+    pub(crate) fn info(&self) -> RunInfo {
+        RunInfo {
+            run_id: self.run_id.clone(),
+            task: self.task.clone(),
+            hand: self.hand.clone(),
+            mode: self.mode,
+            tick: self.tick,
+            open: true,
+        }
+    }
 }
 
 /// The state of a session after its greeting.
@@ -37,12 +53,40 @@ pub(crate) struct Playing {
 pub(crate) struct Machine {
     clock: SessionClock,
     phase: Phase,
+    /// How the clock stood when the open run began.
+    from: ClockState,
+    /// What the runs before have taken, by run.
+    taken: Vec<(String, Spent)>,
 }
 
 impl Machine {
     /// A session without a run.
     pub(crate) fn new(limit_s: Option<f64>) -> Self {
-        Machine { clock: SessionClock::new(limit_s), phase: Phase::Idle }
+        Self::with(SessionClock::new(limit_s))
+    }
+
+    /// A session that an earlier process left, as it was saved. A run that was open then never happened.
+    pub(crate) fn restored(limit_s: Option<f64>, state: &ClockState, paused: bool, now: Duration) -> Self {
+        Self::with(SessionClock::restored(limit_s, state, paused, now))
+    }
+
+    fn with(clock: SessionClock) -> Self {
+        Machine { clock, phase: Phase::Idle, from: ClockState::default(), taken: Vec::new() }
+    }
+
+    /// What a later process goes on from: while a run is open, the clock as it stood before the run.
+    pub(crate) fn saved(&self, now: Duration) -> ClockState {
+        if self.playing().is_some() { self.from } else { self.clock.state(now) }
+    }
+
+    /// An organizer stops the clock.
+    pub(crate) fn pause(&mut self, now: Duration) {
+        self.clock.pause(now);
+    }
+
+    /// An organizer lets it go on.
+    pub(crate) fn resume(&mut self, now: Duration) {
+        self.clock.resume(now);
     }
 
     /// The session's clock.
@@ -67,17 +111,12 @@ impl Machine {
     pub(crate) fn run_info(&self) -> Option<RunInfo> {
         match &self.phase {
             Phase::Idle => None,
-            Phase::Playing(run) => Some(RunInfo {
-                run_id: run.run_id.clone(),
-                task: run.task.clone(),
-                hand: run.hand.clone(),
-                tick: run.tick,
-                open: true,
-            }),
+            Phase::Playing(run) => Some(run.info()),
             Phase::Closed(result) => Some(RunInfo {
                 run_id: result.run_id.clone(),
                 task: result.task.clone(),
                 hand: result.hand.clone(),
+                mode: result.mode,
                 tick: result.ticks,
                 open: false,
             }),
@@ -90,8 +129,21 @@ impl Machine {
             let message = format!("run {} is open; stop it first", run.run_id);
             return Err(Refusal::new(Code::WrongState, message));
         }
+        self.in_time(now)?;
+        self.not_paused()
+    }
+
+    fn in_time(&self, now: Duration) -> Result<(), Refusal> {
         if self.clock.is_over(now) {
             return Err(Refusal::new(Code::SessionOver, "the session's time is spent"));
+        }
+        Ok(())
+    }
+
+    fn not_paused(&self) -> Result<(), Refusal> {
+        if self.clock.is_paused() {
+            let message = "an organizer has paused the session; its clock stands still until it goes on";
+            return Err(Refusal::new(Code::WrongState, message).retry_after(1.0));
         }
         Ok(())
     }
@@ -99,11 +151,12 @@ impl Machine {
     /// A run was opened: the clock starts with the first.
     pub(crate) fn opened(&mut self, run: Playing, now: Duration) {
         self.clock.start(now);
+        self.from = self.clock.state(now);
         self.phase = Phase::Playing(run);
     }
 
-    /// How many ticks a step may take now: `repeat`, or what is left of the session.
-    pub(crate) fn may_step(&self, now: Duration, tick: u64, repeat: u32, most: u32) -> Result<u32, Refusal> {
+    /// The open run, if it is of this kind and the session's time is not spent.
+    fn playing_in(&self, mode: Mode, now: Duration) -> Result<&Playing, Refusal> {
         let run = match &self.phase {
             Phase::Idle => return Err(Refusal::new(Code::WrongState, "no run is open; send reset first")),
             Phase::Closed(result) => {
@@ -117,6 +170,32 @@ impl Machine {
             }
             Phase::Playing(run) => run,
         };
+        if run.mode != mode {
+            let message = match run.mode {
+                Mode::Lockstep => "this run waits for `step`; `act` is for runs in mode `realtime`",
+                Mode::Realtime => "this run follows the clock; send `act`; `step` is for mode `lockstep`",
+            };
+            return Err(Refusal::new(Code::WrongState, message));
+        }
+        Ok(run)
+    }
+
+    /// Whether a realtime run takes actions now. In a pause it does: they are for the time after.
+    pub(crate) fn may_act(&self, now: Duration) -> Result<(), Refusal> {
+        self.playing_in(Mode::Realtime, now)?;
+        self.in_time(now)
+    }
+
+    /// Whether there is a run to push in.
+    pub(crate) fn may_perturb(&self, now: Duration) -> Result<(), Refusal> {
+        let mode = self.playing().map_or(Mode::Lockstep, |run| run.mode);
+        self.playing_in(mode, now)?;
+        self.in_time(now)
+    }
+
+    /// How many ticks a step may take now: `repeat`, or what is left of the session.
+    pub(crate) fn may_step(&self, now: Duration, tick: u64, repeat: u32, most: u32) -> Result<u32, Refusal> {
+        let run = self.playing_in(Mode::Lockstep, now)?;
         if tick != run.tick {
             let message = format!("tick {tick} is not the current tick {}", run.tick);
             return Err(Refusal::new(Code::StaleTick, message));
@@ -125,10 +204,9 @@ impl Machine {
             let message = format!("repeat: expected a whole number from 1 to {most}, not {repeat}");
             return Err(Refusal::new(Code::BadRequest, message));
         }
+        self.in_time(now)?;
+        self.not_paused()?;
         let left = self.clock.ticks_left(now, run.tick_s);
-        if left == 0 {
-            return Err(Refusal::new(Code::SessionOver, "the session's time is spent"));
-        }
         Ok(u32::try_from(left).unwrap_or(u32::MAX).min(repeat))
     }
 
@@ -152,14 +230,29 @@ impl Machine {
         }
     }
 
-    /// The run's result was handed to the client.
-    pub(crate) fn finished(&mut self) {
-        self.phase = Phase::Idle;
+    /// The open run has ended. `fault`: by the server's fault, and its time is given back.
+    pub(crate) fn ended(&mut self, now: Duration, fault: bool) {
+        let Phase::Playing(run) = std::mem::take(&mut self.phase) else { return };
+        let taken = self.clock.spent(now).since(self.from.spent);
+        if fault {
+            self.clock.refund(taken, now);
+        } else {
+            self.taken.push((run.run_id, taken));
+        }
     }
 
-    /// The server closed the run; its result waits for `stop`.
+    /// The server closed the run that has ended; its result waits for `stop`.
     pub(crate) fn closed(&mut self, result: RunResult) {
         self.phase = Phase::Closed(Box::new(result));
+    }
+
+    /// A run of this session that ended before is void by the server's fault: its time is given back, once. Returns
+    /// whether it was.
+    pub(crate) fn void(&mut self, run_id: &str, now: Duration) -> bool {
+        let Some(index) = self.taken.iter().position(|(known, _)| known == run_id) else { return false };
+        let (_, taken) = self.taken.swap_remove(index);
+        self.clock.refund(taken, now);
+        true
     }
 }
 
@@ -173,76 +266,4 @@ pub(crate) enum Stopping {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use palmares_tasks::{Outcome, Reason};
-
-    const START: Duration = Duration::from_secs(5);
-
-    fn run() -> Playing {
-        Playing { run_id: "r".into(), task: "balls".into(), hand: "h".into(), tick_s: 0.01, tick: 0 }
-    }
-
-    fn result() -> RunResult {
-        let outcome = Outcome {
-            score: 1.0,
-            in_goal: 1,
-            outside: 0,
-            reason: Reason::SessionOver,
-            ticks: 3,
-            sim_time_s: 0.03,
-            events: vec![],
-            state_hash: "0".repeat(16),
-        };
-        RunResult::new("r", "balls", "h", "practice", outcome)
-    }
-
-    fn code<T: std::fmt::Debug>(result: Result<T, Refusal>) -> Code {
-        result.expect_err("must be refused").code
-    }
-
-    #[test]
-    fn the_order_is_kept() {
-        let mut machine = Machine::new(None);
-        assert_eq!(code(machine.may_step(START, 0, 1, 10)), Code::WrongState);
-        assert_eq!(code(machine.stop()), Code::WrongState);
-        machine.may_reset(START).expect("idle");
-        machine.opened(run(), START);
-        assert_eq!(code(machine.may_reset(START)), Code::WrongState);
-        assert_eq!(machine.may_step(START, 0, 3, 10), Ok(3));
-        machine.stepped(3);
-        assert_eq!(code(machine.may_step(START, 0, 1, 10)), Code::StaleTick);
-        assert_eq!(code(machine.may_step(START, 3, 0, 10)), Code::BadRequest);
-        assert_eq!(code(machine.may_step(START, 3, 11, 10)), Code::BadRequest);
-        assert_eq!(machine.may_step(START, 3, 10, 10), Ok(10));
-        assert!(matches!(machine.stop(), Ok(Stopping::Open)));
-        assert!(machine.playing().is_some(), "a stop that fails later must find the run again");
-        machine.finished();
-        machine.may_reset(START).expect("idle again");
-    }
-
-    #[test]
-    fn a_run_closed_by_the_server_keeps_its_result() {
-        let mut machine = Machine::new(None);
-        machine.opened(run(), START);
-        machine.closed(result());
-        assert_eq!(code(machine.may_step(START, 0, 1, 10)), Code::WrongState);
-        assert_eq!(machine.run_info().map(|info| info.open), Some(false));
-        assert!(matches!(machine.stop(), Ok(Stopping::Waiting(result)) if result.score == 1.0));
-        assert_eq!(code(machine.stop()), Code::WrongState);
-    }
-
-    #[test]
-    fn no_tick_beyond_the_sessions_end() {
-        let mut machine = Machine::new(Some(1.0));
-        machine.opened(run(), START);
-        machine.stepped(95);
-        assert_eq!(machine.may_step(START, 95, 10, 10), Ok(5));
-        machine.stepped(100);
-        assert_eq!(code(machine.may_step(START, 100, 1, 10)), Code::SessionOver);
-        machine.closed(result());
-        assert_eq!(code(machine.may_step(START, 100, 1, 10)), Code::SessionOver);
-        assert_eq!(code(machine.may_reset(START)), Code::SessionOver);
-        assert!(machine.stop().is_ok());
-    }
-}
+mod tests;

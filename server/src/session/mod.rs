@@ -7,17 +7,25 @@
 mod background;
 mod clock;
 mod driver;
+mod ending;
 mod host;
-#[allow(dead_code, reason = "for worlds that follow the wall clock")]
+mod live;
 mod load;
 mod machine;
+mod orders;
+mod pace;
+mod pacer;
+mod places;
+mod play;
 mod registry;
-#[allow(dead_code, reason = "for worlds that follow the wall clock")]
 mod scheduler;
 mod world;
 
 pub(crate) use background::STACK;
 
 pub(crate) use driver::Session;
-pub(crate) use host::{Host, MESSAGE_BYTES, PING_INTERVAL, PING_TIMEOUT, Settings};
+pub(crate) use host::{Host, MESSAGE_BYTES, Settings};
+#[allow(unused_imports, reason = "organizers have no address yet")]
+pub(crate) use orders::{Order, Ordered};
+pub(crate) use registry::news;
 pub(crate) use world::Witness;

@@ -1,11 +1,14 @@
 //! Where sessions wait for clients that lost their connection.
 
 use super::Session;
+use super::live::Live;
+use super::orders::{Order, Ordered};
+use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use palmares_tasks::Reason;
 use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use tokio::sync::oneshot;
+use tokio::sync::{mpsc, oneshot};
 use tokio::time::{Instant, sleep_until};
 
 /// How a waiting session is given to its client's new connection.
@@ -19,10 +22,15 @@ enum Slot {
     Waiting(oneshot::Sender<Handover>),
 }
 
-/// All sessions by resume token. The lock is held for a look-up only.
+/// Orders that wait for a session at most.
+const ORDERS: usize = 8;
+
+/// All sessions by the hash of their resume token, and the ways to them by their id. The locks are held for a look-up
+/// only.
 #[derive(Debug, Default)]
 pub(crate) struct Registry {
     slots: Mutex<HashMap<String, Slot>>,
+    orders: Mutex<HashMap<String, mpsc::Sender<Ordered>>>,
 }
 
 impl Registry {
@@ -31,30 +39,48 @@ impl Registry {
         self.slots.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    fn ways(&self) -> MutexGuard<'_, HashMap<String, mpsc::Sender<Ordered>>> {
+        self.orders.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Sessions now.
     pub(crate) fn len(&self) -> usize {
         self.slots().len()
     }
 
-    /// A new session, held by a connection.
-    pub(crate) fn insert(&self, token: &str) {
-        self.slots().insert(token.to_owned(), Slot::Connected);
+    /// A new session, held by a connection. Returns where its orders come from.
+    pub(super) fn insert(&self, token_hash: &str, session_id: &str) -> mpsc::Receiver<Ordered> {
+        let (way, orders) = mpsc::channel(ORDERS);
+        self.slots().insert(token_hash.to_owned(), Slot::Connected);
+        self.ways().insert(session_id.to_owned(), way);
+        orders
     }
 
     /// A session that ended.
-    pub(crate) fn remove(&self, token: &str) {
-        self.slots().remove(token);
+    pub(super) fn remove(&self, token_hash: &str, session_id: &str) {
+        self.slots().remove(token_hash);
+        self.ways().remove(session_id);
+    }
+
+    /// Asks something of a session and waits until it is done.
+    #[allow(dead_code, reason = "organizers have no address yet")]
+    pub(crate) async fn order(&self, session_id: &str, order: Order) -> Result<(), Refusal> {
+        let gone = || Refusal::new(Code::NotFound, format!("no open session `{}`", shortened(session_id)));
+        let way = self.ways().get(session_id).cloned().ok_or_else(gone)?;
+        let (done, result) = oneshot::channel();
+        way.send(Ordered { order, done }).await.map_err(|_| gone())?;
+        result.await.map_err(|_| gone())?
     }
 
     /// Gives a waiting session to its client's new connection.
-    pub(crate) async fn claim(&self, token: &str) -> Result<Box<Session>, Refusal> {
+    pub(crate) async fn claim(&self, token_hash: &str) -> Result<Box<Session>, Refusal> {
         let gone = || {
             let message = "no session has this resume_token any more; say hello without it for a new one";
             Refusal::new(Code::SessionOver, message)
         };
         let keeper = {
             let mut slots = self.slots();
-            let slot = slots.get_mut(token).ok_or_else(gone)?;
+            let slot = slots.get_mut(token_hash).ok_or_else(gone)?;
             match std::mem::replace(slot, Slot::Connected) {
                 Slot::Waiting(keeper) => keeper,
                 Slot::Connected => {
@@ -69,12 +95,12 @@ impl Registry {
     }
 
     /// Whether nobody has claimed the session; then nobody can any more.
-    fn withdraw(&self, token: &str) -> bool {
+    fn withdraw(&self, token_hash: &str) -> bool {
         let mut slots = self.slots();
-        if matches!(slots.get(token), Some(Slot::Connected)) {
+        if matches!(slots.get(token_hash), Some(Slot::Connected)) {
             return false;
         }
-        slots.remove(token);
+        slots.remove(token_hash);
         true
     }
 }
@@ -83,17 +109,18 @@ impl Registry {
 /// the server stops.
 pub(crate) fn park(session: Box<Session>) {
     let (keeper, asked) = oneshot::channel();
-    let token = session.resume_token().to_owned();
-    session.host().registry.slots().insert(token.clone(), Slot::Waiting(keeper));
-    tokio::spawn(keep(session, token, asked));
+    let token_hash = session.token_hash().to_owned();
+    session.host().registry.slots().insert(token_hash.clone(), Slot::Waiting(keeper));
+    tokio::spawn(keep(session, token_hash, asked));
 }
 
-async fn keep(mut session: Box<Session>, token: String, mut asked: oneshot::Receiver<Handover>) {
+async fn keep(mut session: Box<Session>, token_hash: String, mut asked: oneshot::Receiver<Handover>) {
     let host = session.host().clone();
     let _alive = host.alive();
-    let give_up = Instant::now() + host.settings.resume_grace;
-    loop {
+    let mut grace = Some(Instant::now() + host.settings.resume_grace);
+    let give_up = loop {
         let change = session.next_change().map(|wait| Instant::now() + wait);
+        let live = session.stream().cloned();
         tokio::select! {
             handover = &mut asked => {
                 if let Ok(handover) = handover {
@@ -101,19 +128,51 @@ async fn keep(mut session: Box<Session>, token: String, mut asked: oneshot::Rece
                 }
                 return;
             }
-            () = sleep_until(change.unwrap_or(give_up)), if change.is_some_and(|change| change < give_up) => {
+            ordered = session.order() => {
+                // Nobody listens to what the client would be told.
+                if session.obey(ordered).await.0 {
+                    break Reason::Voided;
+                }
+            }
+            () = news(live.as_deref()) => session.close_if_played_out().await,
+            () = until(change) => {
                 // The warnings are for a client that listens.
                 session.expire().await;
+                if grace.is_none() && !session.outlasts_absence() {
+                    break Reason::SessionOver;
+                }
             }
-            () = sleep_until(give_up) => break,
-            () = host.stopping() => break,
+            () = until(grace) => {
+                if !session.outlasts_absence() {
+                    break Reason::Disconnected;
+                }
+                // The run is over; the session goes on as long as it has time.
+                session.close_run(Reason::Disconnected, None).await;
+                grace = None;
+            }
+            () = host.stopping() => break Reason::Disconnected,
         }
-    }
-    if host.registry.withdraw(&token) {
+    };
+    if host.registry.withdraw(&token_hash) {
         let note = host.is_stopping().then_some("the server shut down");
-        session.end(Reason::Disconnected, note).await;
+        session.end(give_up, note).await;
     } else if let Ok(handover) = asked.await {
         give(handover, session);
+    }
+}
+
+async fn until(moment: Option<Instant>) {
+    match moment {
+        Some(moment) => sleep_until(moment).await,
+        None => std::future::pending().await,
+    }
+}
+
+/// Returns when a realtime world has something to tell.
+pub(crate) async fn news(live: Option<&Live>) {
+    match live {
+        Some(live) => live.news().await,
+        None => std::future::pending().await,
     }
 }
 

@@ -2,16 +2,18 @@
 //! spectators, is a [`Witness`] of it.
 
 use super::background::{Background, JobError, Level, panic_text};
+use super::places::Place;
 use super::scheduler::{Permit, Scheduler, Urgency};
 use crate::metrics::METRICS;
 use palmares_models::hand::Hand;
+use palmares_tasks::observation::Wrench;
+use palmares_tasks::run::PushError;
 use palmares_tasks::{
     Action, ActionError, Event, Observation, Outcome, Reason, Run, Scene, SceneError, Seed, Sensing, Task,
 };
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use tokio::sync::OwnedSemaphorePermit;
 
 /// How long a step of many ticks may compute before it lets the other connections of its thread have a turn.
 const TURN: Duration = Duration::from_millis(1);
@@ -20,6 +22,10 @@ const TURN: Duration = Duration::from_millis(1);
 pub(crate) trait Witness: Send {
     /// After each tick.
     fn ticked(&mut self, run: &Run);
+    /// Before the tick in which a push begins.
+    fn pushed(&mut self, link: &str, wrench: Wrench, duration_s: f64) {
+        let _ = (link, wrench, duration_s);
+    }
     /// When the run has been counted. Not called when the world failed.
     fn finished(&mut self, run: &Run, outcome: &Outcome);
 }
@@ -110,7 +116,7 @@ pub(crate) struct World {
     sensing: Sensing,
     witnesses: Vec<Box<dyn Witness>>,
     /// Given back when the world is gone.
-    _place: OwnedSemaphorePermit,
+    _place: Place,
 }
 
 impl std::fmt::Debug for World {
@@ -135,7 +141,7 @@ impl World {
     /// given back when the world is gone.
     pub(crate) async fn open(
         plan: Plan,
-        place: OwnedSemaphorePermit,
+        place: Place,
         background: &Background,
         witnesses: impl FnOnce(&Run) -> Vec<Box<dyn Witness>> + Send + 'static,
     ) -> Result<OpenedWorld, OpenError> {
@@ -222,6 +228,19 @@ impl World {
         done
     }
 
+    /// Pushes the hand from the next tick on.
+    pub(super) fn push(&mut self, link: &str, wrench: Wrench, duration_s: f64) -> Result<(), PushError> {
+        let Some(run) = self.game.as_mut().and_then(|game| game.run()) else { return Ok(()) };
+        run.push(link, wrench, duration_s)?;
+        self.witnesses.iter_mut().for_each(|witness| witness.pushed(link, wrench, duration_s));
+        Ok(())
+    }
+
+    /// The number of the tick that comes next.
+    pub(super) fn next_tick(&mut self) -> u64 {
+        self.game.as_mut().and_then(|game| game.run()).map_or(1, |run| run.tick() + 1)
+    }
+
     /// Lets the objects settle and counts, in the background. None when the world failed.
     pub(crate) async fn finish(mut self, background: &Background, reason: Reason) -> Option<Outcome> {
         let mut game = self.game.take()?;
@@ -239,9 +258,10 @@ impl World {
 
 #[cfg(test)]
 mod tests {
+    use super::super::places::Places;
     use super::*;
+    use crate::protocol::Mode;
     use palmares_tasks::observation::{BodyState, HandObservation, Wrench};
-    use tokio::sync::Semaphore;
 
     /// Counts ticks; ends, breaks or panics when told.
     struct Toy {
@@ -316,15 +336,15 @@ mod tests {
 
     struct Stage {
         world: World,
-        places: Arc<Semaphore>,
+        places: Places,
         scheduler: Scheduler,
         background: Background,
     }
 
     impl Stage {
         async fn open(toy: Toy) -> Self {
-            let places = Arc::new(Semaphore::new(1));
-            let place = places.clone().acquire_owned().await.expect("open");
+            let places = Places::default();
+            let place = places.take(Mode::Lockstep, false, |_| Ok(())).expect("free");
             let (sensing, witnesses) = (Sensing::Truth, vec![]);
             let world = World { game: Some(Box::new(toy)), sensing, witnesses, _place: place };
             Stage { world, places, scheduler: Scheduler::new(1), background: Background::new(1) }
@@ -367,7 +387,7 @@ mod tests {
             assert!(matches!(stage.step(Action::default(), 1).await, Err(StepError::Fault)));
             let places = stage.places.clone();
             assert!(stage.finish().await.is_none());
-            assert!(places.try_acquire().is_ok());
+            assert_eq!(places.open().all(), 0);
         }
     }
 }

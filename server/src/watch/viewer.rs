@@ -9,8 +9,8 @@ use crate::api::Problem;
 use crate::metrics::METRICS;
 use crate::protocol::reply::ErrorReply;
 use crate::protocol::request::shortened;
-use crate::protocol::{Code, Refusal, SUBPROTOCOL_JSON};
-use crate::session::{Host, MESSAGE_BYTES, PING_INTERVAL, PING_TIMEOUT};
+use crate::protocol::{Code, Encoding, Refusal};
+use crate::session::{Host, MESSAGE_BYTES};
 use axum::body::Bytes;
 use axum::extract::State;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
@@ -40,14 +40,15 @@ pub(crate) async fn watch(
 ) -> Response {
     let refuse = |refusal: Refusal| Problem(refusal).into_response();
     let upgrade = match upgrade {
-        Ok(upgrade) => upgrade.protocols([SUBPROTOCOL_JSON]),
+        Ok(upgrade) => upgrade.protocols([Encoding::Json.subprotocol()]),
         Err(rejection) => {
             let message = format!("this address speaks WebSocket: {}", rejection.body_text());
             return refuse(Refusal::new(Code::BadRequest, message));
         }
     };
     if upgrade.selected_protocol().is_none() {
-        let message = format!("offer the WebSocket subprotocol {SUBPROTOCOL_JSON} (Sec-WebSocket-Protocol)");
+        let known = Encoding::Json.subprotocol();
+        let message = format!("offer the WebSocket subprotocol {known} (Sec-WebSocket-Protocol)");
         return refuse(Refusal::new(Code::BadRequest, message));
     }
     let Some(place) = host.watch.place() else {
@@ -139,7 +140,8 @@ impl Viewer {
         let host = self.host.clone();
         let stopping = host.stopping();
         tokio::pin!(stopping);
-        let mut ping = interval_at(Instant::now() + PING_INTERVAL, PING_INTERVAL);
+        let interval = self.host.settings.ping_interval();
+        let mut ping = interval_at(Instant::now() + interval, interval);
         ping.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let end = loop {
             let flow = tokio::select! {
@@ -169,7 +171,7 @@ impl Viewer {
     }
 
     async fn beat(&mut self) -> ControlFlow<End> {
-        if self.heard.elapsed() >= PING_TIMEOUT {
+        if self.heard.elapsed() >= self.host.settings.ping_timeout {
             return ControlFlow::Break(None);
         }
         self.send_message(Message::Ping(Bytes::new())).await

@@ -1,23 +1,21 @@
 //! One control connection: reads requests one by one, answers each, keeps the heart beating.
 //!
 //! The next request is read only after the last was answered, so nothing queues up on the server; a client
-//! that sends faster fills its own socket.
+//! that sends faster fills its own socket. A client that reads slowly misses observations of its realtime run, the
+//! oldest first, but no other message; one that takes nothing at all is dropped.
 
 use super::rate::RateLimit;
 use crate::metrics::METRICS;
-use crate::protocol::request::{Parsed, parse};
-use crate::protocol::{Code, Refusal, Reply, Request};
-use crate::session::{Host, MESSAGE_BYTES, PING_INTERVAL, PING_TIMEOUT, Session};
+use crate::protocol::{Code, Encoding, Parsed, Refusal, Reply, Request};
+use crate::session::{Host, MESSAGE_BYTES, Ordered, Session, news};
 use axum::body::Bytes;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
 use palmares_tasks::Reason;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::time::{Instant, MissedTickBehavior, interval_at, sleep, timeout};
+use tokio::time::{Instant, MissedTickBehavior, interval_at, sleep_until, timeout};
 
-/// How long a client may take to accept a message.
-const SEND_TIMEOUT: Duration = PING_TIMEOUT;
 /// How long a client may take to answer a close frame.
 const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
 /// Normal closure, RFC 6455.
@@ -35,10 +33,23 @@ enum End {
     Fatal(Code),
     /// The server shuts down.
     Stopping,
+    /// An organizer ended the session.
+    Ended,
+}
+
+/// An alarm that is off by less is left as it is: clocks that run at the same rate differ by a rounding.
+const ALARM_SLACK: Duration = Duration::from_millis(2);
+
+async fn order(session: Option<&mut Session>) -> Ordered {
+    match session {
+        Some(session) => session.order().await,
+        None => std::future::pending().await,
+    }
 }
 
 struct Connection {
     socket: WebSocket,
+    encoding: Encoding,
     host: Arc<Host>,
     session: Option<Box<Session>>,
     rate: RateLimit,
@@ -47,11 +58,12 @@ struct Connection {
 }
 
 /// Serves a connection until it ends, then leaves its session in order.
-pub(crate) async fn serve(socket: WebSocket, host: Arc<Host>) {
+pub(crate) async fn serve(socket: WebSocket, encoding: Encoding, host: Arc<Host>) {
     let _alive = host.alive();
     let limits = host.limits();
     let rate = RateLimit::new(limits.requests_per_s, limits.requests_burst, host.now());
-    let mut connection = Connection { socket, host, session: None, rate, heard: Instant::now() };
+    let heard = Instant::now();
+    let mut connection = Connection { socket, encoding, host, session: None, rate, heard };
     let end = connection.talk().await;
     let session = connection.session.take();
     // The session is settled before the socket closes: a client that comes back at once finds it waiting.
@@ -73,6 +85,12 @@ pub(crate) async fn serve(socket: WebSocket, host: Arc<Host>) {
             }
             connection.close(CLOSE_NORMAL, "bye").await;
         }
+        End::Ended => {
+            if let Some(session) = session {
+                session.end(Reason::Stopped, None).await;
+            }
+            connection.close(CLOSE_NORMAL, "session_over").await;
+        }
         End::Stopping => {
             if let Some(session) = session
                 && let Some(result) = session.end(Reason::Stopped, Some("the server shut down")).await
@@ -87,19 +105,41 @@ pub(crate) async fn serve(socket: WebSocket, host: Arc<Host>) {
 
 impl Connection {
     async fn talk(&mut self) -> End {
-        let mut ping = interval_at(Instant::now() + PING_INTERVAL, PING_INTERVAL);
+        let interval = self.host.settings.ping_interval();
+        let mut ping = interval_at(Instant::now() + interval, interval);
         ping.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let host = self.host.clone();
         let stopping = host.stopping();
         tokio::pin!(stopping);
+        // Set anew only when the moment has changed, not for every message.
+        let alarm = sleep_until(Instant::now());
+        tokio::pin!(alarm);
+        let mut armed = false;
         loop {
-            let change = self.session.as_ref().and_then(|session| session.next_change());
+            match self.session.as_ref().and_then(|session| session.next_change()) {
+                Some(change) => {
+                    let moment = Instant::now() + change;
+                    let off = moment.saturating_duration_since(alarm.deadline())
+                        + alarm.deadline().saturating_duration_since(moment);
+                    if !armed || off > ALARM_SLACK {
+                        alarm.as_mut().reset(moment);
+                    }
+                    armed = true;
+                }
+                None => armed = false,
+            }
+            let live = self.session.as_ref().and_then(|session| session.stream().cloned());
             let flow = tokio::select! {
                 biased;
                 () = &mut stopping => return End::Stopping,
                 _ = ping.tick() => self.beat().await,
-                () = sleep(change.unwrap_or_default()), if change.is_some() => self.expire().await,
+                () = &mut alarm, if armed => {
+                    armed = false;
+                    self.expire().await
+                }
+                ordered = order(self.session.as_deref_mut()) => self.obey(ordered).await,
                 message = self.socket.recv() => self.receive(message).await,
+                () = news(live.as_deref()) => self.stream().await,
             };
             if let ControlFlow::Break(end) = flow {
                 return end;
@@ -107,8 +147,33 @@ impl Connection {
         }
     }
 
+    /// A realtime world has something to tell.
+    async fn stream(&mut self) -> ControlFlow<End> {
+        let Some(session) = &mut self.session else { return ControlFlow::Continue(()) };
+        // One at a time: requests must have their turn in between.
+        if let Some(obs) = session.streamed() {
+            self.send(&obs).await?;
+        }
+        let Some(session) = &mut self.session else { return ControlFlow::Continue(()) };
+        session.close_if_played_out().await;
+        if let Some(live) = session.stream() {
+            live.remind();
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// An organizer asks something of the session.
+    async fn obey(&mut self, ordered: Ordered) -> ControlFlow<End> {
+        let Some(session) = &mut self.session else { return ControlFlow::Continue(()) };
+        let (over, told) = session.obey(ordered).await;
+        if let Some(told) = told {
+            self.send(&told).await?;
+        }
+        if over { ControlFlow::Break(End::Ended) } else { ControlFlow::Continue(()) }
+    }
+
     async fn beat(&mut self) -> ControlFlow<End> {
-        if self.heard.elapsed() >= PING_TIMEOUT {
+        if self.heard.elapsed() >= self.host.settings.ping_timeout {
             tracing::info!("no sign of life; connection dropped");
             return ControlFlow::Break(End::Lost);
         }
@@ -137,11 +202,7 @@ impl Connection {
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => ControlFlow::Continue(()),
             Some(Ok(Message::Text(text))) if text.len() > MESSAGE_BYTES => self.too_large().await,
             Some(Ok(Message::Binary(bytes))) if bytes.len() > MESSAGE_BYTES => self.too_large().await,
-            Some(Ok(Message::Binary(_))) => {
-                let message = "palmares.v1.json has text frames only";
-                self.refuse(None, &Refusal::new(Code::BadJson, message)).await
-            }
-            Some(Ok(Message::Text(text))) => self.answer(text).await,
+            Some(Ok(message)) => self.answer(message).await,
         };
         // After the answer, not before: while the world computes, nobody listens for signs of life.
         self.heard = Instant::now();
@@ -160,9 +221,11 @@ impl Connection {
         if refusal.fatal { ControlFlow::Break(End::Fatal(refusal.code)) } else { ControlFlow::Continue(()) }
     }
 
-    /// Answers one text frame.
-    async fn answer(&mut self, text: Utf8Bytes) -> ControlFlow<End> {
-        let Parsed { id, request } = parse(&text);
+    /// Answers one frame.
+    async fn answer(&mut self, frame: Message) -> ControlFlow<End> {
+        let Some(Parsed { id, request }) = self.encoding.read(&frame) else {
+            return ControlFlow::Continue(());
+        };
         if let Err(wait_s) = self.rate.take(self.host.now()) {
             let message = format!("more than {} requests per second", self.host.settings.requests_per_s);
             return self.refuse(id, &Refusal::new(Code::RateLimited, message).retry_after(wait_s)).await;
@@ -192,7 +255,7 @@ impl Connection {
         match (&mut self.session, request) {
             (Some(_), Request::Hello(_)) => Err(Refusal::new(Code::WrongState, "hello was said already")),
             (None, Request::Hello(hello)) => {
-                let session = match &hello.resume_token {
+                let mut session = match &hello.resume_token {
                     Some(token) => Session::resume(&self.host, token).await?,
                     None => Session::begin(&self.host, &hello).await?,
                 };
@@ -203,6 +266,8 @@ impl Connection {
             (None, _) => Err(Refusal::new(Code::WrongState, format!("say hello before {op}"))),
             (Some(session), Request::Reset(reset)) => session.reset(id, reset).await,
             (Some(session), Request::Step(step)) => session.step(id, step).await,
+            (Some(session), Request::Act(act)) => session.act(id, act).await,
+            (Some(session), Request::Perturb(push)) => session.perturb(id, push).await,
             (Some(session), Request::Stop(_)) => session.stop(id).await,
             (Some(session), Request::Time(_)) => Ok(session.time(id)),
             // Ends the connection before it gets here.
@@ -211,17 +276,17 @@ impl Connection {
     }
 
     async fn send(&mut self, reply: &Reply) -> ControlFlow<End> {
-        match serde_json::to_string(reply) {
-            Ok(text) => self.send_message(Message::Text(text.into())).await,
+        match self.encoding.write(reply) {
+            Ok(message) => self.send_message(message).await,
             Err(error) => {
-                tracing::error!(%error, "reply cannot be written as JSON");
+                tracing::error!(%error, "a reply cannot be written");
                 ControlFlow::Break(End::Fatal(Code::Internal))
             }
         }
     }
 
     async fn send_message(&mut self, message: Message) -> ControlFlow<End> {
-        match timeout(SEND_TIMEOUT, self.socket.send(message)).await {
+        match timeout(self.host.settings.ping_timeout, self.socket.send(message)).await {
             Ok(Ok(())) => ControlFlow::Continue(()),
             Ok(Err(_)) | Err(_) => ControlFlow::Break(End::Lost),
         }

@@ -4,7 +4,7 @@ mod connection;
 mod rate;
 
 use crate::api::Problem;
-use crate::protocol::{Code, Refusal, SUBPROTOCOL_JSON};
+use crate::protocol::{Code, Encoding, Refusal};
 use crate::session::Host;
 use axum::extract::State;
 use axum::extract::ws::WebSocketUpgrade;
@@ -22,22 +22,24 @@ pub(crate) async fn control(
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
     let upgrade = match upgrade {
-        Ok(upgrade) => upgrade.protocols([SUBPROTOCOL_JSON]),
+        Ok(upgrade) => upgrade.protocols(Encoding::ALL.map(Encoding::subprotocol)),
         Err(rejection) => {
             let message = format!("this address speaks WebSocket: {}", rejection.body_text());
             return Problem(Refusal::new(Code::BadRequest, message)).into_response();
         }
     };
-    if upgrade.selected_protocol().is_none() {
-        let message = format!("offer the WebSocket subprotocol {SUBPROTOCOL_JSON} (Sec-WebSocket-Protocol)");
+    let chosen = upgrade.selected_protocol().and_then(|name| Encoding::of(name.to_str().ok()?));
+    let Some(encoding) = chosen else {
+        let known = Encoding::ALL.map(Encoding::subprotocol).join(" or ");
+        let message = format!("offer the WebSocket subprotocol {known} (Sec-WebSocket-Protocol)");
         return Problem(Refusal::new(Code::BadRequest, message)).into_response();
-    }
+    };
     let place = match host.place_for_connection() {
         Ok(place) => place,
         Err(refusal) => return Problem(refusal).into_response(),
     };
     upgrade.max_message_size(READ_BYTES).max_frame_size(READ_BYTES).on_upgrade(async move |socket| {
         let _place = place;
-        connection::serve(socket, host).await;
+        connection::serve(socket, encoding, host).await;
     })
 }

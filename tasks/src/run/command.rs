@@ -23,35 +23,7 @@ pub(super) enum Target {
 impl Run {
     /// Whether [`Run::step`] would take this action.
     pub fn check(&self, action: &Action) -> Result<(), ActionError> {
-        let finite = |field: &str, values: &[f64]| match values.iter().position(|x| !x.is_finite()) {
-            Some(k) => Err(ActionError::NotFinite { field: format!("{field}[{k}]") }),
-            None => Ok(()),
-        };
-        match &action.base {
-            Some(BaseTarget::Pose { position, quat_xyzw }) => {
-                finite("base.position", position)?;
-                finite("base.quat_xyzw", quat_xyzw)?;
-                if quat_xyzw.iter().map(|x| x * x).sum::<f64>() < 1e-12 {
-                    return Err(ActionError::ZeroQuaternion);
-                }
-            }
-            Some(BaseTarget::Twist { linear, angular }) => {
-                finite("base.linear", linear)?;
-                finite("base.angular", angular)?;
-            }
-            None => {}
-        }
-        if let Some(sigma) = &action.hand {
-            finite("hand", sigma)?;
-            if sigma.len() != self.hand.motors.len() {
-                return Err(ActionError::WrongLength {
-                    hand: self.hand.name.clone(),
-                    got: sigma.len(),
-                    expected: self.hand.motors.len(),
-                });
-            }
-        }
-        Ok(())
+        action.check(&self.hand)
     }
 
     /// Clips an action to the spec and makes it the present one; what it leaves out stays.

@@ -87,11 +87,40 @@ impl Client {
         request["id"] = id.into();
         self.send(&request.to_string()).await;
         let mut reply = self.next().await;
-        while reply["op"] == "warning" {
+        while reply["op"] == "warning" || (reply["op"] == "obs" && reply.get("id").is_none()) {
             reply = self.next().await;
         }
         assert_eq!(reply["id"], id, "{request} was answered by {reply}");
         reply
+    }
+
+    /// Sends a request until the server has room for it.
+    pub(crate) async fn settled(&mut self, request: Value) -> Value {
+        loop {
+            let reply = self.ask(request.clone()).await;
+            if reply["code"] != "capacity" {
+                return reply;
+            }
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+    }
+
+    /// The next observation that comes unasked.
+    pub(crate) async fn streamed(&mut self) -> Value {
+        let mut message = self.next().await;
+        while message["op"] != "obs" {
+            message = self.next().await;
+        }
+        assert!(message.get("id").is_none(), "{message}");
+        message
+    }
+
+    /// Takes whatever comes, and answers pings, for a while.
+    pub(crate) async fn listen_for(&mut self, span: Duration) {
+        let end = tokio::time::Instant::now() + span;
+        while let Ok(message) = tokio::time::timeout_at(end, self.socket.next()).await {
+            assert!(matches!(message, Some(Ok(_))), "{message:?}");
+        }
     }
 
     /// Sends a request that must be refused, and not fatally; returns the error.

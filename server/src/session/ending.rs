@@ -1,0 +1,123 @@
+//! How a run ends: whoever ends it, its result is stored before anybody hears of it.
+
+use super::driver::{Finished, Session, Stage, store_failed};
+use super::live::Course;
+use super::machine::{Playing, Stopping};
+use crate::protocol::reply::RunResult;
+use crate::protocol::{Code, Refusal, Reply};
+use crate::store::FinishedRun;
+use palmares_tasks::{Outcome, Reason};
+
+impl Session {
+    /// Closes the run and tells its result, or tells the result of a run the server closed.
+    pub(crate) async fn stop(&mut self, id: u64) -> Result<Reply, Refusal> {
+        self.close_if_over().await;
+        let mut result = match self.machine.stop()? {
+            Stopping::Waiting(result) => result,
+            Stopping::Open => Box::new(self.finish(Reason::Stopped, None).await?),
+        };
+        // What was not taken until now is of no use any more.
+        self.stream = None;
+        result.id = Some(id);
+        result.session_left_s = self.left_s();
+        Ok(Reply::Result(result))
+    }
+
+    pub(super) async fn close_if_over(&mut self) -> bool {
+        self.catch_up();
+        let over = self.machine.playing().is_some() && self.machine.clock().is_over(self.host.now());
+        if over {
+            self.close_run(Reason::SessionOver, None).await;
+        }
+        over
+    }
+
+    /// Finishes the open run; its result waits for `stop`. If it cannot be stored, `stop` tries again.
+    pub(super) async fn close_run(&mut self, reason: Reason, note: Option<&str>) {
+        if let Ok(result) = self.finish(reason, note).await {
+            self.machine.closed(result);
+        }
+    }
+
+    /// Finishes the open run and stores its result before anybody hears of it.
+    pub(super) async fn finish(&mut self, reason: Reason, note: Option<&str>) -> Result<RunResult, Refusal> {
+        if self.unstored.is_none() {
+            self.catch_up();
+            let Some(run) = self.machine.playing().cloned() else {
+                return Err(Refusal::new(Code::WrongState, "no run is open; send reset first"));
+            };
+            let (world, course) = match std::mem::take(&mut self.stage) {
+                Stage::Empty => (None, Course::default()),
+                Stage::Lockstep(world) => (Some(*world), Course::default()),
+                Stage::Realtime(live) => (live.take(reason == Reason::SessionOver), live.course()),
+            };
+            let outcome = match world {
+                // An unsound world has nothing to say.
+                Some(world) if reason != Reason::WorldFault => {
+                    world.finish(&self.host.background, reason).await
+                }
+                _ => None,
+            };
+            let note = note.map(str::to_owned);
+            self.unstored = Some(match outcome {
+                Some(outcome) => {
+                    let status = if reason == Reason::Voided { "voided" } else { "practice" };
+                    Finished { run, outcome, status, note, course }
+                }
+                None => {
+                    tracing::error!(run = run.run_id, tick = run.tick, "world fault; run voided");
+                    let note = Some("the world failed".to_owned());
+                    Finished { outcome: fault(&run), run, status: "voided", note, course }
+                }
+            });
+        }
+        let Some(finished) = self.unstored.take() else {
+            return Err(Refusal::new(Code::WrongState, "no run is open; send reset first"));
+        };
+        let row = FinishedRun {
+            run_id: &finished.run.run_id,
+            status: finished.status,
+            outcome: &finished.outcome,
+            note: finished.note.as_deref(),
+            missed_ticks: finished.course.tempo.missed,
+        };
+        if let Err(error) = self.host.store.finish_run(&row).await {
+            self.unstored = Some(finished);
+            return Err(store_failed("the result", &error));
+        }
+        self.host.watch.ranking_changed();
+        let Finished { run, outcome, status, course, .. } = finished;
+        // A void run costs no time: it is void by a fault of the server, or because an organizer says so.
+        self.machine.ended(self.host.now(), status == "voided");
+        self.save(true).await;
+        tracing::info!(
+            run = run.run_id,
+            score = outcome.score,
+            ticks = outcome.ticks,
+            missed = course.tempo.missed,
+            late = course.tempo.late,
+            status,
+            "run closed"
+        );
+        let mut result = RunResult::new(run.info(), status, outcome);
+        result.missed_ticks = course.tempo.missed;
+        result.late_ticks = course.tempo.late;
+        result.late_max_s = course.tempo.latest.as_secs_f64();
+        result.dropped_obs = course.dropped;
+        Ok(result)
+    }
+}
+
+/// The outcome of a run whose world failed: nothing counts.
+fn fault(run: &Playing) -> Outcome {
+    Outcome {
+        score: 0.0,
+        in_goal: 0,
+        outside: 0,
+        reason: Reason::WorldFault,
+        ticks: run.tick,
+        sim_time_s: run.tick as f64 * run.tick_s,
+        events: Vec::new(),
+        state_hash: "0".repeat(16),
+    }
+}

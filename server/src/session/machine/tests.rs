@@ -1,0 +1,265 @@
+//! The machine, case by case and under random orders of events.
+
+use super::*;
+use palmares_tasks::{Outcome, Reason};
+
+const START: Duration = Duration::from_secs(5);
+
+fn run() -> Playing {
+    Playing {
+        run_id: "r".into(),
+        task: "balls".into(),
+        hand: "h".into(),
+        tick_s: 0.01,
+        mode: Mode::Lockstep,
+        tick: 0,
+    }
+}
+
+fn result() -> RunResult {
+    let outcome = Outcome {
+        score: 1.0,
+        in_goal: 1,
+        outside: 0,
+        reason: Reason::SessionOver,
+        ticks: 3,
+        sim_time_s: 0.03,
+        events: vec![],
+        state_hash: "0".repeat(16),
+    };
+    RunResult::new(run().info(), "practice", outcome)
+}
+
+fn code<T: std::fmt::Debug>(result: Result<T, Refusal>) -> Code {
+    result.expect_err("must be refused").code
+}
+
+#[test]
+fn the_order_is_kept() {
+    let mut machine = Machine::new(None);
+    assert_eq!(code(machine.may_step(START, 0, 1, 10)), Code::WrongState);
+    assert_eq!(code(machine.stop()), Code::WrongState);
+    machine.may_reset(START).expect("idle");
+    machine.opened(run(), START);
+    assert_eq!(code(machine.may_reset(START)), Code::WrongState);
+    assert_eq!(machine.may_step(START, 0, 3, 10), Ok(3));
+    machine.stepped(3);
+    assert_eq!(code(machine.may_step(START, 0, 1, 10)), Code::StaleTick);
+    assert_eq!(code(machine.may_step(START, 3, 0, 10)), Code::BadRequest);
+    assert_eq!(code(machine.may_step(START, 3, 11, 10)), Code::BadRequest);
+    assert_eq!(machine.may_step(START, 3, 10, 10), Ok(10));
+    assert!(matches!(machine.stop(), Ok(Stopping::Open)));
+    assert!(machine.playing().is_some(), "a stop that fails later must find the run again");
+    machine.ended(START, false);
+    machine.may_reset(START).expect("idle again");
+}
+
+#[test]
+fn a_run_closed_by_the_server_keeps_its_result() {
+    let mut machine = Machine::new(None);
+    machine.opened(run(), START);
+    machine.ended(START, false);
+    machine.closed(result());
+    assert_eq!(code(machine.may_step(START, 0, 1, 10)), Code::WrongState);
+    assert_eq!(machine.run_info().map(|info| info.open), Some(false));
+    assert!(matches!(machine.stop(), Ok(Stopping::Waiting(result)) if result.score == 1.0));
+    assert_eq!(code(machine.stop()), Code::WrongState);
+}
+
+#[test]
+fn no_tick_beyond_the_sessions_end() {
+    let mut machine = Machine::new(Some(1.0));
+    machine.opened(run(), START);
+    machine.stepped(95);
+    assert_eq!(machine.may_step(START, 95, 10, 10), Ok(5));
+    machine.stepped(100);
+    assert_eq!(code(machine.may_step(START, 100, 1, 10)), Code::SessionOver);
+    machine.ended(START, false);
+    machine.closed(result());
+    assert_eq!(code(machine.may_step(START, 100, 1, 10)), Code::SessionOver);
+    assert_eq!(code(machine.may_reset(START)), Code::SessionOver);
+    assert!(machine.stop().is_ok());
+}
+
+#[test]
+fn each_mode_has_its_own_request() {
+    let mut machine = Machine::new(None);
+    assert_eq!(code(machine.may_act(START)), Code::WrongState);
+    machine.opened(run(), START);
+    assert_eq!(code(machine.may_act(START)), Code::WrongState);
+    machine.ended(START, false);
+    machine.opened(Playing { mode: Mode::Realtime, ..run() }, START);
+    assert_eq!(code(machine.may_step(START, 0, 1, 10)), Code::WrongState);
+    machine.may_act(START).expect("realtime");
+}
+
+#[test]
+fn in_a_pause_the_world_stands_still() {
+    let mut machine = Machine::new(Some(10.0));
+    machine.opened(run(), START);
+    machine.pause(START);
+    assert_eq!(code(machine.may_step(START, 0, 1, 10)), Code::WrongState);
+    assert!(matches!(machine.stop(), Ok(Stopping::Open)));
+    machine.ended(START, false);
+    assert_eq!(code(machine.may_reset(START)), Code::WrongState);
+    machine.resume(START);
+    machine.may_reset(START).expect("goes on");
+}
+
+mod random {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[derive(Clone, Debug)]
+    enum Event {
+        Wait(f64),
+        Reset,
+        Steps(u32),
+        Stop,
+        Fault,
+        VoidEarlier(usize),
+        Pause,
+        Resume,
+        /// The server dies and comes back after a while.
+        Crash(f64),
+    }
+
+    fn event() -> impl Strategy<Value = Event> {
+        prop_oneof![
+            3 => (0.0..20.0).prop_map(Event::Wait),
+            3 => Just(Event::Reset),
+            6 => (1u32..2000).prop_map(Event::Steps),
+            3 => Just(Event::Stop),
+            1 => Just(Event::Fault),
+            1 => (0usize..5).prop_map(Event::VoidEarlier),
+            1 => Just(Event::Pause),
+            2 => Just(Event::Resume),
+            1 => (0.0..100.0).prop_map(Event::Crash),
+        ]
+    }
+
+    const LIMIT_S: f64 = 100.0;
+    const CLOSE_S: f64 = 1e-5;
+
+    /// What a bystander with a watch counts.
+    #[derive(Default)]
+    struct Watch {
+        started: bool,
+        paused: bool,
+        wall_s: f64,
+        simulated_s: f64,
+        /// The most that may have been given back.
+        refunds_s: f64,
+        /// Both times at the opening of the open run.
+        opened: Option<(f64, f64)>,
+        /// Ended runs: id and what they took at most.
+        ended: Vec<(String, f64)>,
+    }
+
+    impl Watch {
+        fn end(&mut self) -> f64 {
+            let (wall_s, simulated_s) = self.opened.take().expect("a run");
+            (self.wall_s - wall_s).max(self.simulated_s - simulated_s)
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_clock_is_fair_in_any_order(events in proptest::collection::vec(event(), 1..60)) {
+            let mut machine = Machine::new(Some(LIMIT_S));
+            let (mut now, mut number) = (START, 0u32);
+            let mut watch = Watch::default();
+            for event in events {
+                let before_s = machine.clock().elapsed_s(now);
+                let refunded_s = watch.refunds_s;
+                match event {
+                    Event::Wait(seconds) => {
+                        now += Duration::from_secs_f64(seconds);
+                        if watch.started && !watch.paused {
+                            watch.wall_s += seconds;
+                        }
+                    }
+                    Event::Reset => {
+                        let over = machine.clock().is_over(now);
+                        let may = machine.may_reset(now);
+                        prop_assert_eq!(may.is_ok(), watch.opened.is_none() && !over && !watch.paused);
+                        if may.is_ok() {
+                            number += 1;
+                            machine.opened(Playing { run_id: number.to_string(), ..run() }, now);
+                            watch.started = true;
+                            watch.opened = Some((watch.wall_s, watch.simulated_s));
+                        }
+                    }
+                    Event::Steps(repeat) => {
+                        let tick = machine.playing().map_or(0, |run| run.tick);
+                        if let Ok(ticks) = machine.may_step(now, tick, repeat, 2000) {
+                            prop_assert!(!watch.paused && watch.opened.is_some());
+                            prop_assert!((1..=repeat).contains(&ticks));
+                            machine.stepped(tick + u64::from(ticks));
+                            watch.simulated_s += f64::from(ticks) * 0.01;
+                            // Not one tick beyond the end, up to the tick that was begun in time.
+                            let spent = machine.clock().spent(now);
+                            prop_assert!(spent.simulated_s <= LIMIT_S + 0.01 + CLOSE_S);
+                        }
+                    }
+                    Event::Stop => {
+                        if watch.opened.is_some() {
+                            machine.ended(now, false);
+                            let taken_s = watch.end();
+                            watch.ended.push((number.to_string(), taken_s));
+                        }
+                    }
+                    Event::Fault => {
+                        if watch.opened.is_some() {
+                            machine.ended(now, true);
+                            watch.refunds_s += watch.end();
+                        }
+                    }
+                    Event::VoidEarlier(index) => {
+                        if index < watch.ended.len() {
+                            let (run_id, taken_s) = watch.ended.swap_remove(index);
+                            prop_assert!(machine.void(&run_id, now));
+                            prop_assert!(!machine.void(&run_id, now), "twice");
+                            watch.refunds_s += taken_s;
+                        }
+                    }
+                    Event::Pause => {
+                        machine.pause(now);
+                        watch.paused = true;
+                    }
+                    Event::Resume => {
+                        machine.resume(now);
+                        watch.paused = false;
+                    }
+                    Event::Crash(down_s) => {
+                        let saved = machine.saved(now);
+                        now += Duration::from_secs_f64(down_s);
+                        machine = Machine::restored(Some(LIMIT_S), &saved, watch.paused, now);
+                        if watch.opened.is_some() {
+                            watch.refunds_s += watch.end();
+                        }
+                        // What earlier runs took is known no more.
+                        watch.ended.clear();
+                    }
+                }
+                let clock = machine.clock();
+                let elapsed_s = clock.elapsed_s(now);
+                let truth_s = watch.wall_s.max(watch.simulated_s);
+                prop_assert!((0.0..=LIMIT_S).contains(&elapsed_s));
+                // Nothing is gained but by what was given back, and nothing is lost.
+                prop_assert!(elapsed_s >= truth_s.min(LIMIT_S + watch.refunds_s) - watch.refunds_s - CLOSE_S);
+                prop_assert!(elapsed_s <= truth_s + CLOSE_S);
+                if watch.refunds_s == refunded_s {
+                    prop_assert!(elapsed_s >= before_s - CLOSE_S, "the clock ran backwards");
+                }
+                prop_assert!(clock.refunded_s() <= watch.refunds_s + CLOSE_S);
+                prop_assert_eq!(clock.is_over(now), clock.left_s(now) == Some(0.0));
+                if clock.is_over(now) {
+                    prop_assert_eq!(code(machine.may_reset(now)) == Code::SessionOver, watch.opened.is_none());
+                    let tick = machine.playing().map_or(0, |run| run.tick);
+                    prop_assert!(machine.may_step(now, tick, 1, 10).is_err());
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! What organizers ask of sessions. Whoever holds a session, a connection or the keeper of a waiting one, obeys.
+
+use crate::protocol::Refusal;
+use tokio::sync::oneshot;
+
+/// What is asked.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(dead_code, reason = "organizers have no address yet")]
+pub(crate) enum Order {
+    /// Clock and worlds stand still.
+    Pause,
+    /// They go on.
+    Resume,
+    /// A run of the session is void: an open one ends, and the time of either is given back.
+    VoidRun {
+        /// Which.
+        run_id: String,
+        /// Why, for people.
+        note: String,
+    },
+    /// The session ends; its open run counts or is void.
+    End {
+        /// Whether the open run is void.
+        void: bool,
+        /// Why, for people.
+        note: String,
+    },
+}
+
+/// An order on its way.
+#[derive(Debug)]
+pub(crate) struct Ordered {
+    /// What is asked.
+    pub(crate) order: Order,
+    /// Told when it is done.
+    pub(crate) done: oneshot::Sender<Result<(), Refusal>>,
+}

@@ -1,0 +1,210 @@
+//! Many realtime sessions at once, each moving its hand about among the balls: how late are the ticks, and who is
+//! refused?
+//!
+//! `cargo run --release -p palmares-tests --example load -- --url ws://127.0.0.1:8080/v1/control --sessions 20`
+
+use clap::Parser;
+use futures_util::{SinkExt, StreamExt};
+use serde::Deserialize;
+use serde_json::json;
+use std::time::{Duration, Instant};
+use tokio::net::TcpStream;
+use tokio_tungstenite::tungstenite::Message;
+use tokio_tungstenite::tungstenite::client::IntoClientRequest;
+use tokio_tungstenite::tungstenite::http::HeaderValue;
+use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
+
+type Error = Box<dyn std::error::Error + Send + Sync>;
+
+/// Opens realtime runs of `balls` and reports how the server keeps up.
+#[derive(Parser, Clone, Debug)]
+struct Options {
+    /// The server's control socket
+    #[arg(long, default_value = "ws://127.0.0.1:8080/v1/control")]
+    url: String,
+    /// Sessions at once
+    #[arg(long, default_value_t = 20)]
+    sessions: u64,
+    /// How long each plays, s
+    #[arg(long, default_value_t = 30.0)]
+    seconds: f64,
+    /// Hand
+    #[arg(long, default_value = "softhand")]
+    hand: String,
+    /// Do not send the full state
+    #[arg(long)]
+    sensors: bool,
+}
+
+/// The fields of the server's messages that matter here.
+#[derive(Debug, Deserialize)]
+struct Told {
+    op: String,
+    #[serde(default)]
+    tick: u64,
+    late_s: Option<f64>,
+    code: Option<String>,
+    message: Option<String>,
+    #[serde(default)]
+    missed_ticks: u64,
+    #[serde(default)]
+    late_ticks: u64,
+    #[serde(default)]
+    late_max_s: f64,
+    #[serde(default)]
+    dropped_obs: u64,
+}
+
+/// How one session went.
+#[derive(Debug, Default)]
+struct Course {
+    refused: Option<String>,
+    /// Simulated s per s.
+    speed: f64,
+    late_s: Vec<f64>,
+    missed: u64,
+    late: u64,
+    late_max_s: f64,
+    dropped: u64,
+}
+
+struct Client(WebSocketStream<MaybeTlsStream<TcpStream>>);
+
+impl Client {
+    async fn connect(url: &str) -> Result<Self, Error> {
+        let mut request = url.into_client_request()?;
+        request.headers_mut().insert("Sec-WebSocket-Protocol", HeaderValue::from_static("palmares.v1.json"));
+        Ok(Client(connect_async(request).await?.0))
+    }
+
+    async fn send(&mut self, request: &serde_json::Value) -> Result<(), Error> {
+        Ok(self.0.send(Message::text(request.to_string())).await?)
+    }
+
+    async fn next(&mut self) -> Result<Told, Error> {
+        loop {
+            match self.0.next().await.ok_or("the server closed the connection")?? {
+                Message::Text(text) => return Ok(serde_json::from_str(&text)?),
+                Message::Close(frame) => return Err(format!("closed: {frame:?}").into()),
+                _ => {}
+            }
+        }
+    }
+
+    /// The next message that is no streamed observation.
+    async fn reply(&mut self, op: &str) -> Result<Told, Error> {
+        loop {
+            let told = self.next().await?;
+            if told.op == op || told.op == "error" {
+                return Ok(told);
+            }
+        }
+    }
+}
+
+/// Where the hand goes: palm down through the heap in box A, each session in a phase of its own.
+fn target(phase: f64, time_s: f64) -> serde_json::Value {
+    let wave = |period_s: f64, shift: f64| (std::f64::consts::TAU * (time_s / period_s + shift) + phase).sin();
+    json!({
+        "base": {
+            "position": [0.12 * wave(2.3, 0.0), 0.12 * wave(3.1, 0.25), 0.29 + 0.09 * wave(1.7, 0.5)],
+            "quat_xyzw": [0, 1, 0, 0],
+        },
+        "hand": [0.5 + 0.5 * wave(1.9, 0.75)],
+    })
+}
+
+async fn play(options: Options, number: u64) -> Result<Course, Error> {
+    let mut course = Course::default();
+    let mut client = Client::connect(&options.url).await?;
+    client.send(&json!({"op": "hello", "id": 1, "client": format!("load {number}")})).await?;
+    client.reply("welcome").await?;
+    let sensing = if options.sensors { "sensors" } else { "truth" };
+    let reset = json!({
+        "op": "reset", "id": 2, "task": "balls", "hand": options.hand, "mode": "realtime", "sensing": sensing,
+        "seed": number
+    });
+    client.send(&reset).await?;
+    let opened = client.reply("obs").await?;
+    if opened.op == "error" {
+        course.refused = Some(format!(
+            "{}: {}",
+            opened.code.unwrap_or_default(),
+            opened.message.unwrap_or_default()
+        ));
+        return Ok(course);
+    }
+    let start = Instant::now();
+    let phase = number as f64;
+    let mut tick = 0;
+    while start.elapsed().as_secs_f64() < options.seconds {
+        let told = client.next().await?;
+        if told.op == "error" {
+            return Err(format!("{told:?}").into());
+        }
+        let Some(late_s) = told.late_s else { continue };
+        course.late_s.push(late_s);
+        tick = told.tick;
+        let act = json!({"op": "act", "id": 10 + tick, "action": target(phase, tick as f64 * 0.01)});
+        client.send(&act).await?;
+    }
+    course.speed = tick as f64 * 0.01 / start.elapsed().as_secs_f64();
+    client.send(&json!({"op": "stop", "id": 3})).await?;
+    let result = client.reply("result").await?;
+    course.missed = result.missed_ticks;
+    course.late = result.late_ticks;
+    course.late_max_s = result.late_max_s;
+    course.dropped = result.dropped_obs;
+    Ok(course)
+}
+
+#[tokio::main(flavor = "current_thread")]
+async fn main() -> Result<(), Error> {
+    let options = Options::parse();
+    let mut sessions = Vec::new();
+    for number in 0..options.sessions {
+        sessions.push(tokio::spawn(play(options.clone(), number)));
+        // Real teams do not come in the same moment.
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    let mut late_s = Vec::new();
+    let (mut played, mut refused) = (0, 0);
+    let (mut missed, mut late, mut dropped) = (0, 0, 0);
+    let (mut begun_s, mut slowest) = (0.0_f64, f64::INFINITY);
+    for (number, session) in sessions.into_iter().enumerate() {
+        match session.await? {
+            Ok(Course { refused: Some(why), .. }) => {
+                refused += 1;
+                println!("session {number} refused: {why}");
+            }
+            Ok(course) => {
+                played += 1;
+                late_s.extend(course.late_s);
+                missed += course.missed;
+                late += course.late;
+                dropped += course.dropped;
+                begun_s = begun_s.max(course.late_max_s);
+                slowest = slowest.min(course.speed);
+            }
+            Err(error) => println!("session {number} failed: {error}"),
+        }
+    }
+    late_s.sort_by(f64::total_cmp);
+    let quantile = |part: f64| match late_s.len() {
+        0 => f64::NAN,
+        count => late_s[((count - 1) as f64 * part).round() as usize] * 1e3,
+    };
+    println!("{played} sessions played, {refused} refused, {} observations", late_s.len());
+    println!(
+        "sent after due, ms: p50 {:.2}  p90 {:.2}  p99 {:.2}  p99.9 {:.2}  max {:.2}",
+        quantile(0.5),
+        quantile(0.9),
+        quantile(0.99),
+        quantile(0.999),
+        quantile(1.0)
+    );
+    println!("begun more than half a tick late: {late} ticks; latest {:.2} ms", begun_s * 1e3);
+    println!("without a new action: {missed} ticks; not taken in time: {dropped} observations");
+    println!("slowest session: {slowest:.3} of real time");
+    Ok(())
+}
