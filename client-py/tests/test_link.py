@@ -105,6 +105,18 @@ def test_a_result_that_came_unasked_is_what_stop_returns(server: FakeServer) -> 
         assert client.stop().score == 4.0
 
 
+def test_a_run_left_open_by_an_earlier_program_is_stopped(
+    server: FakeServer, caplog: pytest.LogCaptureFixture
+) -> None:
+    server.running, server.tick = True, 7
+    with palmares.Client(server.url) as client:
+        for _ in range(2):
+            assert client.reset("balls", "softhand").tick == 0
+            client.stop()
+    assert [request["op"] for request in server.requests][:5] == ["hello", "stop", "reset", "stop", "reset"]
+    assert [record.message for record in caplog.records if "left open at tick 7" in record.message]
+
+
 def test_a_run_lost_says_what_is_known_of_it() -> None:
     result = palmares.Result(
         run_id="r1",

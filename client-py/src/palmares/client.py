@@ -122,9 +122,10 @@ class Client:
             sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
             seed: Which scene, in practice; left out, the server draws one and `obs.run.seed` tells it.
 
-        A run still open must be stopped first.
+        A run of yours that is still open must be stopped first.
 
         """
+        self._stop_what_was_left()
         obs = self._ask(Reset(task=task, hand=hand, mode=mode, sensing=sensing, seed=seed), Observation)
         self._tick, self._scene, self._run_id = obs.tick, obs.scene, obs.run_id
         self._newest = obs
@@ -235,6 +236,7 @@ class Client:
                 raise
             result = lost.result
         self._forget_run()
+        self.welcome.run = None
         return result
 
     def time(self) -> Time:
@@ -352,6 +354,17 @@ class Client:
             result = rest.result_of(self._http_url, run_id, self._token)
         self._forget_run()
         return RunLostError.of(run_id, result)
+
+    def _stop_what_was_left(self) -> None:
+        """Stop the run of an earlier program of this team, whose session was taken up by the team's token."""
+        left = self.welcome.run
+        if left is None or self._run_id is not None:
+            return
+        LOG.warning(
+            "run %s was left open at tick %d by an earlier program: it is stopped", left.run_id, left.tick
+        )
+        self._ask(Stop(), Result)
+        self.welcome.run = None
 
     def _forget_run(self) -> None:
         self._tick = self._run_id = self._newest = None

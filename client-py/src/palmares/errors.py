@@ -134,6 +134,12 @@ class NotAuthorizedError(PalmaresError):
     code = "not_authorized"
 
 
+class ForbiddenError(PalmaresError):
+    """The token is good, but not for this."""
+
+    code = "forbidden"
+
+
 class SessionTakenError(PalmaresError):
     """Another connection drives this session."""
 
@@ -188,6 +194,7 @@ _BY_CODE: dict[str, type[PalmaresError]] = {
         UnknownTaskError,
         UnknownHandError,
         NotAuthorizedError,
+        ForbiddenError,
         SessionTakenError,
         SessionOverError,
         CapacityError,
