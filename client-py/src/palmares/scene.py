@@ -66,6 +66,8 @@ class SceneBody(msgspec.Struct, kw_only=True):
     position: Vec3
     """At tick 0, m."""
     quat_xyzw: Quat
+    com: Vec3 = (0.0, 0.0, 0.0)
+    """Centre of mass in the body frame, m"""
     parts: list[ScenePart]
     color: Vec3
     """sRGB, 0 to 1"""

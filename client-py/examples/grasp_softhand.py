@@ -1,0 +1,82 @@
+"""Grasp one object with the SoftHand, lift it, hold it through a shake. The first thing to try.
+
+    python grasp_softhand.py --seed 1
+
+The hand comes down on the object with its palm, closes, lifts and waits. The server then shakes it. What it
+is worth is in `tasks/grasp/task.toml`. Change the numbers in `GRASP` and see what becomes of the score.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+
+import numpy as np
+from balls_softhand import Mover, RunOverError
+from shelf_softhand import Grasp, look
+
+import palmares
+from palmares.rotation import quat_of
+
+GRASP = Grasp(
+    name="palm down",
+    pitch=1.6182,
+    roll=0.3491,
+    above=0.0068,
+    aside=0.0264,
+    along=0.1876,
+    sigma_open=0.0212,
+    sigma_closed=0.9,
+    sink=0.12,
+)
+LIFT = 0.16
+"""How far the object is lifted, m"""
+
+
+def main() -> None:
+    """Play runs and print what the referee said."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--url", default="http://127.0.0.1:8080", help="where the server listens")
+    parser.add_argument("--team", default="example", help="name on a practice server's leaderboard")
+    parser.add_argument("--seed", type=int, help="scene of the first run; the next runs count up")
+    parser.add_argument("--runs", type=int, default=1, help="how many runs")
+    args = parser.parse_args()
+    with palmares.Client(args.url, team=args.team) as client:
+        for k in range(args.runs):
+            grasp(client, None if args.seed is None else args.seed + k)
+
+
+def grasp(client: palmares.Client, seed: int | None) -> None:
+    """Play one run."""
+    obs = client.reset("grasp", "softhand", sensing="truth", seed=seed)
+    (thing,) = look(client.scene, obs)
+    # The fingers lie across the object's longer side.
+    width, depth, height = thing.high - thing.low
+    rotation = GRASP.rotation(0.0 if width >= depth else math.pi / 2)
+    in_hand = np.array([height / 2 + GRASP.above, GRASP.aside, GRASP.along])
+    at = thing.middle - rotation @ in_hand
+
+    mover = Mover(client, obs, lambda _: None)
+    up = np.array([0.0, 0.0, 1.0])
+    try:
+        mover.to(1.0, at + GRASP.sink * up, quat_of(rotation), sigma=GRASP.sigma_open)
+        mover.to(0.5, at)
+        mover.to(0.6, sigma=GRASP.sigma_closed)
+        mover.wait(0.3)
+        mover.to(0.6, at + LIFT * up)
+        mover.wait(10.0)
+    except RunOverError:
+        pass  # The shake is over.
+    result = client.stop()
+    said = ", ".join(f"{event.kind} at {event.tick * 0.01:.2f} s" for event in result.events)
+    print(f"{thing.name:28} score {result.score:5.2f}  {said or 'not lifted'}", flush=True)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except palmares.PalmaresError as error:
+        sys.exit(f"{error}")
+    except KeyboardInterrupt:
+        sys.exit("interrupted")
