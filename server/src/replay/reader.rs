@@ -122,10 +122,10 @@ pub(crate) fn each_picture(bytes: &[u8], see: &mut dyn FnMut(u64, &[u8])) -> Res
                 Record::Channel(channel) => {
                     channels.insert(channel.id, channel.topic);
                 }
-                Record::Message { header, data } => {
-                    if channels.get(&header.channel_id).is_some_and(|topic| topic == POSES) {
-                        see(header.log_time, &data);
-                    }
+                Record::Message { header, data }
+                    if channels.get(&header.channel_id).is_some_and(|topic| topic == POSES) =>
+                {
+                    see(header.log_time, &data);
                 }
                 _ => {}
             }

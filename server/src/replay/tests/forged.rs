@@ -181,7 +181,8 @@ fn messages_must_be_complete_and_in_order() {
 
 #[test]
 fn what_the_bits_depend_on_must_be_the_same() {
-    let cases: [(&str, fn(&mut Header)); 8] = [
+    type Change = fn(&mut Header);
+    let cases: [(&str, Change); 8] = [
         ("other_engine", |header| header.engine = "0.0.1+0000000000000000".into()),
         ("other_physics", |header| header.physics_hash = "0".repeat(64)),
         ("other_task", |header| header.task_hash = "0".repeat(64)),

@@ -220,3 +220,51 @@ fn hexadecimal_has_one_spelling() {
         assert_eq!(from_hex::<2>(wrong), None, "{wrong}");
     }
 }
+
+/// What recording costs where the world is stepped, and on the disk. Run with
+/// `cargo test --release -p palmares what_recording_costs -- --ignored --nocapture`.
+#[test]
+#[ignore = "measures; asserts nothing"]
+fn what_recording_costs() {
+    use std::time::{Duration, Instant};
+    for name in ["softhand", "reflex"] {
+        let folder = tempfile::tempdir().expect("folder");
+        let mut scenario = Scenario::new(name, 0);
+        scenario.header.run_id = format!("run_{name}");
+        let task = Task::builtin().remove(0);
+        let mut run = Run::new(task, scenario.hand.clone(), Seed::from_u64(5)).expect("scene");
+        let recorder = Recorder::create(folder.path(), scenario.header, &run, &scenario.signer, None);
+        let mut recorder = recorder.expect("recorder");
+        let (mut recording, mut stepping, mut worst) = (Duration::ZERO, Duration::ZERO, Duration::ZERO);
+        const TICKS: u32 = 6000;
+        for tick in 0..TICKS {
+            // Down into the balls, stirring, grasping and letting go: everything moves all the time.
+            let t = f64::from(tick) * 0.01;
+            let position = [0.15 * (0.9 * t).sin(), 0.15 * (0.7 * t).cos(), 0.25 + 0.1 * (0.5 * t).sin()];
+            let base = BaseTarget::Pose { position, quat_xyzw: [0.0, 1.0, 0.0, 0.1 * t.sin()] };
+            let sigma = vec![0.5 + 0.5 * (1.3 * t).sin(); run.hand().motors.len()];
+            let start = Instant::now();
+            run.step(&Action { base: Some(base), hand: Some(sigma) }).expect("valid");
+            let stepped = Instant::now();
+            recorder.tick(&run);
+            stepping += stepped - start;
+            recording += stepped.elapsed();
+            worst = worst.max(stepped.elapsed());
+        }
+        let outcome = run.finish(Reason::Stopped);
+        let start = Instant::now();
+        let file = recorder.finish(&run, &outcome).expect("written");
+        println!(
+            "{name}: {:.2} µs a tick, at most {:.0} µs, beside {:.0} µs of stepping; {} bytes for a minute of run; \
+             end {:.1} ms",
+            recording.as_secs_f64() * 1e6 / f64::from(TICKS),
+            worst.as_secs_f64() * 1e6,
+            stepping.as_secs_f64() * 1e6 / f64::from(TICKS),
+            file.bytes,
+            start.elapsed().as_secs_f64() * 1e3,
+        );
+        if let Ok(keep) = std::env::var("PALMARES_KEEP_REPLAYS") {
+            std::fs::copy(&file.path, std::path::Path::new(&keep).join(format!("{name}.mcap"))).expect("kept");
+        }
+    }
+}
