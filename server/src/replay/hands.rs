@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// The hand the run was played with.
 pub(super) fn hand(header: &Header, files: Option<&[u8]>) -> Result<Arc<Hand>, Refused> {
     let hand = match (header.hand_attached, files) {
-        (true, Some(files)) => attached(files)?,
+        (true, Some(files)) => Arc::new(unpacked(files)?),
         (true, None) => return Err(Refused::OtherHand("the hand's files are not attached".into())),
         (false, _) => Hand::builtin(&header.hand).ok_or_else(|| {
             Refused::OtherHand(format!("this program has no hand `{}`, and it is not attached", header.hand))
@@ -27,12 +27,13 @@ pub(super) fn hand(header: &Header, files: Option<&[u8]>) -> Result<Arc<Hand>, R
     Ok(hand)
 }
 
-fn attached(files: &[u8]) -> Result<Arc<Hand>, Refused> {
+/// The hand in an archive.
+pub(super) fn unpacked(files: &[u8]) -> Result<Hand, Refused> {
     let failed =
         |error: &dyn ToString| Refused::OtherHand(format!("the attached hand: {}", error.to_string()));
     let options = LoadOptions::default();
     let files =
         Files::archive(Path::new(super::HAND_FILES), files, &options.limits).map_err(|e| failed(&e))?;
     let loaded = load::from_files(files, None, &options).map_err(|e| failed(&e))?;
-    Ok(Arc::new(loaded.hand))
+    Ok(loaded.hand)
 }

@@ -11,6 +11,7 @@ use super::recorder::Item;
 use super::{
     ACTION, EVENT, HAND_FILES, HASH, POSES, RESULT_RECORD, RUN_RECORD, SCENE, SIGNATURE_RECORD, schema,
 };
+use crate::store::unix_ms;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, WriteOptions};
 use palmares_tasks::{Outcome, Run};
@@ -201,6 +202,7 @@ impl Log {
             ("outcome".into(), text),
             // For those who look into the file with other programs.
             ("score".into(), outcome.score.to_string()),
+            ("ended_unix_ms".into(), unix_ms().to_string()),
         ]);
         let result = Metadata { name: RESULT_RECORD.into(), metadata };
         self.mcap.write_metadata(&result).map_err(Error::other)?;

@@ -88,6 +88,26 @@ impl Store {
         Ok(())
     }
 
+    /// Practice runs with a replay, the newest first, and where it lies.
+    pub(crate) async fn practice_replays(&self) -> Result<Vec<(String, String)>, StoreError> {
+        let query = sqlx::query_as(
+            "SELECT run_id, replay_path FROM runs WHERE status = 'practice' AND replay_path IS NOT NULL \
+             ORDER BY ended_at DESC, run_id",
+        );
+        Ok(query.fetch_all(&self.pool).await?)
+    }
+
+    /// Notes that a practice run's replay was deleted.
+    pub(crate) async fn forget_replay(&self, run_id: &str) -> Result<(), StoreError> {
+        sqlx::query(
+            "UPDATE runs SET replay_path = NULL, replay_sha256 = NULL WHERE run_id = $1 AND status = 'practice'",
+        )
+        .bind(run_id)
+        .execute(&self.pool)
+        .await?;
+        Ok(())
+    }
+
     /// Asks for a run to be verified again; false when it has no replay or was never to be verified.
     pub(crate) async fn reverify(&self, run_id: &str, deed: &Deed<'_>) -> Result<bool, StoreError> {
         let mut recorded = self.recorded(deed).await?;
