@@ -27,6 +27,14 @@ pub(crate) struct ServeOptions {
     #[arg(long = "hand", value_name = "PATH")]
     pub(crate) hands: Vec<PathBuf>,
 
+    /// Do not record practice runs. Official runs are always recorded: they count only when they replay
+    #[arg(long, env = "PALMARES_NO_REPLAYS")]
+    pub(crate) no_replays: bool,
+
+    /// Megabytes of practice replays that are kept, a megabyte or two for a minute of run; the oldest are deleted
+    #[arg(long, value_name = "MB", env = "PALMARES_PRACTICE_REPLAYS_MB", default_value_t = 2048)]
+    pub(crate) practice_replays_mb: u64,
+
     /// Runs that may be open at once; further ones are refused with `capacity`
     #[arg(long, value_name = "N", env = "PALMARES_MAX_WORLDS", default_value_t = 32,
           value_parser = clap::value_parser!(u32).range(1..=4096))]

@@ -5,8 +5,6 @@ mod cli;
 mod config;
 mod metrics;
 mod protocol;
-// Recording is not connected to the sessions yet.
-#[allow(dead_code)]
 mod replay;
 mod session;
 #[allow(dead_code, unused_imports, reason = "the competition uses the rest")]

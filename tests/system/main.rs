@@ -15,6 +15,7 @@ mod messages;
 mod msgpack;
 mod order;
 mod realtime;
+mod replays;
 mod resume;
 mod session_time;
 mod store_trouble;

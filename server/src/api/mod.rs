@@ -2,6 +2,7 @@
 
 mod page;
 mod problem;
+mod replay;
 mod rest;
 
 pub(crate) use problem::Problem;
@@ -28,6 +29,7 @@ pub(crate) fn router(host: Arc<Host>) -> Router {
         .route("/v1/hands/{name}", get(rest::hand))
         .route("/v1/leaderboard", get(rest::leaderboard))
         .route("/v1/runs/{id}", get(rest::run))
+        .route("/v1/runs/{id}/replay", get(replay::replay))
         .fallback(rest::nothing_here)
         .method_not_allowed_fallback(async |method: Method| problem::method_not_allowed(&method))
         .with_state(host)

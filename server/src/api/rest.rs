@@ -53,6 +53,9 @@ pub(super) struct CompetitionAnswer {
     limits: Limits,
     tasks: Vec<String>,
     hands: Vec<String>,
+    /// Public key that replays are signed with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    replay_key: Option<String>,
 }
 
 /// What is being played here.
@@ -63,6 +66,7 @@ pub(super) async fn competition(State(host): State<Arc<Host>>) -> Json<Competiti
         limits: host.limits(),
         tasks: host.tasks.iter().map(|task| task.name.clone()).collect(),
         hands: host.hands.iter().map(|hand| hand.name.clone()).collect(),
+        replay_key: host.replays.as_ref().map(|archive| archive.key().to_string()),
     })
 }
 

@@ -2,6 +2,7 @@
 
 use crate::api;
 use crate::config::ServeOptions;
+use crate::replay;
 use crate::session::{Host, STACK, Session};
 use crate::store::{Location, Store};
 use crate::telemetry;
@@ -48,7 +49,12 @@ async fn run(options: &ServeOptions) -> anyhow::Result<()> {
     for run in store.abort_open_runs().await? {
         tracing::warn!(run, "the server stopped during this run; marked as aborted");
     }
-    let host = Arc::new(Host::new(store, options.settings(), hands));
+    let replays = archive(options, &hands)?;
+    let host = Arc::new(Host::new(store, options.settings(), hands, replays.clone()));
+    let auditor = replays.map(|archive| {
+        let (store, host) = (host.store.clone(), host.clone());
+        tokio::spawn(replay::audit(store, archive, async move { host.stopping().await }))
+    });
     for session in host.store.load_resumable_sessions().await? {
         Session::restore(&host, session);
     }
@@ -81,6 +87,9 @@ async fn run(options: &ServeOptions) -> anyhow::Result<()> {
     if let Ok(ended) = timeout(Duration::from_secs(5), server).await {
         ended.context("the server's task failed")?.context("the server failed")?;
     }
+    if let Some(auditor) = auditor {
+        auditor.await.context("the verification's task failed")?;
+    }
     host.store.close().await;
     tracing::info!("stopped");
     Ok(())
@@ -98,6 +107,26 @@ fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
     socket.set_send_buffer_size(SEND_BUFFER)?;
     socket.bind(address)?;
     socket.listen(1024)
+}
+
+/// Where runs are recorded.
+fn archive(options: &ServeOptions, hands: &[Arc<Hand>]) -> anyhow::Result<Option<Arc<replay::Archive>>> {
+    if options.no_replays {
+        return Ok(None);
+    }
+    let key = options.data_dir.join(replay::KEY_FILE);
+    let kept = options.practice_replays_mb.saturating_mul(1 << 20);
+    let archive = replay::Archive::open(&options.data_dir, &key, kept)?;
+    let own = &hands[hands.len() - options.hands.len()..];
+    for (path, hand) in options.hands.iter().zip(own) {
+        match replay::pack(path, hand) {
+            Ok(files) => archive.add_hand(hand, Arc::new(files)),
+            Err(error) => {
+                tracing::warn!(%error, hand = hand.name, "replays with this hand cannot be verified")
+            }
+        }
+    }
+    Ok(Some(Arc::new(archive)))
 }
 
 /// The hands that come with the program, and those of these files.

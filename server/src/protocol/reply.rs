@@ -259,8 +259,20 @@ pub(crate) struct RunResult {
     pub(crate) state_hash: String,
     /// Everything the referee noted.
     pub(crate) events: Vec<Event>,
+    /// Its replay; absent when the run was not recorded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) replay: Option<ReplayInfo>,
     /// s; null for a session without a limit.
     pub(crate) session_left_s: Option<f64>,
+}
+
+/// The replay of a run: `GET /v1/runs/{id}/replay`.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub(crate) struct ReplayInfo {
+    /// SHA-256 of the file, 64 hexadecimal digits.
+    pub(crate) sha256: String,
+    /// Its size.
+    pub(crate) bytes: u64,
 }
 
 impl RunResult {
@@ -279,6 +291,7 @@ impl RunResult {
             reason: outcome.reason,
             ticks: outcome.ticks,
             sim_time_s: outcome.sim_time_s,
+            replay: None,
             missed_ticks: 0,
             late_ticks: 0,
             late_max_s: 0.0,

@@ -80,13 +80,17 @@ fn judge(
         let replay = read(&bytes)?;
         replay.signed_by(Some(&archive.key()))?;
         if replay.sha256 != run.replay_sha256 {
-            return Err(Refused::BadSignature("it is not the file that was written at the end of the run".into()));
+            return Err(Refused::BadSignature(
+                "it is not the file that was written at the end of the run".into(),
+            ));
         }
         same_run(record, &replay)?;
         verify(&replay)
     })();
     Ok(match verdict {
-        Ok(verified) => (Verdict::Verified, format!("{} ticks, {} states equal", verified.ticks, verified.states)),
+        Ok(verified) => {
+            (Verdict::Verified, format!("{} ticks, {} states equal", verified.ticks, verified.states))
+        }
         Err(refused) => (Verdict::Rejected, format!("{}: {refused}", refused.name())),
     })
 }
@@ -101,7 +105,8 @@ fn same_run(record: &RunRecord, replay: &Replay) -> Result<(), Refused> {
         "sensing": word(&header.sensing), "seed_hex": header.seed.to_hex(), "score": outcome.score,
         "ticks": outcome.ticks, "state_hash": outcome.state_hash, "reason": word(&outcome.reason),
     });
-    let differs = told.as_object().and_then(|told| told.iter().find(|(field, value)| record.get(field) != Some(value)));
+    let differs =
+        told.as_object().and_then(|told| told.iter().find(|(field, value)| record.get(field) != Some(value)));
     match differs {
         Some((field, value)) => {
             let stored = record.get(field).unwrap_or(&Value::Null);

@@ -3,6 +3,8 @@
 //! A [`Recorder`] writes while the run goes on; [`read`] takes a file apart without trusting a byte of it;
 //! [`verify`] simulates it again. The format is described in `docs/replays.md`.
 
+mod archive;
+mod auditor;
 mod chain;
 mod foxglove;
 mod hands;
@@ -10,6 +12,7 @@ mod header;
 mod identity;
 mod key;
 mod messages;
+mod pack;
 mod poses;
 mod reader;
 mod recorder;
@@ -22,10 +25,13 @@ mod writer;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use header::{Header, word};
-pub(crate) use key::{PublicKey, Signer};
+pub(crate) use archive::{Archive, KEY_FILE, Recording};
+pub(crate) use auditor::audit;
+pub(crate) use header::{Header, Kind, Pacing, word};
+pub(crate) use key::PublicKey;
+pub(crate) use pack::pack;
 pub(crate) use reader::{Replay, each_picture, read};
-pub(crate) use recorder::Recorder;
+pub(crate) use recorder::ReplayFile;
 pub(crate) use records::FILE_BYTES;
 pub(crate) use refused::Refused;
 pub(crate) use verify::{Verified, verify};

@@ -59,7 +59,8 @@ fn collect(
         if kind.is_dir() {
             collect(folder, relative, urdf, limits, files)?;
         } else {
-            let other = urdf.is_some_and(|urdf| has_extension(&relative, "urdf") && relative != Path::new(urdf));
+            let other =
+                urdf.is_some_and(|urdf| has_extension(&relative, "urdf") && relative != Path::new(urdf));
             let wanted = ["urdf", "toml", "stl"].iter().any(|kind| has_extension(&relative, kind)) && !other;
             if wanted {
                 files.push(relative);
@@ -78,7 +79,8 @@ fn packed(folder: &Path, files: &[PathBuf], limits: &Limits) -> Result<Vec<u8>> 
     for file in files {
         let path = folder.join(file);
         let size = fs::metadata(&path)?.len();
-        left = left.checked_sub(size).ok_or_else(|| Error::other("its files are too large for an archive"))?;
+        left =
+            left.checked_sub(size).ok_or_else(|| Error::other("its files are too large for an archive"))?;
         zip.start_file(file.to_string_lossy(), SimpleFileOptions::default()).map_err(Error::other)?;
         zip.write_all(&fs::read(&path)?)?;
     }

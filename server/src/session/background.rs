@@ -15,7 +15,6 @@ pub(crate) enum Level {
     /// Somebody waits for it: a tenth of what a tick gets when all cores are busy.
     Awaited,
     /// Nobody waits: next to nothing.
-    #[allow(dead_code, reason = "for jobs that only have to be done some day")]
     Idle,
 }
 

@@ -10,6 +10,7 @@ use super::world::World;
 use crate::protocol::reply::{ServerInfo, TimeReport, Warning, Welcome};
 use crate::protocol::specs::Specs;
 use crate::protocol::{Code, Hello, Refusal, Reply};
+use crate::replay::{Recording, ReplayFile};
 use crate::store::{self, NewSession, ResumableSession, StoreError, unix_ms};
 use palmares_tasks::{Outcome, Reason};
 use sha2::{Digest, Sha256};
@@ -34,6 +35,8 @@ pub(crate) struct Session {
     pub(super) stage: Stage,
     /// The world whose last observations may not have been taken yet.
     pub(super) stream: Option<Arc<Live>>,
+    /// The way to the open run's replay.
+    pub(super) recording: Option<Recording>,
     /// A finished run that could not be stored: `stop` tries again.
     pub(super) unstored: Option<Finished>,
     orders: mpsc::Receiver<Ordered>,
@@ -60,6 +63,7 @@ pub(super) struct Finished {
     pub(super) status: &'static str,
     pub(super) note: Option<String>,
     pub(super) course: super::live::Course,
+    pub(super) replay: Option<ReplayFile>,
 }
 
 /// `bytes` random bytes as lower-case hexadecimal.
@@ -121,6 +125,7 @@ impl Session {
             machine: Machine::new(hello.session_s),
             stage: Stage::Empty,
             stream: None,
+            recording: None,
             unstored: None,
             orders,
             saved: Instant::now(),
@@ -158,6 +163,7 @@ impl Session {
             machine: Machine::restored(limit_s, &state, paused, host.now()),
             stage: Stage::Empty,
             stream: None,
+            recording: None,
             unstored: None,
             orders,
             saved: Instant::now(),

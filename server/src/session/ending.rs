@@ -3,7 +3,7 @@
 use super::driver::{Finished, Session, Stage, store_failed};
 use super::live::Course;
 use super::machine::{Playing, Stopping};
-use crate::protocol::reply::RunResult;
+use crate::protocol::reply::{ReplayInfo, RunResult};
 use crate::protocol::{Code, Refusal, Reply};
 use crate::store::FinishedRun;
 use palmares_tasks::{Outcome, Reason};
@@ -58,22 +58,43 @@ impl Session {
                 }
                 _ => None,
             };
-            let note = note.map(str::to_owned);
+            let mut note = note.map(str::to_owned);
+            let recording = self.recording.take();
+            let mut replay = None;
+            let mut lost = self.official;
+            if let (Some(recording), Some(_)) = (recording, &outcome) {
+                match recording.file().await {
+                    Ok(file) => (replay, lost) = (Some(file), false),
+                    Err(error) => tracing::error!(error, run = run.run_id, "no replay"),
+                }
+            }
             self.unstored = Some(match outcome {
                 Some(outcome) => {
-                    let status = if reason == Reason::Voided { "voided" } else { "practice" };
-                    Finished { run, outcome, status, note, course }
+                    let mut status = if reason == Reason::Voided { "voided" } else { "practice" };
+                    if lost && status != "voided" {
+                        // A score is listed only when it replays. That it does not is the server's fault.
+                        status = "voided";
+                        note = Some("the replay could not be written".into());
+                    }
+                    Finished { run, outcome, status, note, course, replay }
                 }
                 None => {
                     tracing::error!(run = run.run_id, tick = run.tick, "world fault; run voided");
                     let note = Some("the world failed".to_owned());
-                    Finished { outcome: fault(&run), run, status: "voided", note, course }
+                    Finished { outcome: fault(&run), run, status: "voided", note, course, replay }
                 }
             });
         }
         let Some(finished) = self.unstored.take() else {
             return Err(Refusal::new(Code::WrongState, "no run is open; send reset first"));
         };
+        if let Some(file) = &finished.replay {
+            let (run_id, path) = (&finished.run.run_id, file.stored_path());
+            if let Err(error) = self.host.store.set_replay(run_id, &path, &file.sha256).await {
+                self.unstored = Some(finished);
+                return Err(store_failed("the replay", &error));
+            }
+        }
         let row = FinishedRun {
             run_id: &finished.run.run_id,
             status: finished.status,
@@ -86,7 +107,10 @@ impl Session {
             return Err(store_failed("the result", &error));
         }
         self.host.watch.ranking_changed();
-        let Finished { run, outcome, status, course, .. } = finished;
+        let Finished { run, outcome, status, course, replay, .. } = finished;
+        if let Some(archive) = &self.host.replays {
+            archive.wake();
+        }
         // A void run costs no time: it is void by a fault of the server, or because an organizer says so.
         self.machine.ended(self.host.now(), status == "voided");
         self.save(true).await;
@@ -100,6 +124,7 @@ impl Session {
             "run closed"
         );
         let mut result = RunResult::new(run.info(), status, outcome);
+        result.replay = replay.map(|file| ReplayInfo { sha256: file.sha256, bytes: file.bytes });
         result.missed_ticks = course.tempo.missed;
         result.late_ticks = course.tempo.late;
         result.late_max_s = course.tempo.latest.as_secs_f64();

@@ -10,6 +10,7 @@ use super::scheduler::Scheduler;
 use crate::metrics::Levels;
 use crate::protocol::reply::{Competition, HandInfo, Limits, TaskInfo};
 use crate::protocol::{Code, Mode, Refusal};
+use crate::replay::Archive;
 use crate::store::Store;
 use crate::watch::Hub;
 use palmares_models::hand::Hand;
@@ -50,6 +51,8 @@ pub(crate) struct Host {
     pub(crate) tasks: Vec<Arc<Task>>,
     /// Hands that can be played with.
     pub(crate) hands: Vec<Arc<Hand>>,
+    /// Where runs are recorded; none for a practice server that does not.
+    pub(crate) replays: Option<Arc<Archive>>,
     /// What an organizer sets.
     pub(crate) settings: Settings,
     /// Where sessions wait for their clients.
@@ -89,10 +92,16 @@ impl Settings {
 
 impl Host {
     /// A host with the given store and hands and the tasks that come with the program.
-    pub(crate) fn new(store: Store, settings: Settings, hands: Vec<Arc<Hand>>) -> Self {
+    pub(crate) fn new(
+        store: Store,
+        settings: Settings,
+        hands: Vec<Arc<Hand>>,
+        replays: Option<Arc<Archive>>,
+    ) -> Self {
         let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
         Host {
             store,
+            replays,
             scheduler: Scheduler::new(cores),
             background: Background::new(cores),
             tasks: Task::builtin(),

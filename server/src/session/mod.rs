@@ -17,11 +17,12 @@ mod pace;
 mod pacer;
 mod places;
 mod play;
+mod record;
 mod registry;
 mod scheduler;
 mod world;
 
-pub(crate) use background::STACK;
+pub(crate) use background::{Background, Level, STACK};
 
 pub(crate) use driver::Session;
 pub(crate) use host::{Host, MESSAGE_BYTES, Settings};

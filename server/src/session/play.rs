@@ -47,9 +47,15 @@ impl Session {
             None => random_seed()?,
         };
         let (seed, run_id) = (Seed::from_u64(number), format!("run_{}", random_hex(8)?));
+        let (begin, recording) = self.record(&run_id, task, hand, seed, Some(number), &reset);
         let plan = Plan { task: task.clone(), hand: hand.clone(), seed, sensing: reset.sensing };
         let onlookers = self.onlookers(&run_id, task, hand, reset.sensing);
-        let opened = World::open(plan, place, &self.host.background, onlookers).await.map_err(|error| {
+        let witnesses = move |run: &Run| {
+            let mut witnesses = onlookers(run);
+            witnesses.extend(begin.map(|begin| begin(run)));
+            witnesses
+        };
+        let opened = World::open(plan, place, &self.host.background, witnesses).await.map_err(|error| {
             tracing::error!(%error, task = task.name, hand = hand.name, seed = seed.to_hex(), "no world");
             let message = match error {
                 OpenError::Scene(_) | OpenError::Job(JobError::Panic(_)) => {
@@ -94,6 +100,7 @@ impl Session {
             time_limit_s: task.time_limit_s,
         };
         let (hand, tick_s) = (hand.clone(), task.tick_s);
+        self.recording = recording;
         self.machine.opened(playing, self.host.now());
         self.save(true).await;
         self.stream = None;

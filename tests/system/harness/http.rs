@@ -35,6 +35,18 @@ pub(crate) fn get(server: &Server, path: &str) -> Response {
     request(server, "GET", path)
 }
 
+/// GETs a file: status and content.
+pub(crate) fn get_bytes(server: &Server, path: &str) -> (u16, Vec<u8>) {
+    let mut stream = TcpStream::connect(server.address()).expect("connects");
+    write!(stream, "GET {path} HTTP/1.0\r\nHost: {}\r\n\r\n", server.address()).expect("sent");
+    let mut answer = Vec::new();
+    stream.read_to_end(&mut answer).expect("answer");
+    let split = answer.windows(4).position(|four| four == b"\r\n\r\n").expect("a head and a body");
+    let head = String::from_utf8_lossy(&answer[..split]).into_owned();
+    let status = head.split(' ').nth(1).and_then(|status| status.parse().ok()).expect("a status");
+    (status, answer.split_off(split + 4))
+}
+
 /// Any request without a body.
 pub(crate) fn request(server: &Server, method: &str, path: &str) -> Response {
     let mut stream = TcpStream::connect(server.address()).expect("connects");

@@ -5,7 +5,7 @@ mod http;
 mod server;
 
 pub(crate) use client::{Client, assert_error, handshake, handshake_to};
-pub(crate) use http::{get, request};
+pub(crate) use http::{get, get_bytes, request};
 pub(crate) use server::{Server, program};
 
 use serde_json::{Value, json};

@@ -96,6 +96,11 @@ impl Server {
         self.folder.path().join("palmares.sqlite")
     }
 
+    /// Its data directory.
+    pub(crate) fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+
     /// SIGKILL: no goodbye of any kind. Returns the data directory.
     pub(crate) fn kill(mut self) -> TempDir {
         self.child.kill().expect("kill");

@@ -3,7 +3,8 @@
 mod forged;
 mod hostile;
 
-use super::recorder::ReplayFile;
+use super::key::Signer;
+use super::recorder::Recorder;
 use super::*;
 use palmares_models::hand::Hand;
 use palmares_tasks::observation::Wrench;
@@ -264,7 +265,8 @@ fn what_recording_costs() {
             start.elapsed().as_secs_f64() * 1e3,
         );
         if let Ok(keep) = std::env::var("PALMARES_KEEP_REPLAYS") {
-            std::fs::copy(&file.path, std::path::Path::new(&keep).join(format!("{name}.mcap"))).expect("kept");
+            std::fs::copy(&file.path, std::path::Path::new(&keep).join(format!("{name}.mcap")))
+                .expect("kept");
         }
     }
 }

@@ -1,0 +1,51 @@
+//! Replays as files.
+
+use super::Problem;
+use super::rest::store_failed;
+use crate::protocol::request::shortened;
+use crate::protocol::{Code, Refusal};
+use crate::session::Host;
+use axum::extract::{Path, State};
+use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
+use axum::response::IntoResponse;
+use std::sync::Arc;
+
+/// The replay of a run.
+pub(super) async fn replay(
+    State(host): State<Arc<Host>>,
+    Path(id): Path<String>,
+) -> Result<impl IntoResponse, Problem> {
+    let none = |why: &str| {
+        Problem(Refusal::new(Code::NotFound, format!("no replay of run `{}`: {why}", shortened(&id))))
+    };
+    let run = host.store.run(&id).await.map_err(|error| store_failed(&error))?;
+    let run = run.ok_or_else(|| none("there is no such run"))?;
+    // It names the seed, which is the same for every team.
+    if run.k.is_some() {
+        return Err(Problem(Refusal::new(Code::NotAuthorized, "replays of official runs are not open yet")));
+    }
+    let stored = host.store.replay(&id).await.map_err(|error| store_failed(&error))?;
+    let (stored, sha256) =
+        stored.ok_or_else(|| none("it was not recorded, is not finished, or is no longer kept"))?;
+    let archive = host.replays.as_ref().ok_or_else(|| none("this server does not record"))?;
+    let path = archive.locate(&stored);
+    let read = tokio::task::spawn_blocking(move || std::fs::read(path)).await;
+    let bytes = match read {
+        Ok(Ok(bytes)) => bytes,
+        Ok(Err(error)) => {
+            tracing::error!(%error, run = id, "a replay cannot be read");
+            return Err(none("its file cannot be read"));
+        }
+        Err(error) => {
+            tracing::error!(%error, run = id, "a replay cannot be read");
+            return Err(Problem(Refusal::new(Code::Internal, "the file could not be read")));
+        }
+    };
+    let headers = [
+        (CONTENT_TYPE, "application/octet-stream".to_owned()),
+        (CONTENT_DISPOSITION, format!("attachment; filename=\"{}.mcap\"", run.run_id)),
+        (CACHE_CONTROL, "no-store".to_owned()),
+        (axum::http::HeaderName::from_static("x-sha256"), sha256),
+    ];
+    Ok((headers, bytes))
+}
