@@ -6,7 +6,7 @@ use crate::server::Server;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::{env, fs, process};
 
@@ -36,11 +36,12 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let outcome = play(&environment, &server, options.seed)?;
     let leaderboard = server.get_json("/v1/leaderboard")?;
     server.stop()?;
+    let replay = keep_replay(&directory, &program, &outcome)?;
 
     if options.json {
-        println!("{}", summary(&outcome, &leaderboard));
+        println!("{}", summary(&outcome, &leaderboard, &replay));
     } else {
-        print_for_people(&outcome, &leaderboard);
+        print_for_people(&outcome, &leaderboard, &replay);
     }
     Ok(())
 }
@@ -61,17 +62,31 @@ fn play(environment: &Environment, server: &Server, seed: u64) -> Result<Value> 
     serde_json::from_str(last).with_context(|| format!("the example did not end with JSON: {last}"))
 }
 
-fn summary(outcome: &Value, leaderboard: &Value) -> Value {
+/// Takes the run's replay out of the data directory, which goes away, to a place beside the program.
+fn keep_replay(directory: &DataDirectory, program: &Path, outcome: &Value) -> Result<PathBuf> {
+    let run_id = outcome["run_id"].as_str().context("the example told no run")?;
+    let target =
+        program.parent().and_then(Path::parent).context("the program lies in no target directory")?;
+    let folder = target.join("demo");
+    fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
+    let kept = folder.join(format!("{run_id}.mcap"));
+    let recorded = directory.path.join("replays").join(format!("{run_id}.mcap"));
+    fs::copy(&recorded, &kept).with_context(|| format!("no replay at {}", recorded.display()))?;
+    Ok(kept)
+}
+
+fn summary(outcome: &Value, leaderboard: &Value, replay: &Path) -> Value {
     json!({
         "score": outcome["score"],
         "balls_in_b": outcome["balls_in_b"],
         "run_id": outcome["run_id"],
         "leaderboard": leaderboard["rows"],
         "rtf": outcome["rtf"],
+        "replay": replay.display().to_string(),
     })
 }
 
-fn print_for_people(outcome: &Value, leaderboard: &Value) {
+fn print_for_people(outcome: &Value, leaderboard: &Value, replay: &Path) {
     let run_id = outcome["run_id"].as_str().unwrap_or("?");
     println!("score {}: {} balls in box B, run {run_id}", outcome["score"], outcome["balls_in_b"]);
     println!(
@@ -79,6 +94,7 @@ fn print_for_people(outcome: &Value, leaderboard: &Value) {
         outcome["sim_time_s"].as_f64().unwrap_or_default(),
         outcome["rtf"].as_f64().unwrap_or_default()
     );
+    println!("replay: {} (Foxglove shows it, `palmares verify` plays it again)", replay.display());
     println!("leaderboard:");
     for row in leaderboard["rows"].as_array().into_iter().flatten() {
         let team = row["team"].as_str().unwrap_or("?");

@@ -1,0 +1,126 @@
+"""Replays, read with the official MCAP package as Foxglove and other programs read them."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import palmares
+from palmares.rest import get_object
+from tests.real_server import RealServer, needs_server
+
+pytestmark = needs_server
+mcap_reader = pytest.importorskip("mcap.reader", reason="the package mcap is not installed")
+
+EXAMPLE = Path(__file__).parents[1] / "examples" / "leaderboard_from_replays.py"
+TICKS = 130
+
+
+def replay_of_a_run(server: RealServer, data: Path) -> Path:
+    with palmares.Client(server.url, team="pytest") as client:
+        obs = client.reset("balls", "softhand", seed=5)
+        base = palmares.pose(obs.hand.base.xyz + [0.05, 0.0, -0.1], obs.hand.base.quat_xyzw)
+        client.step(base=base, hand=[0.6], repeat=100)
+        client.step(repeat=TICKS - 100)
+        result = client.stop()
+    return data / "replays" / f"{result.run_id}.mcap"
+
+
+def test_foxglove_finds_what_it_knows(tmp_path: Path) -> None:
+    began = time.time()
+    with RealServer(tmp_path) as server:
+        path = replay_of_a_run(server, tmp_path)
+    schemas: dict[str, str] = {}
+    messages: dict[str, list[tuple[int, Any]]] = defaultdict(list)
+    with path.open("rb") as stream:
+        reader = mcap_reader.make_reader(stream, validate_crcs=True)
+        for schema, channel, message in reader.iter_messages():
+            assert schema.encoding == "jsonschema"
+            assert json.loads(schema.data)["title"] == schema.name
+            assert channel.message_encoding == "json"
+            assert message.log_time == message.publish_time
+            schemas[channel.topic] = schema.name
+            messages[channel.topic].append((message.log_time, json.loads(message.data)))
+        summary = reader.get_summary()
+    assert schemas == {
+        "/action": "palmares.Action",
+        "/hash": "palmares.Hash",
+        "/scene": "foxglove.SceneUpdate",
+        "/tf": "foxglove.FrameTransforms",
+    }
+    assert summary.statistics.message_count == sum(len(found) for found in messages.values())
+
+    start, scene = messages["/scene"][0]
+    assert began - 1 < start * 1e-9 < time.time() + 1
+    entities = {entity["id"]: entity for entity in scene["entities"]}
+    assert entities["box_a"]["frame_id"] == "world"
+    assert len(entities["box_a"]["cubes"]) == 5
+    assert entities["ball_3"]["frame_id"] == "ball_3"
+    assert entities["ball_3"]["spheres"][0]["size"] == {"x": 0.1, "y": 0.1, "z": 0.1}
+
+    actions = messages["/action"]
+    assert [action["tick"] for _, action in actions] == list(range(TICKS))
+    assert [when - start for when, _ in actions] == [10_000_000 * tick for tick in range(TICKS)]
+    assert [state["tick"] for _, state in messages["/hash"]] == [0, 100]
+
+    known: set[str] = set()
+    last = 0
+    for when, picture in messages["/tf"]:
+        assert when >= last
+        last = when
+        for transform in picture["transforms"]:
+            assert transform["parent_frame_id"] == "world"
+            stamp = transform["timestamp"]
+            assert stamp["sec"] * 10**9 + stamp["nsec"] == when
+            norm = sum(q * q for q in transform["rotation"].values())
+            assert norm == pytest.approx(1.0, abs=1e-3)
+            known.add(transform["child_frame_id"])
+    assert known == {entity["frame_id"] for entity in entities.values()} - {"world"}
+    # 30 pictures a second, and only of what moves: the balls lie still.
+    moving = [picture for _, picture in messages["/tf"][1:-1]]
+    assert 0.9 < len(moving) / (TICKS * 0.01 * 30) < 1.1
+    assert not any("ball" in t["child_frame_id"] for picture in moving for t in picture["transforms"])
+
+
+def test_messages_follow_their_schemas(tmp_path: Path) -> None:
+    jsonschema = pytest.importorskip("jsonschema", reason="the package jsonschema is not installed")
+    with RealServer(tmp_path) as server:
+        path = replay_of_a_run(server, tmp_path)
+    with path.open("rb") as stream:
+        for schema, _, message in mcap_reader.make_reader(stream).iter_messages():
+            jsonschema.validate(json.loads(message.data), json.loads(schema.data))
+
+
+def test_the_leaderboard_can_be_computed_from_replays(tmp_path: Path) -> None:
+    with RealServer(tmp_path) as server:
+        path = replay_of_a_run(server, tmp_path)
+        key = get_object(server.url, "/v1/competition")["replay_key"]
+        rows = get_object(server.url, "/v1/leaderboard")["rows"]
+
+    def computed(*arguments: str) -> tuple[int, dict[str, Any]]:
+        command = [sys.executable, str(EXAMPLE), str(path.parent), "--practice", *arguments]
+        ended = subprocess.run(command, capture_output=True, text=True, check=False)
+        return ended.returncode, json.loads(ended.stdout)
+
+    code, board = computed("--key", key)
+    assert (code, board["refused"]) == (0, {})
+    assert [row["team"] for row in board["rows"]] == ["pytest"]
+    assert board["rows"][0]["total"] == rows[0]["total"]
+    assert board["rows"][0]["tasks"]["balls"]["run_id"] == rows[0]["tasks"]["balls"]["run_id"]
+
+    code, board = computed("--key", "00" * 32)
+    assert code == 1
+    assert "signed by" in board["refused"][path.name]
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+    code, board = computed("--key", key)
+    assert code == 1
+    assert board["rows"] == []
