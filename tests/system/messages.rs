@@ -16,7 +16,8 @@ fn redact(key: &str, value: &mut Value) {
     match key {
         "session_id" | "resume_token" | "run_id" | "build_hash" | "server_version" | "version"
         | "state_hash" | "seed_hex" | "server_unix_ms" | "unix_ms" | "started_unix_ms" | "ended_unix_ms"
-        | "reached_unix_ms" | "wall_s" | "elapsed_s" => *value = json!(format!("<{key}>")),
+        | "reached_unix_ms" | "wall_s" | "elapsed_s" | "sha256" | "replay_sha256" | "replay_key"
+        | "bytes" => *value = json!(format!("<{key}>")),
         // How many there are and what they say is for the solver's tests.
         "contacts" | "joints" | "predicted_equilibrium" if value.is_array() => {
             *value = json!(format!("<{key}>"))
