@@ -34,12 +34,14 @@ def test_both_encodings(server: FakeServer, encoding: palmares.Encoding) -> None
         assert client.stop().score == 0.0
 
 
-def test_the_server_chooses_the_encoding(server: FakeServer) -> None:
-    for offered, chosen in ((("palmares.v1.msgpack",), "msgpack"), (("palmares.v1.json",), "json")):
-        server.subprotocols = offered
+def test_the_faster_encoding_that_the_server_speaks(server: FakeServer) -> None:
+    both = ("palmares.v1.json", "palmares.v1.msgpack")
+    for spoken, chosen in ((both, "msgpack"), (both[1:], "msgpack"), (both[:1], "json")):
+        server.subprotocols = spoken
         with palmares.Client(server.url) as client:
             assert client.encoding == chosen
-    server.subprotocols = ("palmares.v1.json",)
+    with palmares.Client(server.url, encoding="json") as client:
+        assert client.encoding == "json"
     with pytest.raises(palmares.NoServerError, match=r"palmares\.v1\.msgpack"):
         palmares.Client(server.url, encoding="msgpack")
 

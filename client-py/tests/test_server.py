@@ -22,6 +22,7 @@ def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 def test_a_run_and_its_place_on_the_leaderboard(url: str) -> None:
     with palmares.Client(url, team="pytest") as client:
         assert client.welcome.team == "pytest"
+        assert client.encoding == "msgpack"
         assert "balls" in [task.name for task in client.welcome.tasks]
         obs = client.reset("balls", "softhand", seed=5)
         assert obs.tick == 0

@@ -252,26 +252,33 @@ class Link:
             raise
 
     def _connect(self) -> Transport:
+        """Connect with the encoding we would rather have, or the next one."""
+        for count, offer in enumerate(self._offers, start=1):
+            try:
+                transport = self._connect_with(offer)
+            except Refused as refused:
+                # So says a server that does not speak it. Offered both, it would take JSON, the slower.
+                if refused.status == 400 and count < len(self._offers):
+                    continue
+                raise rest.error_of_response(refused.status, refused.body, self._http_url) from None
+            if transport.subprotocol is not None:
+                self._codec = CODECS[SUBPROTOCOLS[offer]]
+                return transport
+            transport.close()
+        raise NoServerError(f"{self._http_url} does not speak {' or '.join(self._offers)}")
+
+    def _connect_with(self, offer: str) -> Transport:
         headers = {"Authorization": f"Bearer {self._token}"} if self._token else {}
         try:
-            transport = Transport.connect(self._ws_url, self._offers, headers, self._timeout_s)
-        except Refused as refused:
-            raise rest.error_of_response(refused.status, refused.body, self._http_url) from None
+            return Transport.connect(self._ws_url, [offer], headers, self._timeout_s)
         except NoWebSocket as odd:
             raise NoServerError(
-                f"{self._http_url} does not speak {' or '.join(self._offers)}: {odd}. "
-                "Is it a Palmares server?"
+                f"{self._http_url} does not speak {offer}: {odd}. Is it a Palmares server?"
             ) from odd
         except OSError as unreachable:
             raise NoServerError(
                 f"no server at {self._http_url} ({unreachable}); is `palmares serve` running?"
             ) from None
-        encoding = SUBPROTOCOLS.get(transport.subprotocol or "")
-        if encoding is None:
-            transport.close()
-            raise NoServerError(f"{self._http_url} chose none of {' or '.join(self._offers)}")
-        self._codec = CODECS[encoding]
-        return transport
 
     def _greet(self, hello: Hello) -> Welcome:
         try:

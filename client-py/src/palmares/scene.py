@@ -71,8 +71,6 @@ class SceneBody(msgspec.Struct, kw_only=True):
     parts: list[ScenePart]
     color: Vec3
     """sRGB, 0 to 1"""
-    com: Vec3 = (0.0, 0.0, 0.0)
-    """Centre of mass in the body frame, m"""
 
     @property
     def xyz(self) -> Array:
