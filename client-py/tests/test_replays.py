@@ -10,6 +10,7 @@ from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import palmares
@@ -26,7 +27,7 @@ TICKS = 130
 def replay_of_a_run(server: RealServer, data: Path) -> Path:
     with palmares.Client(server.url, team="pytest") as client:
         obs = client.reset("balls", "softhand", seed=5)
-        base = palmares.pose(obs.hand.base.xyz + [0.05, 0.0, -0.1], obs.hand.base.quat_xyzw)
+        base = palmares.pose(obs.hand.base.xyz + np.array([0.05, 0.0, -0.1]), obs.hand.base.quat_xyzw)
         client.step(base=base, hand=[0.6], repeat=100)
         client.step(repeat=TICKS - 100)
         result = client.stop()
