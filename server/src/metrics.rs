@@ -90,16 +90,12 @@ impl Metrics {
         self.ticks.inc();
     }
 
-    /// A tick of a realtime run began so much after it was due.
-    #[allow(dead_code, reason = "for worlds that follow the wall clock")]
-    pub(crate) fn late(&self, by: Duration) {
-        self.lateness.observe(by.as_secs_f64());
-    }
-
-    /// Ticks of a realtime run went by without a new action.
-    #[allow(dead_code, reason = "for worlds that follow the wall clock")]
-    pub(crate) fn missed(&self, ticks: u64) {
-        self.missed_ticks.inc_by(ticks);
+    /// A tick of a realtime run began so much after it was due, with a new action or without.
+    pub(crate) fn began(&self, late: Duration, fresh: bool) {
+        self.lateness.observe(late.as_secs_f64());
+        if !fresh {
+            self.missed_ticks.inc();
+        }
     }
 
     /// A tick waited for its permit.
@@ -133,17 +129,17 @@ mod tests {
     fn everything_counted_is_told() {
         let metrics = Metrics::new();
         metrics.ticked();
-        metrics.late(Duration::from_millis(3));
-        metrics.missed(2);
+        metrics.began(Duration::from_millis(3), false);
+        metrics.began(Duration::from_micros(5), true);
         metrics.waited(Duration::from_micros(10));
         metrics.refused(Code::BadAction);
         metrics.refused(Code::BadAction);
         let text = metrics.text(Levels { worlds: 1, sessions: 2, viewers: 3, unverified: 4 });
         for line in [
             "palmares_ticks_total 1",
-            "palmares_tick_lateness_seconds_count 1",
-            "palmares_tick_lateness_seconds_bucket{le=\"0.0032\"} 1",
-            "palmares_missed_ticks_total 2",
+            "palmares_tick_lateness_seconds_count 2",
+            "palmares_tick_lateness_seconds_bucket{le=\"0.0032\"} 2",
+            "palmares_missed_ticks_total 1",
             "palmares_permit_wait_seconds_bucket{le=\"0.00005\"} 1",
             "palmares_refusals_total{code=\"bad_action\"} 2",
             "palmares_worlds_open 1",

@@ -104,7 +104,8 @@ impl Client {
 
 /// Where the hand goes: palm down through the heap in box A, each session in a phase of its own.
 fn target(phase: f64, time_s: f64) -> serde_json::Value {
-    let wave = |period_s: f64, shift: f64| (std::f64::consts::TAU * (time_s / period_s + shift) + phase).sin();
+    let wave =
+        |period_s: f64, shift: f64| (std::f64::consts::TAU * (time_s / period_s + shift) + phase).sin();
     json!({
         "base": {
             "position": [0.12 * wave(2.3, 0.0), 0.12 * wave(3.1, 0.25), 0.29 + 0.09 * wave(1.7, 0.5)],
@@ -127,11 +128,8 @@ async fn play(options: Options, number: u64) -> Result<Course, Error> {
     client.send(&reset).await?;
     let opened = client.reply("obs").await?;
     if opened.op == "error" {
-        course.refused = Some(format!(
-            "{}: {}",
-            opened.code.unwrap_or_default(),
-            opened.message.unwrap_or_default()
-        ));
+        course.refused =
+            Some(format!("{}: {}", opened.code.unwrap_or_default(), opened.message.unwrap_or_default()));
         return Ok(course);
     }
     let start = Instant::now();

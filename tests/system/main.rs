@@ -13,6 +13,7 @@ mod lifecycle;
 mod limits;
 mod messages;
 mod msgpack;
+mod observed;
 mod order;
 mod realtime;
 mod replays;

@@ -143,8 +143,11 @@ async fn deaf(server: &Server) -> tokio_tungstenite::WebSocketStream<tokio::net:
     let request = handshake_to(server, "/v1/watch", Some("palmares.v1.json"));
     let (mut socket, _) = client_async(request, stream).await.expect("a WebSocket");
     use futures_util::SinkExt;
-    let subscribe = json!({"op": "subscribe", "id": 1, "featured": true}).to_string();
-    socket.send(subscribe.into()).await.expect("sent");
+    // Every answer brings the scene with it: the way back is full soon.
+    for id in 1..=400 {
+        let subscribe = json!({"op": "subscribe", "id": id, "featured": true}).to_string();
+        socket.send(subscribe.into()).await.expect("sent");
+    }
     socket
 }
 

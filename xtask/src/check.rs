@@ -4,6 +4,7 @@ use crate::cargo::{build_server, cargo};
 use crate::docker;
 use crate::instructions;
 use crate::python::Environment;
+use crate::schema;
 use anyhow::{Context, Result};
 use std::fmt;
 use std::io::{BufRead, BufReader};
@@ -61,6 +62,11 @@ pub(crate) fn run() -> Result<bool> {
         server = Some(build_server(false)?);
         Ok(Tally { passed: 1, ..Tally::default() })
     }));
+    if let Some(program) = &server {
+        steps.push(step("descriptions in docs/schema", || {
+            schema::check(program).map(|()| Tally { passed: 1, ..Tally::default() })
+        }));
+    }
     let mut environment = None;
     steps.push(step("Python environment", || {
         environment = Some(Environment::prepare()?);

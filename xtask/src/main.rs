@@ -1,4 +1,4 @@
-//! Developer commands: `cargo xtask demo`, `docker`, `report` and `test`.
+//! Developer commands: `cargo xtask demo`, `docker`, `report`, `schema` and `test`.
 
 mod cargo;
 mod check;
@@ -7,6 +7,7 @@ mod docker;
 mod instructions;
 mod python;
 mod report;
+mod schema;
 mod server;
 
 use clap::{Parser, Subcommand};
@@ -28,6 +29,8 @@ enum Task {
     Docker(docker::Options),
     /// Compare speed and error with rapier and MuJoCo over all scenes; write docs/report.
     Report(report::Options),
+    /// Write the descriptions of messages and addresses in docs/schema anew.
+    Schema,
     /// Run every test: Rust and Python, formatting and lints.
     Test,
 }
@@ -37,6 +40,7 @@ fn main() -> ExitCode {
         Task::Demo(options) => demo::run(&options).map(|()| true),
         Task::Docker(options) => docker::run(&options).map(|()| true),
         Task::Report(options) => report::run(&options).map(|()| true),
+        Task::Schema => cargo::build_server(false).and_then(|program| schema::run(&program)).map(|()| true),
         Task::Test => check::run(),
     };
     match outcome {

@@ -1,5 +1,6 @@
 //! Everything that is not a stream: JSON over HTTP, and the leaderboard as a page.
 
+pub(crate) mod openapi;
 mod page;
 mod problem;
 mod replay;
@@ -21,6 +22,7 @@ pub(crate) fn router(host: Arc<Host>) -> Router {
         .route("/healthz", get(rest::healthz))
         .route("/readyz", get(rest::readyz))
         .route("/metrics", get(rest::metrics))
+        .route("/openapi.json", get(openapi::openapi))
         .route("/v1/control", get(ws::control))
         .route("/v1/watch", get(watch::watch))
         .route("/v1/competition", get(rest::competition))

@@ -4,14 +4,17 @@ use crate::metrics::METRICS;
 use crate::protocol::{Code, Refusal};
 use axum::http::{HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// A refusal as an HTTP response.
 #[derive(Debug)]
 pub(crate) struct Problem(pub(crate) Refusal);
 
-#[derive(Serialize)]
-struct Body<'a> {
+/// An error, RFC 9457.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Problem")]
+pub(super) struct Body<'a> {
     /// No page describes the codes one by one: the standard's word for that.
     r#type: &'static str,
     title: &'a str,

@@ -13,6 +13,7 @@ use axum::http::Uri;
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
 use axum::response::IntoResponse;
 use palmares_models::describe::HandDescription;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -45,7 +46,8 @@ pub(super) async fn metrics(State(host): State<Arc<Host>>) -> Result<impl IntoRe
     Ok(([(CONTENT_TYPE, format)], METRICS.text(host.levels(unverified))))
 }
 
-#[derive(Serialize)]
+/// What is being played here.
+#[derive(Serialize, JsonSchema)]
 pub(super) struct CompetitionAnswer {
     #[serde(flatten)]
     competition: Competition,
@@ -70,7 +72,8 @@ pub(super) async fn competition(State(host): State<Arc<Host>>) -> Json<Competiti
     })
 }
 
-#[derive(Serialize)]
+/// The tasks.
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Tasks {
     tasks: Vec<TaskInfo>,
 }
@@ -80,7 +83,8 @@ pub(super) async fn tasks(State(host): State<Arc<Host>>) -> Json<Tasks> {
     Json(Tasks { tasks: host.task_infos() })
 }
 
-#[derive(Serialize)]
+/// The hands in short.
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Hands {
     hands: Vec<HandInfo>,
 }
@@ -101,7 +105,8 @@ pub(super) async fn hand(State(host): State<Arc<Host>>, Path(name): Path<String>
     }
 }
 
-#[derive(Serialize)]
+/// The ranking.
+#[derive(Serialize, JsonSchema)]
 pub(super) struct Leaderboard {
     tasks: Vec<String>,
     rows: Vec<LeaderboardRow>,

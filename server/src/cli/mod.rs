@@ -75,8 +75,12 @@ enum Command {
     ///
     /// Checks chain and signature, but does not simulate. Foxglove (https://foxglove.dev) shows the same file in 3D.
     Replay(replay::ReplayOptions),
-    /// Print the JSON Schema of the protocol's messages
-    Schema,
+    /// Print the description of the messages (JSON Schema) or of the HTTP addresses (OpenAPI)
+    Schema {
+        /// Which
+        #[arg(value_enum, default_value_t = schema::What::Control)]
+        what: schema::What,
+    },
 }
 
 impl Cli {
@@ -91,7 +95,7 @@ impl Cli {
             Command::Health(options) => health::health(&options)?,
             Command::Verify(options) => return verify::verify(&options),
             Command::Replay(options) => return replay::replay(&options),
-            Command::Schema => schema::schema()?,
+            Command::Schema { what } => schema::schema(what)?,
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -7,6 +7,7 @@ use super::pace::{Pace, Part, Tempo};
 use super::pacer::{Paced, Pacer};
 use super::scheduler::{Scheduler, Urgency};
 use super::world::{StepError, World};
+use crate::metrics::METRICS;
 use palmares_models::hand::Hand;
 use palmares_tasks::{Action, ActionError, Observation, Reason};
 use std::collections::VecDeque;
@@ -248,6 +249,7 @@ impl Paced for Live {
         let now = Instant::now();
         let (late, part) = pace.begin(now, fresh.is_some());
         self.scheduler.load().was_late(now, late);
+        METRICS.began(late, part == Part::Fresh);
         let action = match part {
             Part::Still => Self::still(world),
             Part::Fresh | Part::Repeat => Ok(fresh.unwrap_or_default()),

@@ -2,6 +2,7 @@
 
 use super::{Store, StoreError, signed, unix_ms};
 use palmares_tasks::{Event, Outcome, Sensing};
+use schemars::JsonSchema;
 use serde::Serialize;
 use sqlx::any::AnyRow;
 use sqlx::{FromRow, Row};
@@ -53,7 +54,7 @@ pub(crate) struct FinishedRun<'a> {
 }
 
 /// A run as `GET /v1/runs/{id}` shows it.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct RunRecord {
     /// Identifies it.
     pub(crate) run_id: String,

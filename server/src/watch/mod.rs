@@ -8,7 +8,7 @@ mod access;
 mod frame;
 mod hub;
 pub(crate) mod messages;
-mod request;
+pub(crate) mod request;
 mod viewer;
 
 pub(crate) use access::Watcher;
