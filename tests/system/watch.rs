@@ -184,7 +184,8 @@ async fn nobody_waits_for_a_viewer_that_does_not_read_and_it_is_let_go() {
             frames.push(message["tick"].as_u64().expect("a tick"));
         }
     }
-    assert!(frames.windows(2).all(|pair| pair[0] < pair[1]), "{frames:?}");
+    // A frame may come once more, for every subscription; never an older one.
+    assert!(frames.windows(2).all(|pair| pair[0] <= pair[1]), "{frames:?}");
     assert!(frames.last().is_none_or(|&last| last < tick), "{frames:?}");
     player.goes_on(tick).await;
 }
