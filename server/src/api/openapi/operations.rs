@@ -28,5 +28,10 @@ pub(super) fn operations() -> Vec<Operation> {
         get("/v1/hands/{name}", "A hand in full", of::<HandDescription>()),
         get("/v1/leaderboard", "The ranking", of::<rest::Leaderboard>()),
         get("/v1/runs/{id}", "A run as stored", of::<RunRecord>()),
+        get(
+            "/v1/runs/{id}/replay",
+            "A run's replay, an MCAP file",
+            Content::Other("application/octet-stream"),
+        ),
     ]
 }
