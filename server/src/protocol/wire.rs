@@ -3,7 +3,8 @@
 use super::reply::Reply;
 use super::request::{Parsed, parse_json, parse_msgpack};
 use super::{Code, Refusal};
-use axum::extract::ws::Message;
+use axum::extract::ws::{Message, Utf8Bytes};
+use serde::Serialize;
 
 /// How messages are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +21,9 @@ pub(crate) enum WriteError {
     /// As JSON.
     #[error("as JSON: {0}")]
     Json(#[from] serde_json::Error),
+    /// As JSON, with what is no text.
+    #[error("as JSON: not UTF-8")]
+    Utf8,
     /// As MessagePack.
     #[error("as MessagePack: {0}")]
     MsgPack(#[from] rmp_serde::encode::Error),
@@ -42,11 +46,18 @@ impl Encoding {
         Self::ALL.into_iter().find(|encoding| encoding.subprotocol() == subprotocol)
     }
 
-    /// A message as a frame.
-    pub(crate) fn write(self, reply: &Reply) -> Result<Message, WriteError> {
+    /// A message as a frame. `room`: as long as it will probably be, bytes.
+    pub(crate) fn write(self, reply: &Reply, room: usize) -> Result<Message, WriteError> {
+        let mut bytes = Vec::with_capacity(room);
         Ok(match self {
-            Encoding::Json => Message::Text(serde_json::to_string(reply)?.into()),
-            Encoding::MsgPack => Message::Binary(rmp_serde::to_vec_named(reply)?.into()),
+            Encoding::Json => {
+                serde_json::to_writer(&mut bytes, reply)?;
+                Message::Text(Utf8Bytes::try_from(bytes).map_err(|_| WriteError::Utf8)?)
+            }
+            Encoding::MsgPack => {
+                reply.serialize(&mut rmp_serde::Serializer::new(&mut bytes).with_struct_map())?;
+                Message::Binary(bytes.into())
+            }
         })
     }
 

@@ -49,7 +49,10 @@ impl Session {
             let (world, course) = match std::mem::take(&mut self.stage) {
                 Stage::Empty => (None, Course::default()),
                 Stage::Lockstep(world) => (Some(*world), Course::default()),
-                Stage::Realtime(live) => (live.take(reason == Reason::SessionOver), live.course()),
+                Stage::Realtime(live) => {
+                    let by_us = matches!(reason, Reason::SessionOver | Reason::Voided);
+                    (live.take(by_us.then_some(reason)), live.course())
+                }
             };
             let outcome = match world {
                 // An unsound world has nothing to say.

@@ -93,17 +93,21 @@ impl Live {
     ) -> Arc<Self> {
         let pace = Pace::new(Instant::now(), tick_s);
         let due = pace.due();
-        let live = Arc::new(Live {
+        let live = Arc::new(Self::new(world, hand, pace, official, scheduler.clone()));
+        pacer.enlist(due, 0, live.clone());
+        live
+    }
+
+    fn new(world: World, hand: Arc<Hand>, pace: Pace, official: bool, scheduler: Scheduler) -> Self {
+        Live {
             hand,
             official,
-            scheduler: scheduler.clone(),
+            scheduler,
             inbox: Mutex::new(Inbox { action: None, tick: 0, turn: 0, paused: false }),
             stage: Mutex::new(Stage { world: Some(world), pace }),
             stream: Mutex::new(Stream::default()),
             news: Notify::new(),
-        });
-        pacer.enlist(due, 0, live.clone());
-        live
+        }
     }
 
     /// Takes an action; what it leaves out keeps what came before. Returns the tick at which it takes effect.
@@ -194,14 +198,16 @@ impl Live {
         pacer.enlist(due, turn, self.clone());
     }
 
-    /// Takes the world away: it ticks no more. `session_over` streams a last observation that says so.
-    pub(crate) fn take(&self, session_over: bool) -> Option<World> {
+    /// Takes the world away: it ticks no more. A run that is cut short streams a last observation that says why.
+    pub(crate) fn take(&self, cut_short: Option<Reason>) -> Option<World> {
         lock(&self.inbox).turn += 1;
         let mut stage = lock(&self.stage);
         let mut world = stage.world.take()?;
-        if session_over && let Ok(mut observation) = world.observe() {
+        if let Some(reason) = cut_short
+            && let Ok(mut observation) = world.observe()
+        {
             observation.truncated = true;
-            observation.reason = Some(Reason::SessionOver.as_str().into());
+            observation.reason = Some(reason.as_str().into());
             // What the referee noted in this tick was told with it.
             observation.events.clear();
             let over = self.over();
@@ -277,3 +283,6 @@ impl Paced for Live {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -40,6 +40,17 @@ enum End {
 /// An alarm that is off by less is left as it is: clocks that run at the same rate differ by a rounding.
 const ALARM_SLACK: Duration = Duration::from_millis(2);
 
+/// Bytes set aside for a message of which nothing is known.
+const ROOM: usize = 1024;
+
+fn message_len(message: &Message) -> usize {
+    match message {
+        Message::Text(text) => text.len(),
+        Message::Binary(bytes) => bytes.len(),
+        Message::Ping(_) | Message::Pong(_) | Message::Close(_) => 0,
+    }
+}
+
 async fn order(session: Option<&mut Session>) -> Ordered {
     match session {
         Some(session) => session.order().await,
@@ -53,6 +64,8 @@ struct Connection {
     host: Arc<Host>,
     session: Option<Box<Session>>,
     rate: RateLimit,
+    /// Bytes the next message will probably need.
+    room: usize,
     /// When the client last showed a sign of life.
     heard: Instant,
 }
@@ -63,7 +76,7 @@ pub(crate) async fn serve(socket: WebSocket, encoding: Encoding, host: Arc<Host>
     let limits = host.limits();
     let rate = RateLimit::new(limits.requests_per_s, limits.requests_burst, host.now());
     let heard = Instant::now();
-    let mut connection = Connection { socket, encoding, host, session: None, rate, heard };
+    let mut connection = Connection { socket, encoding, host, session: None, rate, room: ROOM, heard };
     let end = connection.talk().await;
     let session = connection.session.take();
     // The session is settled before the socket closes: a client that comes back at once finds it waiting.
@@ -276,8 +289,12 @@ impl Connection {
     }
 
     async fn send(&mut self, reply: &Reply) -> ControlFlow<End> {
-        match self.encoding.write(reply) {
-            Ok(message) => self.send_message(message).await,
+        match self.encoding.write(reply, self.room) {
+            Ok(message) => {
+                // The next message will be about as long as this one, at most.
+                self.room = message_len(&message).clamp(ROOM, 16 * ROOM) * 5 / 4;
+                self.send_message(message).await
+            }
             Err(error) => {
                 tracing::error!(%error, "a reply cannot be written");
                 ControlFlow::Break(End::Fatal(Code::Internal))

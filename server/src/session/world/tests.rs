@@ -1,0 +1,59 @@
+//! What a world does when its run ends, refuses or breaks.
+
+use super::toy::{Toy, toy_world};
+use super::*;
+use crate::session::places::Places;
+
+struct Stage {
+    world: World,
+    places: Places,
+    scheduler: Scheduler,
+    background: Background,
+}
+
+impl Stage {
+    async fn open(toy: Toy) -> Self {
+        let (world, places) = toy_world(toy);
+        Stage { world, places, scheduler: Scheduler::new(1), background: Background::new(1) }
+    }
+
+    async fn step(&mut self, action: Action, repeat: u32) -> Result<Observation, StepError> {
+        let stepped = self.world.step(&self.scheduler, false, &action, repeat).await;
+        stepped.map(|stepped| stepped.observation)
+    }
+
+    async fn finish(self) -> Option<Outcome> {
+        self.world.finish(&self.background, Reason::Stopped).await
+    }
+}
+
+#[tokio::test]
+async fn repeated_ticks_keep_all_events_and_end_with_the_run() {
+    let mut stage = Stage::open(Toy { over_at: 5, ..Toy::default() }).await;
+    let three = stage.step(Action::default(), 3).await.expect("steps");
+    assert_eq!(three.events.iter().map(|event| event.tick).collect::<Vec<_>>(), [1, 2, 3]);
+    let rest = stage.step(Action::default(), 9).await.expect("steps");
+    assert_eq!((rest.tick, rest.events.len()), (5, 2));
+    assert_eq!(stage.finish().await.map(|outcome| outcome.ticks), Some(5));
+}
+
+#[tokio::test]
+async fn a_refused_action_changes_nothing() {
+    let mut stage = Stage::open(Toy::default()).await;
+    let wrong = Action { hand: Some(vec![0.5]), base: None };
+    assert!(matches!(stage.step(wrong, 1).await, Err(StepError::Action(_))));
+    assert_eq!(stage.step(Action::default(), 1).await.expect("steps").tick, 1);
+}
+
+#[tokio::test]
+async fn an_unsound_or_panicking_world_is_a_fault_and_frees_its_place() {
+    for toy in [Toy { unsound_at: 2, ..Toy::default() }, Toy { panic_at: 2, ..Toy::default() }] {
+        let mut stage = Stage::open(toy).await;
+        assert!(stage.step(Action::default(), 1).await.is_ok());
+        assert!(matches!(stage.step(Action::default(), 1).await, Err(StepError::Fault)));
+        assert!(matches!(stage.step(Action::default(), 1).await, Err(StepError::Fault)));
+        let places = stage.places.clone();
+        assert!(stage.finish().await.is_none());
+        assert_eq!(places.open().all(), 0);
+    }
+}

@@ -1,0 +1,87 @@
+//! A world without physics, for tests: it counts, and ends, breaks or panics when told.
+
+use super::*;
+use crate::protocol::Mode;
+use crate::session::places::Places;
+use palmares_tasks::observation::{BodyState, HandObservation};
+
+/// Counts ticks; ends, breaks or panics when told.
+pub(crate) struct Toy {
+    pub(crate) tick: u64,
+    told: Action,
+    news: Vec<Event>,
+    pub(crate) over_at: u64,
+    pub(crate) unsound_at: u64,
+    pub(crate) panic_at: u64,
+}
+
+impl Default for Toy {
+    fn default() -> Self {
+        Toy { tick: 0, told: Action::default(), news: vec![], over_at: u64::MAX, unsound_at: u64::MAX, panic_at: u64::MAX }
+    }
+}
+
+impl Playable for Toy {
+    fn step(&mut self, action: &Action) -> Result<(), ActionError> {
+        if action.hand.as_ref().is_some_and(|sigma| !sigma.is_empty()) {
+            return Err(ActionError::ZeroQuaternion);
+        }
+        self.tick += 1;
+        self.told = action.clone();
+        assert!(self.tick != self.panic_at, "toy panic");
+        self.news = vec![Event { tick: self.tick, kind: "tick".into(), object: None }];
+        Ok(())
+    }
+    fn observe(&self, _: Sensing) -> Observation {
+        let (position, linear) = ([0.0; 3], [0.0; 3]);
+        let base = BodyState { position, quat_xyzw: [0.0, 0.0, 0.0, 1.0], linear, angular: linear };
+        Observation {
+            tick: self.tick,
+            sim_time_s: 0.0,
+            applied_action: self.told.clone(),
+            hand: HandObservation {
+                base,
+                actuators: vec![],
+                wrist: Wrench { force: [0.0; 3], torque: [0.0; 3] },
+            },
+            truth: None,
+            events: self.news.clone(),
+            score: 0.0,
+            terminated: false,
+            truncated: self.tick >= self.over_at,
+            reason: None,
+        }
+    }
+    fn healthy(&self) -> bool {
+        self.tick < self.unsound_at
+    }
+    fn events(&self) -> &[Event] {
+        &self.news
+    }
+    fn over(&self) -> Option<Reason> {
+        (self.tick >= self.over_at).then_some(Reason::TimeLimit)
+    }
+    fn run(&mut self) -> Option<&mut Run> {
+        None
+    }
+    fn finish(&mut self, reason: Reason) -> Outcome {
+        Outcome {
+            score: self.tick as f64,
+            in_goal: 0,
+            outside: 0,
+            reason,
+            ticks: self.tick,
+            sim_time_s: 0.0,
+            events: vec![],
+            state_hash: String::new(),
+        }
+    }
+}
+
+/// A world with a toy in it, and where its place is counted.
+pub(crate) fn toy_world(toy: Toy) -> (World, Places) {
+    let places = Places::default();
+    let place = places.take(Mode::Lockstep, false, |_| Ok(())).expect("free");
+    let (sensing, witnesses) = (Sensing::Truth, vec![]);
+    (World { game: Some(Box::new(toy)), sensing, witnesses, _place: place }, places)
+}
