@@ -51,9 +51,8 @@ fn an_id_is_a_safe_whole_number() {
 
 #[test]
 fn a_push_has_a_link_a_wrench_and_a_duration() {
-    let parsed = parse_json(
-        r#"{"op":"perturb","id":1,"link":"palm","wrench":{"force":[0,0,-5]},"duration_s":0.5}"#,
-    );
+    let parsed =
+        parse_json(r#"{"op":"perturb","id":1,"link":"palm","wrench":{"force":[0,0,-5]},"duration_s":0.5}"#);
     assert!(matches!(parsed.request, Ok(Request::Perturb(push)) if push.wrench.torque == [0.0; 3]));
     let (_, code, message) =
         refusal(r#"{"op":"perturb","id":1,"link":"palm","wrench":{"force":[0,0]},"duration_s":0.5}"#);

@@ -25,8 +25,9 @@ fn actions_take_effect_at_the_tick_they_were_promised() {
     live.tick(0);
     assert_eq!(live.act(moving(0.3)), Ok(3));
     live.tick(0);
-    let seen: Vec<(u64, Action)> =
-        std::iter::from_fn(|| live.pop()).map(|s| (s.observation.tick, s.observation.applied_action)).collect();
+    let seen: Vec<(u64, Action)> = std::iter::from_fn(|| live.pop())
+        .map(|s| (s.observation.tick, s.observation.applied_action))
+        .collect();
     assert_eq!(seen, [(1, moving(0.2)), (2, Action::default()), (3, moving(0.3))]);
     assert_eq!(live.course().tempo.missed, 1);
 }

@@ -8,8 +8,8 @@ use palmares_tasks::observation::{BodyState, HandObservation};
 /// Counts ticks; ends, breaks or panics when told.
 pub(crate) struct Toy {
     pub(crate) tick: u64,
-    told: Action,
-    news: Vec<Event>,
+    pub(crate) told: Action,
+    pub(crate) news: Vec<Event>,
     pub(crate) over_at: u64,
     pub(crate) unsound_at: u64,
     pub(crate) panic_at: u64,
@@ -17,7 +17,14 @@ pub(crate) struct Toy {
 
 impl Default for Toy {
     fn default() -> Self {
-        Toy { tick: 0, told: Action::default(), news: vec![], over_at: u64::MAX, unsound_at: u64::MAX, panic_at: u64::MAX }
+        Toy {
+            tick: 0,
+            told: Action::default(),
+            news: vec![],
+            over_at: u64::MAX,
+            unsound_at: u64::MAX,
+            panic_at: u64::MAX,
+        }
     }
 }
 
