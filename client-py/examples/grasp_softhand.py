@@ -9,8 +9,11 @@ is worth is in `tasks/grasp/task.toml`. Change the numbers in `GRASP` and see wh
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import sys
+import time
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from balls_softhand import Mover, RunOverError
@@ -41,14 +44,38 @@ def main() -> None:
     parser.add_argument("--team", default="example", help="name on a practice server's leaderboard")
     parser.add_argument("--seed", type=int, help="scene of the first run; the next runs count up")
     parser.add_argument("--runs", type=int, default=1, help="how many runs")
+    parser.add_argument("--json", action="store_true", help="one JSON object per run on stdout")
     args = parser.parse_args()
     with palmares.Client(args.url, team=args.team) as client:
         for k in range(args.runs):
-            grasp(client, None if args.seed is None else args.seed + k)
+            summary = grasp(client, None if args.seed is None else args.seed + k)
+            if args.json:
+                print(json.dumps(asdict(summary)), flush=True)
+            else:
+                said = ", ".join(summary.said) or "not lifted"
+                print(f"{summary.object:28} score {summary.score:5.2f}  {said}", flush=True)
 
 
-def grasp(client: palmares.Client, seed: int | None) -> None:
+@dataclass(frozen=True)
+class Summary:
+    """What came of a run."""
+
+    run_id: str
+    seed: int | None
+    object: str
+    score: float
+    kept: int
+    """1 if the object is still in the hand after the shake"""
+    said: list[str]
+    """What the referee noted, and when"""
+    sim_time_s: float
+    rtf: float
+    """Simulated time per wall time"""
+
+
+def grasp(client: palmares.Client, seed: int | None) -> Summary:
     """Play one run."""
+    started = time.monotonic()
     obs = client.reset("grasp", "softhand", sensing="truth", seed=seed)
     (thing,) = look(client.scene, obs)
     # The fingers lie across the object's longer side.
@@ -68,9 +95,18 @@ def grasp(client: palmares.Client, seed: int | None) -> None:
         mover.wait(10.0)
     except RunOverError:
         pass  # The shake is over.
+    wall_s = time.monotonic() - started
     result = client.stop()
-    said = ", ".join(f"{event.kind} at {event.tick * 0.01:.2f} s" for event in result.events)
-    print(f"{thing.name:28} score {result.score:5.2f}  {said or 'not lifted'}", flush=True)
+    return Summary(
+        run_id=result.run_id,
+        seed=seed,
+        object=thing.name,
+        score=result.score,
+        kept=result.in_goal,
+        said=[f"{event.kind} at {event.tick * 0.01:.2f} s" for event in result.events],
+        sim_time_s=mover.obs.sim_time_s,
+        rtf=mover.obs.sim_time_s / wall_s,
+    )
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ use crate::cargo::build_server;
 use crate::python::Environment;
 use crate::server::Server;
 use anyhow::{Context, Result, ensure};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
@@ -15,12 +15,42 @@ pub(crate) struct Options {
     /// Print the outcome as one JSON object on the last line.
     #[arg(long)]
     json: bool,
+    /// Which task.
+    #[arg(long, value_enum, default_value_t = Demonstrated::Balls)]
+    task: Demonstrated,
     /// Which scene.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Keep the server's database and log, and say where they are.
     #[arg(long)]
     keep: bool,
+}
+
+/// The tasks that an example controller plays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Demonstrated {
+    Balls,
+    Shelf,
+    Grasp,
+}
+
+impl Demonstrated {
+    fn example(self) -> &'static str {
+        match self {
+            Demonstrated::Balls => "examples/balls_softhand.py",
+            Demonstrated::Shelf => "examples/shelf_softhand.py",
+            Demonstrated::Grasp => "examples/grasp_softhand.py",
+        }
+    }
+
+    /// Which field of the example's outcome says how many objects are where they should be, and what it counts.
+    fn goal(self) -> (&'static str, &'static str) {
+        match self {
+            Demonstrated::Balls => ("balls_in_b", "balls in box B"),
+            Demonstrated::Shelf => ("in_box", "objects in the box"),
+            Demonstrated::Grasp => ("kept", "objects still in the hand after the shake"),
+        }
+    }
 }
 
 /// Builds, plays one run, prints what came of it.
@@ -33,26 +63,26 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let directory = DataDirectory::create(options.keep)?;
     let server = Server::start(&program, &directory.path)?;
     eprintln!("== the example controller plays seed {} on {}", options.seed, server.url());
-    let outcome = play(&environment, &server, options.seed)?;
+    let outcome = play(&environment, &server, options)?;
     let leaderboard = server.get_json("/v1/leaderboard")?;
     server.stop()?;
     let replay = keep_replay(&directory, &program, &outcome)?;
 
     if options.json {
-        println!("{}", summary(&outcome, &leaderboard, &replay));
+        println!("{}", summary(options.task, &outcome, &leaderboard, &replay));
     } else {
-        print_for_people(&outcome, &leaderboard, &replay);
+        print_for_people(options.task, &outcome, &leaderboard, &replay);
     }
     Ok(())
 }
 
 /// Runs the example; its progress goes to standard error, its outcome is returned.
-fn play(environment: &Environment, server: &Server, seed: u64) -> Result<Value> {
+fn play(environment: &Environment, server: &Server, options: &Options) -> Result<Value> {
     let output = environment
         .python()
-        .args(["examples/balls_softhand.py", "--json"])
+        .args([options.task.example(), "--json"])
         .args(["--url", &server.url()])
-        .args(["--seed", &seed.to_string()])
+        .args(["--seed", &options.seed.to_string()])
         .stderr(Stdio::inherit())
         .output()
         .context("cannot start the example")?;
@@ -75,10 +105,11 @@ fn keep_replay(directory: &DataDirectory, program: &Path, outcome: &Value) -> Re
     Ok(kept)
 }
 
-fn summary(outcome: &Value, leaderboard: &Value, replay: &Path) -> Value {
+fn summary(task: Demonstrated, outcome: &Value, leaderboard: &Value, replay: &Path) -> Value {
+    let (field, _) = task.goal();
     json!({
         "score": outcome["score"],
-        "balls_in_b": outcome["balls_in_b"],
+        field: outcome[field],
         "run_id": outcome["run_id"],
         "leaderboard": leaderboard["rows"],
         "rtf": outcome["rtf"],
@@ -86,9 +117,10 @@ fn summary(outcome: &Value, leaderboard: &Value, replay: &Path) -> Value {
     })
 }
 
-fn print_for_people(outcome: &Value, leaderboard: &Value, replay: &Path) {
+fn print_for_people(task: Demonstrated, outcome: &Value, leaderboard: &Value, replay: &Path) {
     let run_id = outcome["run_id"].as_str().unwrap_or("?");
-    println!("score {}: {} balls in box B, run {run_id}", outcome["score"], outcome["balls_in_b"]);
+    let (field, counted) = task.goal();
+    println!("score {}: {} {counted}, run {run_id}", outcome["score"], outcome[field]);
     println!(
         "{:.1} s simulated, {:.1} times as fast as real time",
         outcome["sim_time_s"].as_f64().unwrap_or_default(),

@@ -103,8 +103,8 @@ impl HoldReferee {
             }
             Stage::Shaking { since, mut slip } => {
                 let slipped = slip.see(seen.in_hand) >= self.rules.slip_m;
-                // `risen` may be no number.
-                if slipped || !(risen >= 0.5 * self.rules.lift_m) {
+                let down = risen.is_nan() || risen < 0.5 * self.rules.lift_m;
+                if slipped || down {
                     note(if slipped { "slipped" } else { "dropped" });
                     Stage::Lost
                 } else if tick - since >= ticks(3.0 * self.rules.shake.axis_s) {
