@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import shutil
 import ssl
 import subprocess
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -65,6 +67,21 @@ def test_pings_are_answered_while_the_controller_thinks(monkeypatch: pytest.Monk
         time.sleep(1.0)  # The fake server hangs up after 0.2 s without a pong.
         assert client.step().tick == 1
     assert [request["op"] for request in server.requests].count("hello") == 1
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+def test_a_client_that_nobody_closes_leaves_no_thread(
+    server: FakeServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(link_module, "TEND_S", 0.02)
+    client = palmares.Client(server.url)
+    heartbeat = next(thread for thread in threading.enumerate() if thread.name == "palmares-heartbeat")
+    del client
+    deadline = time.monotonic() + 5.0
+    while heartbeat.is_alive() and time.monotonic() < deadline:
+        gc.collect()
+        time.sleep(0.02)
+    assert not heartbeat.is_alive()
 
 
 def test_a_connection_that_breaks_meanwhile_is_taken_up_meanwhile(
