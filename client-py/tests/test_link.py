@@ -60,6 +60,22 @@ def test_a_token_from_argument_or_environment(server: FakeServer, monkeypatch: p
     palmares.Client(server.url).close()
 
 
+@pytest.mark.parametrize(
+    ("code", "message", "kind"),
+    [
+        ("wrong_state", "the competition is closed; ask again when it is open", palmares.WrongStateError),
+        ("session_over", "the team has had all its sessions; ask the organizer", palmares.SessionOverError),
+    ],
+)
+def test_who_may_not_play_now_is_told_at_once(
+    server: FakeServer, code: str, message: str, kind: type[palmares.PalmaresError]
+) -> None:
+    server.replies.append({"op": "error", "code": code, "message": message, "retry_after_s": 10.0})
+    with pytest.raises(kind, match=message) as caught:
+        palmares.Client(server.url)
+    assert caught.value.retry_after_s == 10.0
+
+
 def test_pings_are_answered_while_the_controller_thinks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(link_module, "TEND_S", 0.05)
     with FakeServer(ping_interval_s=0.2) as server, palmares.Client(server.url) as client:
