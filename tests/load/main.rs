@@ -28,6 +28,9 @@ struct Options {
     /// How long each plays, s
     #[arg(long, default_value_t = 30.0)]
     seconds: f64,
+    /// What the first seconds of a session say is left out: others are still building their scenes, s
+    #[arg(long, default_value_t = 5.0)]
+    warm_up: f64,
     /// Hand
     #[arg(long, default_value = "softhand")]
     hand: String,
@@ -141,7 +144,9 @@ async fn play(options: Options, number: u64) -> Result<Course, Error> {
             return Err(format!("{told:?}").into());
         }
         let Some(late_s) = told.late_s else { continue };
-        course.late_s.push(late_s);
+        if start.elapsed().as_secs_f64() >= options.warm_up {
+            course.late_s.push(late_s);
+        }
         tick = told.tick;
         let act = json!({"op": "act", "id": 10 + tick, "action": target(phase, tick as f64 * 0.01)});
         client.send(&act).await?;
