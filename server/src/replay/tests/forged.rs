@@ -7,10 +7,10 @@ use mcap::records::{MessageHeader, Metadata, Record, op};
 use std::collections::BTreeMap;
 
 /// What is written instead of a message or of a metadata record's `outcome`.
-type Change = dyn Fn(&str, &str) -> String;
+pub(super) type Change = dyn Fn(&str, &str) -> String;
 
 /// Writes a replay anew with other messages and signs it; `honest` also makes the chain fit again.
-fn rewritten(bytes: &[u8], change: &Change, honest: bool, signer: &Signer) -> Vec<u8> {
+pub(super) fn rewritten(bytes: &[u8], change: &Change, honest: bool, signer: &Signer) -> Vec<u8> {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("forged.mcap");
     let file = std::fs::File::options().read(true).write(true).create_new(true).open(&path).expect("file");

@@ -1,5 +1,6 @@
 //! Replays of short runs, recorded, read, damaged and played again.
 
+mod audit;
 mod forged;
 mod hostile;
 
