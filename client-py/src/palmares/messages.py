@@ -195,6 +195,14 @@ class Observation(Reply, kw_only=True, tag="obs"):
         return self.terminated or self.truncated
 
 
+class Replay(msgspec.Struct, kw_only=True):
+    """The file that plays a run again: ``GET /v1/runs/{id}/replay``."""
+
+    sha256: str
+    bytes: int
+    """Size of the file"""
+
+
 class Result(Reply, kw_only=True, tag="result"):
     """What a finished run is worth."""
 
@@ -226,6 +234,8 @@ class Result(Reply, kw_only=True, tag="result"):
     mode: str = "lockstep"
     """``lockstep`` or ``realtime``"""
     events: list[Event] = []
+    replay: Replay | None = None
+    """``None`` when the server does not record, or does not tell"""
     session_left_s: float | None = None
 
     @property

@@ -27,7 +27,8 @@ impl Place {
     /// An official run of a few ticks, recorded as the server does, that waits for its verification.
     async fn play(&self, run_id: &str, k: u64) {
         let seed = Seed::from_u64(5);
-        let (task, hand) = (Task::builtin().remove(0), Hand::builtin("pinch").expect("a hand of the program"));
+        let (task, hand) =
+            (Task::builtin().remove(0), Hand::builtin("pinch").expect("a hand of the program"));
         let session_id = format!("ses_{run_id}");
         let session = NewSession {
             session_id: session_id.clone(),
@@ -54,7 +55,8 @@ impl Place {
             build_hash: "0".into(),
         };
         self.store.begin_run(&row).await.expect("run");
-        let header = Header { k: Some(k), ..Header::new(run_id, "crabs", &task, &hand, seed, 1_700_000_000_000) };
+        let header =
+            Header { k: Some(k), ..Header::new(run_id, "crabs", &task, &hand, seed, 1_700_000_000_000) };
         let mut run = Run::new(task, hand, seed).expect("scene");
         let (begin, recording) = self.archive.record(header);
         let mut scribe = begin(&run);
@@ -66,7 +68,8 @@ impl Place {
         crate::session::Witness::finished(&mut scribe, &run, &outcome);
         let file = recording.file().await.expect("written");
         self.store.set_replay(run_id, &file.stored_path(), &file.sha256).await.expect("stored");
-        let row = FinishedRun { run_id, status: "provisional", outcome: &outcome, note: None, missed_ticks: 0 };
+        let row =
+            FinishedRun { run_id, status: "provisional", outcome: &outcome, note: None, missed_ticks: 0 };
         self.store.finish_run(&row).await.expect("stored");
     }
 
@@ -118,7 +121,10 @@ async fn a_provisional_run_becomes_verified() {
     bytes[middle] ^= 1;
     std::fs::write(place.path("run_1"), bytes).expect("written");
     let (status, note) = place.judged("run_1").await;
-    assert!(status == "rejected" && (note.starts_with("chain_broken") || note.starts_with("bad_signature")), "{note}");
+    assert!(
+        status == "rejected" && (note.starts_with("chain_broken") || note.starts_with("bad_signature")),
+        "{note}"
+    );
 }
 
 #[tokio::test]
@@ -138,7 +144,11 @@ async fn what_does_not_replay_is_rejected_with_the_reason() {
     let bytes = std::fs::read(place.path("run_forged")).expect("file");
     let signer = Signer::open(&place.folder.path().join(KEY_FILE)).expect("key");
     let change = |topic: &str, text: &str| {
-        if topic == ACTION && text.starts_with("{\"tick\":42,") { text.replace("0.4,0.6", "0.4,0.7") } else { text.into() }
+        if topic == ACTION && text.starts_with("{\"tick\":42,") {
+            text.replace("0.4,0.6", "0.4,0.7")
+        } else {
+            text.into()
+        }
     };
     let forged = forged::rewritten(&bytes, &change, true, &signer);
     std::fs::write(place.path("run_forged"), &forged).expect("written");
