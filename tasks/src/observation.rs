@@ -142,7 +142,7 @@ pub struct ContactObservation {
 pub struct Event {
     /// When, in ticks.
     pub tick: u64,
-    /// What: `in_goal`, `left_goal`, `outside`, `back_inside`, `lifted`, `dropped`, `slipped`, `held`, `shaken`.
+    /// `in_goal`, `left_goal`, `outside`, `back_inside`, `lifted`, `dropped`, `slipped`, `held`, `shaken`.
     pub kind: String,
     /// Which object.
     #[serde(default, skip_serializing_if = "Option::is_none")]
