@@ -18,6 +18,7 @@ use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::panic::catch_unwind;
 
 /// Ticks of the longest run anybody may record; a task's time limit is looked at before simulating.
 const MOST_TICKS: usize = 1 << 20;
@@ -95,12 +96,25 @@ pub(super) fn find_signature(bytes: &[u8]) -> Result<Range<usize>, Refused> {
 
 /// Reads a replay and checks its chain and its signature.
 pub(crate) fn read(bytes: &[u8]) -> Result<Replay, Refused> {
+    // The bounds should suffice; should a library give up all the same, that is no reason to go down with it.
+    catch_unwind(|| read_all(bytes))
+        .unwrap_or_else(|_| Err(Refused::ChainBroken("a damaged record brings the reader down".into())))
+}
+
+fn read_all(bytes: &[u8]) -> Result<Replay, Refused> {
     let mut reading = Reading::default();
+    let mut unpacked = 0;
     for frame in records::frames(bytes)? {
         match frame.opcode {
             op::METADATA => reading.metadata(&frame)?,
             op::ATTACHMENT => reading.attachment(&frame)?,
-            op::CHUNK => records::each_of_chunk(&frame, &mut |record| reading.record(frame.start, record))?,
+            op::CHUNK => {
+                unpacked +=
+                    records::each_of_chunk(&frame, &mut |record| reading.record(frame.start, record))?;
+                if unpacked > records::UNPACKED_BYTES {
+                    return Err(damaged(frame.start, "the chunks are too large together"));
+                }
+            }
             op::MESSAGE | op::CHANNEL if reading.header.is_some() && !reading.summary => {
                 let record = mcap::parse_record(frame.opcode, frame.body);
                 reading.record(frame.start, record.map_err(|error| damaged(frame.start, error))?)?;

@@ -13,6 +13,8 @@ const CHUNK_BYTES: usize = 8 << 20;
 const CHUNK_RATIO: u64 = 200;
 /// Smaller chunks may be packed as well as they like, bytes.
 const RATIO_COUNTS_FROM: u64 = 1 << 20;
+/// Bytes of all chunks together after unpacking; ten minutes in which everything moves have a hundred million.
+pub(super) const UNPACKED_BYTES: u64 = 2 << 30;
 /// Opcode and length.
 const PREFIX: usize = 9;
 
@@ -64,11 +66,11 @@ pub(super) fn frames(bytes: &[u8]) -> Result<Vec<Frame<'_>>, Refused> {
     }
 }
 
-/// Unpacks a chunk and shows its records.
+/// Unpacks a chunk and shows its records. Returns its size.
 pub(super) fn each_of_chunk(
     frame: &Frame<'_>,
     see: &mut dyn FnMut(Record<'_>) -> Result<(), Refused>,
-) -> Result<(), Refused> {
+) -> Result<u64, Refused> {
     let failed = |error: mcap::McapError| damaged(frame.start, error);
     let Record::Chunk { header, data } = mcap::parse_record(frame.opcode, frame.body).map_err(failed)? else {
         return Err(damaged(frame.start, "not a chunk"));
@@ -88,6 +90,7 @@ pub(super) fn each_of_chunk(
         .with_skip_end_magic(true)
         .with_prevalidate_chunk_crcs(true)
         .with_record_length_limit(CHUNK_BYTES);
+    let size = header.uncompressed_size;
     let mut reader = LinearReader::new_with_options(options);
     let mut prefix = [op::CHUNK; PREFIX];
     prefix[1..].copy_from_slice(&(frame.body.len() as u64).to_le_bytes());
@@ -109,7 +112,7 @@ pub(super) fn each_of_chunk(
             }
         }
     }
-    Ok(())
+    Ok(size)
 }
 
 /// Name and content of an attachment. The library's own parser trusts the lengths it reads.

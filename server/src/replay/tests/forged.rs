@@ -43,37 +43,39 @@ pub(super) fn rewritten(bytes: &[u8], change: &Change, honest: bool, signer: &Si
                 let Metadata { name, metadata } = metadata;
                 out.write_metadata(&Metadata { name, metadata }).expect("metadata");
             }
-            op::CHUNK => records::each_of_chunk(&frame, &mut |record| {
-                match record {
-                    Record::Schema { header, data } => {
-                        let id = out.add_schema(&header.name, &header.encoding, &data).expect("schema");
-                        schemas.insert(header.id, id);
-                    }
-                    Record::Channel(channel) => {
-                        let schema = schemas[&channel.schema_id];
-                        let id = out.add_channel(schema, &channel.topic, "json", &BTreeMap::new());
-                        topics.insert(channel.id, (channel.topic.clone(), id.expect("channel")));
-                    }
-                    Record::Message { header, data } => {
-                        let (topic, id) = &topics[&header.channel_id];
-                        let mut text = change(topic, std::str::from_utf8(&data).expect("JSON"));
-                        let chain = chain.as_mut().expect("header");
-                        if topic == HASH && honest {
-                            let mut hash: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-                            hash["chain"] = chain.to_hex().into();
-                            text = hash.to_string();
+            op::CHUNK => drop(
+                records::each_of_chunk(&frame, &mut |record| {
+                    match record {
+                        Record::Schema { header, data } => {
+                            let id = out.add_schema(&header.name, &header.encoding, &data).expect("schema");
+                            schemas.insert(header.id, id);
                         }
-                        if [ACTION, EVENT, HASH].contains(&topic.as_str()) {
-                            chain.extend(topic, text.as_bytes());
+                        Record::Channel(channel) => {
+                            let schema = schemas[&channel.schema_id];
+                            let id = out.add_channel(schema, &channel.topic, "json", &BTreeMap::new());
+                            topics.insert(channel.id, (channel.topic.clone(), id.expect("channel")));
                         }
-                        let header = MessageHeader { channel_id: *id, ..header };
-                        out.write_to_known_channel(&header, text.as_bytes()).expect("message");
+                        Record::Message { header, data } => {
+                            let (topic, id) = &topics[&header.channel_id];
+                            let mut text = change(topic, std::str::from_utf8(&data).expect("JSON"));
+                            let chain = chain.as_mut().expect("header");
+                            if topic == HASH && honest {
+                                let mut hash: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+                                hash["chain"] = chain.to_hex().into();
+                                text = hash.to_string();
+                            }
+                            if [ACTION, EVENT, HASH].contains(&topic.as_str()) {
+                                chain.extend(topic, text.as_bytes());
+                            }
+                            let header = MessageHeader { channel_id: *id, ..header };
+                            out.write_to_known_channel(&header, text.as_bytes()).expect("message");
+                        }
+                        _ => {}
                     }
-                    _ => {}
-                }
-                Ok(())
-            })
-            .expect("chunk"),
+                    Ok(())
+                })
+                .expect("chunk"),
+            ),
             _ => {}
         }
     }
