@@ -13,6 +13,7 @@ use crate::protocol::{Code, Mode, Refusal};
 use crate::replay::Archive;
 use crate::store::Store;
 use crate::watch::Hub;
+use crate::ws::Awake;
 use palmares_models::hand::Hand;
 use palmares_tasks::Task;
 use std::num::NonZero;
@@ -67,6 +68,8 @@ pub(crate) struct Host {
     pub(crate) pacer: Pacer,
     /// Which worlds are open.
     pub(crate) places: Places,
+    /// Connections that wait for their next request without sleeping.
+    pub(crate) awake: Awake,
     connections: Arc<Semaphore>,
     started: Instant,
     stopping: watch::Sender<bool>,
@@ -110,6 +113,7 @@ impl Host {
             watch: Arc::default(),
             pacer: Pacer::start(cores),
             places: Places::default(),
+            awake: Awake::default(),
             connections: Arc::new(Semaphore::new(settings.max_connections)),
             settings,
             started: Instant::now(),

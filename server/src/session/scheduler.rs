@@ -117,6 +117,11 @@ impl Scheduler {
         Scheduler(Arc::new(Shared { queue, load: Mutex::new(Load::new(Instant::now())), cores }))
     }
 
+    /// Whether nobody computes or waits to.
+    pub(crate) fn is_idle(&self) -> bool {
+        self.0.queue().free == self.0.cores
+    }
+
     /// How many permits there are.
     pub(crate) fn cores(&self) -> usize {
         self.0.cores

@@ -4,6 +4,7 @@
 //! that sends faster fills its own socket. A client that reads slowly misses observations of its realtime run, the
 //! oldest first, but no other message; one that takes nothing at all is dropped.
 
+use super::linger::Gaps;
 use super::rate::RateLimit;
 use crate::metrics::METRICS;
 use crate::protocol::{Code, Encoding, Parsed, Refusal, Reply, Request};
@@ -11,8 +12,11 @@ use crate::session::{Host, MESSAGE_BYTES, Ordered, Session, news};
 use axum::body::Bytes;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
 use palmares_tasks::Reason;
+use std::future::poll_fn;
 use std::ops::ControlFlow;
+use std::pin::pin;
 use std::sync::Arc;
+use std::task::Poll;
 use std::time::Duration;
 use tokio::time::{Instant, MissedTickBehavior, interval_at, sleep_until, timeout};
 
@@ -64,6 +68,7 @@ struct Connection {
     host: Arc<Host>,
     session: Option<Box<Session>>,
     rate: RateLimit,
+    gaps: Gaps,
     /// Bytes the next message will probably need.
     room: usize,
     /// When the client last showed a sign of life.
@@ -76,7 +81,8 @@ pub(crate) async fn serve(socket: WebSocket, encoding: Encoding, host: Arc<Host>
     let limits = host.limits();
     let rate = RateLimit::new(limits.requests_per_s, limits.requests_burst, host.now());
     let heard = Instant::now();
-    let mut connection = Connection { socket, encoding, host, session: None, rate, room: ROOM, heard };
+    let mut connection =
+        Connection { socket, encoding, host, session: None, rate, gaps: Gaps::new(), room: ROOM, heard };
     let end = connection.talk().await;
     let session = connection.session.take();
     // The session is settled before the socket closes: a client that comes back at once finds it waiting.
@@ -141,6 +147,12 @@ impl Connection {
                 }
                 None => armed = false,
             }
+            if let Some(message) = self.linger().await {
+                if let ControlFlow::Break(end) = self.receive(message).await {
+                    return end;
+                }
+                continue;
+            }
             let live = self.session.as_ref().and_then(|session| session.stream().cloned());
             let flow = tokio::select! {
                 biased;
@@ -158,6 +170,24 @@ impl Connection {
                 return end;
             }
         }
+    }
+
+    /// Looks for the next request without going to sleep, where that pays.
+    async fn linger(&mut self) -> Option<Option<Result<Message, axum::Error>>> {
+        let span = self.gaps.worth()?;
+        let (host, scheduler) = (self.host.clone(), &self.host.scheduler);
+        let _leave = host.awake.leave(scheduler.cores())?;
+        let end = std::time::Instant::now() + span;
+        while scheduler.is_idle() && !host.is_stopping() && std::time::Instant::now() < end {
+            let mut next = pin!(self.socket.recv());
+            let looked = poll_fn(|context| Poll::Ready(next.as_mut().poll(context))).await;
+            if let Poll::Ready(message) = looked {
+                return Some(message);
+            }
+            // Others of this thread, and the network, have their turn.
+            tokio::task::yield_now().await;
+        }
+        None
     }
 
     /// A realtime world has something to tell.
@@ -236,6 +266,7 @@ impl Connection {
 
     /// Answers one frame.
     async fn answer(&mut self, frame: Message) -> ControlFlow<End> {
+        self.gaps.asked(std::time::Instant::now());
         let Some(Parsed { id, request }) = self.encoding.read(&frame) else {
             return ControlFlow::Continue(());
         };
@@ -257,7 +288,9 @@ impl Connection {
             Ok(reply) => {
                 // A mark passed by simulating is announced before the reply that passed it.
                 self.expire().await?;
-                self.send(&reply).await
+                self.send(&reply).await?;
+                self.gaps.replied(std::time::Instant::now());
+                ControlFlow::Continue(())
             }
             Err(refusal) => self.refuse(Some(id), &refusal).await,
         }

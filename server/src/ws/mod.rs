@@ -1,7 +1,10 @@
 //! WebSockets.
 
 mod connection;
+mod linger;
 mod rate;
+
+pub(crate) use linger::Awake;
 
 use crate::api::Problem;
 use crate::protocol::{Code, Encoding, Refusal};
