@@ -1,24 +1,39 @@
-//! What `palmares serve` can be told.
+//! What `palmares serve` can be told: by options, by environment variables, by a file.
+
+mod file;
 
 use crate::session::Settings;
 use crate::store::Location;
+use anyhow::{Context, bail};
 use clap::Args;
-use std::net::SocketAddr;
-use std::path::PathBuf;
+use file::File;
+use serde::{Deserialize, Serialize};
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Options of `palmares serve`. Each can also be set by the environment variable shown with it.
+/// Longest session, s.
+pub(crate) const LONGEST_SESSION_S: f64 = 86_400.0;
+
+/// Options of `palmares serve`. Each can also be set by the environment variable shown with it, most of them also in
+/// the file of --config; an option here wins over the environment, which wins over the file.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct ServeOptions {
+    /// A file that describes the competition, such as competition.toml; needed for the official mode
+    #[arg(long, value_name = "FILE", env = "PALMARES_CONFIG")]
+    pub(crate) config: Option<PathBuf>,
+
     /// Address and port to listen on. Port 0 takes any free port; 0.0.0.0:8080 lets other machines in
-    #[arg(long, value_name = "ADDRESS:PORT", env = "PALMARES_LISTEN", default_value = "127.0.0.1:8080")]
-    pub(crate) listen: SocketAddr,
+    /// [default: 127.0.0.1:8080]
+    #[arg(long, value_name = "ADDRESS:PORT", env = "PALMARES_LISTEN")]
+    pub(crate) listen: Option<SocketAddr>,
 
-    /// Directory for the database; created when it is missing
-    #[arg(long, alias = "data", value_name = "DIR", env = "PALMARES_DATA_DIR", default_value = ".palmares")]
-    pub(crate) data_dir: PathBuf,
+    /// Directory for database, keys, replays and hands; created when it is missing [default: .palmares]
+    #[arg(long, alias = "data", value_name = "DIR", env = "PALMARES_DATA_DIR")]
+    pub(crate) data_dir: Option<PathBuf>,
 
-    /// Database to use instead of the file in the data directory: sqlite:///path/to/file.sqlite
+    /// Database to use instead of the file in the data directory: sqlite:///path/to/file.sqlite or
+    /// postgres://user@host/database
     #[arg(long, value_name = "URL", env = "DATABASE_URL", hide_env_values = true)]
     pub(crate) database_url: Option<String>,
 
@@ -35,25 +50,23 @@ pub(crate) struct ServeOptions {
     #[arg(long, value_name = "MB", env = "PALMARES_PRACTICE_REPLAYS_MB", default_value_t = 2048)]
     pub(crate) practice_replays_mb: u64,
 
-    /// Runs that may be open at once; further ones are refused with `capacity`
-    #[arg(long, value_name = "N", env = "PALMARES_MAX_WORLDS", default_value_t = 32,
-          value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub(crate) max_worlds: u32,
+    /// Runs that may be open at once; further ones are refused with `capacity` [default: 32]
+    #[arg(long, value_name = "N", env = "PALMARES_MAX_WORLDS", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub(crate) max_worlds: Option<u32>,
 
-    /// Control connections that may be open at once
-    #[arg(long, value_name = "N", env = "PALMARES_MAX_CONNECTIONS", default_value_t = 256,
+    /// Control connections that may be open at once [default: 256]
+    #[arg(long, value_name = "N", env = "PALMARES_MAX_CONNECTIONS",
           value_parser = clap::value_parser!(u32).range(1..=65536))]
-    pub(crate) max_connections: u32,
+    pub(crate) max_connections: Option<u32>,
 
-    /// Requests per second that a connection may keep up; twice as many at once
-    #[arg(long, value_name = "N", env = "PALMARES_MAX_REQUESTS_PER_S", default_value_t = 10_000,
-          value_parser = clap::value_parser!(u32).range(1..))]
-    pub(crate) max_requests_per_s: u32,
+    /// Requests per second that a connection may keep up; twice as many at once [default: 10000]
+    #[arg(long, value_name = "N", env = "PALMARES_MAX_REQUESTS_PER_S", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) max_requests_per_s: Option<u32>,
 
-    /// How long a session waits for a client that lost its connection, in seconds
-    #[arg(long, value_name = "SECONDS", env = "PALMARES_RESUME_GRACE_S", default_value_t = 30,
+    /// How long a session waits for a client that lost its connection, in seconds [default: 30]
+    #[arg(long, value_name = "SECONDS", env = "PALMARES_RESUME_GRACE_S",
           value_parser = clap::value_parser!(u32).range(0..=3600))]
-    pub(crate) resume_grace_s: u32,
+    pub(crate) resume_grace_s: Option<u32>,
 
     /// A client that gives no sign of life for this long, or does not take a message for this long, is taken for gone,
     /// in seconds
@@ -62,7 +75,110 @@ pub(crate) struct ServeOptions {
     pub(crate) ping_timeout_s: u32,
 }
 
+/// What is being played.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Mode {
+    /// No token, own seeds, no limit of time.
+    #[default]
+    Practice,
+    /// Teams with tokens, hidden seeds, limited time, verified scores.
+    Official,
+}
+
+/// Everything `palmares serve` needs to know.
+#[derive(Clone, Debug)]
+pub(crate) struct Config {
+    /// For people.
+    pub(crate) name: String,
+    /// What is being played.
+    pub(crate) mode: Mode,
+    /// Length of a session, s; always there in the official mode.
+    pub(crate) session_s: Option<f64>,
+    /// How many sessions a team has, in the official mode.
+    pub(crate) sessions_per_team: u32,
+    /// Names of the tasks; none for all.
+    pub(crate) tasks: Option<Vec<String>>,
+    /// Names of the hands that come with the program; none for all.
+    pub(crate) builtin_hands: Option<Vec<String>>,
+    /// Further hands, from files.
+    pub(crate) hands: Vec<PathBuf>,
+    /// Where to listen.
+    pub(crate) listen: SocketAddr,
+    /// Keys, replays, uploaded hands, and the database unless it is elsewhere.
+    pub(crate) data_dir: PathBuf,
+    /// The database, when it is elsewhere.
+    pub(crate) database_url: Option<String>,
+    /// The file with the secret that official seeds are made from.
+    pub(crate) seed_secret: PathBuf,
+    /// The file with the key that signs replays.
+    pub(crate) signing_key: PathBuf,
+    /// Practice runs are not recorded.
+    pub(crate) no_replays: bool,
+    /// Megabytes of practice replays that are kept.
+    pub(crate) practice_replays_mb: u64,
+    /// What sessions need to know.
+    pub(crate) settings: Settings,
+}
+
 impl ServeOptions {
+    /// Puts options, environment and file together.
+    ///
+    /// # Errors
+    /// The file cannot be read or asks for something that is not possible.
+    pub(crate) fn resolve(&self) -> anyhow::Result<Config> {
+        let file = match &self.config {
+            Some(path) => File::read(path)?,
+            None => File::default(),
+        };
+        let folder = self.config.as_deref().and_then(Path::parent).unwrap_or(Path::new("")).to_owned();
+        let inside = |path: &PathBuf| folder.join(path);
+        let mode = file.mode.unwrap_or_default();
+        let session_s = match (mode, file.session_s) {
+            (_, Some(seconds)) => Some(seconds),
+            (Mode::Official, None) => Some(1800.0),
+            (Mode::Practice, None) => None,
+        };
+        let data_dir = match (&self.data_dir, &file.data_dir) {
+            (Some(path), _) => path.clone(),
+            (None, Some(path)) => inside(path),
+            (None, None) => ".palmares".into(),
+        };
+        let key = |path: &Option<PathBuf>, name: &str| path.as_ref().map_or(data_dir.join(name), inside);
+        let mut hands: Vec<PathBuf> = file.hand_files.iter().flatten().map(inside).collect();
+        hands.extend(self.hands.iter().cloned());
+        let default_name = if mode == Mode::Official { "competition" } else { "practice" };
+        Ok(Config {
+            name: file.name.clone().unwrap_or_else(|| default_name.into()),
+            mode,
+            session_s,
+            sessions_per_team: file.sessions_per_team.unwrap_or(1),
+            tasks: file.tasks.clone(),
+            builtin_hands: file.hands.clone(),
+            hands,
+            listen: self.listen.or(file.listen).unwrap_or((Ipv4Addr::LOCALHOST, 8080).into()),
+            seed_secret: key(&file.seed_secret, "seed.secret"),
+            signing_key: key(&file.signing_key, crate::replay::KEY_FILE),
+            no_replays: self.no_replays,
+            practice_replays_mb: self.practice_replays_mb,
+            data_dir,
+            database_url: self.database_url.clone().or(file.database_url.clone()),
+            settings: Settings {
+                max_worlds: self.max_worlds.or(file.max_worlds).unwrap_or(32) as usize,
+                max_connections: self.max_connections.or(file.max_connections).unwrap_or(256) as usize,
+                requests_per_s: f64::from(
+                    self.max_requests_per_s.or(file.max_requests_per_s).unwrap_or(10_000),
+                ),
+                resume_grace: Duration::from_secs(u64::from(
+                    self.resume_grace_s.or(file.resume_grace_s).unwrap_or(30),
+                )),
+                ping_timeout: Duration::from_secs(u64::from(self.ping_timeout_s)),
+            },
+        })
+    }
+}
+
+impl Config {
     /// Where the database is.
     pub(crate) fn location(&self) -> Location {
         match &self.database_url {
@@ -70,15 +186,25 @@ impl ServeOptions {
             None => Location::DataDir(self.data_dir.clone()),
         }
     }
+}
 
-    /// What sessions need to know.
-    pub(crate) fn settings(&self) -> Settings {
-        Settings {
-            max_worlds: self.max_worlds as usize,
-            max_connections: self.max_connections as usize,
-            requests_per_s: f64::from(self.max_requests_per_s),
-            resume_grace: Duration::from_secs(u64::from(self.resume_grace_s)),
-            ping_timeout: Duration::from_secs(u64::from(self.ping_timeout_s)),
+/// A number of the file that must lie in a range, as the same option must.
+fn in_range<T: PartialOrd + std::fmt::Display>(
+    path: &Path,
+    field: &str,
+    value: Option<T>,
+    least: T,
+    most: T,
+) -> anyhow::Result<()> {
+    match value {
+        Some(value) if !(value >= least && value <= most) => {
+            bail!("{}: {field} = {value}: expected {least} to {most}", path.display())
         }
+        _ => Ok(()),
     }
+}
+
+/// Reads a file of text.
+fn read(path: &Path) -> anyhow::Result<String> {
+    std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))
 }

@@ -1,13 +1,16 @@
 //! Palmares: a competition server where remote controllers drive emulated compliant underactuated robot hands.
 
 mod api;
+mod auth;
+mod backup;
 mod cli;
 mod config;
+mod hands;
 mod metrics;
 mod protocol;
 mod replay;
+mod rules;
 mod session;
-#[allow(dead_code, unused_imports, reason = "the competition uses the rest")]
 mod store;
 mod telemetry;
 mod watch;

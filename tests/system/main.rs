@@ -4,8 +4,11 @@
 mod harness;
 
 mod actions;
+mod admin;
+mod backup;
 mod crash;
 mod hand;
+mod hands_upload;
 mod handshake;
 mod heartbeat;
 mod leaderboard;
@@ -14,6 +17,7 @@ mod limits;
 mod messages;
 mod msgpack;
 mod observed;
+mod official;
 mod order;
 mod realtime;
 mod replays;

@@ -1,16 +1,21 @@
 //! Everything that is not a stream: JSON over HTTP, and the leaderboard as a page.
 
+mod admin;
+mod csv;
+mod hands;
 pub(crate) mod openapi;
 mod page;
 mod problem;
 mod replay;
 mod rest;
+mod runs;
 
 pub(crate) use problem::Problem;
 
 use crate::session::Host;
 use crate::{watch, ws};
 use axum::Router;
+use axum::extract::DefaultBodyLimit;
 use axum::http::Method;
 use axum::routing::get;
 use std::sync::Arc;
@@ -27,11 +32,17 @@ pub(crate) fn router(host: Arc<Host>) -> Router {
         .route("/v1/watch", get(watch::watch))
         .route("/v1/competition", get(rest::competition))
         .route("/v1/tasks", get(rest::tasks))
-        .route("/v1/hands", get(rest::hands))
-        .route("/v1/hands/{name}", get(rest::hand))
+        .route(
+            "/v1/hands",
+            get(hands::list).post(hands::submit).layer(DefaultBodyLimit::max(crate::hands::largest())),
+        )
+        .route("/v1/hands/{name}", get(hands::describe))
         .route("/v1/leaderboard", get(rest::leaderboard))
-        .route("/v1/runs/{id}", get(rest::run))
+        .route("/v1/leaderboard.csv", get(rest::leaderboard_csv))
+        .route("/v1/sessions", get(runs::sessions))
+        .route("/v1/runs/{id}", get(runs::run))
         .route("/v1/runs/{id}/replay", get(replay::replay))
+        .merge(admin::router(&host))
         .fallback(rest::nothing_here)
         .method_not_allowed_fallback(async |method: Method| problem::method_not_allowed(&method))
         .with_state(host)

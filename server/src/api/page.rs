@@ -19,24 +19,27 @@ pub(super) async fn leaderboard(
     State(host): State<Arc<Host>>,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, Problem> {
-    let rows = host.store.leaderboard(false).await.map_err(|error| store_failed(&error))?;
+    let rows = host.store.leaderboard(host.rules.official()).await.map_err(|error| store_failed(&error))?;
     let here = headers.get(HOST).and_then(|value| value.to_str().ok()).unwrap_or("127.0.0.1:8080");
     let tasks: Vec<&str> = host.tasks.iter().map(|task| task.name.as_str()).collect();
-    let page = render(&rows, &tasks, here);
+    let title = if host.rules.official() { host.rules.name.as_str() } else { "Practice leaderboard" };
+    let page = render(&rows, &tasks, here, title);
     let policy = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; frame-ancestors 'none'";
     Ok(([(CACHE_CONTROL, "no-store"), (CONTENT_SECURITY_POLICY, policy)], Html(page)))
 }
 
-fn render(rows: &[LeaderboardRow], tasks: &[&str], here: &str) -> String {
+fn render(rows: &[LeaderboardRow], tasks: &[&str], here: &str, title: &str) -> String {
+    let title = escape(title);
     let body = if rows.is_empty() { empty(here) } else { table(rows, tasks) };
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
          <meta http-equiv=\"refresh\" content=\"10\"><meta name=\"color-scheme\" content=\"light dark\">\
          <title>Palmares leaderboard</title><style>{STYLE}</style></head><body><main>\
-         <header><h1>Palmares</h1><p>Practice leaderboard</p></header>\n{body}\n\
-         <footer>Best score of each task; equal totals: the earlier first. Refreshes every 10 s. \
-         <a href=\"/v1/leaderboard\">as JSON</a></footer></main></body></html>\n"
+         <header><h1>Palmares</h1><p>{title}</p></header>\n{body}\n\
+         <footer>Best score of each task; equal totals: the earlier first. A score marked … is not verified yet. \
+         Sensors: place among the teams that never saw the true state of the world. Refreshes every 10 s. \
+         <a href=\"/v1/leaderboard\">as JSON</a> <a href=\"/v1/leaderboard.csv\">as CSV</a></footer></main></body></html>\n"
     )
 }
 
@@ -63,7 +66,9 @@ fn table(rows: &[LeaderboardRow], tasks: &[&str]) -> String {
     for name in &columns {
         let _ = write!(html, "<th scope=\"col\" class=\"n\">{}</th>", escape(name));
     }
-    html.push_str("<th scope=\"col\" class=\"n\">Runs</th></tr></thead><tbody>");
+    html.push_str(
+        "<th scope=\"col\" class=\"n\">Sensors</th><th scope=\"col\" class=\"n\">Runs</th></tr></thead><tbody>",
+    );
     for row in rows {
         let _ = write!(
             html,
@@ -76,14 +81,17 @@ fn table(rows: &[LeaderboardRow], tasks: &[&str]) -> String {
             let _ = match row.tasks.get(*name) {
                 Some(best) => write!(
                     html,
-                    "<td class=\"n\"><a href=\"/v1/runs/{}\">{}</a></td>",
+                    "<td class=\"n\"><a href=\"/v1/runs/{}\" title=\"{}\">{}{}</a></td>",
                     escape(&best.run_id),
-                    points(best.score)
+                    escape(&best.status),
+                    points(best.score),
+                    if best.status == "provisional" { " …" } else { "" }
                 ),
                 None => write!(html, "<td class=\"n none\">–</td>"),
             };
         }
-        let _ = write!(html, "<td class=\"n\">{}</td></tr>", row.runs);
+        let place = row.sensors_rank.map_or("–".to_owned(), |place| place.to_string());
+        let _ = write!(html, "<td class=\"n\">{place}</td><td class=\"n\">{}</td></tr>", row.runs);
     }
     html.push_str("</tbody></table></div>");
     html
@@ -133,21 +141,34 @@ mod tests {
 
     #[test]
     fn what_a_team_calls_itself_is_text() {
-        let page = render(&[row("<script>alert('x')</script>\"&")], &["balls"], "h");
+        let page = render(&[row("<script>alert('x')</script>\"&")], &["balls"], "h", "t");
         assert!(page.contains("&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt;&quot;&amp;"));
         assert!(!page.contains("<script"));
     }
 
     #[test]
     fn every_task_has_a_column_also_when_only_old_runs_know_it() {
-        let page = render(&[row("a")], &["shelf"], "h");
+        let page = render(&[row("a")], &["shelf"], "h", "t");
         assert!(page.contains(">shelf</th>") && page.contains(">balls</th>"));
         assert!(page.contains("class=\"n none\">–<") && page.contains("−0.5"));
     }
 
     #[test]
+    fn a_score_says_whether_it_is_verified_and_who_needs_sensors_only() {
+        let mut early = row("a");
+        early.sensors_rank = Some(7);
+        early.tasks.insert(
+            "shelf".into(),
+            TaskBest { status: "provisional".into(), ..early.tasks["balls"].clone() },
+        );
+        let page = render(&[early], &["balls", "shelf"], "h", "t");
+        assert!(page.contains("title=\"provisional\">3.5 …<") && page.contains(">7</td>"), "{page}");
+    }
+
+    #[test]
     fn an_empty_leaderboard_tells_how_to_fill_it() {
-        let page = render(&[], &["balls"], "host:1\"><script>");
+        let page = render(&[], &["balls"], "host:1\"><script>", "<i>");
         assert!(page.contains("ws://host:1&quot;&gt;&lt;script&gt;/v1/control"));
+        assert!(page.contains("<p>&lt;i&gt;</p>"));
     }
 }

@@ -53,6 +53,6 @@ impl IntoResponse for Problem {
 
 /// The address exists, but not for this method.
 pub(crate) fn method_not_allowed(method: &Method) -> Response {
-    let message = format!("{method} is not possible here; use GET");
+    let message = format!("{method} is not possible here");
     respond(StatusCode::METHOD_NOT_ALLOWED, &Refusal::new(Code::BadRequest, message))
 }

@@ -2,10 +2,12 @@
 
 use super::Problem;
 use super::rest::store_failed;
+use crate::auth::{Role, forbidden};
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use crate::session::Host;
 use axum::extract::{Path, State};
+use axum::http::HeaderMap;
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
 use std::sync::Arc;
@@ -14,6 +16,7 @@ use std::sync::Arc;
 pub(super) async fn replay(
     State(host): State<Arc<Host>>,
     Path(id): Path<String>,
+    headers: HeaderMap,
 ) -> Result<impl IntoResponse, Problem> {
     let none = |why: &str| {
         Problem(Refusal::new(Code::NotFound, format!("no replay of run `{}`: {why}", shortened(&id))))
@@ -21,8 +24,10 @@ pub(super) async fn replay(
     let run = host.store.run(&id).await.map_err(|error| store_failed(&error))?;
     let run = run.ok_or_else(|| none("there is no such run"))?;
     // It names the seed, which is the same for every team.
-    if run.k.is_some() {
-        return Err(Problem(Refusal::new(Code::NotAuthorized, "replays of official runs are not open yet")));
+    let identity = host.auth.identify(&host.store, &headers).await.map_err(Problem)?;
+    let organizer = identity.is_some_and(|identity| identity.role == Role::Organizer);
+    if run.k.is_some() && !organizer && !host.rules.revealed() {
+        return Err(Problem(forbidden("an organizer's token until the seeds are revealed")));
     }
     let stored = host.store.replay(&id).await.map_err(|error| store_failed(&error))?;
     let (stored, sha256) =

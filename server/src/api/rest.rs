@@ -1,23 +1,21 @@
 //! The JSON addresses.
 
-use super::Problem;
+use super::{Problem, csv};
 use crate::metrics::METRICS;
-use crate::protocol::reply::{Competition, HandInfo, Limits, ServerInfo, TaskInfo};
+use crate::protocol::reply::{Competition, Limits, ServerInfo, TaskInfo};
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
+use crate::rules::Phase;
 use crate::session::Host;
-use crate::store::{LeaderboardRow, RunRecord, StoreError, unix_ms};
+use crate::store::{LeaderboardRow, StoreError, unix_ms};
 use axum::Json;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::http::Uri;
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
-use axum::response::IntoResponse;
-use palmares_models::describe::HandDescription;
+use axum::response::{IntoResponse, Response};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::sync::Arc;
-
-type Answer<T> = Result<Json<T>, Problem>;
 
 /// Logs a failure of the store and words it for the client.
 pub(super) fn store_failed(error: &StoreError) -> Problem {
@@ -58,17 +56,34 @@ pub(super) struct CompetitionAnswer {
     /// Public key that replays are signed with.
     #[serde(skip_serializing_if = "Option::is_none")]
     replay_key: Option<String>,
+    /// How far it is; official competitions only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    phase: Option<Phase>,
+    /// Sessions that a team has.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sessions_per_team: Option<u32>,
+    /// SHA-256 of the secret that the seeds are made from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seed_secret_sha256: Option<String>,
+    /// The secret itself, once it is revealed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seed_secret: Option<String>,
 }
 
 /// What is being played here.
 pub(super) async fn competition(State(host): State<Arc<Host>>) -> Json<CompetitionAnswer> {
+    let rules = &host.rules;
     Json(CompetitionAnswer {
         competition: host.competition(),
         server: ServerInfo::own(),
         limits: host.limits(),
-        tasks: host.tasks.iter().map(|task| task.name.clone()).collect(),
+        tasks: host.task_names(),
         hands: host.hands.iter().map(|hand| hand.name.clone()).collect(),
         replay_key: host.replays.as_ref().map(|archive| archive.key().to_string()),
+        phase: rules.official().then(|| rules.phase()),
+        sessions_per_team: rules.official().then_some(rules.sessions_per_team),
+        seed_secret_sha256: rules.secret_sha256(),
+        seed_secret: rules.revealed_secret(),
     })
 }
 
@@ -83,28 +98,6 @@ pub(super) async fn tasks(State(host): State<Arc<Host>>) -> Json<Tasks> {
     Json(Tasks { tasks: host.task_infos() })
 }
 
-/// The hands in short.
-#[derive(Serialize, JsonSchema)]
-pub(super) struct Hands {
-    hands: Vec<HandInfo>,
-}
-
-/// The hands in short.
-pub(super) async fn hands(State(host): State<Arc<Host>>) -> Json<Hands> {
-    Json(Hands { hands: host.hand_infos() })
-}
-
-/// A hand in full.
-pub(super) async fn hand(State(host): State<Arc<Host>>, Path(name): Path<String>) -> Answer<HandDescription> {
-    match host.hand(&name) {
-        Some(hand) => Ok(Json(hand.describe())),
-        None => {
-            let message = format!("no hand `{}`; GET /v1/hands lists them", shortened(&name));
-            Err(Problem(Refusal::new(Code::UnknownHand, message)))
-        }
-    }
-}
-
 /// The ranking.
 #[derive(Serialize, JsonSchema)]
 pub(super) struct Leaderboard {
@@ -115,17 +108,15 @@ pub(super) struct Leaderboard {
 
 /// The ranking.
 pub(super) async fn leaderboard(State(host): State<Arc<Host>>) -> Result<impl IntoResponse, Problem> {
-    let rows = host.store.leaderboard(false).await.map_err(|error| store_failed(&error))?;
-    let tasks = host.tasks.iter().map(|task| task.name.clone()).collect();
+    let rows = host.store.leaderboard(host.rules.official()).await.map_err(|error| store_failed(&error))?;
+    let tasks = host.task_names();
     Ok(([(CACHE_CONTROL, "no-store")], Json(Leaderboard { tasks, rows, unix_ms: unix_ms() })))
 }
 
-/// A run.
-pub(super) async fn run(State(host): State<Arc<Host>>, Path(id): Path<String>) -> Answer<RunRecord> {
-    match host.store.run(&id).await.map_err(|error| store_failed(&error))? {
-        Some(run) => Ok(Json(run)),
-        None => Err(Problem(Refusal::new(Code::NotFound, format!("no run `{}`", shortened(&id))))),
-    }
+/// The ranking as a table.
+pub(super) async fn leaderboard_csv(State(host): State<Arc<Host>>) -> Result<Response, Problem> {
+    let rows = host.store.leaderboard(host.rules.official()).await.map_err(|error| store_failed(&error))?;
+    Ok(csv::response(&csv::leaderboard_rows(&rows, &host.task_names())))
 }
 
 /// Anything else.

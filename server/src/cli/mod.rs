@@ -1,5 +1,6 @@
 //! The command line.
 
+mod admin;
 mod hand;
 mod health;
 mod list;
@@ -34,6 +35,7 @@ open runs are stopped and scored first.
 Examples:
   palmares serve
   palmares serve --listen 0.0.0.0:8080 --data-dir /var/lib/palmares
+  palmares serve --config competition.toml      (see docs/organizers.md)
   palmares serve --hand my-hand/        (see `palmares hand check`)
   palmares serve --listen 127.0.0.1:0";
 
@@ -44,12 +46,18 @@ Examples:
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run a practice server
+    /// Run a server
     ///
-    /// Teams connect without a token, choose their own seeds and may see the full state. Scores are kept in
-    /// a SQLite file in the data directory, which is created on the first start.
+    /// For practice: teams connect without a token, choose their own seeds and may see the full state. With --config
+    /// and mode = "official": teams have tokens, seeds are hidden, sessions are limited, scores are verified. Results
+    /// are kept in a SQLite file in the data directory, which is created on the first start, or in Postgres.
     #[command(after_help = SERVE_HELP)]
     Serve(ServeOptions),
+    /// Run an official competition: teams, tokens, sessions, verdicts, exports, backups
+    ///
+    /// Sends commands to a running server as an organizer. The first organizer's token lies in the server's data
+    /// directory, in organizer.token. The guide: docs/organizers.md.
+    Admin(admin::AdminOptions),
     /// List the hands that come with the program
     Hands,
     /// List the tasks that come with the program
@@ -88,6 +96,7 @@ impl Cli {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
         match self.command {
             Command::Serve(options) => serve::serve(&options)?,
+            Command::Admin(options) => admin::admin(&options)?,
             Command::Hands => list::hands()?,
             Command::Tasks => list::tasks()?,
             Command::Objects => list::objects()?,

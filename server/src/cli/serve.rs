@@ -1,20 +1,22 @@
 //! `palmares serve`.
 
 use crate::api;
-use crate::config::ServeOptions;
+use crate::auth::{self, Role};
+use crate::config::{Config, Mode, ServeOptions};
 use crate::replay;
+use crate::rules::{Phase, Rules, write_secret};
 use crate::session::{Host, STACK, Session};
-use crate::store::{Location, Store};
+use crate::store::{Deed, Location, Store};
 use crate::telemetry;
 use anyhow::{Context, bail};
 use axum::serve::ListenerExt;
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
 use palmares_models::load::{self, LoadOptions, Loaded};
+use palmares_tasks::Task;
 use std::io::Write;
 use std::net::SocketAddr;
 use std::num::NonZero;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpSocket};
@@ -27,30 +29,35 @@ const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(30);
 /// Serves until a signal ends it.
 pub(super) fn serve(options: &ServeOptions) -> anyhow::Result<()> {
     telemetry::start()?;
+    let config = options.resolve()?;
     // Worlds are stepped on the runtime's threads, at most as many at once as there are cores; two more keep the
     // network going meanwhile.
     let threads = std::thread::available_parallelism().map_or(1, NonZero::get) + 2;
     let mut runtime = tokio::runtime::Builder::new_multi_thread();
     let runtime = runtime.worker_threads(threads).thread_stack_size(STACK).enable_all().build();
     let runtime = runtime.context("cannot start the asynchronous runtime")?;
-    runtime.block_on(run(options))
+    runtime.block_on(run(&config))
 }
 
-async fn run(options: &ServeOptions) -> anyhow::Result<()> {
+async fn run(config: &Config) -> anyhow::Result<()> {
     let (mut interrupt, mut terminate) = (on(SignalKind::interrupt())?, on(SignalKind::terminate())?);
-    let hands = hands(&options.hands)?;
+    let (hands, tasks) = (hands(config)?, tasks(config)?);
     // The port before the database: a second server by mistake must not touch the first one's runs.
-    let listener = listen(options.listen).with_context(|| {
-        format!("cannot listen on {}; choose another with --listen, port 0 takes a free one", options.listen)
+    let listener = listen(config.listen).with_context(|| {
+        format!("cannot listen on {}; choose another with --listen, port 0 takes a free one", config.listen)
     })?;
     let address = listener.local_addr().context("the listening socket has no address")?;
-    let location = options.location();
+    let location = config.location();
+    std::fs::create_dir_all(&config.data_dir)
+        .with_context(|| format!("cannot make the data directory {}", config.data_dir.display()))?;
     let store = Store::open(&location).await?;
+    let rules = Rules::open(config, &store).await?;
+    first_organizer(config, &store).await?;
     for run in store.abort_open_runs().await? {
         tracing::warn!(run, "the server stopped during this run; marked as aborted");
     }
-    let replays = archive(options, &hands)?;
-    let host = Arc::new(Host::new(store, options.settings(), hands, replays.clone()));
+    let replays = archive(config, &hands)?;
+    let host = Arc::new(Host::new(store, rules, config, tasks, hands, replays.clone()));
     let auditor = replays.map(|archive| {
         let (store, host) = (host.store.clone(), host.clone());
         tokio::spawn(replay::audit(store, archive, async move { host.stopping().await }))
@@ -110,15 +117,15 @@ fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
 }
 
 /// Where runs are recorded.
-fn archive(options: &ServeOptions, hands: &[Arc<Hand>]) -> anyhow::Result<Option<Arc<replay::Archive>>> {
-    if options.no_replays {
+fn archive(config: &Config, hands: &[Arc<Hand>]) -> anyhow::Result<Option<Arc<replay::Archive>>> {
+    // A score is listed only when it replays.
+    if config.no_replays && config.mode == Mode::Practice {
         return Ok(None);
     }
-    let key = options.data_dir.join(replay::KEY_FILE);
-    let kept = options.practice_replays_mb.saturating_mul(1 << 20);
-    let archive = replay::Archive::open(&options.data_dir, &key, kept)?;
-    let own = &hands[hands.len() - options.hands.len()..];
-    for (path, hand) in options.hands.iter().zip(own) {
+    let kept = config.practice_replays_mb.saturating_mul(1 << 20);
+    let archive = replay::Archive::open(&config.data_dir, &config.signing_key, kept)?;
+    let own = &hands[hands.len() - config.hands.len()..];
+    for (path, hand) in config.hands.iter().zip(own) {
         match replay::pack(path, hand) {
             Ok(files) => archive.add_hand(hand, Arc::new(files)),
             Err(error) => {
@@ -129,10 +136,52 @@ fn archive(options: &ServeOptions, hands: &[Arc<Hand>]) -> anyhow::Result<Option
     Ok(Some(Arc::new(archive)))
 }
 
-/// The hands that come with the program, and those of these files.
-fn hands(own: &[PathBuf]) -> anyhow::Result<Vec<Arc<Hand>>> {
-    let mut hands = builtin_hands().to_vec();
-    for path in own {
+/// A database without an organizer gets one, whose token lies in the data directory.
+async fn first_organizer(config: &Config, store: &Store) -> anyhow::Result<()> {
+    if store.has_organizer().await? {
+        return Ok(());
+    }
+    let deed =
+        Deed { actor: "server", action: "token.issue", subject: "organizer", reason: Some("first start") };
+    let (token, _) = auth::issue(store, Role::Organizer, None, "first", false, &deed).await?;
+    let path = config.data_dir.join("organizer.token");
+    // One of an earlier database is of no use any more.
+    let _ = std::fs::remove_file(&path);
+    write_secret(&path, &token.reveal())
+        .with_context(|| format!("cannot write the organizer's token to {}", path.display()))
+}
+
+/// The names that the file asks for, each of which must be there.
+fn chosen<T>(
+    what: &str,
+    wanted: Option<&[String]>,
+    all: Vec<Arc<T>>,
+    name: impl Fn(&T) -> &str,
+) -> anyhow::Result<Vec<Arc<T>>> {
+    let Some(wanted) = wanted else { return Ok(all) };
+    let find = |wanted: &String| {
+        let found = all.iter().find(|one| name(one) == wanted).cloned();
+        found.with_context(|| {
+            let known: Vec<&str> = all.iter().map(|one| name(one)).collect();
+            format!("{what}: no `{wanted}`; there are {}", known.join(", "))
+        })
+    };
+    if wanted.is_empty() {
+        bail!("{what}: name at least one, or leave the field out for all");
+    }
+    wanted.iter().map(find).collect()
+}
+
+/// The tasks that are played.
+fn tasks(config: &Config) -> anyhow::Result<Vec<Arc<Task>>> {
+    chosen("tasks", config.tasks.as_deref(), Task::builtin(), |task| &task.name)
+}
+
+/// The hands that come with the program, and those of files.
+fn hands(config: &Config) -> anyhow::Result<Vec<Arc<Hand>>> {
+    let builtin = builtin_hands().to_vec();
+    let mut hands = chosen("hands", config.builtin_hands.as_deref(), builtin, |hand| &hand.name)?;
+    for path in &config.hands {
         let Loaded { hand, warnings, .. } = load::hand(path, &LoadOptions::default())?;
         for warning in &warnings {
             tracing::warn!("{warning}");
@@ -162,8 +211,16 @@ fn greet(address: SocketAddr, location: &Location, host: &Host) -> anyhow::Resul
     };
     let tasks: Vec<&str> = host.tasks.iter().map(|task| task.name.as_str()).collect();
     let hands: Vec<&str> = host.hands.iter().map(|hand| hand.name.as_str()).collect();
+    let kind = match (host.rules.official(), host.rules.phase()) {
+        (false, _) => "practice server".to_owned(),
+        (true, Phase::Open) => format!("official server: {}, open", host.rules.name),
+        (true, Phase::Closed) => {
+            format!("official server: {}, closed (palmares admin open)", host.rules.name)
+        }
+        (true, Phase::Revealed) => format!("official server: {}, over", host.rules.name),
+    };
     eprintln!(
-        "Palmares {} practice server\n  leaderboard  http://{address}/\n  controllers  ws://{address}/v1/control\n  \
+        "Palmares {} {kind}\n  leaderboard  http://{address}/\n  controllers  ws://{address}/v1/control\n  \
          tasks        {}\n  hands        {}\n  database     {database}\nCtrl-C ends it; open runs are scored first.",
         env!("CARGO_PKG_VERSION"),
         tasks.join(", "),

@@ -25,8 +25,9 @@ pub(crate) enum Code {
     /// No such hand.
     UnknownHand,
     /// The token is missing or wrong.
-    #[allow(dead_code, reason = "practice servers ask for no token")]
     NotAuthorized,
+    /// The token is valid, but not for this.
+    Forbidden,
     /// Another socket holds this session.
     SessionTaken,
     /// The session's time is spent, or the session has ended.
@@ -58,6 +59,7 @@ impl Code {
             Code::UnknownTask => "unknown_task",
             Code::UnknownHand => "unknown_hand",
             Code::NotAuthorized => "not_authorized",
+            Code::Forbidden => "forbidden",
             Code::SessionTaken => "session_taken",
             Code::SessionOver => "session_over",
             Code::Capacity => "capacity",
@@ -75,6 +77,7 @@ impl Code {
         match self {
             Code::BadRequest => 4400,
             Code::NotAuthorized => 4401,
+            Code::Forbidden => 4414,
             Code::BadJson => 4402,
             Code::UnknownOp => 4403,
             Code::NotFound => 4404,
@@ -101,6 +104,7 @@ impl Code {
             Code::UnknownTask | Code::UnknownHand | Code::NotFound => StatusCode::NOT_FOUND,
             Code::NotAuthorized => StatusCode::UNAUTHORIZED,
             Code::TooSlow => StatusCode::REQUEST_TIMEOUT,
+            Code::Forbidden => StatusCode::FORBIDDEN,
             Code::SessionOver => StatusCode::GONE,
             Code::Capacity => StatusCode::SERVICE_UNAVAILABLE,
             Code::RateLimited => StatusCode::TOO_MANY_REQUESTS,
@@ -147,7 +151,7 @@ impl Refusal {
 mod tests {
     use super::*;
 
-    const ALL: [Code; 17] = [
+    const ALL: [Code; 18] = [
         Code::BadJson,
         Code::UnknownOp,
         Code::BadRequest,
@@ -157,6 +161,7 @@ mod tests {
         Code::UnknownTask,
         Code::UnknownHand,
         Code::NotAuthorized,
+        Code::Forbidden,
         Code::SessionTaken,
         Code::SessionOver,
         Code::Capacity,

@@ -129,6 +129,16 @@ impl SessionClock {
         }
     }
 
+    /// Makes the session longer; marks that are ahead again will be announced again.
+    pub(crate) fn grant(&mut self, seconds: f64, now: Duration) {
+        if let Some(limit_s) = &mut self.limit_s {
+            *limit_s += seconds;
+        }
+        if let Some(left_s) = self.left_s(now) {
+            self.announced = MARKS_S.iter().filter(|&&mark| left_s <= f64::from(mark)).count();
+        }
+    }
+
     /// Whether the first reset has been.
     pub(crate) fn is_started(&self) -> bool {
         self.started
@@ -257,6 +267,18 @@ mod tests {
         clock.simulate(70.0);
         assert!(clock.is_over(at(40.0)));
         assert_eq!(clock.left_s(at(41.0)), Some(0.0));
+    }
+
+    #[test]
+    fn granted_time_is_announced_like_any_other() {
+        let mut clock = SessionClock::new(Some(100.0));
+        clock.start(at(0.0));
+        assert_eq!(clock.warning(at(95.0)), Some(10));
+        clock.grant(60.0, at(100.0));
+        assert_eq!((clock.left_s(at(100.0)), clock.is_over(at(100.0))), (Some(60.0), false));
+        assert_eq!(clock.warning(at(110.0)), None);
+        assert_eq!(clock.warning(at(152.0)), Some(10));
+        assert!(clock.is_over(at(160.0)));
     }
 
     #[test]

@@ -1,12 +1,14 @@
 //! A team's visit: how it begins, what it tells of itself, what an organizer may ask of it.
 
 use super::clock::{ClockState, Spent};
-use super::host::{Host, LONGEST_SESSION_S};
+use super::host::Host;
 use super::live::Live;
 use super::machine::{Machine, Playing};
+use super::official::{self, Entry};
 use super::orders::{Order, Ordered};
 use super::registry;
 use super::world::World;
+use crate::auth::Identity;
 use crate::protocol::reply::{ServerInfo, TimeReport, Warning, Welcome};
 use crate::protocol::specs::Specs;
 use crate::protocol::{Code, Hello, Refusal, Reply};
@@ -94,14 +96,16 @@ pub(super) fn store_failed(what: &str, error: &StoreError) -> Refusal {
 
 impl Session {
     /// Opens a new session.
-    pub(crate) async fn begin(host: &Arc<Host>, hello: &Hello) -> Result<Box<Self>, Refusal> {
-        let (team, client_version) = hello.client.checked()?;
-        if let Some(seconds) = hello.session_s
-            && !(seconds > 0.0 && seconds <= LONGEST_SESSION_S)
-        {
-            let message = format!("session_s: expected more than 0 and at most {LONGEST_SESSION_S} s");
-            return Err(Refusal::new(Code::BadRequest, message));
+    pub(crate) async fn begin(
+        host: &Arc<Host>,
+        hello: &Hello,
+        identity: Option<&Identity>,
+    ) -> Result<Box<Self>, Refusal> {
+        if let Some(session) = official::take_up(host, identity).await? {
+            tracing::info!(session = session.session_id, "session taken up again by its team's token");
+            return Ok(session);
         }
+        let Entry { team, client_version, limit_s, mode, most } = official::entry(host, hello, identity)?;
         let session_id = format!("ses_{}", random_hex(8)?);
         let resume_token = random_hex(16)?;
         let token_hash = hash_of(&resume_token);
@@ -109,11 +113,15 @@ impl Session {
             session_id: session_id.clone(),
             team: team.clone(),
             client_version,
-            limit_s: hello.session_s,
-            mode: "practice",
+            limit_s,
+            mode,
             token_hash: Some(token_hash.clone()),
         };
-        host.store.begin_session(&row, None).await.map_err(|error| store_failed("the session", &error))?;
+        let begun = host.store.begin_session(&row, most).await;
+        if !begun.map_err(|error| store_failed("the session", &error))? {
+            let message = "the team has had all its sessions; ask the organizer";
+            return Err(Refusal::new(Code::SessionOver, message));
+        }
         let orders = host.registry.insert(&token_hash, &session_id);
         let session = Box::new(Session {
             host: host.clone(),
@@ -121,8 +129,8 @@ impl Session {
             resume_token,
             token_hash,
             team,
-            official: false,
-            machine: Machine::new(hello.session_s),
+            official: host.rules.official(),
+            machine: Machine::new(limit_s),
             stage: Stage::Empty,
             stream: None,
             recording: None,
@@ -135,7 +143,12 @@ impl Session {
     }
 
     /// Takes up the session that waits for this client.
-    pub(crate) async fn resume(host: &Host, token: &str) -> Result<Box<Self>, Refusal> {
+    pub(crate) async fn resume(
+        host: &Host,
+        token: &str,
+        identity: Option<&Identity>,
+    ) -> Result<Box<Self>, Refusal> {
+        official::may_resume(host, token, identity).await?;
         let mut session = host.registry.claim(&hash_of(token)).await?;
         session.resume_token = token.to_owned();
         if let Some(live) = &session.stream {
@@ -170,6 +183,26 @@ impl Session {
         }));
     }
 
+    /// Gives the session another resume token.
+    pub(super) fn rekey(&mut self, resume_token: String, token_hash: String) {
+        (self.resume_token, self.token_hash) = (resume_token, token_hash);
+        if let Some(live) = &self.stream {
+            live.skip();
+        }
+    }
+
+    /// The client says bye: a practice session ends, an official one goes on without it as long as it has time.
+    pub(crate) async fn leave(mut self: Box<Self>) {
+        if self.official && !self.machine.clock().is_over(self.host.now()) {
+            if self.machine.playing().is_some() {
+                self.close_run(Reason::Stopped, Some("the client said bye")).await;
+            }
+            self.park();
+        } else {
+            self.end(Reason::Stopped, Some("the client said bye")).await;
+        }
+    }
+
     /// Leaves the session waiting for its client.
     pub(crate) fn park(self: Box<Self>) {
         tracing::info!(session = self.session_id, "connection lost; the session waits");
@@ -189,7 +222,7 @@ impl Session {
     /// Whether the session goes on while its client is away for long: it has a limit and time left.
     pub(super) fn outlasts_absence(&self) -> bool {
         let clock = self.machine.clock();
-        clock.limit_s().is_some() && clock.is_started() && !clock.is_over(self.host.now())
+        clock.limit_s().is_some() && (self.official || clock.is_started()) && !clock.is_over(self.host.now())
     }
 
     pub(super) fn left_s(&self) -> Option<f64> {
@@ -278,6 +311,10 @@ impl Session {
                 if let Stage::Realtime(live) = &self.stage {
                     live.resume(&self.host.pacer);
                 }
+                Ok(())
+            }
+            Order::Grant { seconds } => {
+                self.machine.grant(seconds, now);
                 Ok(())
             }
             Order::VoidRun { run_id, note } => match self.machine.playing() {

@@ -73,7 +73,11 @@ impl Session {
             }
             self.unstored = Some(match outcome {
                 Some(outcome) => {
-                    let mut status = if reason == Reason::Voided { "voided" } else { "practice" };
+                    let mut status = match (reason, self.official) {
+                        (Reason::Voided, _) => "voided",
+                        (_, true) => "provisional",
+                        (_, false) => "practice",
+                    };
                     if lost && status != "voided" {
                         // A score is listed only when it replays. That it does not is the server's fault.
                         status = "voided";
@@ -105,12 +109,15 @@ impl Session {
             note: finished.note.as_deref(),
             missed_ticks: finished.course.tempo.missed,
         };
-        if let Err(error) = self.host.store.finish_run(&row).await {
-            self.unstored = Some(finished);
-            return Err(store_failed("the result", &error));
-        }
+        let status = match self.host.store.finish_run(&row).await {
+            Ok(status) => status,
+            Err(error) => {
+                self.unstored = Some(finished);
+                return Err(store_failed("the result", &error));
+            }
+        };
         self.host.watch.ranking_changed();
-        let Finished { run, outcome, status, course, replay, .. } = finished;
+        let Finished { run, outcome, course, replay, .. } = finished;
         if let Some(archive) = &self.host.replays {
             archive.wake();
         }
@@ -126,7 +133,7 @@ impl Session {
             status,
             "run closed"
         );
-        let mut result = RunResult::new(run.info(), status, outcome);
+        let mut result = RunResult::new(run.info(), &status, outcome);
         result.replay = replay.map(|file| ReplayInfo { sha256: file.sha256, bytes: file.bytes });
         result.missed_ticks = course.tempo.missed;
         result.late_ticks = course.tempo.late;

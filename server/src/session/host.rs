@@ -7,16 +7,21 @@ use super::pacer::Pacer;
 use super::places::{Place, Places, RETRY_S, admit};
 use super::registry::Registry;
 use super::scheduler::Scheduler;
+use crate::auth::Auth;
+use crate::config::{Config, Mode};
+use crate::hands::OwnHands;
 use crate::metrics::Levels;
 use crate::protocol::reply::{Competition, HandInfo, Limits, TaskInfo};
-use crate::protocol::{Code, Mode, Refusal};
+use crate::protocol::{Code, Mode as Pacing, Refusal};
 use crate::replay::Archive;
+use crate::rules::Rules;
 use crate::store::Store;
 use crate::watch::Hub;
 use crate::ws::Awake;
 use palmares_models::hand::Hand;
 use palmares_tasks::Task;
 use std::num::NonZero;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
@@ -26,7 +31,7 @@ pub(crate) const MESSAGE_BYTES: usize = 64 << 10;
 /// Largest `repeat` of a step.
 pub(crate) const REPEAT: u32 = 100;
 /// Longest session a practice client may ask for, s.
-pub(crate) const LONGEST_SESSION_S: f64 = 86_400.0;
+pub(crate) const LONGEST_SESSION_S: f64 = crate::config::LONGEST_SESSION_S;
 
 /// What an organizer sets.
 #[derive(Clone, Debug)]
@@ -54,6 +59,16 @@ pub(crate) struct Host {
     pub(crate) hands: Vec<Arc<Hand>>,
     /// Where runs are recorded; none for a practice server that does not.
     pub(crate) replays: Option<Arc<Archive>>,
+    /// Hands that teams sent in.
+    pub(crate) own_hands: OwnHands,
+    /// The competition.
+    pub(crate) rules: Rules,
+    /// Who may what.
+    pub(crate) auth: Auth,
+    /// Keys, replays, hands.
+    pub(crate) data_dir: PathBuf,
+    /// Files with secrets: their names in a backup, and where they are.
+    pub(crate) secrets: Vec<(&'static str, PathBuf)>,
     /// What an organizer sets.
     pub(crate) settings: Settings,
     /// Where sessions wait for their clients.
@@ -94,21 +109,32 @@ impl Settings {
 }
 
 impl Host {
-    /// A host with the given store and hands and the tasks that come with the program.
+    /// A host with this store, competition, tasks and hands.
     pub(crate) fn new(
         store: Store,
-        settings: Settings,
+        rules: Rules,
+        config: &Config,
+        tasks: Vec<Arc<Task>>,
         hands: Vec<Arc<Hand>>,
         replays: Option<Arc<Archive>>,
     ) -> Self {
+        let settings = config.settings.clone();
         let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
         Host {
             store,
             replays,
             scheduler: Scheduler::new(cores),
             background: Background::new(cores),
-            tasks: Task::builtin(),
+            tasks,
             hands,
+            own_hands: OwnHands::new(&config.data_dir),
+            rules,
+            auth: Auth::default(),
+            data_dir: config.data_dir.clone(),
+            secrets: vec![
+                ("seed.secret", config.seed_secret.clone()),
+                ("signing.key", config.signing_key.clone()),
+            ],
             registry: Registry::default(),
             watch: Arc::default(),
             pacer: Pacer::start(cores),
@@ -138,7 +164,7 @@ impl Host {
     }
 
     /// A place for another world.
-    pub(crate) fn place_for_world(&self, mode: Mode, official: bool) -> Result<Place, Refusal> {
+    pub(crate) fn place_for_world(&self, mode: Pacing, official: bool) -> Result<Place, Refusal> {
         let load = self.scheduler.load().report(Instant::now());
         let (most, cores) = (self.settings.max_worlds, self.scheduler.cores());
         let may = |open| admit(open, most, cores, &load, mode, official);
@@ -196,7 +222,11 @@ impl Host {
 
     /// The competition.
     pub(crate) fn competition(&self) -> Competition {
-        Competition { name: "practice".into(), mode: "practice".into(), session_s: None }
+        let mode = match self.rules.mode {
+            Mode::Practice => "practice",
+            Mode::Official => "official",
+        };
+        Competition { name: self.rules.name.clone(), mode: mode.into(), session_s: self.rules.session_s }
     }
 
     /// What a client must keep to.
@@ -212,6 +242,11 @@ impl Host {
             hold_ticks: HOLD_TICKS,
             outbox_obs: STREAMED,
         }
+    }
+
+    /// The names of the tasks.
+    pub(crate) fn task_names(&self) -> Vec<String> {
+        self.tasks.iter().map(|task| task.name.clone()).collect()
     }
 
     /// The tasks in short.

@@ -89,6 +89,11 @@ impl Machine {
         self.clock.resume(now);
     }
 
+    /// An organizer gives the session more time.
+    pub(crate) fn grant(&mut self, seconds: f64, now: Duration) {
+        self.clock.grant(seconds, now);
+    }
+
     /// The session's clock.
     pub(crate) fn clock(&self) -> &SessionClock {
         &self.clock

@@ -12,6 +12,7 @@ mod host;
 mod live;
 mod load;
 mod machine;
+mod official;
 mod orders;
 mod pace;
 mod pacer;
@@ -23,10 +24,8 @@ mod scheduler;
 mod world;
 
 pub(crate) use background::{Background, Level, STACK};
-
 pub(crate) use driver::Session;
 pub(crate) use host::{Host, MESSAGE_BYTES, Settings};
-#[allow(unused_imports, reason = "organizers have no address yet")]
 pub(crate) use orders::{Order, Ordered};
 pub(crate) use registry::news;
 pub(crate) use world::Witness;

@@ -5,12 +5,16 @@ use tokio::sync::oneshot;
 
 /// What is asked.
 #[derive(Clone, Debug, PartialEq)]
-#[allow(dead_code, reason = "organizers have no address yet")]
 pub(crate) enum Order {
     /// Clock and worlds stand still.
     Pause,
     /// They go on.
     Resume,
+    /// The session gets longer.
+    Grant {
+        /// By how much, s.
+        seconds: f64,
+    },
     /// A run of the session is void: an open one ends, and the time of either is given back.
     VoidRun {
         /// Which.

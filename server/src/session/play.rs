@@ -5,6 +5,7 @@ use super::driver::{Session, Stage, random_hex, store_failed};
 use super::host::REPEAT;
 use super::live::{Live, Streamed};
 use super::machine::Playing;
+use super::official::{self, Origin};
 use super::world::{OpenError, Plan, StepError, Witness, World};
 use crate::protocol::reply::{Ack, Obs, Opened, ServerInfo};
 use crate::protocol::request::shortened;
@@ -13,15 +14,9 @@ use crate::store::NewRun;
 use crate::watch::messages::WatchRun;
 use palmares_models::hand::Hand;
 use palmares_tasks::observation::Wrench;
-use palmares_tasks::{Reason, Run, Seed, Sensing, Task};
+use palmares_tasks::{Reason, Run, Sensing, Task};
 use std::sync::Arc;
 use std::time::Instant;
-
-/// A practice seed that a person can type.
-fn random_seed() -> Result<u64, Refusal> {
-    let hex = random_hex(4)?;
-    Ok(u64::from_str_radix(&hex, 16).unwrap_or_default())
-}
 
 fn names<'a>(names: impl Iterator<Item = &'a str>) -> String {
     names.collect::<Vec<_>>().join(", ")
@@ -36,27 +31,26 @@ impl Session {
             let message = format!("no task `{}`; there are: {known}", shortened(&reset.task));
             Refusal::new(Code::UnknownTask, message)
         })?;
-        let hand = self.host.hand(&reset.hand).ok_or_else(|| {
-            let known = names(self.host.hands.iter().map(|hand| hand.name.as_str()));
-            let message = format!("no hand `{}`; there are: {known}", shortened(&reset.hand));
-            Refusal::new(Code::UnknownHand, message)
-        })?;
+        if self.official && reset.seed.is_some() {
+            let message = "seed: official runs have hidden seeds; leave it out";
+            return Err(Refusal::new(Code::BadRequest, message));
+        }
+        let (hand, hand_sha256) = official::hand(&self.host, &self.team, &reset.hand).await?;
         let place = self.host.place_for_world(reset.mode, self.official)?;
-        let number = match reset.seed {
-            Some(number) => number,
-            None => random_seed()?,
-        };
-        let (seed, run_id) = (Seed::from_u64(number), format!("run_{}", random_hex(8)?));
-        let (begin, recording) = self.record(&run_id, task, hand, seed, Some(number), &reset);
+        let run_id = format!("run_{}", random_hex(8)?);
+        let origin = official::origin(&self.host, &self.team, task, reset.seed).await?;
+        let Origin { seed, number, k } = origin;
+        official::provide(&self.host, &hand, hand_sha256.as_deref())?;
+        let (begin, recording) = self.record(&run_id, task, &hand, &origin, &reset);
         let plan = Plan { task: task.clone(), hand: hand.clone(), seed, sensing: reset.sensing };
-        let onlookers = self.onlookers(&run_id, task, hand, reset.sensing);
+        let onlookers = self.onlookers(&run_id, task, &hand, reset.sensing);
         let witnesses = move |run: &Run| {
             let mut witnesses = onlookers(run);
             witnesses.extend(begin.map(|begin| begin(run)));
             witnesses
         };
         let opened = World::open(plan, place, &self.host.background, witnesses).await.map_err(|error| {
-            tracing::error!(%error, task = task.name, hand = hand.name, seed = seed.to_hex(), "no world");
+            tracing::error!(%error, task = task.name, hand = hand.name, number, k, "no world");
             let message = match error {
                 OpenError::Scene(_) | OpenError::Job(JobError::Panic(_)) => {
                     "the scene could not be built; try another seed"
@@ -72,12 +66,12 @@ impl Session {
             team: self.team.clone(),
             task: task.name.clone(),
             hand: hand.name.clone(),
-            hand_sha256: None,
+            hand_sha256,
             mode: reset.mode.as_str(),
             sensing: reset.sensing,
             seed_hex: seed.to_hex(),
-            seed: Some(number),
-            k: None,
+            seed: number,
+            k,
             server_version: own.version,
             build_hash: own.build_hash,
         };
@@ -95,7 +89,7 @@ impl Session {
             hand: hand.name.clone(),
             mode: reset.mode,
             sensing: reset.sensing,
-            seed: Some(number),
+            seed: number,
             tick_s: task.tick_s,
             time_limit_s: task.time_limit_s,
         };

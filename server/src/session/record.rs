@@ -1,12 +1,13 @@
 //! How a run is recorded.
 
 use super::driver::Session;
+use super::official::Origin;
 use super::world::Witness;
 use crate::protocol::{Mode, Reset};
 use crate::replay::{Header, Kind, Pacing, Recording};
 use crate::store::unix_ms;
 use palmares_models::hand::Hand;
-use palmares_tasks::{Run, Seed, Task};
+use palmares_tasks::{Run, Task};
 
 /// Makes the witness of a run that records it, when the run is there.
 type Begin = Box<dyn FnOnce(&Run) -> Box<dyn Witness> + Send>;
@@ -18,8 +19,7 @@ impl Session {
         run_id: &str,
         task: &Task,
         hand: &Hand,
-        seed: Seed,
-        seed_number: Option<u64>,
+        origin: &Origin,
         reset: &Reset,
     ) -> (Option<Begin>, Option<Recording>) {
         let Some(archive) = &self.host.replays else { return (None, None) };
@@ -30,8 +30,9 @@ impl Session {
                 Mode::Realtime => Pacing::Realtime,
             },
             sensing: reset.sensing,
-            seed_number,
-            ..Header::new(run_id, &self.team, task, hand, seed, unix_ms().unsigned_abs())
+            seed_number: origin.number,
+            k: origin.k,
+            ..Header::new(run_id, &self.team, task, hand, origin.seed, unix_ms().unsigned_abs())
         };
         let (begin, recording) = archive.record(header);
         (Some(Box::new(|run| Box::new(begin(run)))), Some(recording))

@@ -63,13 +63,20 @@ impl Registry {
     }
 
     /// Asks something of a session and waits until it is done.
-    #[allow(dead_code, reason = "organizers have no address yet")]
     pub(crate) async fn order(&self, session_id: &str, order: Order) -> Result<(), Refusal> {
         let gone = || Refusal::new(Code::NotFound, format!("no open session `{}`", shortened(session_id)));
         let way = self.ways().get(session_id).cloned().ok_or_else(gone)?;
         let (done, result) = oneshot::channel();
         way.send(Ordered { order, done }).await.map_err(|_| gone())?;
         result.await.map_err(|_| gone())?
+    }
+
+    /// A session that a connection holds is known by another token from now on.
+    pub(super) fn rekey(&self, old: &str, new: &str) {
+        let mut slots = self.slots();
+        if let Some(slot) = slots.remove(old) {
+            slots.insert(new.to_owned(), slot);
+        }
     }
 
     /// Gives a waiting session to its client's new connection.

@@ -1,7 +1,8 @@
 //! Hands that teams sent in.
 
 use super::{Deed, Store, StoreError, signed, unix_ms};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
 
 /// A hand that passed its check.
 #[derive(Clone, Debug)]
@@ -21,7 +22,7 @@ pub(crate) struct NewHand<'a> {
 }
 
 /// A hand as stored.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct HandRow {
     /// Identifies it.
     pub(crate) hand_id: String,
@@ -38,7 +39,8 @@ pub(crate) struct HandRow {
     /// Why it was rejected, or what the organizer wants to say.
     pub(crate) note: Option<String>,
     /// What the check found odd, JSON.
-    #[serde(skip)]
+    #[serde(serialize_with = "as_json")]
+    #[schemars(with = "Vec<String>")]
     pub(crate) warnings: String,
     /// When it came, ms since 1970 UTC.
     pub(crate) created_unix_ms: i64,
@@ -58,6 +60,11 @@ from_row!(HandRow {
     created_unix_ms: "created_at",
     decided_unix_ms: "decided_at"
 });
+
+/// A text that is JSON already.
+fn as_json<S: Serializer>(text: &str, serializer: S) -> Result<S::Ok, S::Error> {
+    serde_json::from_str::<serde_json::Value>(text).unwrap_or_default().serialize(serializer)
+}
 
 impl Store {
     /// Stores a hand, which waits for approval.

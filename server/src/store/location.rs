@@ -38,6 +38,14 @@ impl Dialect {
             Dialect::Postgres => "BEGIN",
         }
     }
+
+    /// How a transaction begins that reads everything as it is at one moment.
+    pub(super) fn begin_snapshot(self) -> &'static str {
+        match self {
+            Dialect::Sqlite => "BEGIN DEFERRED",
+            Dialect::Postgres => "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY",
+        }
+    }
 }
 
 /// A location made ready for a connection.

@@ -16,6 +16,7 @@ macro_rules! from_row {
 }
 
 mod audit;
+mod dump;
 mod hands;
 mod leaderboard;
 mod location;
@@ -26,16 +27,16 @@ mod teams;
 mod tokens;
 mod verdicts;
 
-pub(crate) use audit::{AuditEntry, Deed};
+pub(crate) use audit::Deed;
+pub(crate) use dump::Table;
 pub(crate) use hands::{HandRow, NewHand};
 pub(crate) use leaderboard::LeaderboardRow;
 #[cfg(test)]
 pub(crate) use leaderboard::TaskBest;
 pub(crate) use location::Location;
 pub(crate) use runs::{FinishedRun, NewRun, RunRecord};
-pub(crate) use sessions::{ClockState, NewSession, ResumableSession, SessionRow};
-pub(crate) use teams::TeamRow;
-pub(crate) use tokens::{NewToken, TokenRow};
+pub(crate) use sessions::{ClockState, NewSession, ResumableSession};
+pub(crate) use tokens::NewToken;
 pub(crate) use verdicts::{UnverifiedRun, Verdict};
 
 use location::{Dialect, Lock, Target};

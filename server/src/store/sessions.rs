@@ -269,6 +269,64 @@ impl Store {
         Ok(changed == 1)
     }
 
+    /// Records that an organizer ends a session that is open; false when none is.
+    pub(crate) async fn order_end(&self, session_id: &str, deed: &Deed<'_>) -> Result<bool, StoreError> {
+        let mut recorded = self.recorded(deed).await?;
+        let changed = sqlx::query(
+            "UPDATE sessions SET status = 'ended', ended_at = $1 WHERE session_id = $2 AND status = 'open'",
+        )
+        .bind(unix_ms())
+        .bind(session_id)
+        .execute(&mut *recorded.transaction)
+        .await?
+        .rows_affected();
+        if changed == 1 {
+            recorded.commit().await?;
+        }
+        Ok(changed == 1)
+    }
+
+    /// How many official sessions are open.
+    pub(crate) async fn open_sessions(&self) -> Result<i64, StoreError> {
+        let query =
+            sqlx::query_as("SELECT COUNT(*) FROM sessions WHERE mode = 'official' AND status = 'open'");
+        let (open,): (i64,) = query.fetch_one(&self.pool).await?;
+        Ok(open)
+    }
+
+    /// The official session of a team that is open, with the hash of its resume token.
+    pub(crate) async fn open_session_of(&self, team: &str) -> Result<Option<(String, String)>, StoreError> {
+        let query = sqlx::query_as(
+            "SELECT session_id, token_hash FROM sessions WHERE team = $1 AND mode = 'official' AND status = 'open' \
+             AND token_hash IS NOT NULL ORDER BY created_at LIMIT 1",
+        );
+        Ok(query.bind(team).fetch_optional(&self.pool).await?)
+    }
+
+    /// Gives a session another resume token.
+    pub(crate) async fn set_resume_token(
+        &self,
+        session_id: &str,
+        token_hash: &str,
+    ) -> Result<(), StoreError> {
+        sqlx::query("UPDATE sessions SET token_hash = $1 WHERE session_id = $2")
+            .bind(token_hash)
+            .bind(session_id)
+            .execute(&self.pool)
+            .await?;
+        Ok(())
+    }
+
+    /// Whose session a resume token belongs to, by its hash.
+    pub(crate) async fn team_of_resume_token(&self, token_hash: &str) -> Result<Option<String>, StoreError> {
+        let row: Option<(String,)> =
+            sqlx::query_as("SELECT team FROM sessions WHERE token_hash = $1 LIMIT 1")
+                .bind(token_hash)
+                .fetch_optional(&self.pool)
+                .await?;
+        Ok(row.map(|(team,)| team))
+    }
+
     /// Voids a session and its runs: they count for nothing, and the team may have another session. False when
     /// there is no such session that is not void already.
     pub(crate) async fn void_session(&self, session_id: &str, deed: &Deed<'_>) -> Result<bool, StoreError> {

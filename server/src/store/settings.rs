@@ -1,6 +1,9 @@
 //! Facts about the competition, by name.
 
-use super::{Store, StoreError};
+use super::{Deed, Store, StoreError};
+
+const WRITE: &str = "INSERT INTO settings (key, value) VALUES ($1, $2) \
+     ON CONFLICT (key) DO UPDATE SET value = excluded.value";
 
 impl Store {
     /// The value of that name.
@@ -14,14 +17,19 @@ impl Store {
 
     /// Writes the value of that name.
     pub(crate) async fn set_setting(&self, key: &str, value: &str) -> Result<(), StoreError> {
-        sqlx::query(
-            "INSERT INTO settings (key, value) VALUES ($1, $2) \
-             ON CONFLICT (key) DO UPDATE SET value = excluded.value",
-        )
-        .bind(key)
-        .bind(value)
-        .execute(&self.pool)
-        .await?;
+        sqlx::query(WRITE).bind(key).bind(value).execute(&self.pool).await?;
         Ok(())
+    }
+
+    /// Writes a value that an organizer decided on.
+    pub(crate) async fn enter_phase(
+        &self,
+        key: &str,
+        value: &str,
+        deed: &Deed<'_>,
+    ) -> Result<(), StoreError> {
+        let mut recorded = self.recorded(deed).await?;
+        sqlx::query(WRITE).bind(key).bind(value).execute(&mut *recorded.transaction).await?;
+        recorded.commit().await
     }
 }

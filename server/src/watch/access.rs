@@ -3,7 +3,6 @@
 use palmares_tasks::Sensing;
 
 /// Who wants to watch.
-#[allow(dead_code, reason = "practice servers ask for no token")]
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Watcher {
     /// Somebody without a token.

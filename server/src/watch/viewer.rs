@@ -6,6 +6,7 @@ use super::hub::{Following, News, Nothing};
 use super::messages::{Ranking, Runs, Score, Subscribed, WatchReply};
 use super::request::{Request, Target, parse};
 use crate::api::Problem;
+use crate::auth::{Identity, Role};
 use crate::metrics::METRICS;
 use crate::protocol::reply::ErrorReply;
 use crate::protocol::request::shortened;
@@ -15,6 +16,7 @@ use axum::body::Bytes;
 use axum::extract::State;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
+use axum::http::HeaderMap;
 use axum::response::{IntoResponse, Response};
 use std::future::pending;
 use std::ops::ControlFlow;
@@ -36,6 +38,7 @@ const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
 /// `GET /v1/watch`.
 pub(crate) async fn watch(
     State(host): State<Arc<Host>>,
+    headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
     let refuse = |refusal: Refusal| Problem(refusal).into_response();
@@ -51,16 +54,28 @@ pub(crate) async fn watch(
         let message = format!("offer the WebSocket subprotocol {known} (Sec-WebSocket-Protocol)");
         return refuse(Refusal::new(Code::BadRequest, message));
     }
+    let identity = match host.auth.identify(&host.store, &headers).await {
+        Ok(identity) => identity,
+        Err(refusal) => return refuse(refusal),
+    };
     let Some(place) = host.watch.place() else {
         let message = "all places for viewers are taken";
         return refuse(Refusal::new(Code::Capacity, message).retry_after(5.0));
     };
-    let watcher = Watcher::Anybody;
+    let watcher = match &identity {
+        None => Watcher::Anybody,
+        Some(Identity { role: Role::Organizer, .. }) => Watcher::Organizer,
+        Some(Identity { role: Role::Viewer, .. }) => Watcher::Spectator,
+        Some(Identity { role: Role::Team, team, .. }) => Watcher::Team(team.clone().unwrap_or_default()),
+    };
     upgrade.max_message_size(MESSAGE_BYTES).max_frame_size(MESSAGE_BYTES).on_upgrade(async move |socket| {
         let _place = place;
         let _alive = host.alive();
-        let viewer = Viewer::new(socket, host, watcher);
-        viewer.serve().await;
+        let viewer = Viewer::new(socket, host.clone(), watcher);
+        tokio::select! {
+            () = viewer.serve() => {}
+            () = host.auth.revoked(identity.as_ref()) => tracing::debug!("a viewer's token was revoked"),
+        }
     })
 }
 
@@ -297,7 +312,7 @@ impl Viewer {
 
     async fn rank(&mut self) -> ControlFlow<End> {
         self.next_ranking = Instant::now() + RANKING_PERIOD;
-        match self.host.store.leaderboard(false).await {
+        match self.host.store.leaderboard(self.host.rules.official()).await {
             Ok(rows) => self.send(&WatchReply::Leaderboard(Ranking { rows })).await,
             Err(error) => {
                 // The viewer has the last one, and gets the next.

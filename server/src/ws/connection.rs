@@ -6,6 +6,7 @@
 
 use super::linger::Gaps;
 use super::rate::RateLimit;
+use crate::auth::Identity;
 use crate::metrics::METRICS;
 use crate::protocol::{Code, Encoding, Parsed, Refusal, Reply, Request};
 use crate::session::{Host, MESSAGE_BYTES, Ordered, Session, news};
@@ -66,6 +67,8 @@ struct Connection {
     socket: WebSocket,
     encoding: Encoding,
     host: Arc<Host>,
+    /// Whose token opened the connection.
+    identity: Option<Identity>,
     session: Option<Box<Session>>,
     rate: RateLimit,
     gaps: Gaps,
@@ -76,13 +79,27 @@ struct Connection {
 }
 
 /// Serves a connection until it ends, then leaves its session in order.
-pub(crate) async fn serve(socket: WebSocket, encoding: Encoding, host: Arc<Host>) {
+pub(crate) async fn serve(
+    socket: WebSocket,
+    encoding: Encoding,
+    host: Arc<Host>,
+    identity: Option<Identity>,
+) {
     let _alive = host.alive();
     let limits = host.limits();
     let rate = RateLimit::new(limits.requests_per_s, limits.requests_burst, host.now());
     let heard = Instant::now();
-    let mut connection =
-        Connection { socket, encoding, host, session: None, rate, gaps: Gaps::new(), room: ROOM, heard };
+    let mut connection = Connection {
+        socket,
+        encoding,
+        host,
+        identity,
+        session: None,
+        rate,
+        gaps: Gaps::new(),
+        room: ROOM,
+        heard,
+    };
     let end = connection.talk().await;
     let session = connection.session.take();
     // The session is settled before the socket closes: a client that comes back at once finds it waiting.
@@ -100,7 +117,7 @@ pub(crate) async fn serve(socket: WebSocket, encoding: Encoding, host: Arc<Host>
         }
         End::Bye => {
             if let Some(session) = session {
-                session.end(Reason::Stopped, Some("the client said bye")).await;
+                session.leave().await;
             }
             connection.close(CLOSE_NORMAL, "bye").await;
         }
@@ -130,6 +147,9 @@ impl Connection {
         let host = self.host.clone();
         let stopping = host.stopping();
         tokio::pin!(stopping);
+        let identity = self.identity.clone();
+        let revoked = host.auth.revoked(identity.as_ref());
+        tokio::pin!(revoked);
         // Set anew only when the moment has changed, not for every message.
         let alarm = sleep_until(Instant::now());
         tokio::pin!(alarm);
@@ -157,6 +177,10 @@ impl Connection {
             let flow = tokio::select! {
                 biased;
                 () = &mut stopping => return End::Stopping,
+                () = &mut revoked => {
+                    let refusal = Refusal::new(Code::NotAuthorized, "the token was revoked").fatal();
+                    self.refuse(None, &refusal).await
+                }
                 _ = ping.tick() => self.beat().await,
                 () = &mut alarm, if armed => {
                     armed = false;
@@ -302,8 +326,8 @@ impl Connection {
             (Some(_), Request::Hello(_)) => Err(Refusal::new(Code::WrongState, "hello was said already")),
             (None, Request::Hello(hello)) => {
                 let mut session = match &hello.resume_token {
-                    Some(token) => Session::resume(&self.host, token).await?,
-                    None => Session::begin(&self.host, &hello).await?,
+                    Some(token) => Session::resume(&self.host, token, self.identity.as_ref()).await?,
+                    None => Session::begin(&self.host, &hello, self.identity.as_ref()).await?,
                 };
                 let welcome = session.welcome(id);
                 self.session = Some(session);

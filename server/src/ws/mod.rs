@@ -7,11 +7,13 @@ mod rate;
 pub(crate) use linger::Awake;
 
 use crate::api::Problem;
+use crate::auth::{Role, forbidden};
 use crate::protocol::{Code, Encoding, Refusal};
 use crate::session::Host;
 use axum::extract::State;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
+use axum::http::HeaderMap;
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 
@@ -22,6 +24,7 @@ const READ_BYTES: usize = 1 << 20;
 /// `GET /v1/control`.
 pub(crate) async fn control(
     State(host): State<Arc<Host>>,
+    headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
     let upgrade = match upgrade {
@@ -37,12 +40,22 @@ pub(crate) async fn control(
         let message = format!("offer the WebSocket subprotocol {known} (Sec-WebSocket-Protocol)");
         return Problem(Refusal::new(Code::BadRequest, message)).into_response();
     };
+    // Before the upgrade: who may not play gets an HTTP answer and no socket.
+    let identity = match host.auth.identify(&host.store, &headers).await {
+        Ok(None) if host.rules.official() => host.auth.require(&host.store, &headers).await.map(Some),
+        Ok(Some(identity)) if identity.role != Role::Team => Err(forbidden("a team's token")),
+        other => other,
+    };
+    let identity = match identity {
+        Ok(identity) => identity,
+        Err(refusal) => return Problem(refusal).into_response(),
+    };
     let place = match host.place_for_connection() {
         Ok(place) => place,
         Err(refusal) => return Problem(refusal).into_response(),
     };
     upgrade.max_message_size(READ_BYTES).max_frame_size(READ_BYTES).on_upgrade(async move |socket| {
         let _place = place;
-        connection::serve(socket, encoding, host).await;
+        connection::serve(socket, encoding, host, identity).await;
     })
 }

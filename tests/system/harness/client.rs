@@ -49,6 +49,11 @@ impl Client {
         Client { socket, next_id: 1 }
     }
 
+    /// A connection that is open already.
+    pub(super) fn over(socket: WebSocketStream<MaybeTlsStream<TcpStream>>) -> Self {
+        Client { socket, next_id: 1 }
+    }
+
     /// A connection that has said hello; and the welcome.
     pub(crate) async fn greet(server: &Server, team: &str) -> (Self, Value) {
         let mut client = Self::connect(server).await;

@@ -49,9 +49,18 @@ pub(crate) fn get_bytes(server: &Server, path: &str) -> (u16, Vec<u8>) {
 
 /// Any request without a body.
 pub(crate) fn request(server: &Server, method: &str, path: &str) -> Response {
+    send(server, method, path, "", b"")
+}
+
+/// Any request, with more header lines and a body.
+pub(crate) fn send(server: &Server, method: &str, path: &str, headers: &str, body: &[u8]) -> Response {
     let mut stream = TcpStream::connect(server.address()).expect("connects");
+    let (host, length) = (server.address(), body.len());
     // HTTP/1.0: the answer ends where the connection does.
-    write!(stream, "{method} {path} HTTP/1.0\r\nHost: {}\r\n\r\n", server.address()).expect("sent");
+    let head =
+        format!("{method} {path} HTTP/1.0\r\nHost: {host}\r\n{headers}Content-Length: {length}\r\n\r\n");
+    // A server that refuses may not read the body to its end.
+    let _ = stream.write_all(&[head.as_bytes(), body].concat());
     let mut answer = String::new();
     stream.read_to_string(&mut answer).expect("answer");
     let (head, body) = answer.split_once("\r\n\r\n").expect("a head and a body");

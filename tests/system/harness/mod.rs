@@ -2,10 +2,14 @@
 
 mod client;
 mod http;
+mod official;
+mod postgres;
 mod server;
 
 pub(crate) use client::{Client, assert_error, handshake, handshake_to};
-pub(crate) use http::{get, get_bytes, request};
+pub(crate) use http::{get, get_bytes, request, send};
+pub(crate) use official::{Official, bearer, reset as official_reset};
+pub(crate) use postgres::postgres_database;
 pub(crate) use server::{Server, program};
 
 use serde_json::{Value, json};

@@ -2,6 +2,8 @@
 
 mod competition;
 mod places;
+#[path = "../../../../tests/system/harness/postgres.rs"]
+mod postgres;
 
 use super::*;
 use palmares_tasks::{Event, Outcome, Reason, Sensing};

@@ -1,0 +1,43 @@
+//! Opening, closing, revealing.
+
+use super::{Asked, deed, no_verb, store_failed};
+use crate::api::Problem;
+use crate::protocol::{Code, Refusal};
+use crate::rules::Phase;
+use crate::session::Host;
+use axum::Json;
+use axum::extract::{Path, State};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::sync::Arc;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Body {
+    #[serde(default)]
+    reason: Option<String>,
+}
+
+/// `open`, `close`, `reveal`.
+pub(super) async fn enter(
+    State(host): State<Arc<Host>>,
+    Path(verb): Path<String>,
+    asked: Asked<Body>,
+) -> Result<Json<Value>, Problem> {
+    let (to, action) = match verb.as_str() {
+        "open" => (Phase::Open, "competition.open"),
+        "close" => (Phase::Closed, "competition.close"),
+        "reveal" => (Phase::Revealed, "competition.reveal"),
+        _ => return Err(no_verb(&verb, "open, close, reveal")),
+    };
+    if to == Phase::Revealed {
+        let open = host.store.open_sessions().await.map_err(|error| store_failed(&error))?;
+        if open > 0 {
+            let message = format!("{open} sessions are open; end or void them first");
+            return Err(Problem(Refusal::new(Code::WrongState, message)));
+        }
+    }
+    let deed = deed(&asked.identity, action, &host.rules.name, &asked.body.reason);
+    host.rules.enter(&host.store, to, &deed).await.map_err(Problem)?;
+    Ok(Json(json!({"phase": host.rules.phase()})))
+}

@@ -1,0 +1,123 @@
+//! Tables to take home: leaderboard, sessions, runs, audit; and everything at once as a backup.
+
+use super::{not_found, store_failed};
+use crate::api::Problem;
+use crate::api::csv;
+use crate::auth::Identity;
+use crate::backup;
+use crate::protocol::{Code, Refusal};
+use crate::session::Host;
+use crate::store::Deed;
+use axum::Json;
+use axum::body::{Body, Bytes};
+use axum::extract::{Path, Query, State};
+use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
+use axum::response::{IntoResponse, Response};
+use futures_util::stream;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::io;
+use std::sync::Arc;
+use tokio::sync::mpsc;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Page {
+    #[serde(default)]
+    after: u64,
+    #[serde(default = "most")]
+    limit: u32,
+}
+
+fn most() -> u32 {
+    1000
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Format {
+    #[serde(default)]
+    format: Option<String>,
+}
+
+/// The records after a number.
+pub(super) async fn audit(
+    State(host): State<Arc<Host>>,
+    Query(page): Query<Page>,
+) -> Result<Json<Value>, Problem> {
+    let records = host.store.audit(page.after, page.limit.min(most())).await;
+    Ok(Json(json!({"records": records.map_err(|error| store_failed(&error))?})))
+}
+
+/// `leaderboard`, `sessions`, `runs`, `audit`, as JSON or CSV.
+pub(super) async fn export(
+    State(host): State<Arc<Host>>,
+    Path(what): Path<String>,
+    Query(format): Query<Format>,
+) -> Result<Response, Problem> {
+    let failed = |error| store_failed(&error);
+    let bad = |error: serde_json::Error| {
+        tracing::error!(%error, "export");
+        Problem(Refusal::new(Code::Internal, "the table cannot be written"))
+    };
+    let rows = match what.as_str() {
+        "leaderboard" => {
+            let rows = host.store.leaderboard(host.rules.official()).await.map_err(failed)?;
+            csv::leaderboard_rows(&rows, &host.task_names())
+        }
+        "sessions" => serde_json::to_value(host.store.sessions(None).await.map_err(failed)?).map_err(bad)?,
+        "runs" => serde_json::to_value(host.store.runs().await.map_err(failed)?).map_err(bad)?,
+        "audit" => serde_json::to_value(host.store.audit(0, u32::MAX).await.map_err(failed)?).map_err(bad)?,
+        _ => return Err(not_found("there are leaderboard, sessions, runs, audit".into())),
+    };
+    match format.format.as_deref() {
+        None | Some("json") => Ok(Json(rows).into_response()),
+        Some("csv") => Ok(csv::response(&rows)),
+        Some(_) => Err(Problem(Refusal::new(Code::BadRequest, "format: expected json or csv"))),
+    }
+}
+
+/// Everything, as one archive. It holds secrets: whoever has it can run the competition.
+pub(super) async fn backup(State(host): State<Arc<Host>>, identity: Identity) -> Result<Response, Problem> {
+    let deed = Deed { actor: &identity.token_id, action: "backup", subject: "everything", reason: None };
+    host.store.record(&deed).await.map_err(|error| store_failed(&error))?;
+    let tables = host.store.dump().await.map_err(|error| store_failed(&error))?;
+    let (sender, receiver) = mpsc::channel::<io::Result<Bytes>>(4);
+    let files = backup::Files { data_dir: host.data_dir.clone(), secrets: host.secrets.clone() };
+    // A thread of its own: it writes as fast as the organizer reads, which may take long.
+    let writer = std::thread::Builder::new().name("backup".into()).spawn(move || {
+        let failed = sender.clone();
+        if let Err(error) = backup::write(Pipe(sender), &tables, &files) {
+            tracing::error!(%error, "backup failed");
+            // The archive breaks off: without its directory nobody takes it for whole.
+            let _ = failed.blocking_send(Err(io::Error::other("the backup failed")));
+        }
+    });
+    writer.map_err(|error| {
+        tracing::error!(%error, "no thread for a backup");
+        Problem(Refusal::new(Code::Internal, "the backup could not be started").retry_after(5.0))
+    })?;
+    let stream =
+        stream::unfold(receiver, async |mut receiver| receiver.recv().await.map(|part| (part, receiver)));
+    let headers = [
+        (CONTENT_TYPE, "application/zip"),
+        (CONTENT_DISPOSITION, "attachment; filename=\"palmares-backup.zip\""),
+        (CACHE_CONTROL, "no-store"),
+    ];
+    Ok((headers, Body::from_stream(stream)).into_response())
+}
+
+/// Hands what is written to the connection.
+struct Pipe(mpsc::Sender<io::Result<Bytes>>);
+
+impl io::Write for Pipe {
+    fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
+        let gone = |_| io::Error::from(io::ErrorKind::BrokenPipe);
+        self.0.blocking_send(Ok(Bytes::copy_from_slice(buffer))).map_err(gone)?;
+        Ok(buffer.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}

@@ -1,0 +1,125 @@
+//! What organizers do: teams and tokens, the competition's phases, sessions, runs, hands, exports.
+//!
+//! Every address is `POST /v1/admin/<noun>/<verb>` with a JSON body, or a GET for what only looks. Ids stand in
+//! bodies, not in paths. Every deed leaves a record with its reason.
+
+mod competition;
+mod export;
+mod hands;
+mod runs;
+mod sessions;
+mod teams;
+
+use super::Problem;
+use crate::auth::Identity;
+use crate::protocol::{Code, Refusal};
+use crate::session::Host;
+use crate::store::{Deed, StoreError};
+use axum::Router;
+use axum::body::Bytes;
+use axum::extract::{FromRequest, Request, State};
+use axum::http::request::Parts;
+use axum::middleware::{self, Next};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use serde::de::DeserializeOwned;
+use std::sync::Arc;
+
+/// The organizers' addresses.
+pub(super) fn router(host: &Arc<Host>) -> Router<Arc<Host>> {
+    Router::new()
+        .route("/v1/admin/competition/{verb}", post(competition::enter))
+        .route("/v1/admin/team/add", post(teams::add))
+        .route("/v1/admin/team/rotate", post(teams::rotate))
+        .route("/v1/admin/team/revoke", post(teams::revoke))
+        .route("/v1/admin/teams", get(teams::list))
+        .route("/v1/admin/token/add", post(teams::add_token))
+        .route("/v1/admin/token/revoke", post(teams::revoke_token))
+        .route("/v1/admin/tokens", get(teams::tokens))
+        .route("/v1/admin/session/{verb}", post(sessions::act))
+        .route("/v1/admin/run/{verb}", post(runs::act))
+        .route("/v1/admin/hands", get(hands::list))
+        .route("/v1/admin/hand/{verb}", post(hands::decide))
+        .route("/v1/admin/audit", get(export::audit))
+        .route("/v1/admin/export/{what}", get(export::export))
+        .route("/v1/admin/backup", get(export::backup))
+        .route_layer(middleware::from_fn_with_state(host.clone(), only_organizers))
+}
+
+/// Lets organizers through, and tells the addresses who they are. Runs before the body is read.
+async fn only_organizers(State(host): State<Arc<Host>>, mut request: Request, next: Next) -> Response {
+    match host.auth.organizer(&host.store, request.headers()).await {
+        Ok(identity) => {
+            request.extensions_mut().insert(identity);
+            next.run(request).await
+        }
+        Err(refusal) => Problem(refusal).into_response(),
+    }
+}
+
+/// A JSON body whose errors are problems; and whose it is.
+pub(super) struct Asked<T> {
+    /// Who asks.
+    pub(super) identity: Identity,
+    /// What.
+    pub(super) body: T,
+}
+
+impl<T: DeserializeOwned> FromRequest<Arc<Host>> for Asked<T> {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, host: &Arc<Host>) -> Result<Self, Problem> {
+        let identity = identity_of(request.extensions())?;
+        let bad = |message: String| Problem(Refusal::new(Code::BadRequest, message));
+        let bytes = Bytes::from_request(request, host).await.map_err(|error| bad(error.body_text()))?;
+        let text = if bytes.is_empty() { b"{}".as_slice() } else { &bytes };
+        let mut json = serde_json::Deserializer::from_slice(text);
+        let body =
+            serde_path_to_error::deserialize(&mut json).map_err(|error| bad(format!("body: {error}")))?;
+        Ok(Asked { identity, body })
+    }
+}
+
+fn identity_of(extensions: &axum::http::Extensions) -> Result<Identity, Problem> {
+    // The middleware has put it there.
+    let missing = || Problem(Refusal::new(Code::Internal, "the request has no identity"));
+    extensions.get().cloned().ok_or_else(missing)
+}
+
+impl axum::extract::FromRequestParts<Arc<Host>> for Identity {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _: &Arc<Host>) -> Result<Self, Problem> {
+        identity_of(&parts.extensions)
+    }
+}
+
+/// A deed of this organizer.
+fn deed<'a>(
+    identity: &'a Identity,
+    action: &'a str,
+    subject: &'a str,
+    reason: &'a Option<String>,
+) -> Deed<'a> {
+    Deed { actor: &identity.token_id, action, subject, reason: reason.as_deref() }
+}
+
+/// Something that needs a reason has none.
+fn needs_reason(reason: &Option<String>) -> Result<(), Problem> {
+    match reason.as_deref().map(str::trim) {
+        Some(text) if !text.is_empty() => Ok(()),
+        _ => Err(Problem(Refusal::new(Code::BadRequest, "reason: say why; it is kept in the audit"))),
+    }
+}
+
+fn store_failed(error: &StoreError) -> Problem {
+    super::rest::store_failed(error)
+}
+
+fn not_found(message: String) -> Problem {
+    Problem(Refusal::new(Code::NotFound, message))
+}
+
+fn no_verb(verb: &str, known: &str) -> Problem {
+    not_found(format!("no `{}`; there are {known}", crate::protocol::request::shortened(verb)))
+}

@@ -1,0 +1,64 @@
+//! Voiding a run and asking for its verification again.
+
+use super::{Asked, deed, needs_reason, no_verb, not_found, store_failed};
+use crate::api::Problem;
+use crate::protocol::request::shortened;
+use crate::protocol::{Code, Refusal};
+use crate::session::{Host, Order};
+use axum::Json;
+use axum::extract::{Path, State};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::sync::Arc;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Body {
+    run_id: String,
+    #[serde(default)]
+    reason: Option<String>,
+}
+
+/// `void`, `reverify`.
+pub(super) async fn act(
+    State(host): State<Arc<Host>>,
+    Path(verb): Path<String>,
+    asked: Asked<Body>,
+) -> Result<Json<Value>, Problem> {
+    let Body { run_id, reason } = &asked.body;
+    let run = host.store.run(run_id).await.map_err(|error| store_failed(&error))?;
+    let run = run.ok_or_else(|| not_found(format!("no run `{}`", shortened(run_id))))?;
+    let wrong = |what: &str| {
+        let message = format!("run {} is {}: {what}", shortened(run_id), run.status);
+        Problem(Refusal::new(Code::WrongState, message))
+    };
+    match verb.as_str() {
+        "void" => {
+            needs_reason(reason)?;
+            let deed = deed(&asked.identity, "run.void", run_id, reason);
+            let voided = host.store.void_run(run_id, &deed).await.map_err(|error| store_failed(&error))?;
+            // An open run is closed by its session; a finished one's time is given back by it, while it is there.
+            let order = Order::VoidRun { run_id: run_id.clone(), note: reason.clone().unwrap_or_default() };
+            let session_id = run.session_id.clone().unwrap_or_default();
+            let obeyed = host.registry.order(&session_id, order).await.is_ok();
+            if !voided {
+                if !(obeyed && run.status == "open") {
+                    return Err(wrong("nothing to void"));
+                }
+                host.store.record(&deed).await.map_err(|error| store_failed(&error))?;
+            }
+        }
+        "reverify" => {
+            let deed = deed(&asked.identity, "run.reverify", run_id, reason);
+            if !host.store.reverify(run_id, &deed).await.map_err(|error| store_failed(&error))? {
+                return Err(wrong("it has no replay that could be played again"));
+            }
+            if let Some(archive) = &host.replays {
+                archive.wake();
+            }
+        }
+        _ => return Err(no_verb(&verb, "void, reverify")),
+    }
+    let run = host.store.run(run_id).await.map_err(|error| store_failed(&error))?;
+    Ok(Json(json!({"run": run})))
+}

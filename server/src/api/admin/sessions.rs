@@ -1,0 +1,93 @@
+//! Holding, ending, voiding a session, and giving it time.
+
+use super::{Asked, deed, needs_reason, no_verb, not_found, store_failed};
+use crate::api::Problem;
+use crate::protocol::request::shortened;
+use crate::protocol::{Code, Refusal};
+use crate::session::{Host, Order, Session};
+use axum::Json;
+use axum::extract::{Path, State};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::sync::Arc;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Body {
+    session_id: String,
+    #[serde(default)]
+    reason: Option<String>,
+    #[serde(default)]
+    seconds: Option<f64>,
+}
+
+/// Most time that is given at once, s.
+const MOST_S: f64 = 86_400.0;
+
+/// `pause`, `resume`, `end`, `void`, `grant`. The database first: what is written there holds also when the server
+/// dies before the session hears of it.
+pub(super) async fn act(
+    State(host): State<Arc<Host>>,
+    Path(verb): Path<String>,
+    asked: Asked<Body>,
+) -> Result<Json<Value>, Problem> {
+    let Body { session_id, reason, seconds } = &asked.body;
+    let session = host.store.session(session_id).await.map_err(|error| store_failed(&error))?;
+    if session.is_none() {
+        return Err(not_found(format!(
+            "no session `{}`; GET /v1/sessions lists them",
+            shortened(session_id)
+        )));
+    }
+    let note = reason.clone().unwrap_or_default();
+    let deed = |action| deed(&asked.identity, action, session_id, reason);
+    let failed = |error| store_failed(&error);
+    let (done, order) = match verb.as_str() {
+        "pause" => {
+            let done = host.store.pause_session(session_id, true, &deed("session.pause")).await;
+            (done.map_err(failed)?, Order::Pause)
+        }
+        "resume" => {
+            let done = host.store.pause_session(session_id, false, &deed("session.resume")).await;
+            (done.map_err(failed)?, Order::Resume)
+        }
+        "end" => {
+            let done = host.store.order_end(session_id, &deed("session.end")).await;
+            (done.map_err(failed)?, Order::End { void: false, note })
+        }
+        "void" => {
+            needs_reason(reason)?;
+            let done = host.store.void_session(session_id, &deed("session.void")).await;
+            (done.map_err(failed)?, Order::End { void: true, note })
+        }
+        "grant" => {
+            needs_reason(reason)?;
+            let seconds = seconds.filter(|s| *s > 0.0 && *s <= MOST_S).ok_or_else(|| {
+                let message = format!("seconds: expected more than 0 and at most {MOST_S}");
+                Problem(Refusal::new(Code::BadRequest, message))
+            })?;
+            let done = host.store.grant_time(session_id, seconds, &deed("session.grant")).await;
+            (done.map_err(failed)?, Order::Grant { seconds })
+        }
+        _ => return Err(no_verb(&verb, "pause, resume, end, void, grant")),
+    };
+    if !done {
+        let message = format!("session {} is not in a state for {verb}", shortened(session_id));
+        return Err(Problem(Refusal::new(Code::WrongState, message)));
+    }
+    // A session that nobody holds any more has nothing to obey; the database has it all.
+    match host.registry.order(session_id, order).await {
+        Ok(()) => {}
+        Err(refusal) if refusal.code == Code::NotFound && verb == "grant" => {
+            // Its time was spent and it is gone; now it waits for its team again.
+            let open = host.store.load_resumable_sessions().await.map_err(|error| store_failed(&error))?;
+            if let Some(row) = open.into_iter().find(|row| row.session_id == *session_id) {
+                Session::restore(&host, row);
+            }
+        }
+        Err(refusal) if refusal.code == Code::NotFound => {}
+        Err(refusal) => return Err(Problem(refusal)),
+    }
+    let session = host.store.session(session_id).await.map_err(|error| store_failed(&error))?;
+    Ok(Json(json!({"session": session})))
+}

@@ -1,0 +1,111 @@
+//! Hands: those that come with the program, and those that teams send in.
+
+use super::Problem;
+use crate::auth::{Identity, Role};
+use crate::hands::largest;
+use crate::protocol::reply::HandInfo;
+use crate::protocol::request::{ClientInfo, shortened};
+use crate::protocol::{Code, Refusal};
+use crate::session::Host;
+use axum::Json;
+use axum::body::Bytes;
+use axum::extract::rejection::BytesRejection;
+use axum::extract::{Path, Query, State};
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::{IntoResponse, Response};
+use palmares_models::describe::HandDescription;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Whose hands, on a practice server.
+#[derive(Deserialize)]
+pub(super) struct Whose {
+    #[serde(default)]
+    team: Option<String>,
+}
+
+/// The team that asks: by its token, on a practice server also by its name.
+async fn team(host: &Host, headers: &HeaderMap, whose: Whose) -> Result<Option<String>, Problem> {
+    let identity = host.auth.identify(&host.store, headers).await.map_err(Problem)?;
+    match identity {
+        Some(Identity { role: Role::Team, team, .. }) => Ok(team),
+        _ if host.rules.official() => Ok(None),
+        _ => match whose.team {
+            Some(name) => {
+                let full = ClientInfo::Full { name, version: None };
+                Ok(Some(full.checked().map_err(Problem)?.0))
+            }
+            None => Ok(None),
+        },
+    }
+}
+
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Hands {
+    hands: Vec<HandInfo>,
+    /// The team's own, with their state; only for the team.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    own: Vec<crate::store::HandRow>,
+}
+
+/// The hands in short.
+pub(super) async fn list(
+    State(host): State<Arc<Host>>,
+    Query(whose): Query<Whose>,
+    headers: HeaderMap,
+) -> Result<Json<Hands>, Problem> {
+    let own = match team(&host, &headers, whose).await? {
+        Some(team) => {
+            host.store.hands(Some(&team)).await.map_err(|error| super::rest::store_failed(&error))?
+        }
+        None => Vec::new(),
+    };
+    Ok(Json(Hands { hands: host.hand_infos(), own }))
+}
+
+/// A hand in full.
+pub(super) async fn describe(
+    State(host): State<Arc<Host>>,
+    Path(name): Path<String>,
+    Query(whose): Query<Whose>,
+    headers: HeaderMap,
+) -> Result<Json<HandDescription>, Problem> {
+    if let Some(hand) = host.hand(&name) {
+        return Ok(Json(hand.describe()));
+    }
+    if let Some(team) = team(&host, &headers, whose).await? {
+        let own = host.own_hands.find(&host.store, &host.background, &team, &name, false).await;
+        if let Some((hand, _)) = own.map_err(Problem)? {
+            return Ok(Json(hand.describe()));
+        }
+    }
+    let message = format!("no hand `{}`; GET /v1/hands lists them", shortened(&name));
+    Err(Problem(Refusal::new(Code::UnknownHand, message)))
+}
+
+/// Takes a hand in: the body is a ZIP archive of URDF, meshes and hand.toml.
+pub(super) async fn submit(
+    State(host): State<Arc<Host>>,
+    Query(whose): Query<Whose>,
+    headers: HeaderMap,
+    body: Result<Bytes, BytesRejection>,
+) -> Result<Response, Problem> {
+    let team = team(&host, &headers, whose).await?.ok_or_else(|| {
+        let message = if host.rules.official() {
+            "send a team's token as the header `Authorization: Bearer <token>`"
+        } else {
+            "say whose hand it is: ?team=name"
+        };
+        let code = if host.rules.official() { Code::NotAuthorized } else { Code::BadRequest };
+        Problem(Refusal::new(code, message))
+    })?;
+    let bytes = body.map_err(|error| {
+        let too_large = error.status() == StatusCode::PAYLOAD_TOO_LARGE;
+        let code = if too_large { Code::TooLarge } else { Code::BadRequest };
+        let message = format!("expected a ZIP archive of at most {} bytes: {}", largest(), error.body_text());
+        Problem(Refusal::new(code, message))
+    })?;
+    let submitted = host.own_hands.submit(&host.store, &host.background, &team, bytes.to_vec()).await;
+    Ok((StatusCode::CREATED, Json(submitted.map_err(Problem)?)).into_response())
+}

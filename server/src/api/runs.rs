@@ -1,0 +1,62 @@
+//! Runs and sessions: what of them whoever asks may see.
+
+use super::Problem;
+use super::rest::store_failed;
+use crate::auth::{Identity, Role, forbidden};
+use crate::protocol::request::shortened;
+use crate::protocol::{Code, Refusal};
+use crate::rules::Rules;
+use crate::session::Host;
+use crate::store::RunRecord;
+use axum::Json;
+use axum::extract::{Path, State};
+use axum::http::HeaderMap;
+use serde_json::{Value, json};
+use std::sync::Arc;
+
+fn organizer(identity: Option<&Identity>) -> bool {
+    identity.is_some_and(|identity| identity.role == Role::Organizer)
+}
+
+/// A run as this asker may see it: while seeds are hidden only organizers see them, and sessions of others are
+/// nobody's business.
+fn seen_by(mut run: RunRecord, identity: Option<&Identity>, rules: &Rules) -> RunRecord {
+    if organizer(identity) || !rules.official() {
+        return run;
+    }
+    if !rules.revealed() {
+        (run.seed, run.seed_hex) = (None, None);
+    }
+    if identity.and_then(|identity| identity.team.as_ref()) != Some(&run.team) {
+        run.session_id = None;
+    }
+    run
+}
+
+/// A run.
+pub(super) async fn run(
+    State(host): State<Arc<Host>>,
+    Path(id): Path<String>,
+    headers: HeaderMap,
+) -> Result<Json<RunRecord>, Problem> {
+    let identity = host.auth.identify(&host.store, &headers).await.map_err(Problem)?;
+    match host.store.run(&id).await.map_err(|error| store_failed(&error))? {
+        Some(run) => Ok(Json(seen_by(run, identity.as_ref(), &host.rules))),
+        None => Err(Problem(Refusal::new(Code::NotFound, format!("no run `{}`", shortened(&id))))),
+    }
+}
+
+/// The sessions: all of them for organizers, its own for a team.
+pub(super) async fn sessions(
+    State(host): State<Arc<Host>>,
+    headers: HeaderMap,
+) -> Result<Json<Value>, Problem> {
+    let identity = host.auth.require(&host.store, &headers).await.map_err(Problem)?;
+    let team = match (identity.role, &identity.team) {
+        (Role::Organizer, _) => None,
+        (Role::Team, Some(team)) => Some(team.as_str()),
+        _ => return Err(Problem(forbidden("an organizer's or a team's token"))),
+    };
+    let sessions = host.store.sessions(team).await.map_err(|error| store_failed(&error))?;
+    Ok(Json(json!({"sessions": sessions})))
+}

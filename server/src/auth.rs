@@ -1,0 +1,247 @@
+//! Who is asking: bearer tokens and the roles they stand for.
+//!
+//! A token is `plm_<id>_<secret>`: the id finds the row, the SHA-256 of the secret is compared in constant time.
+//! Only the hash is stored, so that whoever reads the database cannot play as anybody.
+
+use crate::protocol::{Code, Refusal};
+use crate::store::{Deed, NewToken, Store, StoreError};
+use axum::http::HeaderMap;
+use axum::http::header::AUTHORIZATION;
+use sha2::{Digest, Sha256};
+use std::collections::BTreeSet;
+use std::fmt;
+use subtle::ConstantTimeEq;
+use tokio::sync::watch;
+
+const PREFIX: &str = "plm";
+/// Digits of a token's public half.
+const ID_DIGITS: usize = 16;
+/// Digits of its secret half: 256 random bits.
+const SECRET_DIGITS: usize = 64;
+
+/// What a token allows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// Play, and see what is one's own.
+    Team,
+    /// Run the competition.
+    Organizer,
+    /// Watch.
+    Viewer,
+}
+
+impl Role {
+    /// As stored.
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Role::Team => "team",
+            Role::Organizer => "organizer",
+            Role::Viewer => "viewer",
+        }
+    }
+
+    fn read(word: &str) -> Option<Role> {
+        [Role::Team, Role::Organizer, Role::Viewer].into_iter().find(|role| role.word() == word)
+    }
+}
+
+/// Who is asking.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Identity {
+    /// The token's public half.
+    pub(crate) token_id: String,
+    /// What it allows.
+    pub(crate) role: Role,
+    /// Whose it is, for the role `team`.
+    pub(crate) team: Option<String>,
+}
+
+/// A token that was just made; shown once.
+pub(crate) struct Token {
+    /// Its public half.
+    pub(crate) id: String,
+    secret: String,
+}
+
+impl Token {
+    /// A random one.
+    pub(crate) fn random() -> Result<Self, getrandom::Error> {
+        Ok(Token { id: random_hex(ID_DIGITS / 2)?, secret: random_hex(SECRET_DIGITS / 2)? })
+    }
+
+    /// The whole token, for its owner's eyes.
+    pub(crate) fn reveal(&self) -> String {
+        format!("{PREFIX}_{}_{}", self.id, self.secret)
+    }
+
+    /// What is stored of the secret.
+    pub(crate) fn secret_hash(&self) -> String {
+        sha256_hex(self.secret.as_bytes())
+    }
+
+    fn parse(text: &str) -> Option<Token> {
+        let (id, secret) = text.strip_prefix(PREFIX)?.strip_prefix('_')?.split_once('_')?;
+        let hex = |part: &str, digits| part.len() == digits && part.bytes().all(|b| b.is_ascii_hexdigit());
+        (hex(id, ID_DIGITS) && hex(secret, SECRET_DIGITS))
+            .then(|| Token { id: id.to_owned(), secret: secret.to_owned() })
+    }
+}
+
+impl fmt::Debug for Token {
+    /// Tells the public half only.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Token({})", self.id)
+    }
+}
+
+/// `bytes` random bytes as lower-case hexadecimal.
+pub(crate) fn random_hex(bytes: usize) -> Result<String, getrandom::Error> {
+    let mut buffer = vec![0; bytes];
+    getrandom::fill(&mut buffer)?;
+    Ok(hex(&buffer))
+}
+
+/// Lower-case hexadecimal.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// SHA-256 as lower-case hexadecimal.
+pub(crate) fn sha256_hex(bytes: &[u8]) -> String {
+    hex(&Sha256::digest(bytes))
+}
+
+/// Checks tokens, and tells open connections when one is revoked.
+#[derive(Debug, Default)]
+pub(crate) struct Auth {
+    /// Ids of the tokens revoked since the server started.
+    revoked: watch::Sender<BTreeSet<String>>,
+}
+
+fn refused() -> Refusal {
+    let message = "the token is missing or not valid; send it as the header `Authorization: Bearer <token>`";
+    Refusal::new(Code::NotAuthorized, message)
+}
+
+impl Auth {
+    /// Who sends these headers; none without a token.
+    ///
+    /// # Errors
+    /// A header that is no valid token, or one that was revoked: always the same words.
+    pub(crate) async fn identify(
+        &self,
+        store: &Store,
+        headers: &HeaderMap,
+    ) -> Result<Option<Identity>, Refusal> {
+        let mut values = headers.get_all(AUTHORIZATION).iter();
+        let Some(value) = values.next() else { return Ok(None) };
+        if values.next().is_some() {
+            return Err(refused());
+        }
+        let text = value.to_str().map_err(|_| refused())?;
+        let (scheme, token) = text.split_once(' ').ok_or_else(refused)?;
+        if !scheme.eq_ignore_ascii_case("bearer") {
+            return Err(refused());
+        }
+        let token = Token::parse(token.trim()).ok_or_else(refused)?;
+        let row = store.token(&token.id).await.map_err(|error| {
+            tracing::error!(%error, "store failed");
+            Refusal::new(Code::Internal, "the database does not answer").retry_after(5.0)
+        })?;
+        // The hashes are compared also when there is no such row: the answer takes as long.
+        let stored = row.as_ref().map_or("", |row| row.secret_hash.as_str());
+        let same: bool = token.secret_hash().as_bytes().ct_eq(stored.as_bytes()).into();
+        let row = row.filter(|row| same && row.revoked_unix_ms.is_none()).ok_or_else(refused)?;
+        let role = Role::read(&row.role).ok_or_else(refused)?;
+        Ok(Some(Identity { token_id: row.token_id, role, team: row.team }))
+    }
+
+    /// The same, for what nobody may do without a token.
+    pub(crate) async fn require(&self, store: &Store, headers: &HeaderMap) -> Result<Identity, Refusal> {
+        self.identify(store, headers).await?.ok_or_else(refused)
+    }
+
+    /// Only for organizers.
+    pub(crate) async fn organizer(&self, store: &Store, headers: &HeaderMap) -> Result<Identity, Refusal> {
+        let identity = self.require(store, headers).await?;
+        if identity.role == Role::Organizer { Ok(identity) } else { Err(forbidden("an organizer's token")) }
+    }
+
+    /// Tells the connections of these tokens to close.
+    pub(crate) fn revoke(&self, token_ids: impl IntoIterator<Item = String>) {
+        self.revoked.send_modify(|revoked| revoked.extend(token_ids));
+    }
+
+    /// Returns when the token is revoked, at once if it was since the server started; never for no token.
+    pub(crate) async fn revoked(&self, identity: Option<&Identity>) {
+        match identity {
+            // The sender lives in `self`: waiting cannot fail.
+            Some(identity) => {
+                let _ =
+                    self.revoked.subscribe().wait_for(|revoked| revoked.contains(&identity.token_id)).await;
+            }
+            None => std::future::pending().await,
+        }
+    }
+}
+
+/// A token that is valid, but not for this.
+pub(crate) fn forbidden(needed: &str) -> Refusal {
+    Refusal::new(Code::Forbidden, format!("this needs {needed}"))
+}
+
+/// Makes and stores a token. With `only`, the other tokens of its team are revoked; their ids are returned.
+///
+/// # Errors
+/// No randomness, or the store's.
+pub(crate) async fn issue(
+    store: &Store,
+    role: Role,
+    team: Option<&str>,
+    label: &str,
+    only: bool,
+    deed: &Deed<'_>,
+) -> Result<(Token, Vec<String>), IssueError> {
+    let token = Token::random()?;
+    let secret_hash = token.secret_hash();
+    let row = NewToken { token_id: &token.id, role: role.word(), team, label, secret_hash: &secret_hash };
+    let revoked = store.add_token(&row, only, deed).await?;
+    Ok((token, revoked))
+}
+
+/// Why there is no new token.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum IssueError {
+    /// The system has no randomness.
+    #[error("no randomness for a token: {0}")]
+    Randomness(#[from] getrandom::Error),
+    /// The store failed.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_token_is_read_back_and_its_secret_is_not_shown() {
+        let token = Token::random().expect("randomness");
+        let text = token.reveal();
+        let back = Token::parse(&text).expect("a token");
+        assert_eq!((&back.id, back.secret_hash()), (&token.id, token.secret_hash()));
+        assert!(!format!("{token:?}").contains(&token.secret));
+        assert_ne!(Token::random().expect("randomness").secret, token.secret);
+    }
+
+    #[test]
+    fn what_is_no_token_is_refused() {
+        let good = Token::random().expect("randomness").reveal();
+        let short = &good[..good.len() - 1];
+        for bad in
+            ["", "plm", "plm__", "../..", &good[1..], short, &format!("{good}0"), &good.replace('_', "-")]
+        {
+            assert!(Token::parse(bad).is_none(), "{bad}");
+        }
+    }
+}

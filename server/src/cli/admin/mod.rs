@@ -1,0 +1,316 @@
+//! `palmares admin`: an organizer's commands, sent to a running server.
+
+mod client;
+mod restore;
+
+use client::{Access, Client};
+
+use anyhow::{Context, bail};
+use clap::{Args, Subcommand, ValueEnum};
+use serde_json::{Value, json};
+use std::io::Write;
+use std::path::PathBuf;
+
+/// Options of `palmares admin`.
+#[derive(Args, Debug)]
+pub(crate) struct AdminOptions {
+    #[command(flatten)]
+    access: Access,
+    #[command(subcommand)]
+    command: AdminCommand,
+}
+
+#[derive(Debug, Subcommand)]
+enum AdminCommand {
+    /// Tell what is played here and how far it is
+    Status,
+    /// Let sessions begin
+    Open(Reason),
+    /// Let no further session begin; those that are open go on
+    Close(Reason),
+    /// End the competition for good and publish the secret behind the seeds
+    Reveal(Reason),
+    /// Teams and their tokens
+    #[command(subcommand)]
+    Team(Team),
+    /// Tokens of organizers and viewers
+    #[command(subcommand)]
+    Token(Token),
+    /// Hold, end, void sessions, give them time
+    #[command(subcommand)]
+    Session(Session),
+    /// Void runs, verify them again, fetch their replays
+    #[command(subcommand)]
+    Run(Run),
+    /// Decide on teams' own hands
+    #[command(subcommand)]
+    Hand(Hand),
+    /// Fetch a table
+    Export {
+        /// Which
+        what: Table,
+        /// How it is written
+        #[arg(long, default_value = "csv")]
+        format: Format,
+        /// A new file to write; else it is printed
+        #[arg(long, short, value_name = "FILE")]
+        output: Option<PathBuf>,
+    },
+    /// Print who decided what, when and why
+    Audit,
+    /// Fetch everything as one archive, while the server runs. It holds secrets: keep it to yourself
+    Backup {
+        /// A new file to write
+        file: PathBuf,
+    },
+    /// Put a backup into an empty data directory and database; the server must not run
+    Restore(restore::RestoreOptions),
+}
+
+#[derive(Args, Debug)]
+struct Reason {
+    /// Why; kept in the audit
+    #[arg(long)]
+    reason: Option<String>,
+}
+
+#[derive(Args, Debug)]
+struct TeamName {
+    /// The team's name
+    team: String,
+    #[command(flatten)]
+    reason: Reason,
+}
+
+#[derive(Args, Debug)]
+struct Id {
+    /// Its id
+    id: String,
+    #[command(flatten)]
+    reason: Reason,
+}
+
+#[derive(Debug, Subcommand)]
+enum Team {
+    /// Add a team; prints its token, which cannot be shown again
+    Add(TeamName),
+    /// List the teams
+    List,
+    /// Give a team a new token; the old one ends at once
+    Rotate(TeamName),
+    /// Take a team's token back
+    Revoke(TeamName),
+}
+
+#[derive(Debug, Subcommand)]
+enum Token {
+    /// Make a token; it cannot be shown again
+    Add {
+        /// What it is for
+        role: Role,
+        /// Whose it is, for people
+        #[arg(long, default_value = "")]
+        label: String,
+    },
+    /// List the tokens, without their secrets
+    List,
+    /// Take a token back
+    Revoke(Id),
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Role {
+    /// May do all this
+    Organizer,
+    /// May watch
+    Viewer,
+}
+
+#[derive(Debug, Subcommand)]
+enum Session {
+    /// List the sessions
+    List,
+    /// Hold a session: its clock and its worlds stand still
+    Pause(Id),
+    /// Let it go on
+    Resume(Id),
+    /// End it; an open run is scored
+    End(Id),
+    /// Void it and its runs; the team may have another. Needs --reason
+    Void(Id),
+    /// Make it longer, also when its time is spent. Needs --reason
+    Grant {
+        #[command(flatten)]
+        id: Id,
+        /// By how much
+        #[arg(long)]
+        seconds: f64,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+enum Run {
+    /// Void a run: it counts for nothing, and its time is given back while its session is open. Needs --reason
+    Void(Id),
+    /// Play its replay again
+    Reverify(Id),
+    /// Fetch its replay
+    Replay {
+        /// Its id
+        id: String,
+        /// A new file to write
+        #[arg(long, short, value_name = "FILE")]
+        output: PathBuf,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+enum Hand {
+    /// List the hands that teams sent in
+    List,
+    /// Let the team play it in official sessions
+    Approve(Id),
+    /// Do not. Needs --reason
+    Reject(Id),
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Table {
+    /// Places and best runs
+    Leaderboard,
+    /// All sessions
+    Sessions,
+    /// All runs, with their seeds
+    Runs,
+    /// Who decided what
+    Audit,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Format {
+    /// For spreadsheets
+    Csv,
+    /// For programs
+    Json,
+}
+
+/// The word of a value on the command line.
+fn word<T: ValueEnum>(value: T) -> String {
+    value.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
+}
+
+fn by_name(name: &TeamName) -> Value {
+    json!({"team": name.team, "reason": name.reason.reason})
+}
+
+fn by_id(field: &str, id: &Id) -> Value {
+    json!({field: id.id, "reason": id.reason.reason})
+}
+
+/// What a command asks of the server.
+enum Ask {
+    Get(String),
+    Post(&'static str, Value),
+    Fetch(String, Option<PathBuf>),
+}
+
+impl AdminCommand {
+    fn ask(&self) -> Ask {
+        use Ask::{Fetch, Get, Post};
+        let get = |path: &str| Get(path.to_owned());
+        let why = |reason: &Reason| json!({"reason": reason.reason});
+        match self {
+            AdminCommand::Status => get("/v1/competition"),
+            AdminCommand::Open(reason) => Post("/v1/admin/competition/open", why(reason)),
+            AdminCommand::Close(reason) => Post("/v1/admin/competition/close", why(reason)),
+            AdminCommand::Reveal(reason) => Post("/v1/admin/competition/reveal", why(reason)),
+            AdminCommand::Team(Team::Add(name)) => Post("/v1/admin/team/add", by_name(name)),
+            AdminCommand::Team(Team::List) => get("/v1/admin/teams"),
+            AdminCommand::Team(Team::Rotate(name)) => Post("/v1/admin/team/rotate", by_name(name)),
+            AdminCommand::Team(Team::Revoke(name)) => Post("/v1/admin/team/revoke", by_name(name)),
+            AdminCommand::Token(Token::Add { role, label }) => {
+                Post("/v1/admin/token/add", json!({"role": word(*role), "label": label}))
+            }
+            AdminCommand::Token(Token::List) => get("/v1/admin/tokens"),
+            AdminCommand::Token(Token::Revoke(id)) => Post("/v1/admin/token/revoke", by_id("token_id", id)),
+            AdminCommand::Session(Session::List) => get("/v1/sessions"),
+            AdminCommand::Session(Session::Pause(id)) => {
+                Post("/v1/admin/session/pause", by_id("session_id", id))
+            }
+            AdminCommand::Session(Session::Resume(id)) => {
+                Post("/v1/admin/session/resume", by_id("session_id", id))
+            }
+            AdminCommand::Session(Session::End(id)) => Post("/v1/admin/session/end", by_id("session_id", id)),
+            AdminCommand::Session(Session::Void(id)) => {
+                Post("/v1/admin/session/void", by_id("session_id", id))
+            }
+            AdminCommand::Session(Session::Grant { id, seconds }) => {
+                let mut body = by_id("session_id", id);
+                body["seconds"] = json!(seconds);
+                Post("/v1/admin/session/grant", body)
+            }
+            AdminCommand::Run(Run::Void(id)) => Post("/v1/admin/run/void", by_id("run_id", id)),
+            AdminCommand::Run(Run::Reverify(id)) => Post("/v1/admin/run/reverify", by_id("run_id", id)),
+            AdminCommand::Run(Run::Replay { id, output }) => {
+                Fetch(format!("/v1/runs/{}/replay", client::escaped(id)), Some(output.clone()))
+            }
+            AdminCommand::Hand(Hand::List) => get("/v1/admin/hands"),
+            AdminCommand::Hand(Hand::Approve(id)) => Post("/v1/admin/hand/approve", by_id("hand_id", id)),
+            AdminCommand::Hand(Hand::Reject(id)) => Post("/v1/admin/hand/reject", by_id("hand_id", id)),
+            AdminCommand::Export { what, format, output } => {
+                Fetch(format!("/v1/admin/export/{}?format={}", word(*what), word(*format)), output.clone())
+            }
+            AdminCommand::Audit => get("/v1/admin/audit"),
+            AdminCommand::Backup { file } => Fetch("/v1/admin/backup".into(), Some(file.clone())),
+            AdminCommand::Restore(_) => get("/v1/competition"),
+        }
+    }
+}
+
+/// Does what was asked.
+pub(super) fn admin(options: &AdminOptions) -> anyhow::Result<()> {
+    if let AdminCommand::Restore(options) = &options.command {
+        return restore::restore(options);
+    }
+    let client = Client::new(&options.access)?;
+    let answer = match options.command.ask() {
+        Ask::Get(path) => client.get(&path)?,
+        Ask::Post(path, body) => client.post(path, &body)?,
+        Ask::Fetch(path, None) => {
+            let mut out = std::io::stdout().lock();
+            client.fetch(&path, &mut out)?;
+            return out.flush().context("cannot write to stdout");
+        }
+        Ask::Fetch(path, Some(file)) => return fetch_into(&client, &path, &file, &options.command),
+    };
+    let text = serde_json::to_string_pretty(&answer)?;
+    writeln!(std::io::stdout().lock(), "{text}").context("cannot write to stdout")
+}
+
+/// Fetches into a new file that only its owner may read. What came in part is taken away again.
+fn fetch_into(
+    client: &Client,
+    path: &str,
+    file: &std::path::Path,
+    command: &AdminCommand,
+) -> anyhow::Result<()> {
+    use std::os::unix::fs::OpenOptionsExt;
+    let new = std::fs::OpenOptions::new().write(true).create_new(true).mode(0o600).open(file);
+    let mut new = new.with_context(|| format!("cannot make the new file {}", file.display()))?;
+    let fetched = client.fetch(path, &mut new).and_then(|()| {
+        new.sync_all()?;
+        // The directory of an archive stands at its end: a broken one has none.
+        if matches!(command, AdminCommand::Backup { .. })
+            && zip::ZipArchive::new(std::fs::File::open(file)?).is_err()
+        {
+            bail!("the backup broke off");
+        }
+        Ok(())
+    });
+    if fetched.is_err() {
+        std::fs::remove_file(file).with_context(|| format!("cannot remove {}", file.display()))?;
+    }
+    fetched?;
+    eprintln!("{} written", file.display());
+    Ok(())
+}

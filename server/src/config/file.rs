@@ -1,0 +1,106 @@
+//! `competition.toml`.
+
+use super::{LONGEST_SESSION_S, Mode, in_range, read};
+use anyhow::bail;
+use serde::Deserialize;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+/// The file as it is written. Every field may be left out.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct File {
+    pub(super) name: Option<String>,
+    pub(super) mode: Option<Mode>,
+    pub(super) session_s: Option<f64>,
+    pub(super) sessions_per_team: Option<u32>,
+    pub(super) tasks: Option<Vec<String>>,
+    pub(super) hands: Option<Vec<String>>,
+    pub(super) hand_files: Option<Vec<PathBuf>>,
+    pub(super) listen: Option<SocketAddr>,
+    pub(super) data_dir: Option<PathBuf>,
+    pub(super) database_url: Option<String>,
+    pub(super) seed_secret: Option<PathBuf>,
+    pub(super) signing_key: Option<PathBuf>,
+    pub(super) max_worlds: Option<u32>,
+    pub(super) max_connections: Option<u32>,
+    pub(super) max_requests_per_s: Option<u32>,
+    pub(super) resume_grace_s: Option<u32>,
+}
+
+impl File {
+    /// Reads and checks a file.
+    pub(super) fn read(path: &Path) -> anyhow::Result<Self> {
+        Self::parse(path, &read(path)?)
+    }
+
+    fn parse(path: &Path, text: &str) -> anyhow::Result<Self> {
+        // toml's message shows line, column and the line itself; but a line may hold a password.
+        let file: File = toml::from_str(text).map_err(|error| {
+            let before = error.span().map_or("", |span| text.get(..span.start).unwrap_or_default());
+            let line = before.matches('\n').count() + 1;
+            anyhow::anyhow!("{}, line {line}: {}", path.display(), error.message())
+        })?;
+        if let Some(seconds) = file.session_s
+            && !(seconds > 0.0 && seconds <= LONGEST_SESSION_S)
+        {
+            let path = path.display();
+            bail!("{path}: session_s = {seconds}: expected more than 0 and at most {LONGEST_SESSION_S} s");
+        }
+        in_range(path, "sessions_per_team", file.sessions_per_team, 1, 1000)?;
+        in_range(path, "max_worlds", file.max_worlds, 1, 4096)?;
+        in_range(path, "max_connections", file.max_connections, 1, 65_536)?;
+        in_range(path, "max_requests_per_s", file.max_requests_per_s, 1, u32::MAX)?;
+        in_range(path, "resume_grace_s", file.resume_grace_s, 0, 3600)?;
+        if let Some(name) = &file.name
+            && (name.trim().is_empty() || name.chars().count() > 200 || name.chars().any(char::is_control))
+        {
+            bail!("{}: name: expected 1 to 200 characters, none of them a control character", path.display());
+        }
+        Ok(file)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<File, String> {
+        File::parse(Path::new("competition.toml"), text).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let file = parse("name = \"Cup\"\nmode = \"official\"\nsession_s = 600\nlisten = \"0.0.0.0:80\"")
+            .expect("reads");
+        assert_eq!(
+            (file.name.as_deref(), file.mode, file.session_s),
+            (Some("Cup"), Some(Mode::Official), Some(600.0))
+        );
+        assert!(parse("").is_ok());
+    }
+
+    #[test]
+    fn an_error_names_file_line_and_what_would_be_valid() {
+        let error = parse("name = \"Cup\"\nsesion_s = 3").expect_err("misspelt");
+        assert!(error.starts_with("competition.toml, line 2: "), "{error}");
+        assert!(error.contains("`sesion_s`") && error.contains("`session_s`"), "{error}");
+        let error = parse("\n\nmode = \"fun\"").expect_err("no mode");
+        assert!(
+            error.contains("line 3") && error.contains("`practice`") && error.contains("`official`"),
+            "{error}"
+        );
+        for wrong in
+            ["session_s = 0", "session_s = nan", "sessions_per_team = 0", "max_worlds = 9999", "name = ' '"]
+        {
+            let error = parse(wrong).expect_err(wrong);
+            assert!(error.starts_with("competition.toml: ") && error.contains("expected"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_password_in_a_broken_line_is_not_repeated() {
+        let error = parse("database_url = \"postgres://me:secret@host\" x").expect_err("broken");
+        assert!(error.contains("line 1") && !error.contains("secret"), "{error}");
+    }
+}

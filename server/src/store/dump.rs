@@ -1,0 +1,97 @@
+//! All rows of all tables, out and in: for backups, the same for every kind of database.
+
+use super::{Store, StoreError};
+use serde_json::{Map, Number, Value};
+use sqlx::any::{AnyRow, AnyTypeInfoKind};
+use sqlx::{AssertSqlSafe, Column, Row, TypeInfo, ValueRef};
+
+/// The tables, each after those it refers to.
+const TABLES: [&str; 8] =
+    ["teams", "tokens", "hands", "audit", "settings", "run_counters", "sessions", "runs"];
+
+/// A table's name and rows.
+pub(crate) type Table = (String, Vec<Map<String, Value>>);
+
+fn decoding(column: &str, why: String) -> StoreError {
+    StoreError::Query(sqlx::Error::ColumnDecode { index: column.to_owned(), source: why.into() })
+}
+
+fn json_row(row: &AnyRow) -> Result<Map<String, Value>, StoreError> {
+    let mut fields = Map::new();
+    for (i, column) in row.columns().iter().enumerate() {
+        let raw = row.try_get_raw(i)?;
+        let value = match raw.type_info().kind() {
+            _ if raw.is_null() => Value::Null,
+            AnyTypeInfoKind::BigInt | AnyTypeInfoKind::Integer => Value::from(row.try_get::<i64, _>(i)?),
+            AnyTypeInfoKind::Double => Number::from_f64(row.try_get(i)?).map_or(Value::Null, Value::Number),
+            AnyTypeInfoKind::Text => Value::from(row.try_get::<String, _>(i)?),
+            _ => return Err(decoding(column.name(), format!("type {}", raw.type_info().name()))),
+        };
+        fields.insert(column.name().to_owned(), value);
+    }
+    Ok(fields)
+}
+
+impl Store {
+    /// All tables as they are at one moment.
+    pub(crate) async fn dump(&self) -> Result<Vec<Table>, StoreError> {
+        let mut transaction = self.pool.begin_with(self.dialect.begin_snapshot()).await?;
+        let mut tables = Vec::new();
+        for name in TABLES {
+            let query = sqlx::query(AssertSqlSafe(format!("SELECT * FROM {name}")));
+            let rows = query.fetch_all(&mut *transaction).await?;
+            tables.push((name.to_owned(), rows.iter().map(json_row).collect::<Result<_, _>>()?));
+        }
+        transaction.commit().await?;
+        Ok(tables)
+    }
+
+    /// Whether nobody has used this database yet.
+    pub(crate) async fn is_empty(&self) -> Result<bool, StoreError> {
+        Ok(self.dump().await?.iter().all(|(_, rows)| rows.is_empty()))
+    }
+
+    /// Fills an empty database; all or nothing. Tables and columns that this version does not know are refused.
+    pub(crate) async fn fill(&self, tables: &[Table]) -> Result<(), StoreError> {
+        let mut transaction = self.write().await?;
+        for name in TABLES {
+            let rows = tables.iter().find(|(table, _)| table == name).map(|(_, rows)| rows.as_slice());
+            for row in rows.unwrap_or_default() {
+                let mut values = Vec::new();
+                let mut bound = 0;
+                for (column, value) in row {
+                    let word = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+                    if column.is_empty() || !column.chars().all(word) {
+                        return Err(decoding(column, format!("no column of {name}")));
+                    }
+                    // What is missing is not bound: the database would want to know its type.
+                    if value.is_null() {
+                        values.push("NULL".to_owned());
+                    } else {
+                        bound += 1;
+                        values.push(format!("${bound}"));
+                    }
+                }
+                let columns: Vec<&str> = row.keys().map(String::as_str).collect();
+                let (columns, values) = (columns.join(", "), values.join(", "));
+                let sql = format!("INSERT INTO {name} ({columns}) VALUES ({values})");
+                let mut query = sqlx::query(AssertSqlSafe(sql));
+                for (column, value) in row {
+                    query = match value {
+                        Value::Null => query,
+                        Value::String(text) => query.bind(text.clone()),
+                        Value::Number(number) => match (number.as_i64(), number.as_f64()) {
+                            (Some(whole), _) => query.bind(whole),
+                            (None, Some(real)) => query.bind(real),
+                            _ => return Err(decoding(column, "number".into())),
+                        },
+                        _ => return Err(decoding(column, "neither number nor text".into())),
+                    };
+                }
+                query.execute(&mut *transaction).await?;
+            }
+        }
+        transaction.commit().await?;
+        Ok(())
+    }
+}

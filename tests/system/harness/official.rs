@@ -1,0 +1,160 @@
+//! An official competition: a server with its file, an organizer, teams with tokens.
+
+use super::client::{Client, handshake_to};
+use super::http::{Response, send};
+use super::postgres::postgres_database;
+use super::server::{Server, program};
+use serde_json::{Value, json};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::Duration;
+use tempfile::TempDir;
+use tokio_tungstenite::connect_async;
+use tokio_tungstenite::tungstenite::Error;
+use tokio_tungstenite::tungstenite::http::Request;
+
+/// The rules of most tests.
+pub(crate) const RULES: &str =
+    "name = \"Test Cup\"\nmode = \"official\"\nsession_s = 600\nsessions_per_team = 1\n";
+
+/// A running competition.
+pub(crate) struct Official {
+    /// Its server.
+    pub(crate) server: Server,
+    /// The first organizer's token.
+    pub(crate) organizer: String,
+    /// Where the database is, when it is no file.
+    pub(crate) database_url: Option<String>,
+}
+
+/// A team's token as a header.
+pub(crate) fn bearer(token: &str) -> String {
+    format!("Authorization: Bearer {token}\r\n")
+}
+
+impl Official {
+    /// A competition that is closed, on SQLite.
+    pub(crate) fn start() -> Self {
+        Self::start_on(TempDir::new().expect("temporary directory"), RULES, None)
+    }
+
+    /// One on each kind of database there is on this machine.
+    pub(crate) async fn each() -> Vec<Self> {
+        let mut all = vec![Self::start()];
+        if let Some(url) = postgres_database().await {
+            all.push(Self::start_on(TempDir::new().expect("temporary directory"), RULES, Some(url)));
+        }
+        all
+    }
+
+    /// One with other rules, or on a data directory that exists.
+    pub(crate) fn start_on(folder: TempDir, rules: &str, database_url: Option<String>) -> Self {
+        let file = folder.path().join("competition.toml");
+        fs::write(&file, rules).expect("rules");
+        let mut arguments = vec!["--config", file.to_str().expect("a path")];
+        if let Some(url) = &database_url {
+            arguments.extend(["--database-url", url]);
+        }
+        let token = folder.path().join("organizer.token");
+        let server = Server::start_in(folder, &arguments);
+        let organizer = fs::read_to_string(token).expect("an organizer's token").trim().to_owned();
+        Official { server, organizer, database_url }
+    }
+
+    /// The same after a SIGKILL and a new start.
+    pub(crate) fn crashed(self) -> Self {
+        let Official { server, database_url, .. } = self;
+        Self::start_on(server.kill(), RULES, database_url)
+    }
+
+    /// The data directory.
+    pub(crate) fn folder(&self) -> PathBuf {
+        self.server.database().parent().map(Path::to_owned).expect("a folder")
+    }
+
+    /// GETs with a token.
+    pub(crate) fn get(&self, path: &str, token: &str) -> Response {
+        send(&self.server, "GET", path, &bearer(token), b"")
+    }
+
+    /// POSTs JSON with a token.
+    pub(crate) fn post(&self, path: &str, token: &str, body: &Value) -> Response {
+        send(&self.server, "POST", path, &bearer(token), body.to_string().as_bytes())
+    }
+
+    /// An organizer's deed that must succeed.
+    pub(crate) fn order(&self, path: &str, body: Value) -> Value {
+        let answer = self.post(&format!("/v1/admin/{path}"), &self.organizer, &body);
+        assert_eq!(answer.status, 200, "{path} {body}: {}", answer.body);
+        answer.json()
+    }
+
+    /// Adds a team; returns its token.
+    pub(crate) fn team(&self, name: &str) -> String {
+        let answer = self.order("team/add", json!({"team": name}));
+        answer["token"].as_str().expect("a token").to_owned()
+    }
+
+    /// Opens the competition.
+    pub(crate) fn open(&self) {
+        self.order("competition/open", json!({}));
+    }
+
+    /// Runs `palmares admin`.
+    pub(crate) fn admin(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::new(program());
+        command.args(["admin", "--url", &format!("http://{}", self.server.address())]).args(arguments);
+        command.env_remove("DATABASE_URL").env("PALMARES_TOKEN", &self.organizer);
+        command.output().expect("palmares runs")
+    }
+
+    /// The handshake of a team.
+    pub(crate) fn handshake(&self, path: &str, token: &str) -> Request<()> {
+        let mut request = handshake_to(&self.server, path, Some("palmares.v1.json"));
+        let value = format!("Bearer {token}").parse().expect("a header");
+        request.headers_mut().insert("Authorization", value);
+        request
+    }
+
+    /// A connection of a team that has said nothing yet.
+    pub(crate) async fn connect(&self, token: &str) -> Client {
+        let (socket, _) = connect_async(self.handshake("/v1/control", token)).await.expect("connects");
+        Client::over(socket)
+    }
+
+    /// The status with which a handshake is refused.
+    pub(crate) async fn refused(&self, request: Request<()>) -> u16 {
+        match connect_async(request).await {
+            Err(Error::Http(response)) => response.status().as_u16(),
+            other => panic!("expected a refusal, got {other:?}"),
+        }
+    }
+
+    /// A team that has said hello; and the welcome.
+    pub(crate) async fn greet(&self, token: &str) -> (Client, Value) {
+        let mut client = self.connect(token).await;
+        let hello = json!({"op": "hello", "client": "test"});
+        let mut welcome = client.ask(hello.clone()).await;
+        // The server may not have noticed yet that an earlier connection is gone.
+        while welcome["code"] == "session_taken" {
+            tokio::time::sleep(Duration::from_millis(20)).await;
+            welcome = client.ask(hello.clone()).await;
+        }
+        assert_eq!(welcome["op"], "welcome", "{welcome}");
+        (client, welcome)
+    }
+
+    /// A team with an open run; and the welcome.
+    pub(crate) async fn playing(&self, token: &str) -> (Client, Value, Value) {
+        let (mut client, welcome) = self.greet(token).await;
+        let obs = client.ask(reset()).await;
+        assert_eq!(obs["op"], "obs", "{obs}");
+        (client, welcome, obs)
+    }
+}
+
+/// An official run as most tests open it.
+pub(crate) fn reset() -> Value {
+    json!({"op": "reset", "task": "balls", "hand": "softhand"})
+}
