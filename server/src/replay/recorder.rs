@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
+use thread_priority::{ThreadPriority, ThreadPriorityValue};
 
 /// Batches that may wait to be written.
 const WAITING: usize = 8;
@@ -92,7 +93,15 @@ impl Recorder {
         let tick_s = header.tick_s;
         let plan = Plan::new(file, header, run, signer.clone(), hand_files);
         let (channel, inbox) = sync_channel(WAITING);
-        let thread = std::thread::Builder::new().name("replay".into()).spawn(move || write(plan, &inbox));
+        let thread = std::thread::Builder::new().name("replay".into()).spawn(move || {
+            // Below the ticks: when it falls behind, pictures are left out, and nobody waits.
+            let below =
+                ThreadPriorityValue::try_from(40).map_or(ThreadPriority::Min, ThreadPriority::Crossplatform);
+            if let Err(error) = below.set_for_current() {
+                tracing::debug!(?error, "thread priority not set");
+            }
+            write(plan, &inbox)
+        });
         let thread = thread.map_err(failed)?;
         let mut recorder = Recorder {
             path,
