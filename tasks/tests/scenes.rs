@@ -148,6 +148,15 @@ fn a_scene_tells_all_that_stands_in_it() {
     assert_eq!(scene.regions[0].min, [-0.2, 0.39999999999999997, 0.7]);
 }
 
+#[test]
+fn a_shelf_without_room_says_so() {
+    let text =
+        include_str!("../shelf/task.toml").replace("inner = [0.4, 0.4, 0.3]", "inner = [0.2, 0.2, 0.3]");
+    let task = Task::parse("tight.toml", &text).expect("nobody has measured yet");
+    let error = build(&task, None, Seed::from_u64(1)).err().expect("ten objects do not fit").to_string();
+    assert!(error.contains("task `shelf`") && error.contains("found no room"), "{error}");
+}
+
 /// The file was written by a release build; the tests run in a debug build as well.
 #[test]
 fn every_build_reaches_the_same_scenes() {

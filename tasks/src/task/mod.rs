@@ -211,6 +211,37 @@ mod tests {
     }
 
     #[test]
+    fn what_is_wrong_with_a_task_is_named() {
+        let shelf = include_str!("../../shelf/task.toml");
+        let grasp = include_str!("../../grasp/task.toml");
+        let balls = include_str!("../../balls/task.toml");
+        let cases = [
+            (shelf.replace("\"011_banana\"", "\"011_bananas\""), "no object `011_bananas`"),
+            (shelf.replace("\"011_banana\"", "\"025_mug\""), "names `025_mug` twice"),
+            (shelf.replace("count = 10", "count = 40"), "has 36 objects; count = 40"),
+            (shelf.replace("count = 10", "count = 0"), "1 to 200"),
+            (shelf.replace("into = \"shelf\"", "into = \"cupboard\""), "regions: shelf, box"),
+            (shelf.replace("name = \"box\"", "name = \"shelf\""), "each needs a name of its own"),
+            (shelf.replace("open = \"-y\"", "open = \"down\""), "down"),
+            (shelf.replace("settle_s = 3.0", "settle_s = nan"), "rules.settle_s"),
+            (
+                balls.replace("count = 10", "count = 10\nfrom = [\"025_mug\"]"),
+                "either `equal` or a list `from`",
+            ),
+            (balls.replace("mass = 1.0", "mass = -1.0"), "objects.equal"),
+            (balls.replace("layer = 16", "layer = 0"), "layer must be at least 1"),
+            (grasp.replace("count = 1", "count = 2"), "need objects.count = 1"),
+            (grasp.replace("hold_s = 2.0", "hold_s = 0.0"), "rules.hold_s = 0"),
+            (grasp.replace("slip_m = 0.03", "slip_m = 0.03\ncolour = 1"), "colour"),
+            (grasp.replace("max = [0.12, 0.12, 0.4]", "max = [-0.2, 0.12, 0.4]"), "has no size"),
+        ];
+        for (text, expected) in cases {
+            let error = Task::parse("x.toml", &text).expect_err(expected).to_string();
+            assert!(error.starts_with("x.toml: ") && error.contains(expected), "{error}, not {expected}");
+        }
+    }
+
+    #[test]
     fn a_step_that_does_not_divide_the_tick_is_refused() {
         let text = include_str!("../../balls/task.toml").replace("step_s = 0.001", "step_s = 0.003");
         assert!(Task::parse("x.toml", &text).expect_err("3 ms").message.contains("divide tick_s"));
