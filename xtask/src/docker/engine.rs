@@ -35,13 +35,11 @@ impl Engine {
         command
     }
 
-    /// A compose project of our own on an image, with any free port.
-    pub(super) fn project(&self, image: &str) -> Result<Project<'_>> {
-        Ok(Project {
-            engine: self,
-            name: format!("palmares-test-{}", std::process::id()),
-            image: image.to_owned(),
-        })
+    /// A compose project of our own from one of our files, with any free port.
+    pub(super) fn project(&self, file: &'static str, variables: &[(&'static str, &str)]) -> Project<'_> {
+        let name = format!("palmares-test-{}", std::process::id());
+        let variables = variables.iter().map(|(name, value)| (*name, (*value).to_owned())).collect();
+        Project { engine: self, name, file, variables }
     }
 }
 
@@ -57,20 +55,16 @@ pub(super) fn output(command: &mut Command) -> Result<String> {
 pub(super) struct Project<'a> {
     engine: &'a Engine,
     name: String,
-    image: String,
+    file: &'static str,
+    variables: Vec<(&'static str, String)>,
 }
 
 impl Project<'_> {
     fn compose(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(self.engine.compose[0]);
-        command.args(&self.engine.compose[1..]).args([
-            "--project-name",
-            &self.name,
-            "--file",
-            "compose.yaml",
-        ]);
+        command.args(&self.engine.compose[1..]).args(["--project-name", &self.name, "--file", self.file]);
         command.args(arguments).current_dir(crate::root()).stdin(Stdio::null());
-        command.env("PALMARES_IMAGE", &self.image).env("PALMARES_PORT", "0");
+        command.env("PALMARES_PORT", "0").envs(self.variables.iter().map(|(name, value)| (name, value)));
         command
     }
 

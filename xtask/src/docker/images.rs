@@ -11,6 +11,10 @@ use std::process::{Command, Stdio};
 const RUNTIME: &str = "debian:bookworm-slim";
 /// The same made here.
 const BOOTSTRAPPED: &str = "palmares-test/debian:bookworm";
+/// The choice of compose.postgres.yaml.
+const POSTGRES: &str = "postgres:17-bookworm";
+/// The same made here.
+const STAND_IN: &str = "palmares-test/postgres";
 /// What the tests build.
 const IMAGE: &str = "palmares-test/server";
 
@@ -59,6 +63,27 @@ pub(super) fn build(engine: &Engine, source: &Source<'_>) -> Result<Result<Strin
     }
     ensure!(version.status.success(), "the image does not run: {complaint}");
     Ok(Ok(IMAGE.to_owned()))
+}
+
+/// An image of Postgres: at hand, from a registry, or made of Debian's packages.
+pub(super) fn postgres(engine: &Engine) -> Result<Result<String, String>> {
+    for image in [POSTGRES, STAND_IN] {
+        if succeeds(&mut engine.docker(&["image", "inspect", image])) {
+            return Ok(Ok(image.to_owned()));
+        }
+    }
+    if succeeds(&mut engine.docker(&["pull", "--quiet", POSTGRES])) {
+        return Ok(Ok(POSTGRES.to_owned()));
+    }
+    let runtime = match runtime(engine)? {
+        Ok(runtime) => runtime,
+        Err(reason) => return Ok(Err(reason)),
+    };
+    println!("no image registry is reached; making an image of Debian's package of Postgres");
+    let mut build = engine.docker(&["build", "--quiet", "--tag", STAND_IN]);
+    build.env("DOCKER_BUILDKIT", "0").args(["--build-arg", &format!("RUNTIME_IMAGE={runtime}")]);
+    let made = output(build.arg(crate::root().join("xtask/src/docker/postgres")));
+    Ok(made.map(|_| STAND_IN.to_owned()).map_err(|error| format!("no image of Postgres: {error:#}")))
 }
 
 /// A build context with nothing but the program. Removed when dropped.

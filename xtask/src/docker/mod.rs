@@ -55,12 +55,52 @@ pub(crate) fn check(program: Option<&Path>, environment: &Environment) -> Result
         Ok(image) => image,
         Err(reason) => return Ok(Err(reason)),
     };
-    let project = engine.project(&image)?;
-    let outcome = live(&project, environment);
+    let practice = engine.project("compose.yaml", &[("PALMARES_IMAGE", &image)]);
+    with_log(&practice, live(&practice, environment))?;
+    drop(practice);
+    let postgres = match images::postgres(&engine)? {
+        Ok(postgres) => postgres,
+        Err(reason) => return Ok(Err(reason)),
+    };
+    let official = engine.project(
+        "compose.postgres.yaml",
+        &[
+            ("PALMARES_IMAGE", &image),
+            ("POSTGRES_IMAGE", &postgres),
+            ("POSTGRES_PASSWORD", "0f6bd0a3f2"),
+            ("PALMARES_COMPETITION", "./deploy/competition.toml"),
+        ],
+    );
+    with_log(&official, competition(&official)).map(Ok)
+}
+
+fn with_log(project: &Project<'_>, outcome: Result<()>) -> Result<()> {
     if outcome.is_err() {
-        println!("--- the container's log\n{}", project.logs());
+        println!("--- the containers' log\n{}", project.logs());
     }
-    outcome.map(Ok)
+    outcome
+}
+
+/// An official server with Postgres: strangers are kept out, and its secret outlives it.
+fn competition(project: &Project<'_>) -> Result<()> {
+    let secret = || -> Result<String> {
+        project.up()?;
+        let address = project.address()?;
+        healthy(project)?;
+        let told: Value = serde_json::from_str(&get(&address, "/v1/competition")?)?;
+        ensure!(told["mode"] == "official", "the competition is {told}");
+        ensure!(get(&address, "/v1/sessions").is_err(), "strangers see the sessions");
+        let secret = told["seed_secret_sha256"].as_str().context("no hash of the secret")?;
+        Ok(secret.to_owned())
+    };
+    let before = secret()?;
+    not_root(project)?;
+    let token = project.exec(&["stat", "--format=%a %u", "/data/organizer.token"])?;
+    ensure!(token == "600 10001", "the organizer's token is open to others: {token}");
+    project.stop()?;
+    ensure!(secret()? == before, "another secret after the restart");
+    println!("an official server on Postgres: closed to strangers, the same after a restart");
+    Ok(())
 }
 
 /// Plays, stops, starts again.
