@@ -71,6 +71,10 @@ pub(super) fn admit(
     if !official && open.official > 0 && open.all() >= for_practice {
         return Err(Full::Practice(for_practice));
     }
+    if open.all() == 0 {
+        // There is nobody to be slowed.
+        return Ok(());
+    }
     let share = if official { OFFICIAL_SHARE } else { PRACTICE_SHARE };
     let room = share * cores as f64;
     let busy = |why| Err(Full::Busy { what: mode.as_str(), why });
@@ -216,6 +220,14 @@ mod tests {
         let slow = Report { lockstep_cores: 1.8, lockstep_rate: 180.0, ..load };
         let open = Open { lockstep: 1, ..Open::default() };
         assert!(matches!(ask(open, &slow, Mode::Lockstep, true), Err(Full::Busy { .. })));
+    }
+
+    #[test]
+    fn the_first_world_is_always_let_in() {
+        let slow = Report { lockstep_cores: 2.0, lockstep_rate: 10.0, ..Report::default() };
+        for mode in [Mode::Lockstep, Mode::Realtime] {
+            assert_eq!(ask(Open::default(), &slow, mode, false), Ok(()));
+        }
     }
 
     #[test]
