@@ -45,6 +45,9 @@ enum End {
 /// An alarm that is off by less is left as it is: clocks that run at the same rate differ by a rounding.
 const ALARM_SLACK: Duration = Duration::from_millis(2);
 
+/// Of so many requests in a row that were waited for awake one is waited for together with everything else.
+const LINGERS: u32 = 16;
+
 /// Bytes set aside for a message of which nothing is known.
 const ROOM: usize = 1024;
 
@@ -154,6 +157,7 @@ impl Connection {
         let alarm = sleep_until(Instant::now());
         tokio::pin!(alarm);
         let mut armed = false;
+        let mut lingered = 0;
         loop {
             match self.session.as_ref().and_then(|session| session.next_change()) {
                 Some(change) => {
@@ -167,7 +171,11 @@ impl Connection {
                 }
                 None => armed = false,
             }
-            if let Some(message) = self.linger().await {
+            // Not for ever: a client that never pauses must not keep organizers, pings and the clock waiting.
+            lingered = (lingered + 1) % LINGERS;
+            if lingered != 0
+                && let Some(message) = self.linger().await
+            {
                 if let ControlFlow::Break(end) = self.receive(message).await {
                     return end;
                 }
