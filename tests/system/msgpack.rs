@@ -41,7 +41,7 @@ fn with_id(mut request: Value, id: u64) -> Value {
 
 /// Without what differs from run to run.
 fn comparable(mut reply: Value) -> Value {
-    for field in ["run_id", "session_left_s"] {
+    for field in ["run_id", "session_left_s", "replay"] {
         reply.as_object_mut().map(|fields| fields.remove(field));
     }
     reply
