@@ -25,9 +25,14 @@ pub(super) async fn replay(
     let run = run.ok_or_else(|| none("there is no such run"))?;
     // It names the seed, which is the same for every team.
     let identity = host.auth.identify(&host.store, &headers).await.map_err(Problem)?;
-    let organizer = identity.is_some_and(|identity| identity.role == Role::Organizer);
+    let organizer = identity.as_ref().is_some_and(|identity| identity.role == Role::Organizer);
     if run.k.is_some() && !organizer && !host.rules.revealed() {
         return Err(Problem(forbidden("an organizer's token until the seeds are revealed")));
+    }
+    // It holds the files of a hand that a team sent in, which are for that team alone.
+    let theirs = identity.is_some_and(|identity| identity.team.as_ref() == Some(&run.team));
+    if run.k.is_none() && host.hand(&run.hand).is_none() && !organizer && !theirs {
+        return Err(Problem(forbidden("a token of the run's team, whose own hand it holds")));
     }
     let stored = host.store.replay(&id).await.map_err(|error| store_failed(&error))?;
     let (stored, sha256) =

@@ -64,7 +64,8 @@ pub(crate) struct RunRecord {
     /// Name on the leaderboard.
     pub(crate) team: String,
     task: String,
-    hand: String,
+    /// Hand.
+    pub(crate) hand: String,
     mode: String,
     sensing: String,
     /// Where it stands.

@@ -9,8 +9,6 @@ pub(crate) enum Verdict {
     Verified,
     /// It did not.
     Rejected,
-    /// Nobody has looked yet: look (again).
-    Provisional,
 }
 
 impl Verdict {
@@ -19,7 +17,6 @@ impl Verdict {
         match self {
             Verdict::Verified => "verified",
             Verdict::Rejected => "rejected",
-            Verdict::Provisional => "provisional",
         }
     }
 }
