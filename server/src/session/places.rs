@@ -92,7 +92,9 @@ pub(super) fn admit(
             "realtime worlds and lockstep worlds at real-time rate need",
         ),
     };
-    if needed > room {
+    // Practice in lockstep may become slower than real time, its worlds wait; but not where official runs are played.
+    let elastic = mode == Mode::Lockstep && !official && open.official == 0;
+    if needed > room && !elastic {
         return busy(format!("{what} {needed:.2} of {room:.2} cores"));
     }
     let working = load.realtime_cores + load.lockstep_cores > 0.5 * room;
@@ -220,6 +222,9 @@ mod tests {
         let slow = Report { lockstep_cores: 1.8, lockstep_rate: 180.0, ..load };
         let open = Open { lockstep: 1, ..Open::default() };
         assert!(matches!(ask(open, &slow, Mode::Lockstep, true), Err(Full::Busy { .. })));
+        assert_eq!(ask(open, &slow, Mode::Lockstep, false), Ok(()), "practice among itself may be slow");
+        let open = Open { official: 1, ..open };
+        assert!(matches!(ask(open, &slow, Mode::Lockstep, false), Err(Full::Busy { .. })));
     }
 
     #[test]
