@@ -33,9 +33,11 @@ async fn a_voided_run_counts_for_nothing_and_its_time_is_given_back() {
         cup.open();
         let (mut client, _, obs) = cup.playing(&token).await;
         client.ask(json!({"op": "step", "tick": 0, "action": {}, "repeat": 100})).await;
-        client.ask(json!({"op": "stop"})).await;
+        let result = client.ask(json!({"op": "stop"})).await;
+        assert_eq!(result["status"], "provisional", "{result}");
+        cup.verified(&result["run_id"]).await;
         let rows = get(&cup.server, "/v1/leaderboard").json()["rows"].clone();
-        assert_eq!(rows[0]["tasks"]["balls"]["status"], "provisional", "{rows}");
+        assert_eq!(rows[0]["tasks"]["balls"]["status"], "verified", "{rows}");
         let before = client.ask(json!({"op": "time"})).await;
         let nameless = json!({"run_id": obs["run_id"]});
         cup.post("/v1/admin/run/void", &cup.organizer, &nameless).assert_problem(400, "bad_request");
@@ -136,6 +138,7 @@ async fn the_command_line_does_it_all() {
     run(&["session", "grant", &session, "--seconds", "30", "--reason", "alarm"]);
     let result = client.ask(json!({"op": "stop"})).await;
     let run_id = result["run_id"].as_str().expect("an id").to_owned();
+    cup.verified(&result["run_id"]).await;
     assert!(run(&["session", "list"]).contains(&session));
     let table = run(&["export", "leaderboard"]);
     assert!(table.starts_with("rank,") || table.contains(",team"), "{table}");

@@ -21,7 +21,8 @@ async fn a_competition_is_restored_whole() {
         cup.open();
         let (mut client, welcome, _) = cup.playing(&token).await;
         client.ask(json!({"op": "step", "tick": 0, "action": {}, "repeat": 50})).await;
-        client.ask(json!({"op": "stop"})).await;
+        let result = client.ask(json!({"op": "stop"})).await;
+        cup.verified(&result["run_id"]).await;
         let out = TempDir::new().expect("temporary directory");
         let archive = out.path().join("cup.zip");
         let output = cup.admin(&["backup", archive.to_str().expect("a path")]);

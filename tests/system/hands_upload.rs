@@ -53,7 +53,9 @@ async fn an_own_hand_is_played_officially_after_approval_and_by_its_team_alone()
         cup.order("hand/approve", json!({"hand_id": hand["hand_id"]}));
         let obs = client.ask(reset("claw")).await;
         assert_eq!(obs["run"]["hand"], "claw", "{obs}");
-        client.ask(json!({"op": "stop"})).await;
+        let result = client.ask(json!({"op": "stop"})).await;
+        // Its replay stands on its own, with the hand in it.
+        cup.verified(&result["run_id"]).await;
 
         let (mut other, _) = cup.greet(&eels).await;
         other.refused(reset("claw"), "unknown_hand").await;

@@ -131,6 +131,17 @@ impl Official {
         }
     }
 
+    /// Waits until the server has played a run's replay again, which must come to the same.
+    pub(crate) async fn verified(&self, run_id: &Value) {
+        let path = format!("/v1/runs/{}", run_id.as_str().expect("an id"));
+        let mut run = self.get(&path, &self.organizer).json();
+        while run["status"] == "provisional" {
+            tokio::time::sleep(Duration::from_millis(50)).await;
+            run = self.get(&path, &self.organizer).json();
+        }
+        assert_eq!(run["status"], "verified", "{run}");
+    }
+
     /// A team that has said hello; and the welcome.
     pub(crate) async fn greet(&self, token: &str) -> (Client, Value) {
         let mut client = self.connect(token).await;
