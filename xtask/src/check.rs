@@ -1,5 +1,6 @@
 //! `cargo xtask test`: every check there is, one after the other, with a summary.
 
+use crate::apt;
 use crate::cargo::{build_server, cargo};
 use crate::docker;
 use crate::instructions;
@@ -47,6 +48,13 @@ pub(crate) fn run() -> Result<bool> {
         step("Rust formatting", || whole(cargo().args(["fmt", "--all", "--check"]))),
         step("Rust lints", || {
             whole(cargo().args(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
+        }),
+        step("Postgres for the tests", || {
+            if apt::postgres() {
+                return Ok(Tally { passed: 1, ..Tally::default() });
+            }
+            println!("skipped: Postgres is not installed (Debian's package `postgresql`), and could not be");
+            Ok(Tally { skipped: 1, ..Tally::default() })
         }),
         step("Rust tests", || counted(cargo().args(["test", "--workspace", "--no-fail-fast"]), rust_tests)),
     ];

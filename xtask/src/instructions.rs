@@ -1,5 +1,6 @@
 //! The regression gate on instruction counts: valgrind and gungraun's runner, installed where they are missing.
 
+use crate::apt::{self, quiet};
 use crate::cargo::cargo;
 use anyhow::{Context, Result, ensure};
 use std::path::Path;
@@ -7,7 +8,7 @@ use std::process::{Command, Stdio};
 
 /// The benchmark ready to run, or the reason why this machine cannot.
 pub(crate) fn prepare() -> Result<Result<Command, String>> {
-    if !answers("valgrind") && !install_valgrind() {
+    if !answers("valgrind") && !(apt::install("valgrind") && answers("valgrind")) {
         return Ok(Err("valgrind is not installed (Debian's package `valgrind`), and could not be".into()));
     }
     let version = runner_version()?;
@@ -26,26 +27,8 @@ pub(crate) fn prepare() -> Result<Result<Command, String>> {
     Ok(Ok(bench))
 }
 
-fn quiet(program: impl AsRef<std::ffi::OsStr>) -> Command {
-    let mut command = Command::new(program);
-    command.stdout(Stdio::null()).stderr(Stdio::null()).stdin(Stdio::null());
-    command
-}
-
 fn answers(program: &str) -> bool {
     quiet(program).arg("--version").status().is_ok_and(|status| status.success())
-}
-
-/// Needs Debian and root; says nothing when it fails.
-fn install_valgrind() -> bool {
-    println!("installing Debian's package valgrind");
-    let install = || {
-        let mut apt = quiet("apt-get");
-        apt.env("DEBIAN_FRONTEND", "noninteractive").args(["install", "--yes", "valgrind"]);
-        apt.status().is_ok_and(|status| status.success())
-    };
-    let updated = || quiet("apt-get").arg("update").status().is_ok_and(|status| status.success());
-    (install() || (updated() && install())) && answers("valgrind")
 }
 
 /// The library's version in Cargo.lock: the runner's must be the same.

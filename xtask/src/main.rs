@@ -1,5 +1,6 @@
 //! Developer commands: `cargo xtask demo`, `docker`, `report`, `schema` and `test`.
 
+mod apt;
 mod cargo;
 mod check;
 mod demo;
