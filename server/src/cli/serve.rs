@@ -55,6 +55,9 @@ async fn run(config: &Config) -> anyhow::Result<()> {
     first_organizer(config, &store).await?;
     for run in store.abort_open_runs().await? {
         tracing::warn!(run, "the server stopped during this run; marked as aborted");
+        let why = "the server stopped during this run; its time is given back";
+        let deed = Deed { actor: "server", action: "run.abort", subject: &run, reason: Some(why) };
+        store.record(&deed).await?;
     }
     let replays = archive(config, &hands)?;
     let host = Arc::new(Host::new(store, rules, config, tasks, hands, replays.clone()));

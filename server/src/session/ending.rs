@@ -5,7 +5,7 @@ use super::live::Course;
 use super::machine::{Playing, Stopping};
 use crate::protocol::reply::{ReplayInfo, RunResult};
 use crate::protocol::{Code, Refusal, Reply};
-use crate::store::FinishedRun;
+use crate::store::{Deed, FinishedRun};
 use palmares_tasks::{Outcome, Reason};
 
 impl Session {
@@ -117,7 +117,14 @@ impl Session {
             }
         };
         self.host.watch.ranking_changed();
-        let Finished { run, outcome, course, replay, .. } = finished;
+        let Finished { run, outcome, course, replay, note, .. } = finished;
+        if status == "voided" && outcome.reason != Reason::Voided {
+            let deed =
+                Deed { actor: "server", action: "run.void", subject: &run.run_id, reason: note.as_deref() };
+            if let Err(error) = self.host.store.record(&deed).await {
+                tracing::error!(%error, run = run.run_id, "no record of a void run");
+            }
+        }
         if let Some(archive) = &self.host.replays {
             archive.wake();
         }
