@@ -207,7 +207,9 @@ def test_a_scripted_event(stage: tuple[Path, tuple[str, ...]]) -> None:
         # The books: what the server says, and what the replays say.
         states = [run["status"] for run in runs.values()]
         aborted = [run_id for run_id, run in runs.items() if run["status"] == "aborted"]
-        recorded = [deed["subject"] for deed in organizer("audit")["records"] if deed["action"] == "run.abort"]
+        recorded = [
+            deed["subject"] for deed in organizer("audit")["records"] if deed["action"] == "run.abort"
+        ]
         assert len(aborted) == 2
         assert sorted(recorded) == sorted(aborted)
         assert states.count("rejected") == 1
@@ -219,6 +221,10 @@ def test_a_scripted_event(stage: tuple[Path, tuple[str, ...]]) -> None:
         assert [row["team"] for row in ours if row["sensors_only"]] == ["geckos"]
 
         # The seeds were fixed before the first run.
+        for team in TEAMS:
+            organizer(
+                "session", "end", organizer.session(team)["session_id"], "--reason", "the event is over"
+            )
         organizer("reveal")
         secret = bytes.fromhex(organizer.get("/v1/competition")["seed_secret"])
         assert hashlib.sha256(secret).hexdigest() == commitment
@@ -239,7 +245,9 @@ def verified(organizer: Organizer) -> dict[str, dict[str, Any]]:
         time.sleep(0.5)
 
 
-def from_replays(folder: Path, key: str, runs: dict[str, dict[str, Any]], forged: str) -> list[dict[str, Any]]:
+def from_replays(
+    folder: Path, key: str, runs: dict[str, dict[str, Any]], forged: str
+) -> list[dict[str, Any]]:
     """Compute the leaderboard without the server; the forged replay must be found out there, too."""
     void = [run_id for run_id, run in runs.items() if run["status"] == "aborted"]
     script = [sys.executable, str(EXAMPLES / "leaderboard_from_replays.py"), str(folder), "--key", key]
