@@ -8,7 +8,8 @@ use std::process::{Command, Stdio};
 
 /// The benchmark ready to run, or the reason why this machine cannot.
 pub(crate) fn prepare() -> Result<Result<Command, String>> {
-    if !answers("valgrind") && !(apt::install("valgrind") && answers("valgrind")) {
+    let there = answers("valgrind") || (apt::install("valgrind") && answers("valgrind"));
+    if !there {
         return Ok(Err("valgrind is not installed (Debian's package `valgrind`), and could not be".into()));
     }
     let version = runner_version()?;
