@@ -45,6 +45,10 @@ FAREWELL_S = 0.5
 READ_BYTES = 64 * 1024
 # A scene with hulls is large; what is larger than this is no scene.
 LARGEST_MESSAGE = 64 * 1024 * 1024
+# Waiting awake needs these, and a core for the server beside.
+AWAKE = hasattr(os, "sched_yield") and hasattr(socket, "MSG_DONTWAIT") and (os.cpu_count() or 1) > 1
+# Longest time to wait awake for an answer, s.
+AWAKE_S = 1e-3
 # First bytes of whole messages: text and binary.
 WHOLE = (0x81, 0x82)
 
@@ -101,6 +105,8 @@ class Transport:
         self._start, self._end = 0, len(received)
         self.heard = time.monotonic()
         """When anything came last."""
+        self._quick = False
+        """Whether the last answer came within `AWAKE_S`."""
         self._timeout_s = timeout_s
         _set_timeout(sock, timeout_s)
 
@@ -219,7 +225,7 @@ class Transport:
         elif self._end == len(self._buffer):
             self._make_room(READ_BYTES)
         try:
-            count = self._socket.recv_into(self._view[self._end :])
+            count = self._receive(self._view[self._end :])
         except (TimeoutError, BlockingIOError):
             raise TimeoutError from None  # It is an OSError, but nothing is broken.
         except OSError as broken:
@@ -228,6 +234,26 @@ class Transport:
             raise self._lost("the server hung up")
         self._end += count
         self.heard = time.monotonic()
+
+    def _receive(self, room: memoryview) -> int:
+        """Read into `room`. If the last answer was quick, stay awake for this one.
+
+        To put a thread to sleep and to wake it up again takes about as long as a tick computes, longest on a
+        machine that has nothing else to do. A server or another program that wants the core gets it.
+        """
+        if not AWAKE or isinstance(self._socket, ssl.SSLSocket):
+            return self._socket.recv_into(room)
+        asked = time.perf_counter()
+        waited = 0.0
+        while self._quick and waited < AWAKE_S:
+            try:
+                return self._socket.recv_into(room, 0, socket.MSG_DONTWAIT)
+            except BlockingIOError:
+                os.sched_yield()
+            waited = time.perf_counter() - asked
+        count = self._socket.recv_into(room)
+        self._quick = time.perf_counter() - asked < AWAKE_S
+        return count
 
     def _readable(self, wait_s: float) -> bool:
         if self._closed is not None:
