@@ -94,6 +94,9 @@ pub(super) fn store_failed(what: &str, error: &StoreError) -> Refusal {
         .retry_after(1.0)
 }
 
+/// How long to wait before another attempt to store a result.
+const RETRY: Duration = Duration::from_secs(1);
+
 impl Session {
     /// Opens a new session.
     pub(crate) async fn begin(
@@ -268,7 +271,9 @@ impl Session {
 
     /// When [`Session::expire`] has something to do, if the client does nothing until then.
     pub(crate) fn next_change(&self) -> Option<Duration> {
-        self.machine.clock().next_change(self.host.now())
+        let change = self.machine.next_change(self.host.now())?;
+        // A result that could not be stored is tried again, but not all the time.
+        Some(if self.unstored.is_some() { change.max(RETRY) } else { change })
     }
 
     /// Closes the run if the session's time is spent; returns the warning that is due.

@@ -104,6 +104,13 @@ impl Machine {
         self.clock.warning(now)
     }
 
+    /// When something is due if nothing is asked until then: a warning, the end. A run that the end has overtaken
+    /// is due at once: whoever looks only now must not miss it.
+    pub(crate) fn next_change(&self, now: Duration) -> Option<Duration> {
+        let overdue = self.playing().is_some() && self.clock.is_over(now);
+        if overdue { Some(Duration::ZERO) } else { self.clock.next_change(now) }
+    }
+
     /// The run being played.
     pub(crate) fn playing(&self) -> Option<&Playing> {
         match &self.phase {

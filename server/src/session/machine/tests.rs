@@ -263,3 +263,14 @@ mod random {
         }
     }
 }
+
+#[test]
+fn a_run_that_the_end_has_overtaken_is_due_at_once() {
+    let mut machine = Machine::new(Some(10.0));
+    machine.opened(run(), START);
+    let after = START + Duration::from_secs(11);
+    assert_eq!(machine.next_change(START + Duration::from_secs(4)), Some(Duration::from_secs(6)));
+    assert_eq!(machine.next_change(after), Some(Duration::ZERO), "looked at too late, not missed");
+    machine.closed(result());
+    assert_eq!(machine.next_change(after), None);
+}
