@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import hmac
 import json
-import shutil
 import subprocess
 import sys
 import time
@@ -198,7 +197,6 @@ def test_a_scripted_event(stage: tuple[Path, tuple[str, ...]]) -> None:
         # Somebody with access to the disk makes a score better than it was.
         best = max(organizer.runs().values(), key=lambda run: (run["task"] == "balls", run["score"] or 0.0))
         replays = data / "replays"
-        shutil.copy(replays / f"{best['run_id']}.mcap", data / "as-it-was.mcap")
         forge(replays / f"{best['run_id']}.mcap")
         organizer("run", "reverify", best["run_id"], "--reason", "an anonymous letter")
         runs = verified(organizer)

@@ -85,4 +85,12 @@ impl Recorded<'_> {
     pub(super) async fn commit(self) -> Result<(), StoreError> {
         Ok(self.transaction.commit().await?)
     }
+
+    /// Commits when the deed changed the one row it was meant for; else nothing happened, and nothing is recorded.
+    pub(super) async fn commit_if_one(self, changed: u64) -> Result<bool, StoreError> {
+        if changed == 1 {
+            self.commit().await?;
+        }
+        Ok(changed == 1)
+    }
 }

@@ -240,10 +240,7 @@ impl Store {
         );
         let changed = if paused { changed.bind(Some(unix_ms())) } else { changed.bind(None::<i64>) };
         let changed = changed.bind(session_id).execute(&mut *recorded.transaction).await?.rows_affected();
-        if changed == 1 {
-            recorded.commit().await?;
-        }
-        Ok(changed == 1)
+        recorded.commit_if_one(changed).await
     }
 
     /// Makes a session longer and, when its time was spent, opens it again. False without such a session.
@@ -263,10 +260,7 @@ impl Store {
         .execute(&mut *recorded.transaction)
         .await?
         .rows_affected();
-        if changed == 1 {
-            recorded.commit().await?;
-        }
-        Ok(changed == 1)
+        recorded.commit_if_one(changed).await
     }
 
     /// Records that an organizer ends a session that is open; false when none is.
@@ -280,10 +274,7 @@ impl Store {
         .execute(&mut *recorded.transaction)
         .await?
         .rows_affected();
-        if changed == 1 {
-            recorded.commit().await?;
-        }
-        Ok(changed == 1)
+        recorded.commit_if_one(changed).await
     }
 
     /// How many official sessions are open.

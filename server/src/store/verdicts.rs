@@ -116,10 +116,7 @@ impl Store {
         .execute(&mut *recorded.transaction)
         .await?
         .rows_affected();
-        if changed == 1 {
-            recorded.commit().await?;
-        }
-        Ok(changed == 1)
+        recorded.commit_if_one(changed).await
     }
 
     /// Voids a finished run: it counts for nothing. False when there is none.
@@ -133,9 +130,6 @@ impl Store {
         .execute(&mut *recorded.transaction)
         .await?
         .rows_affected();
-        if changed == 1 {
-            recorded.commit().await?;
-        }
-        Ok(changed == 1)
+        recorded.commit_if_one(changed).await
     }
 }
