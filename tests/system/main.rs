@@ -20,6 +20,7 @@ mod observed;
 mod official;
 mod order;
 mod realtime;
+mod refunds;
 mod replays;
 mod resume;
 mod session_time;

@@ -5,7 +5,7 @@ use crate::auth::{self, Role};
 use crate::config::{Config, Mode, ServeOptions};
 use crate::replay;
 use crate::rules::{Phase, Rules, write_secret};
-use crate::session::{Host, STACK, Session};
+use crate::session::{self, Host, STACK, Session};
 use crate::store::{Deed, Location, Store};
 use crate::telemetry;
 use anyhow::{Context, bail};
@@ -65,6 +65,7 @@ async fn run(config: &Config) -> anyhow::Result<()> {
         let (store, host) = (host.store.clone(), host.clone());
         tokio::spawn(replay::audit(store, archive, async move { host.stopping().await }))
     });
+    session::give_back_all(&host).await?;
     for session in host.store.load_resumable_sessions().await? {
         Session::restore(&host, session);
     }

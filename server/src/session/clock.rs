@@ -91,6 +91,7 @@ impl SessionClock {
         let (spent, refunded_s) = (state.spent, state.refunded_s);
         let mut clock =
             SessionClock { started: state.started, paused, spent, since, refunded_s, ..Self::new(limit_s) };
+        clock.settle(now);
         // What was passed before is not announced again.
         clock.announced = clock.announced.max(clock.passed(now));
         clock
@@ -110,30 +111,41 @@ impl SessionClock {
     pub(crate) fn start(&mut self, now: Duration) {
         if !self.started {
             self.started = true;
-            self.since = (!self.paused).then_some(now);
+            self.settle(now);
         }
+    }
+
+    /// Counts up to now; from here wall-clock time passes, unless the clock stands still. It does once its time is
+    /// spent: what is given back or granted later is all there to be used, whenever that is.
+    fn settle(&mut self, now: Duration) {
+        self.spent = self.spent(now);
+        self.since = None;
+        let runs = self.started && !self.paused && !self.is_over(now);
+        self.since = runs.then_some(now);
     }
 
     /// Stops the clock.
     pub(crate) fn pause(&mut self, now: Duration) {
-        self.spent = self.spent(now);
-        self.since = None;
         self.paused = true;
+        self.settle(now);
     }
 
     /// Lets it go on after a pause.
     pub(crate) fn resume(&mut self, now: Duration) {
         if self.paused {
             self.paused = false;
-            self.since = self.started.then_some(now);
+            self.settle(now);
         }
     }
 
     /// Makes the session longer; marks that are ahead again will be announced again.
     pub(crate) fn grant(&mut self, seconds: f64, now: Duration) {
+        // Up to here by the old limit.
+        self.settle(now);
         if let Some(limit_s) = &mut self.limit_s {
             *limit_s += seconds;
         }
+        self.settle(now);
         if let Some(left_s) = self.left_s(now) {
             self.announced = MARKS_S.iter().filter(|&&mark| left_s <= f64::from(mark)).count();
         }
@@ -150,17 +162,19 @@ impl SessionClock {
     }
 
     /// Adds simulated time.
-    pub(crate) fn simulate(&mut self, seconds: f64) {
+    pub(crate) fn simulate(&mut self, seconds: f64, now: Duration) {
         self.spent.simulated_s += seconds;
+        if self.is_over(now) {
+            self.settle(now);
+        }
     }
 
     /// Gives back what a run has taken that is void by a fault of the server.
     pub(crate) fn refund(&mut self, run: Spent, now: Duration) {
         let before_s = self.elapsed_s(now);
         self.spent = self.spent(now).since(run);
-        if self.since.is_some() {
-            self.since = Some(now);
-        }
+        self.since = None;
+        self.settle(now);
         self.refunded_s += before_s - self.elapsed_s(now);
         // The marks that lie ahead again are announced again.
         self.announced = self.announced.min(self.passed(now));
@@ -169,7 +183,10 @@ impl SessionClock {
     /// Both times, without what was given back.
     pub(crate) fn spent(&self, now: Duration) -> Spent {
         let passed = self.since.map_or(Duration::ZERO, |since| now.saturating_sub(since));
-        Spent { wall_s: self.spent.wall_s + passed.as_secs_f64(), ..self.spent }
+        let limit_s = self.limit_s.unwrap_or(f64::INFINITY);
+        // Not beyond the limit: there the clock stands still.
+        let wall_s = (self.spent.wall_s + passed.as_secs_f64()).min(limit_s.max(self.spent.wall_s));
+        Spent { wall_s, ..self.spent }
     }
 
     /// Simulated time, s.
@@ -261,10 +278,10 @@ mod tests {
     fn the_greater_of_wall_and_simulated_time_counts() {
         let mut clock = SessionClock::new(Some(100.0));
         clock.start(at(0.0));
-        clock.simulate(30.0);
+        clock.simulate(30.0, at(10.0));
         assert_eq!(clock.elapsed_s(at(10.0)), 30.0);
         assert_eq!(clock.elapsed_s(at(40.0)), 40.0);
-        clock.simulate(70.0);
+        clock.simulate(70.0, at(40.0));
         assert!(clock.is_over(at(40.0)));
         assert_eq!(clock.left_s(at(41.0)), Some(0.0));
     }
@@ -300,7 +317,7 @@ mod tests {
     fn a_void_run_never_happened() {
         let mut clock = SessionClock::new(Some(100.0));
         clock.start(at(0.0));
-        clock.simulate(95.0);
+        clock.simulate(95.0, at(10.0));
         assert_eq!(clock.warning(at(10.0)), Some(10));
         clock.refund(Spent { wall_s: 6.0, simulated_s: 80.0 }, at(10.0));
         assert_eq!((clock.elapsed_s(at(10.0)), clock.refunded_s()), (15.0, 80.0));
@@ -309,10 +326,31 @@ mod tests {
     }
 
     #[test]
+    fn at_its_end_it_stands_still_and_what_is_given_then_is_all_there() {
+        // Ended by the wall's time, by simulated time.
+        for (simulated_s, end_s, later_s) in [(0.0, 100.0, 20.0), (100.0, 40.0, 30.0)] {
+            let mut clock = SessionClock::new(Some(100.0));
+            clock.start(at(0.0));
+            clock.simulate(simulated_s, at(40.0));
+            assert!(clock.is_over(at(end_s)), "{simulated_s}");
+            // An hour later.
+            let mut granted = clock.clone();
+            granted.grant(30.0, at(3600.0));
+            assert_eq!((granted.left_s(at(3600.0)), granted.left_s(at(3610.0))), (Some(30.0), Some(later_s)));
+            let mut paid = clock.clone();
+            paid.refund(Spent { wall_s: 25.0, simulated_s: 25.0 }, at(3600.0));
+            assert_eq!((paid.left_s(at(3600.0)), paid.refunded_s()), (Some(25.0), 25.0));
+            assert_eq!(paid.left_s(at(3610.0)), Some(later_s - 5.0));
+            let saved = clock.state(at(900.0));
+            assert_eq!(SessionClock::restored(Some(100.0), &saved, false, at(9.0)).wall_s(at(99.0)), end_s);
+        }
+    }
+
+    #[test]
     fn it_goes_on_from_where_it_was_saved() {
         let mut clock = SessionClock::new(Some(100.0));
         clock.start(at(0.0));
-        clock.simulate(20.0);
+        clock.simulate(20.0, at(10.0));
         let state = clock.state(at(10.0));
         let later = SessionClock::restored(Some(100.0), &state, false, at(5000.0));
         assert_eq!((later.elapsed_s(at(5000.0)), later.elapsed_s(at(5015.0))), (20.0, 25.0));
@@ -324,7 +362,7 @@ mod tests {
     fn without_a_limit_it_never_ends() {
         let mut clock = SessionClock::new(None);
         clock.start(at(0.0));
-        clock.simulate(1e9);
+        clock.simulate(1e9, at(0.0));
         assert_eq!(clock.left_s(at(1e6)), None);
         assert!(!clock.is_over(at(1e6)));
         assert_eq!(clock.warning(at(1e6)), None);
@@ -338,7 +376,7 @@ mod tests {
         assert_eq!(clock.warning(at(1499.0)), None);
         assert_eq!(clock.warning(at(1500.5)), Some(300));
         assert_eq!(clock.warning(at(1501.0)), None);
-        clock.simulate(1795.0);
+        clock.simulate(1795.0, at(1501.0));
         assert_eq!(clock.warning(at(1501.0)), Some(10));
         assert_eq!(clock.warning(at(1799.0)), None);
         assert_eq!(clock.warning(at(1801.0)), None);
@@ -359,9 +397,9 @@ mod tests {
     fn the_last_ticks_fit_into_what_is_left() {
         let mut clock = SessionClock::new(Some(1.0));
         clock.start(at(0.0));
-        clock.simulate(0.965);
+        clock.simulate(0.965, at(0.0));
         assert_eq!(clock.ticks_left(at(0.0), 0.01), 4);
-        clock.simulate(0.04);
+        clock.simulate(0.04, at(0.0));
         assert_eq!(clock.ticks_left(at(0.0), 0.01), 0);
     }
 }

@@ -1,11 +1,11 @@
-//! A team's visit: how it begins, what it tells of itself, what an organizer may ask of it.
+//! A team's visit: how it begins, what it tells of itself, how it ends.
 
-use super::clock::{ClockState, Spent};
+use super::clock::ClockState;
 use super::host::Host;
 use super::live::Live;
 use super::machine::{Machine, Playing};
 use super::official::{self, Entry};
-use super::orders::{Order, Ordered};
+use super::orders::Ordered;
 use super::registry;
 use super::world::World;
 use crate::auth::Identity;
@@ -41,7 +41,9 @@ pub(crate) struct Session {
     pub(super) recording: Option<Recording>,
     /// A finished run that could not be stored: `stop` tries again.
     pub(super) unstored: Option<Finished>,
-    orders: mpsc::Receiver<Ordered>,
+    pub(super) orders: mpsc::Receiver<Ordered>,
+    /// Void runs whose time the clock has back, and whose rows do not say so yet.
+    pub(super) paid: Vec<String>,
     saved: Instant,
 }
 
@@ -139,6 +141,7 @@ impl Session {
             recording: None,
             unstored: None,
             orders,
+            paid: Vec::new(),
             saved: Instant::now(),
         });
         tracing::info!(session = session.session_id, team = session.team, "session opened");
@@ -164,10 +167,9 @@ impl Session {
     /// Leaves a session of an earlier process waiting for its client. Its clock goes on now.
     pub(crate) fn restore(host: &Arc<Host>, row: ResumableSession) {
         let ResumableSession { session_id, team, token_hash, limit_s, clock, paused } = row;
-        let spent = Spent { wall_s: clock.wall_s, simulated_s: clock.simulated_s };
-        let state = ClockState { started: clock.started, spent, refunded_s: clock.refunded_s };
-        let orders = host.registry.insert(&token_hash, &session_id);
-        tracing::info!(session = session_id, team, left_s = ?limit_s.map(|s| s - spent.counts_s()), "session restored");
+        let state = ClockState::of(&clock);
+        let Some(orders) = host.registry.insert_once(&token_hash, &session_id) else { return };
+        tracing::info!(session = session_id, team, left_s = ?limit_s.map(|s| s - state.spent.counts_s()), "session restored");
         registry::park(Box::new(Session {
             host: host.clone(),
             session_id,
@@ -182,6 +184,7 @@ impl Session {
             recording: None,
             unstored: None,
             orders,
+            paid: Vec::new(),
             saved: Instant::now(),
         }));
     }
@@ -287,87 +290,22 @@ impl Session {
         None
     }
 
-    /// The next thing an organizer asks.
-    pub(crate) async fn order(&mut self) -> Ordered {
-        match self.orders.recv().await {
-            Some(ordered) => ordered,
-            // The registry holds the other end as long as the session exists.
-            None => std::future::pending().await,
-        }
-    }
-
-    /// Does what an organizer asks. Returns whether the session is over, and what its client is told.
-    pub(crate) async fn obey(&mut self, ordered: Ordered) -> (bool, Option<Reply>) {
-        let now = self.host.now();
-        self.catch_up();
-        let Ordered { order, done } = ordered;
-        tracing::info!(session = self.session_id, ?order, "an organizer's order");
-        let (mut over, mut told) = (false, None);
-        let result = match order {
-            Order::Pause => {
-                self.machine.pause(now);
-                if let Stage::Realtime(live) = &self.stage {
-                    live.pause();
-                }
-                Ok(())
-            }
-            Order::Resume => {
-                self.machine.resume(now);
-                if let Stage::Realtime(live) = &self.stage {
-                    live.resume(&self.host.pacer);
-                }
-                Ok(())
-            }
-            Order::Grant { seconds } => {
-                self.machine.grant(seconds, now);
-                Ok(())
-            }
-            Order::VoidRun { run_id, note } => match self.machine.playing() {
-                Some(run) if run.run_id == run_id => {
-                    self.close_run(Reason::Voided, Some(&note)).await;
-                    Ok(())
-                }
-                _ => {
-                    // A run that is not known here any more has nothing to give back.
-                    self.machine.void(&run_id, now);
-                    Ok(())
-                }
-            },
-            Order::End { void, note } => {
-                over = true;
-                let reason = if void { Reason::Voided } else { Reason::Stopped };
-                match self.machine.playing() {
-                    Some(_) => self.finish(reason, Some(&note)).await.map(|result| {
-                        told = Some(Reply::Result(Box::new(result)));
-                    }),
-                    None => Ok(()),
-                }
-            }
-        };
-        self.save(true).await;
-        // The organizer may have gone; what was asked is done.
-        let _ = done.send(result);
-        (over, told)
-    }
-
     /// Saves the clock, so that the session outlives the server; `now` or when it is time again.
     pub(super) async fn save(&mut self, now: bool) {
-        if !self.official || (!now && self.saved.elapsed() < SAVE_INTERVAL) {
+        let due = self.official && (now || self.saved.elapsed() >= SAVE_INTERVAL);
+        if !due && self.paid.is_empty() {
             return;
         }
         self.saved = Instant::now();
-        let now = self.host.now();
-        let ClockState { started, spent, refunded_s } = self.machine.saved(now);
-        let row = store::ClockState {
-            started,
-            wall_s: spent.wall_s,
-            simulated_s: spent.simulated_s,
-            refunded_s,
-            run_from_s: self.machine.playing().map(|_| spent.counts_s()),
-        };
-        if let Err(error) = self.host.store.save_clock(&self.session_id, &row).await {
+        let saved = self.machine.saved(self.host.now());
+        let run_from_s = self.machine.playing().map(|_| saved.spent.counts_s());
+        let row = store::ClockState { run_from_s, ..saved.row() };
+        match self.host.store.save_clock(&self.session_id, &row, &self.paid).await {
+            Ok(()) => self.paid.clear(),
             // The next save, a few seconds later, tries again.
-            tracing::error!(%error, session = self.session_id, "the session's clock could not be saved");
+            Err(error) => {
+                tracing::error!(%error, session = self.session_id, "the session's clock could not be saved");
+            }
         }
     }
 
@@ -377,9 +315,10 @@ impl Session {
             Some(_) => self.finish(reason, note).await.ok(),
             None => None,
         };
+        // Also of a session that is over: time may be granted or given back to it.
+        self.save(true).await;
         if self.official && self.host.is_stopping() && self.outlasts_absence() {
-            // It goes on when the server is back.
-            self.save(true).await;
+            tracing::debug!(session = self.session_id, "it goes on when the server is back");
         } else if let Err(error) = self.host.store.end_session(&self.session_id).await {
             tracing::error!(%error, session = self.session_id, "the session's end could not be stored");
         }

@@ -102,12 +102,16 @@ impl Session {
                 return Err(store_failed("the replay", &error));
             }
         }
+        let (now, void) = (self.host.now(), finished.status == "voided");
+        let (taken, after) = (self.machine.taken(now), self.machine.after(now, void));
         let row = FinishedRun {
             run_id: &finished.run.run_id,
             status: finished.status,
             outcome: &finished.outcome,
             note: finished.note.as_deref(),
             missed_ticks: finished.course.tempo.missed,
+            taken_s: (taken.wall_s, taken.simulated_s),
+            clock: self.official.then(|| (self.session_id.as_str(), after.row())),
         };
         let status = match self.host.store.finish_run(&row).await {
             Ok(status) => status,

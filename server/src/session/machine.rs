@@ -55,8 +55,6 @@ pub(crate) struct Machine {
     phase: Phase,
     /// How the clock stood when the open run began.
     from: ClockState,
-    /// What the runs before have taken, by run.
-    taken: Vec<(String, Spent)>,
 }
 
 impl Machine {
@@ -71,7 +69,7 @@ impl Machine {
     }
 
     fn with(clock: SessionClock) -> Self {
-        Machine { clock, phase: Phase::Idle, from: ClockState::default(), taken: Vec::new() }
+        Machine { clock, phase: Phase::Idle, from: ClockState::default() }
     }
 
     /// What a later process goes on from: while a run is open, the clock as it stood before the run.
@@ -223,10 +221,11 @@ impl Machine {
     }
 
     /// The world has advanced to `tick`.
-    pub(crate) fn stepped(&mut self, tick: u64) {
+    pub(crate) fn stepped(&mut self, tick: u64, now: Duration) {
         if let Phase::Playing(run) = &mut self.phase {
-            self.clock.simulate(tick.saturating_sub(run.tick) as f64 * run.tick_s);
+            let ticks = tick.saturating_sub(run.tick);
             run.tick = tick;
+            self.clock.simulate(ticks as f64 * run.tick_s, now);
         }
     }
 
@@ -242,29 +241,40 @@ impl Machine {
         }
     }
 
+    /// What the open run has taken from the session's clock.
+    pub(crate) fn taken(&self, now: Duration) -> Spent {
+        self.clock.spent(now).since(self.from.spent)
+    }
+
+    /// The clock as it is if the open run ends now.
+    pub(crate) fn after(&self, now: Duration, fault: bool) -> ClockState {
+        let mut clock = self.clock.clone();
+        if fault {
+            clock.refund(self.taken(now), now);
+        }
+        clock.state(now)
+    }
+
     /// The open run has ended. `fault`: by the server's fault, and its time is given back.
     pub(crate) fn ended(&mut self, now: Duration, fault: bool) {
-        let Phase::Playing(run) = std::mem::take(&mut self.phase) else { return };
-        let taken = self.clock.spent(now).since(self.from.spent);
+        let Phase::Playing(_) = std::mem::take(&mut self.phase) else { return };
         if fault {
-            self.clock.refund(taken, now);
-        } else {
-            self.taken.push((run.run_id, taken));
+            self.clock.refund(self.taken(now), now);
         }
+    }
+
+    /// Gives back what a run has taken that ended before and is void now. That it happens once is the caller's care.
+    pub(crate) fn give_back(&mut self, taken: Spent, now: Duration) {
+        let before_s = self.clock.refunded_s();
+        self.clock.refund(taken, now);
+        // The open run began that much earlier.
+        self.from.spent = self.from.spent.since(taken);
+        self.from.refunded_s += self.clock.refunded_s() - before_s;
     }
 
     /// The server closed the run that has ended; its result waits for `stop`.
     pub(crate) fn closed(&mut self, result: RunResult) {
         self.phase = Phase::Closed(Box::new(result));
-    }
-
-    /// A run of this session that ended before is void by the server's fault: its time is given back, once. Returns
-    /// whether it was.
-    pub(crate) fn void(&mut self, run_id: &str, now: Duration) -> bool {
-        let Some(index) = self.taken.iter().position(|(known, _)| known == run_id) else { return false };
-        let (_, taken) = self.taken.swap_remove(index);
-        self.clock.refund(taken, now);
-        true
     }
 }
 

@@ -168,7 +168,7 @@ impl Session {
             }
         };
         let mut observation = stepped.observation;
-        self.machine.stepped(observation.tick);
+        self.machine.stepped(observation.tick, self.host.now());
         if let Some(reason) = stepped.over {
             self.close_run(reason, None).await;
         } else if self.close_if_over().await {
@@ -242,7 +242,7 @@ impl Session {
     /// Brings the machine up to the tick of a realtime world.
     pub(super) fn catch_up(&mut self) {
         if let Stage::Realtime(live) = &self.stage {
-            self.machine.stepped(live.tick_now());
+            self.machine.stepped(live.tick_now(), self.host.now());
         }
     }
 }

@@ -7,6 +7,7 @@ use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use palmares_tasks::Reason;
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::{mpsc, oneshot};
 use tokio::time::{Instant, sleep_until};
@@ -54,6 +55,17 @@ impl Registry {
         self.slots().insert(token_hash.to_owned(), Slot::Connected);
         self.ways().insert(session_id.to_owned(), way);
         orders
+    }
+
+    /// The same for a session of the database that somebody else may have taken from there already.
+    pub(super) fn insert_once(&self, token_hash: &str, session_id: &str) -> Option<mpsc::Receiver<Ordered>> {
+        let (way, orders) = mpsc::channel(ORDERS);
+        match self.ways().entry(session_id.to_owned()) {
+            Entry::Occupied(_) => return None,
+            Entry::Vacant(free) => free.insert(way),
+        };
+        self.slots().insert(token_hash.to_owned(), Slot::Connected);
+        Some(orders)
     }
 
     /// A session that ended.

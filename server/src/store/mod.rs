@@ -16,6 +16,7 @@ macro_rules! from_row {
 }
 
 mod audit;
+mod clocks;
 mod dump;
 mod hands;
 mod leaderboard;
@@ -28,6 +29,7 @@ mod tokens;
 mod verdicts;
 
 pub(crate) use audit::Deed;
+pub(crate) use clocks::{ClockState, Paid, Taken};
 pub(crate) use dump::Table;
 pub(crate) use hands::{HandRow, NewHand};
 pub(crate) use leaderboard::LeaderboardRow;
@@ -35,7 +37,7 @@ pub(crate) use leaderboard::LeaderboardRow;
 pub(crate) use leaderboard::TaskBest;
 pub(crate) use location::Location;
 pub(crate) use runs::{FinishedRun, NewRun, RunRecord};
-pub(crate) use sessions::{ClockState, NewSession, ResumableSession};
+pub(crate) use sessions::{NewSession, ResumableSession};
 pub(crate) use tokens::NewToken;
 pub(crate) use verdicts::{UnverifiedRun, Verdict};
 
@@ -50,9 +52,10 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tokio::sync::Mutex;
 
 /// Version, name, statements. Embedded, so that the program needs no files beside it.
-const MIGRATIONS: [(i64, &str, &str); 2] = [
+const MIGRATIONS: [(i64, &str, &str); 3] = [
     (1, "sessions and runs", include_str!("../../migrations/0001_sessions_and_runs.sql")),
     (2, "competition", include_str!("../../migrations/0002_competition.sql")),
+    (3, "time given back", include_str!("../../migrations/0003_time_given_back.sql")),
 ];
 
 /// Why the store did not do what it was asked.

@@ -1,6 +1,7 @@
 //! Rows of `runs`.
 
-use super::{Store, StoreError, signed, unix_ms};
+use super::clocks::write_clock;
+use super::{ClockState, Store, StoreError, signed, unix_ms};
 use palmares_tasks::{Event, Outcome, Sensing};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -51,6 +52,10 @@ pub(crate) struct FinishedRun<'a> {
     pub(crate) note: Option<&'a str>,
     /// Ticks for which a realtime client sent no action.
     pub(crate) missed_ticks: u64,
+    /// What it has taken from its session's clock: given back if it is voided later. Wall-clock and simulated time, s.
+    pub(crate) taken_s: (f64, f64),
+    /// Its session, and that session's clock from now on, where it is saved.
+    pub(crate) clock: Option<(&'a str, ClockState)>,
 }
 
 /// A run as `GET /v1/runs/{id}` shows it.
@@ -215,6 +220,20 @@ impl Store {
         .bind(run.run_id)
         .execute(&mut *transaction)
         .await?;
+        let (wall_s, simulated_s) = run.taken_s;
+        sqlx::query(
+            "UPDATE runs SET taken_wall_s = $1, taken_simulated_s = $2 \
+             WHERE run_id = $3 AND status NOT IN ('open', 'voided')",
+        )
+        .bind(wall_s)
+        .bind(simulated_s)
+        .bind(run.run_id)
+        .execute(&mut *transaction)
+        .await?;
+        if let Some((session_id, clock)) = &run.clock {
+            // With the result: a run that counts costs its time, whatever happens next.
+            write_clock(&mut transaction, session_id, clock).await?;
+        }
         let (status,): (String,) = sqlx::query_as("SELECT status FROM runs WHERE run_id = $1")
             .bind(run.run_id)
             .fetch_one(&mut *transaction)

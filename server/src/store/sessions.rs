@@ -1,5 +1,6 @@
 //! Rows of `sessions`, and the clocks in them.
 
+use super::clocks::{ClockState, bind_double};
 use super::{Deed, Store, StoreError, unix_ms};
 use serde::Serialize;
 use sqlx::AnyConnection;
@@ -19,21 +20,6 @@ pub(crate) struct NewSession {
     pub(crate) mode: &'static str,
     /// SHA-256 of its resume token, hexadecimal.
     pub(crate) token_hash: Option<String>,
-}
-
-/// A session's clock, as it is saved.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct ClockState {
-    /// Whether the first reset has been.
-    pub(crate) started: bool,
-    /// Wall-clock time it ran, pauses left out, s.
-    pub(crate) wall_s: f64,
-    /// Simulated time, s.
-    pub(crate) simulated_s: f64,
-    /// Time given back for faults of the server, s.
-    pub(crate) refunded_s: f64,
-    /// Time spent when the open run began, s; none without a run.
-    pub(crate) run_from_s: Option<f64>,
 }
 
 /// An official session that an earlier process left behind and whose time is not spent for all it knows.
@@ -104,17 +90,6 @@ const SESSION_ROW: &str = "SELECT session_id, team, mode, status, client_version
      clock_simulated_s, refunded_s, paused_at, created_at, ended_at, \
      (SELECT COUNT(*) FROM runs WHERE runs.session_id = sessions.session_id) AS runs FROM sessions ";
 
-type Query = sqlx::query::Query<'static, sqlx::Any, sqlx::any::AnyArguments>;
-
-/// Binds a number that may be missing. Through `Any`, a missing f64 would declare the parameter to be four bytes
-/// wide, and Postgres would refuse the next number in the same prepared statement; a missing f32 declares eight.
-fn bind_double(query: Query, number: Option<f64>) -> Query {
-    match number {
-        Some(number) => query.bind(number),
-        None => query.bind(None::<f32>),
-    }
-}
-
 impl Store {
     /// Writes a session that begins now. False, and nothing is written, when it would be the team's one official
     /// session too many: those not voided count against `most`.
@@ -166,20 +141,6 @@ impl Store {
         .bind(session_id)
         .execute(&self.pool)
         .await?;
-        Ok(())
-    }
-
-    /// Saves a session's clock: what a crash leaves of it.
-    pub(crate) async fn save_clock(&self, session_id: &str, clock: &ClockState) -> Result<(), StoreError> {
-        let query = sqlx::query(
-            "UPDATE sessions SET clock_started = $1, clock_wall_s = $2, clock_simulated_s = $3, refunded_s = $4, \
-             run_from_s = $5 WHERE session_id = $6",
-        )
-        .bind(i64::from(clock.started))
-        .bind(clock.wall_s)
-        .bind(clock.simulated_s)
-        .bind(clock.refunded_s);
-        bind_double(query, clock.run_from_s).bind(session_id.to_owned()).execute(&self.pool).await?;
         Ok(())
     }
 
@@ -344,9 +305,10 @@ async fn void_runs(
     session_id: &str,
     note: Option<&str>,
 ) -> Result<(), StoreError> {
-    // An open run is closed by its session, which finds the session void.
+    // An open run is closed by its session, which finds the session void. Where no session is left, no time is due.
     sqlx::query(
-        "UPDATE runs SET status = 'voided', note = $1 WHERE session_id = $2 AND status NOT IN ('open', 'voided')",
+        "UPDATE runs SET status = 'voided', note = $1, taken_wall_s = NULL, taken_simulated_s = NULL \
+         WHERE session_id = $2 AND status NOT IN ('open', 'voided')",
     )
     .bind(note)
     .bind(session_id)

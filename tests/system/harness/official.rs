@@ -64,8 +64,16 @@ impl Official {
 
     /// The same after a SIGKILL and a new start.
     pub(crate) fn crashed(self) -> Self {
-        let Official { server, database_url, .. } = self;
-        Self::start_on(server.kill(), RULES, database_url)
+        let database_url = self.database_url.clone();
+        let (folder, rules) = self.killed();
+        Self::start_on(folder, &rules, database_url)
+    }
+
+    /// What a SIGKILL leaves: the data directory; and the rules.
+    pub(crate) fn killed(self) -> (TempDir, String) {
+        let folder = self.server.kill();
+        let rules = fs::read_to_string(folder.path().join("competition.toml")).expect("rules");
+        (folder, rules)
     }
 
     /// The data directory.

@@ -4,7 +4,7 @@ use super::{Asked, deed, needs_reason, no_verb, not_found, store_failed};
 use crate::api::Problem;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
-use crate::session::{Host, Order};
+use crate::session::{Host, Order, Session, give_back};
 use axum::Json;
 use axum::extract::{Path, State};
 use serde::Deserialize;
@@ -37,10 +37,18 @@ pub(super) async fn act(
             needs_reason(reason)?;
             let deed = deed(&asked.identity, "run.void", run_id, reason);
             let voided = host.store.void_run(run_id, &deed).await.map_err(|error| store_failed(&error))?;
-            // An open run is closed by its session; a finished one's time is given back by it, while it is there.
+            // An open run is closed by its session; a finished one's time is given back by it, or without it.
             let order = Order::VoidRun { run_id: run_id.clone(), note: reason.clone().unwrap_or_default() };
             let session_id = run.session_id.clone().unwrap_or_default();
-            let obeyed = host.registry.order(&session_id, order).await.is_ok();
+            let obeyed = match host.registry.order(&session_id, order).await {
+                Err(refusal) if refusal.code == Code::NotFound => false,
+                Err(refusal) => return Err(Problem(refusal)),
+                Ok(()) => true,
+            };
+            if !obeyed {
+                give_back(&host, &session_id).await.map_err(|error| store_failed(&error))?;
+                Session::revive(&host, &session_id).await.map_err(|error| store_failed(&error))?;
+            }
             if !voided {
                 if !(obeyed && run.status == "open") {
                     return Err(wrong("nothing to void"));
@@ -59,6 +67,8 @@ pub(super) async fn act(
         }
         _ => return Err(no_verb(&verb, "void, reverify")),
     }
+    let session = host.store.session(run.session_id.as_deref().unwrap_or_default()).await;
+    let session = session.map_err(|error| store_failed(&error))?;
     let run = host.store.run(run_id).await.map_err(|error| store_failed(&error))?;
-    Ok(Json(json!({"run": run})))
+    Ok(Json(json!({"run": run, "session": session})))
 }

@@ -4,6 +4,7 @@ use super::{Asked, deed, needs_reason, no_verb, not_found, store_failed};
 use crate::api::Problem;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
+use crate::rules::Phase;
 use crate::session::{Host, Order, Session};
 use axum::Json;
 use axum::extract::{Path, State};
@@ -62,6 +63,10 @@ pub(super) async fn act(
         }
         "grant" => {
             needs_reason(reason)?;
+            if host.rules.phase() == Phase::Revealed {
+                let message = "the secret behind the seeds is public: the competition is over";
+                return Err(Problem(Refusal::new(Code::WrongState, message)));
+            }
             let seconds = seconds.filter(|s| *s > 0.0 && *s <= MOST_S).ok_or_else(|| {
                 let message = format!("seconds: expected more than 0 and at most {MOST_S}");
                 Problem(Refusal::new(Code::BadRequest, message))
@@ -80,10 +85,7 @@ pub(super) async fn act(
         Ok(()) => {}
         Err(refusal) if refusal.code == Code::NotFound && verb == "grant" => {
             // Its time was spent and it is gone; now it waits for its team again.
-            let open = host.store.load_resumable_sessions().await.map_err(|error| store_failed(&error))?;
-            if let Some(row) = open.into_iter().find(|row| row.session_id == *session_id) {
-                Session::restore(&host, row);
-            }
+            Session::revive(&host, session_id).await.map_err(|error| store_failed(&error))?;
         }
         Err(refusal) if refusal.code == Code::NotFound => {}
         Err(refusal) => return Err(Problem(refusal)),

@@ -150,7 +150,7 @@ enum Session {
 
 #[derive(Debug, Subcommand)]
 enum Run {
-    /// Void a run: it counts for nothing, and its time is given back while its session is open. Needs --reason
+    /// Void a run: it counts for nothing, and its session gets its time back. Needs --reason
     Void(Id),
     /// Play its replay again
     Reverify(Id),

@@ -68,8 +68,15 @@ impl Place {
         crate::session::Witness::finished(&mut scribe, &run, &outcome);
         let file = recording.file().await.expect("written");
         self.store.set_replay(run_id, &file.stored_path(), &file.sha256).await.expect("stored");
-        let row =
-            FinishedRun { run_id, status: "provisional", outcome: &outcome, note: None, missed_ticks: 0 };
+        let row = FinishedRun {
+            run_id,
+            status: "provisional",
+            outcome: &outcome,
+            note: None,
+            missed_ticks: 0,
+            taken_s: (0.0, 0.0),
+            clock: None,
+        };
         self.store.finish_run(&row).await.expect("stored");
     }
 

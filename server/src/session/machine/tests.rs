@@ -43,7 +43,7 @@ fn the_order_is_kept() {
     machine.opened(run(), START);
     assert_eq!(code(machine.may_reset(START)), Code::WrongState);
     assert_eq!(machine.may_step(START, 0, 3, 10), Ok(3));
-    machine.stepped(3);
+    machine.stepped(3, START);
     assert_eq!(code(machine.may_step(START, 0, 1, 10)), Code::StaleTick);
     assert_eq!(code(machine.may_step(START, 3, 0, 10)), Code::BadRequest);
     assert_eq!(code(machine.may_step(START, 3, 11, 10)), Code::BadRequest);
@@ -70,9 +70,9 @@ fn a_run_closed_by_the_server_keeps_its_result() {
 fn no_tick_beyond_the_sessions_end() {
     let mut machine = Machine::new(Some(1.0));
     machine.opened(run(), START);
-    machine.stepped(95);
+    machine.stepped(95, START);
     assert_eq!(machine.may_step(START, 95, 10, 10), Ok(5));
-    machine.stepped(100);
+    machine.stepped(100, START);
     assert_eq!(code(machine.may_step(START, 100, 1, 10)), Code::SessionOver);
     machine.ended(START, false);
     machine.closed(result());
@@ -141,25 +141,26 @@ mod random {
     const LIMIT_S: f64 = 100.0;
     const CLOSE_S: f64 = 1e-5;
 
-    /// What a bystander with a watch counts.
+    /// What a bystander with a watch counts, who strikes void runs out.
     #[derive(Default)]
     struct Watch {
         started: bool,
         paused: bool,
-        wall_s: f64,
-        simulated_s: f64,
-        /// The most that may have been given back.
-        refunds_s: f64,
-        /// Both times at the opening of the open run.
-        opened: Option<(f64, f64)>,
-        /// Ended runs: id and what they took at most.
-        ended: Vec<(String, f64)>,
+        spent: Spent,
+        /// The same at the opening of the open run.
+        opened: Option<Spent>,
+        /// What ended runs took: by this watch, and as stored with them.
+        ended: Vec<(Spent, Spent)>,
     }
 
     impl Watch {
-        fn end(&mut self) -> f64 {
-            let (wall_s, simulated_s) = self.opened.take().expect("a run");
-            (self.wall_s - wall_s).max(self.simulated_s - simulated_s)
+        fn end(&mut self) -> Spent {
+            self.spent.since(self.opened.take().expect("a run"))
+        }
+
+        fn strike_out(&mut self, run: Spent) {
+            self.spent = self.spent.since(run);
+            self.opened = self.opened.map(|opened| opened.since(run));
         }
     }
 
@@ -170,24 +171,22 @@ mod random {
             let (mut now, mut number) = (START, 0u32);
             let mut watch = Watch::default();
             for event in events {
-                let before_s = machine.clock().elapsed_s(now);
-                let refunded_s = watch.refunds_s;
+                let over = machine.clock().is_over(now);
                 match event {
                     Event::Wait(seconds) => {
                         now += Duration::from_secs_f64(seconds);
-                        if watch.started && !watch.paused {
-                            watch.wall_s += seconds;
+                        if watch.started && !watch.paused && !over {
+                            watch.spent.wall_s = (watch.spent.wall_s + seconds).min(LIMIT_S);
                         }
                     }
                     Event::Reset => {
-                        let over = machine.clock().is_over(now);
                         let may = machine.may_reset(now);
                         prop_assert_eq!(may.is_ok(), watch.opened.is_none() && !over && !watch.paused);
                         if may.is_ok() {
                             number += 1;
                             machine.opened(Playing { run_id: number.to_string(), ..run() }, now);
                             watch.started = true;
-                            watch.opened = Some((watch.wall_s, watch.simulated_s));
+                            watch.opened = Some(watch.spent);
                         }
                     }
                     Event::Steps(repeat) => {
@@ -195,8 +194,8 @@ mod random {
                         if let Ok(ticks) = machine.may_step(now, tick, repeat, 2000) {
                             prop_assert!(!watch.paused && watch.opened.is_some());
                             prop_assert!((1..=repeat).contains(&ticks));
-                            machine.stepped(tick + u64::from(ticks));
-                            watch.simulated_s += f64::from(ticks) * 0.01;
+                            machine.stepped(tick + u64::from(ticks), now);
+                            watch.spent.simulated_s += f64::from(ticks) * 0.01;
                             // Not one tick beyond the end, up to the tick that was begun in time.
                             let spent = machine.clock().spent(now);
                             prop_assert!(spent.simulated_s <= LIMIT_S + 0.01 + CLOSE_S);
@@ -204,23 +203,28 @@ mod random {
                     }
                     Event::Stop => {
                         if watch.opened.is_some() {
+                            let taken = machine.taken(now);
+                            let after = machine.after(now, false);
                             machine.ended(now, false);
-                            let taken_s = watch.end();
-                            watch.ended.push((number.to_string(), taken_s));
+                            prop_assert_eq!(machine.saved(now), after);
+                            let seen = watch.end();
+                            watch.ended.push((seen, taken));
                         }
                     }
                     Event::Fault => {
                         if watch.opened.is_some() {
+                            let after = machine.after(now, true);
                             machine.ended(now, true);
-                            watch.refunds_s += watch.end();
+                            prop_assert_eq!(machine.saved(now), after);
+                            let run = watch.end();
+                            watch.strike_out(run);
                         }
                     }
                     Event::VoidEarlier(index) => {
                         if index < watch.ended.len() {
-                            let (run_id, taken_s) = watch.ended.swap_remove(index);
-                            prop_assert!(machine.void(&run_id, now));
-                            prop_assert!(!machine.void(&run_id, now), "twice");
-                            watch.refunds_s += taken_s;
+                            let (seen, taken) = watch.ended.swap_remove(index);
+                            machine.give_back(taken, now);
+                            watch.strike_out(seen);
                         }
                     }
                     Event::Pause => {
@@ -236,23 +240,17 @@ mod random {
                         now += Duration::from_secs_f64(down_s);
                         machine = Machine::restored(Some(LIMIT_S), &saved, watch.paused, now);
                         if watch.opened.is_some() {
-                            watch.refunds_s += watch.end();
+                            let run = watch.end();
+                            watch.strike_out(run);
                         }
-                        // What earlier runs took is known no more.
-                        watch.ended.clear();
                     }
                 }
                 let clock = machine.clock();
                 let elapsed_s = clock.elapsed_s(now);
-                let truth_s = watch.wall_s.max(watch.simulated_s);
                 prop_assert!((0.0..=LIMIT_S).contains(&elapsed_s));
                 // Nothing is gained but by what was given back, and nothing is lost.
-                prop_assert!(elapsed_s >= truth_s.min(LIMIT_S + watch.refunds_s) - watch.refunds_s - CLOSE_S);
-                prop_assert!(elapsed_s <= truth_s + CLOSE_S);
-                if watch.refunds_s == refunded_s {
-                    prop_assert!(elapsed_s >= before_s - CLOSE_S, "the clock ran backwards");
-                }
-                prop_assert!(clock.refunded_s() <= watch.refunds_s + CLOSE_S);
+                let truth_s = watch.spent.counts_s().min(LIMIT_S);
+                prop_assert!((elapsed_s - truth_s).abs() < CLOSE_S, "{elapsed_s} {truth_s}");
                 prop_assert_eq!(clock.is_over(now), clock.left_s(now) == Some(0.0));
                 if clock.is_over(now) {
                     prop_assert_eq!(code(machine.may_reset(now)) == Code::SessionOver, watch.opened.is_none());

@@ -127,10 +127,10 @@ async fn a_clock_outlives_the_process() {
         let mut clock =
             ClockState { started: true, wall_s: 12.25, simulated_s: 3.5, ..ClockState::default() };
         // Missing and there in turn: both go through the same prepared statement.
-        store.save_clock("s", &clock).await.expect("saves");
+        store.save_clock("s", &clock, &[]).await.expect("saves");
         clock.run_from_s = Some(10.5);
         clock.refunded_s = 1.125;
-        store.save_clock("s", &clock).await.expect("saves");
+        store.save_clock("s", &clock, &[]).await.expect("saves");
         assert!(store.pause_session("s", true, &deed("session.pause", "s")).await.expect("pauses"));
         assert!(!store.pause_session("s", true, &deed("session.pause", "s")).await.expect("is"));
         store.close().await;
@@ -145,6 +145,96 @@ async fn a_clock_outlives_the_process() {
         assert_eq!(store.session("s").await.expect("query").and_then(|s| s.limit_s), Some(1860.0));
         store.end_session("s").await.expect("ends");
         assert!(store.load_resumable_sessions().await.expect("query").is_empty());
+        store.close().await;
+    }
+}
+
+/// Adds what is owed to what was given back.
+fn pay(clock: ClockState, owed: &[Taken], revived: bool) -> Paid {
+    let more: f64 = owed.iter().map(|taken| taken.simulated_s).sum();
+    Paid { clock: ClockState { refunded_s: clock.refunded_s + more, ..clock }, revived }
+}
+
+#[tokio::test]
+async fn what_a_void_run_has_taken_is_owed_until_it_is_paid_and_then_no_more() {
+    for place in places().await {
+        let store = place.open().await;
+        for (k, run) in ["one", "two", "three"].into_iter().enumerate() {
+            begin_in(&store, "official", "crabs", "balls", run, Some(k as u64 + 1), Sensing::Truth).await;
+        }
+        finish(&store, "one", 1.0, "provisional").await;
+        finish(&store, "two", 1.0, "voided").await;
+        finish(&store, "three", 1.0, "provisional").await;
+        assert!(store.creditors().await.expect("query").is_empty(), "nobody owes for runs that count");
+        for run in ["one", "three"] {
+            assert!(store.void_run(run, &deed("run.void", run)).await.expect("voids"));
+        }
+        store.end_session("s-one").await.expect("ends");
+        store.end_session("s-three").await.expect("ends");
+        store.close().await;
+
+        // It is owed by whoever comes next.
+        let store = place.open().await;
+        assert_eq!(store.creditors().await.expect("query"), ["s-one", "s-three"]);
+        let owed = store.owed("s-one").await.expect("query");
+        assert_eq!(owed, [Taken { run_id: "one".into(), wall_s: 1.5, simulated_s: 3.25 }]);
+        // By whoever holds the session, with its clock.
+        store.save_clock("s-one", &ClockState::default(), &["one".into()]).await.expect("saves");
+        assert!(store.owed("s-one").await.expect("query").is_empty());
+        // By nobody but the database; not a second time, not opened again unless asked, nor beside another session.
+        for (reopen, revived) in [(false, true), (true, true), (true, true)] {
+            let done = store.give_back("s-three", reopen, |_, clock, owed| pay(clock, owed, revived)).await;
+            done.expect("gives back");
+        }
+        let row = store.session("s-three").await.expect("query").expect("there");
+        assert_eq!((row.refunded_s, row.status.as_str()), (3.25, "ended"));
+        assert!(store.creditors().await.expect("query").is_empty());
+        store.close().await;
+    }
+}
+
+#[tokio::test]
+async fn a_session_that_is_paid_is_open_again_unless_its_team_has_another() {
+    for place in places().await {
+        let store = place.open().await;
+        for (k, run) in ["one", "two"].into_iter().enumerate() {
+            begin_in(&store, "official", "crabs", "balls", run, Some(k as u64 + 1), Sensing::Truth).await;
+            finish(&store, run, 1.0, "provisional").await;
+            store.end_session(&format!("s-{run}")).await.expect("ends");
+            assert!(store.void_run(run, &deed("run.void", run)).await.expect("voids"));
+        }
+        for (session, becomes) in [("s-one", "open"), ("s-two", "ended")] {
+            store
+                .give_back(session, true, |_, clock, owed| pay(clock, owed, true))
+                .await
+                .expect("gives back");
+            let row = store.session(session).await.expect("query").expect("there");
+            assert_eq!((row.refunded_s, row.status.as_str()), (3.25, becomes));
+            assert_eq!(row.ended_unix_ms.is_none(), becomes == "open");
+        }
+        assert!(store.void_session("s-one", &deed("session.void", "s-one")).await.expect("voids"));
+        store.close().await;
+    }
+}
+
+#[tokio::test]
+async fn a_result_and_the_clock_after_it_are_stored_together() {
+    for place in places().await {
+        let store = place.open().await;
+        begin_in(&store, "official", "crabs", "balls", "r", Some(1), Sensing::Truth).await;
+        let clock = ClockState { started: true, wall_s: 9.5, simulated_s: 4.25, ..ClockState::default() };
+        let run = FinishedRun {
+            run_id: "r",
+            status: "provisional",
+            outcome: &outcome(1.0),
+            note: None,
+            missed_ticks: 0,
+            taken_s: (2.0, 4.25),
+            clock: Some(("s-r", clock)),
+        };
+        store.finish_run(&run).await.expect("finish");
+        let row = store.session("s-r").await.expect("query").expect("there");
+        assert_eq!((row.clock_wall_s, row.clock_simulated_s), (9.5, 4.25));
         store.close().await;
     }
 }

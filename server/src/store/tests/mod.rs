@@ -68,7 +68,9 @@ fn outcome(score: f64) -> Outcome {
 
 async fn finish(store: &Store, run_id: &str, score: f64, status: &str) -> String {
     let outcome = outcome(score);
-    let run = FinishedRun { run_id, status, outcome: &outcome, note: None, missed_ticks: 0 };
+    let taken_s = (1.5, 3.25);
+    let run =
+        FinishedRun { run_id, status, outcome: &outcome, note: None, missed_ticks: 0, taken_s, clock: None };
     store.finish_run(&run).await.expect("finish")
 }
 
