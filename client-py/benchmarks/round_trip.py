@@ -1,9 +1,9 @@
 """What lockstep costs beside the physics: the overhead of one call of `Client.step` for every tick.
 
 Two runs of the same scene get the same actions, one tick by tick, the other 20 ticks per call. They compute
-the same physics, bit for bit, so the difference in time of a block of 20 ticks is what 19 more calls cost:
-encoding, system calls, the server's reading, observing and writing, decoding. The blocks of the two runs take
-turns, so that whatever else the machine does meets both. Start a server first, on an idle machine.
+the same physics, bit for bit, so the difference in time is what 19 more calls in 20 cost: encoding, system calls,
+the server's reading, observing and writing, decoding, and caches that are colder. Blocks of 200 ticks of the two
+runs take turns, so that whatever else the machine does meets both. Start a server first, on an idle machine.
 """
 
 from __future__ import annotations
@@ -20,7 +20,11 @@ import palmares
 from palmares.requests import Step
 from palmares.targets import action_of
 
-BLOCK = 20
+# Ticks with one target, and of one call of the run that is played whole.
+MOVE = 20
+# Ticks that one run plays before the other has its turn: few enough for the machine to be the same, enough for the
+# first call, for which the server has to be woken, not to count.
+BLOCK = 200
 PALM_DOWN = (0.0, 1.0, 0.0, 0.0)
 ABOVE, AMONG_BALLS = (0.0, 0.0, 0.75), (0.0, 0.0, 0.24)
 # The hand comes down and closes before the clock is started, s.
@@ -54,8 +58,13 @@ def open_run(client: palmares.Client, case: Case) -> None:
     """Bring the hand where the case wants it."""
     client.reset("balls", "softhand", seed=1, sensing=case.sensing)
     base = palmares.pose(case.base, PALM_DOWN)
-    for tick in range(0, LEAD_IN_TICKS, BLOCK):
-        client.step(base=base, hand=[0.0 if tick < LEAD_IN_TICKS // 2 else 0.6], repeat=BLOCK)
+    for tick in range(0, LEAD_IN_TICKS, MOVE):
+        client.step(base=base, hand=[0.0 if tick < LEAD_IN_TICKS // 2 else 0.6], repeat=MOVE)
+
+
+def target(tick: int) -> list[float]:
+    """Where the hand is to be: it moves all the time."""
+    return [0.5 + 0.2 * (tick // MOVE % 2)]
 
 
 def measure(url: str, case: Case, blocks: int) -> Measured:
@@ -67,17 +76,17 @@ def measure(url: str, case: Case, blocks: int) -> Measured:
         open_run(single, case)
         open_run(whole, case)
         physics, overhead = [], []
-        for block in range(blocks):
-            hand = [0.5 + 0.2 * (block % 2)]
+        for _ in range(blocks):
             start = time.perf_counter()
-            for _ in range(BLOCK):
-                single.step(hand=hand)
+            for tick in range(BLOCK):
+                single.step(hand=target(tick))
             between = time.perf_counter()
-            whole.step(hand=hand, repeat=BLOCK)
+            for tick in range(0, BLOCK, MOVE):
+                whole.step(hand=target(tick), repeat=MOVE)
             end = time.perf_counter()
-            call = ((between - start) - (end - between)) / (BLOCK - 1)
+            call = ((between - start) - (end - between)) / (BLOCK - BLOCK // MOVE)
             overhead.append(call)
-            physics.append((end - between - call) / BLOCK)
+            physics.append((end - between) / BLOCK - call / MOVE)
         if single.stop().state_hash != whole.stop().state_hash:
             sys.exit("the two runs differ: the measurement compares different physics")
     return Measured(1e6 * statistics.median(physics), 1e6 * statistics.median(overhead))
@@ -100,7 +109,7 @@ def timed(client: palmares.Client, case: Case, ticks: int) -> tuple[dict[str, li
     tick, size = client.tick or 0, 0
     for count in range(ticks):
         marks = [time.perf_counter()]
-        action = action_of(palmares.pose(case.base, PALM_DOWN), [0.5 + 0.2 * (count // BLOCK % 2)])
+        action = action_of(palmares.pose(case.base, PALM_DOWN), target(count))
         request = codec.encode(Step(id=1_000_000 + count, tick=tick, action=action))
         marks.append(time.perf_counter())
         transport.send(request, binary=codec.binary)
@@ -132,7 +141,7 @@ def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--url", default="http://127.0.0.1:8080")
-    parser.add_argument("--blocks", type=int, default=100, help=f"blocks of {BLOCK} ticks per case")
+    parser.add_argument("--blocks", type=int, default=15, help=f"blocks of {BLOCK} ticks per case")
     args = parser.parse_args()
     encodings: list[Literal["json", "msgpack"]] = ["json", "msgpack"]
     print("| scene | sensing | encoding | physics, µs/tick | overhead, µs/call | overhead/physics |")
@@ -153,7 +162,7 @@ def main() -> None:
     print("\n| scene | sensing | encoding | encode | send | wait | decode | bytes of the reply |")
     print("|---|---|---|---|---|---|---|---|")
     for case in cases:
-        part = parts(args.url, case, 20 * args.blocks)
+        part = parts(args.url, case, BLOCK * args.blocks)
         row = " | ".join(f"{part[name]:.1f}" for name in ("encode", "send", "wait", "decode"))
         print(f"| {case.name} | {case.sensing} | {case.encoding} | {row} | {part['bytes']} |", flush=True)
     print("\nA `time` request, which needs no physics, takes:")

@@ -8,8 +8,8 @@ use crate::rules::{Phase, Rules, write_secret};
 use crate::session::{self, Host, STACK, Session};
 use crate::store::{Deed, Location, Store};
 use crate::telemetry;
+use crate::ws::{Attention, WireListener};
 use anyhow::{Context, bail};
-use axum::serve::ListenerExt;
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
 use palmares_models::load::{self, LoadOptions, Loaded};
@@ -71,12 +71,6 @@ async fn run(config: &Config) -> anyhow::Result<()> {
     }
     greet(address, &location, &host)?;
 
-    // Small messages, each waited for: Nagle's algorithm would only hold them back.
-    let listener = listener.tap_io(|stream| {
-        if let Err(error) = stream.set_nodelay(true) {
-            tracing::debug!(%error, "no TCP_NODELAY");
-        }
-    });
     let signalled = {
         let host = host.clone();
         async move {
@@ -88,7 +82,8 @@ async fn run(config: &Config) -> anyhow::Result<()> {
             host.stop();
         }
     };
-    let server = axum::serve(listener, api::router(host.clone())).with_graceful_shutdown(signalled);
+    let service = api::router(host.clone()).into_make_service_with_connect_info::<Attention>();
+    let server = axum::serve(WireListener(listener), service).with_graceful_shutdown(signalled);
     let server = tokio::spawn(server.into_future());
     host.stopping().await;
     // Sockets and sessions first, then the last HTTP answers.

@@ -6,6 +6,7 @@
 use super::pace::{Pace, Part, Tempo};
 use super::pacer::{Paced, Pacer};
 use super::scheduler::{Scheduler, Urgency};
+use super::slot::Slot;
 use super::world::{StepError, World};
 use crate::metrics::METRICS;
 use palmares_models::hand::Hand;
@@ -62,6 +63,7 @@ struct Stream {
 /// A realtime world.
 pub(crate) struct Live {
     hand: Arc<Hand>,
+    slot: Slot,
     official: bool,
     scheduler: Scheduler,
     inbox: Mutex<Inbox>,
@@ -91,16 +93,25 @@ impl Live {
         scheduler: &Scheduler,
         pacer: &Pacer,
     ) -> Arc<Self> {
-        let pace = Pace::new(Instant::now(), tick_s);
+        let slot = pacer.slot();
+        let pace = Pace::new(slot.not_before(Instant::now(), tick_s), tick_s);
         let due = pace.due();
-        let live = Arc::new(Self::new(world, hand, pace, official, scheduler.clone()));
+        let live = Arc::new(Self::new(world, hand, pace, slot, official, scheduler.clone()));
         pacer.enlist(due, 0, live.clone());
         live
     }
 
-    fn new(world: World, hand: Arc<Hand>, pace: Pace, official: bool, scheduler: Scheduler) -> Self {
+    fn new(
+        world: World,
+        hand: Arc<Hand>,
+        pace: Pace,
+        slot: Slot,
+        official: bool,
+        scheduler: Scheduler,
+    ) -> Self {
         Live {
             hand,
+            slot,
             official,
             scheduler,
             inbox: Mutex::new(Inbox { action: None, tick: 0, turn: 0, paused: false }),
@@ -192,7 +203,8 @@ impl Live {
             return;
         }
         inbox.paused = false;
-        stage.pace.restart(Instant::now());
+        let origin = self.slot.not_before(Instant::now(), stage.pace.tick_s());
+        stage.pace.restart(origin);
         let (due, turn) = (stage.pace.due(), inbox.turn);
         drop((stage, inbox));
         pacer.enlist(due, turn, self.clone());

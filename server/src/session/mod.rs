@@ -22,6 +22,7 @@ mod record;
 mod refunds;
 mod registry;
 mod scheduler;
+mod slot;
 mod world;
 
 pub(crate) use background::{Background, Level, STACK};

@@ -41,9 +41,14 @@ pub(super) struct Pace {
 }
 
 impl Pace {
-    /// The first tick is due one tick after `now`.
-    pub(super) fn new(now: Instant, tick_s: f64) -> Self {
-        Pace { origin: now, tick_s, ticks: 0, acted: false, silent: 0, tempo: Tempo::default() }
+    /// The first tick is due one tick after `origin`.
+    pub(super) fn new(origin: Instant, tick_s: f64) -> Self {
+        Pace { origin, tick_s, ticks: 0, acted: false, silent: 0, tempo: Tempo::default() }
+    }
+
+    /// Time between two ticks, s.
+    pub(super) fn tick_s(&self) -> f64 {
+        self.tick_s
     }
 
     /// When the next tick is due.
@@ -51,9 +56,9 @@ impl Pace {
         self.origin + Duration::from_secs_f64((self.ticks + 1) as f64 * self.tick_s)
     }
 
-    /// The time until now does not count: the next tick is due one tick from now.
-    pub(super) fn restart(&mut self, now: Instant) {
-        self.origin = now;
+    /// The time until `origin` does not count: the next tick is due one tick after it.
+    pub(super) fn restart(&mut self, origin: Instant) {
+        self.origin = origin;
         self.ticks = 0;
     }
 

@@ -4,11 +4,15 @@
 //! sleeps until the next tick is due, the others until they are needed.
 
 use super::background::STACK;
+use super::slot::{Slot, Slots};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
-use thread_priority::{ThreadPriority, ThreadPriorityValue};
+use thread_priority::{
+    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy, set_thread_priority_and_policy,
+    thread_native_id,
+};
 
 /// What a pacer paces.
 pub(super) trait Paced: Send + Sync {
@@ -116,12 +120,7 @@ impl Shared {
     }
 
     fn work(&self) {
-        // A little before everybody else where the system allows it; where not, as everybody else.
-        if let Ok(value) = ThreadPriorityValue::try_from(62)
-            && let Err(error) = ThreadPriority::Crossplatform(value).set_for_current()
-        {
-            tracing::debug!(?error, "thread priority not set");
-        }
+        come_first();
         while let Some(Entry { turn, paced, .. }) = self.next() {
             if let Some(due) = paced.tick(turn) {
                 self.enlist(due, turn, paced);
@@ -130,8 +129,24 @@ impl Shared {
     }
 }
 
+/// Before everybody else where the system allows it, to root and within RLIMIT_RTPRIO: its fair schedulers
+/// let a thread that wakes wait for milliseconds. Load is admitted only up to a part of the cores, so the others get
+/// theirs. Where the system does not allow it, as everybody else.
+fn come_first() {
+    let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::RoundRobin);
+    if let Err(error) = set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Min, policy) {
+        tracing::info!(
+            ?error,
+            "no realtime priority for realtime worlds: ticks may be some milliseconds late"
+        );
+    }
+}
+
 /// The threads. They end when this is dropped.
-pub(crate) struct Pacer(Arc<Shared>);
+pub(crate) struct Pacer {
+    shared: Arc<Shared>,
+    slots: Slots,
+}
 
 impl std::fmt::Debug for Pacer {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -151,19 +166,24 @@ impl Pacer {
                 tracing::error!(%error, "no thread for realtime worlds");
             }
         }
-        Pacer(shared)
+        Pacer { shared, slots: Slots::new(Instant::now()) }
+    }
+
+    /// When the ticks of another world are to lie.
+    pub(super) fn slot(&self) -> Slot {
+        self.slots.next()
     }
 
     /// The first tick of `paced` is due at `due`.
     pub(super) fn enlist(&self, due: Instant, turn: u64, paced: Arc<dyn Paced>) {
-        self.0.enlist(due, turn, paced);
+        self.shared.enlist(due, turn, paced);
     }
 }
 
 impl Drop for Pacer {
     fn drop(&mut self) {
-        self.0.queue().closed = true;
-        self.0.changed.notify_all();
+        self.shared.queue().closed = true;
+        self.shared.changed.notify_all();
     }
 }
 

@@ -6,6 +6,7 @@
 
 use super::linger::Gaps;
 use super::rate::RateLimit;
+use super::wire::Attention;
 use crate::auth::Identity;
 use crate::metrics::METRICS;
 use crate::protocol::{Code, Encoding, Parsed, Refusal, Reply, Request};
@@ -13,7 +14,7 @@ use crate::session::{Host, MESSAGE_BYTES, Ordered, Session, news};
 use axum::body::Bytes;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
 use palmares_tasks::Reason;
-use std::future::poll_fn;
+use std::future::{poll_fn, ready};
 use std::ops::ControlFlow;
 use std::pin::pin;
 use std::sync::Arc;
@@ -45,7 +46,7 @@ enum End {
 /// An alarm that is off by less is left as it is: clocks that run at the same rate differ by a rounding.
 const ALARM_SLACK: Duration = Duration::from_millis(2);
 
-/// Of so many requests in a row that were waited for awake one is waited for together with everything else.
+/// After so many requests in a row that were waited for awake everything else has its turn.
 const LINGERS: u32 = 16;
 
 /// Bytes set aside for a message of which nothing is known.
@@ -68,6 +69,8 @@ async fn order(session: Option<&mut Session>) -> Ordered {
 
 struct Connection {
     socket: WebSocket,
+    /// Whether the socket is looked at instead of slept on.
+    attention: Attention,
     encoding: Encoding,
     host: Arc<Host>,
     /// Whose token opened the connection.
@@ -84,6 +87,7 @@ struct Connection {
 /// Serves a connection until it ends, then leaves its session in order.
 pub(crate) async fn serve(
     socket: WebSocket,
+    attention: Attention,
     encoding: Encoding,
     host: Arc<Host>,
     identity: Option<Identity>,
@@ -94,6 +98,7 @@ pub(crate) async fn serve(
     let heard = Instant::now();
     let mut connection = Connection {
         socket,
+        attention,
         encoding,
         host,
         identity,
@@ -157,7 +162,7 @@ impl Connection {
         let alarm = sleep_until(Instant::now());
         tokio::pin!(alarm);
         let mut armed = false;
-        let mut lingered = 0;
+        let mut lingered = 0_u32;
         loop {
             match self.session.as_ref().and_then(|session| session.next_change()) {
                 Some(change) => {
@@ -172,15 +177,20 @@ impl Connection {
                 None => armed = false,
             }
             // Not for ever: a client that never pauses must not keep organizers, pings and the clock waiting.
-            lingered = (lingered + 1) % LINGERS;
-            if lingered != 0
-                && let Some(message) = self.linger().await
-            {
-                if let ControlFlow::Break(end) = self.receive(message).await {
-                    return end;
+            lingered += 1;
+            let hasty = match self.linger().await {
+                Some(message) => {
+                    if let ControlFlow::Break(end) = self.receive(message).await {
+                        return end;
+                    }
+                    if lingered < LINGERS {
+                        continue;
+                    }
+                    true
                 }
-                continue;
-            }
+                None => false,
+            };
+            lingered = 0;
             let live = self.session.as_ref().and_then(|session| session.stream().cloned());
             let flow = tokio::select! {
                 biased;
@@ -197,6 +207,7 @@ impl Connection {
                 ordered = order(self.session.as_deref_mut()) => self.obey(ordered).await,
                 message = self.socket.recv() => self.receive(message).await,
                 () = news(live.as_deref()) => self.stream().await,
+                () = ready(()), if hasty => ControlFlow::Continue(()),
             };
             if let ControlFlow::Break(end) = flow {
                 return end;
@@ -209,6 +220,7 @@ impl Connection {
         let span = self.gaps.worth()?;
         let (host, scheduler) = (self.host.clone(), &self.host.scheduler);
         let _leave = host.awake.leave(scheduler.cores())?;
+        let _attentive = self.attention.attentive();
         let end = std::time::Instant::now() + span;
         while scheduler.is_idle() && !host.is_stopping() && std::time::Instant::now() < end {
             let mut next = pin!(self.socket.recv());
@@ -216,8 +228,7 @@ impl Connection {
             if let Poll::Ready(message) = looked {
                 return Some(message);
             }
-            // Others of this thread, and the network, have their turn.
-            tokio::task::yield_now().await;
+            std::hint::spin_loop();
         }
         None
     }

@@ -3,16 +3,18 @@
 mod connection;
 mod linger;
 mod rate;
+mod wire;
 
 pub(crate) use linger::Awake;
+pub(crate) use wire::{Attention, WireListener};
 
 use crate::api::Problem;
 use crate::auth::{Role, forbidden};
 use crate::protocol::{Code, Encoding, Refusal};
 use crate::session::Host;
-use axum::extract::State;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
+use axum::extract::{ConnectInfo, State};
 use axum::http::HeaderMap;
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
@@ -27,6 +29,7 @@ const AT_ONCE_BYTES: usize = 4 << 10;
 /// `GET /v1/control`.
 pub(crate) async fn control(
     State(host): State<Arc<Host>>,
+    ConnectInfo(attention): ConnectInfo<Attention>,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
@@ -63,6 +66,6 @@ pub(crate) async fn control(
         .max_frame_size(READ_BYTES)
         .on_upgrade(async move |socket| {
             let _place = place;
-            connection::serve(socket, encoding, host, identity).await;
+            connection::serve(socket, attention, encoding, host, identity).await;
         })
 }

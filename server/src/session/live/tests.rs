@@ -1,14 +1,16 @@
 //! A realtime world, ticked by hand.
 
 use super::*;
+use crate::session::slot::Slots;
 use crate::session::world::toy::{Toy, toy_world};
 use palmares_models::builtin::builtin_hands;
 use palmares_tasks::BaseTarget;
 
 fn live(toy: Toy) -> Arc<Live> {
     let hand = builtin_hands()[0].clone();
-    let pace = Pace::new(Instant::now(), 0.01);
-    Arc::new(Live::new(toy_world(toy).0, hand, pace, false, Scheduler::new(1)))
+    let now = Instant::now();
+    let (pace, slot) = (Pace::new(now, 0.01), Slots::new(now).next());
+    Arc::new(Live::new(toy_world(toy).0, hand, pace, slot, false, Scheduler::new(1)))
 }
 
 fn moving(speed: f64) -> Action {
