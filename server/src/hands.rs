@@ -53,6 +53,15 @@ fn read(bytes: &[u8]) -> Result<(Hand, Vec<String>), String> {
     Ok((loaded.hand, loaded.warnings.iter().map(ToString::to_string).collect()))
 }
 
+/// Whether a team may play a hand: in official sessions an approved one; a rejected one never.
+fn usable(row: &HandRow, official: bool) -> bool {
+    match row.status.as_str() {
+        "approved" => true,
+        "pending" => !official,
+        _ => false,
+    }
+}
+
 /// A name that looks the same in a message, a file and an address.
 fn plain(name: &str) -> bool {
     (1..=64).contains(&name.len())
@@ -148,16 +157,35 @@ impl OwnHands {
         official: bool,
     ) -> Result<Option<(Arc<Hand>, String)>, Refusal> {
         let rows = store.hands(Some(team)).await.map_err(|error| store_failed(&error))?;
-        let may = |row: &HandRow| match row.status.as_str() {
-            "approved" => true,
-            "pending" => !official,
-            _ => false,
-        };
-        let Some(row) = rows.into_iter().rev().find(|row| row.name == name && may(row)) else {
-            return Ok(None);
-        };
+        let newest = rows.into_iter().rev().find(|row| row.name == name && usable(row, official));
+        match newest {
+            Some(row) => Ok(Some((self.load(background, &row).await?, row.sha256))),
+            None => Ok(None),
+        }
+    }
+
+    /// All that [`OwnHands::find`] finds for a team, by name. One that cannot be loaded is left out.
+    pub(crate) async fn all(
+        &self,
+        store: &Store,
+        background: &Background,
+        team: &str,
+        official: bool,
+    ) -> Result<Vec<Arc<Hand>>, Refusal> {
+        let rows = store.hands(Some(team)).await.map_err(|error| store_failed(&error))?;
+        // The oldest first: the newest of a name stays.
+        let by_name: BTreeMap<&str, &HandRow> =
+            rows.iter().filter(|row| usable(row, official)).map(|row| (row.name.as_str(), row)).collect();
+        let mut hands = Vec::new();
+        for row in by_name.into_values() {
+            hands.extend(self.load(background, row).await.ok());
+        }
+        Ok(hands)
+    }
+
+    async fn load(&self, background: &Background, row: &HandRow) -> Result<Arc<Hand>, Refusal> {
         if let Some(hand) = self.ready().get(&row.sha256) {
-            return Ok(Some((hand.clone(), row.sha256)));
+            return Ok(hand.clone());
         }
         let (path, expected) = (self.path(&row.sha256), row.sha256.clone());
         let loaded = background.run(Level::Awaited, move || {
@@ -177,7 +205,7 @@ impl OwnHands {
             ready.clear();
         }
         ready.insert(row.sha256.clone(), hand.clone());
-        Ok(Some((hand, row.sha256)))
+        Ok(hand)
     }
 
     /// The archive of a hand, for what must stand on its own.

@@ -8,7 +8,7 @@ use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
 /// The pinch hand under another name, as an archive.
-fn claw(name: &str) -> Vec<u8> {
+pub(crate) fn claw(name: &str) -> Vec<u8> {
     let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../models/hands/pinch"));
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     let mut add = |path: &Path, name: String, edit: &dyn Fn(String) -> String| {
@@ -46,7 +46,14 @@ async fn an_own_hand_is_played_officially_after_approval_and_by_its_team_alone()
         let again = send(&cup.server, "POST", "/v1/hands", &bearer(&crabs), &claw("claw")).json();
         assert_eq!(again["hand_id"], hand["hand_id"], "the same archive is the same hand");
 
-        let (mut client, _) = cup.greet(&crabs).await;
+        // What can be played is the same in both places: not yet, now, and for nobody else.
+        let playable = |cup: &Official, token: &str, welcome: &Value| {
+            let listed = cup.get("/v1/hands", token).json()["hands"].clone();
+            assert_eq!(listed, welcome["hands"]);
+            listed.as_array().expect("hands").iter().any(|hand| hand["name"] == "claw")
+        };
+        let (mut client, welcome) = cup.greet(&crabs).await;
+        assert!(!playable(&cup, &crabs, &welcome));
         client.refused(reset("claw"), "unknown_hand").await;
         cup.post("/v1/admin/hand/approve", &crabs, &json!({"hand_id": hand["hand_id"]}))
             .assert_problem(403, "forbidden");
@@ -56,8 +63,13 @@ async fn an_own_hand_is_played_officially_after_approval_and_by_its_team_alone()
         let result = client.ask(json!({"op": "stop"})).await;
         // Its replay stands on its own, with the hand in it.
         cup.verified(&result["run_id"]).await;
+        client.send(r#"{"op":"bye","id":99}"#).await;
+        client.closed().await;
+        let (mut client, welcome) = cup.greet(&crabs).await;
+        assert!(playable(&cup, &crabs, &welcome));
 
-        let (mut other, _) = cup.greet(&eels).await;
+        let (mut other, welcome) = cup.greet(&eels).await;
+        assert!(!playable(&cup, &eels, &welcome));
         other.refused(reset("claw"), "unknown_hand").await;
         assert_eq!(cup.get("/v1/hands", &crabs).json()["own"][0]["status"], "approved");
         for answer in [
@@ -109,7 +121,10 @@ async fn in_practice_an_own_hand_plays_at_once() {
     let sent = send(&server, "POST", "/v1/hands?team=crabs", "", &claw("claw"));
     assert_eq!(sent.status, 201, "{}", sent.body);
     send(&server, "POST", "/v1/hands", "", &claw("claw")).assert_problem(400, "bad_request");
-    let (mut client, _) = crate::harness::Client::greet(&server, "crabs").await;
+    let (mut client, welcome) = crate::harness::Client::greet(&server, "crabs").await;
+    let last = welcome["hands"].as_array().and_then(|hands| hands.last()).expect("hands");
+    assert_eq!((&last["name"], last["motors"].is_array()), (&json!("claw"), true), "{last}");
+    assert_eq!(get(&server, "/v1/hands?team=crabs").json()["hands"], welcome["hands"]);
     assert_eq!(client.ask(reset("claw")).await["op"], "obs");
     let (mut other, _) = crate::harness::Client::greet(&server, "eels").await;
     other.refused(reset("claw"), "unknown_hand").await;

@@ -43,8 +43,9 @@ async fn team(host: &Host, headers: &HeaderMap, whose: Whose) -> Result<Option<S
 
 #[derive(Serialize, JsonSchema)]
 pub(super) struct Hands {
+    /// Those that can be played, as in `welcome`: with the team's own when the team asks.
     hands: Vec<HandInfo>,
-    /// The team's own, with their state; only for the team.
+    /// All that the team sent in, with their state; only for the team.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     own: Vec<crate::store::HandRow>,
 }
@@ -55,13 +56,15 @@ pub(super) async fn list(
     Query(whose): Query<Whose>,
     headers: HeaderMap,
 ) -> Result<Json<Hands>, Problem> {
-    let own = match team(&host, &headers, whose).await? {
+    let team = team(&host, &headers, whose).await?;
+    let own = match &team {
         Some(team) => {
-            host.store.hands(Some(&team)).await.map_err(|error| super::rest::store_failed(&error))?
+            host.store.hands(Some(team)).await.map_err(|error| super::rest::store_failed(&error))?
         }
         None => Vec::new(),
     };
-    Ok(Json(Hands { hands: host.hand_infos(), own }))
+    let hands = host.hand_infos(team.as_deref()).await.map_err(Problem)?;
+    Ok(Json(Hands { hands, own }))
 }
 
 /// A hand in full.

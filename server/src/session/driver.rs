@@ -236,7 +236,12 @@ impl Session {
     }
 
     /// The reply to `hello`.
-    pub(crate) fn welcome(&mut self, id: u64) -> Reply {
+    pub(crate) async fn welcome(&mut self, id: u64) -> Reply {
+        let hands = match self.host.hand_infos(Some(&self.team)).await {
+            Ok(hands) => hands,
+            // Logged where it failed. The session begins all the same; `reset` knows the hands.
+            Err(_) => self.host.hand_infos(None).await.unwrap_or_default(),
+        };
         self.catch_up();
         Reply::Welcome(Box::new(Welcome {
             id,
@@ -248,7 +253,7 @@ impl Session {
             server: ServerInfo::own(),
             limits: self.host.limits(),
             tasks: self.host.task_infos(),
-            hands: self.host.hand_infos(),
+            hands,
             specs: Specs::new(),
             run: self.machine.run_info(),
         }))

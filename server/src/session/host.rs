@@ -254,9 +254,17 @@ impl Host {
         self.tasks.iter().map(|task| TaskInfo::of(task)).collect()
     }
 
-    /// The hands in short.
-    pub(crate) fn hand_infos(&self) -> Vec<HandInfo> {
-        self.hands.iter().map(|hand| HandInfo::of(hand)).collect()
+    /// The hands in short that a team can play: everybody's, then its own.
+    pub(crate) async fn hand_infos(&self, team: Option<&str>) -> Result<Vec<HandInfo>, Refusal> {
+        let own = match team {
+            Some(team) => {
+                self.own_hands.all(&self.store, &self.background, team, self.rules.official()).await?
+            }
+            None => Vec::new(),
+        };
+        // A hand given with --hand comes before a team's own of the same name, as in `reset`.
+        let own = own.iter().filter(|own| self.hand(&own.name).is_none());
+        Ok(self.hands.iter().chain(own).map(|hand| HandInfo::of(hand)).collect())
     }
 }
 

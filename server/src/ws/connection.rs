@@ -348,7 +348,7 @@ impl Connection {
                     Some(token) => Session::resume(&self.host, token, self.identity.as_ref()).await?,
                     None => Session::begin(&self.host, &hello, self.identity.as_ref()).await?,
                 };
-                let welcome = session.welcome(id);
+                let welcome = session.welcome(id).await;
                 self.session = Some(session);
                 Ok(welcome)
             }
