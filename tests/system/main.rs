@@ -26,3 +26,4 @@ mod resume;
 mod session_time;
 mod store_trouble;
 mod watch;
+mod watch_official;

@@ -71,11 +71,7 @@ pub(crate) async fn watch(
     upgrade.max_message_size(MESSAGE_BYTES).max_frame_size(MESSAGE_BYTES).on_upgrade(async move |socket| {
         let _place = place;
         let _alive = host.alive();
-        let viewer = Viewer::new(socket, host.clone(), watcher);
-        tokio::select! {
-            () = viewer.serve() => {}
-            () = host.auth.revoked(identity.as_ref()) => tracing::debug!("a viewer's token was revoked"),
-        }
+        Viewer::new(socket, host.clone(), watcher).serve(identity.as_ref()).await;
     })
 }
 
@@ -151,8 +147,10 @@ impl Viewer {
         }
     }
 
-    async fn serve(mut self) {
+    async fn serve(mut self, identity: Option<&Identity>) {
         let host = self.host.clone();
+        let revoked = host.auth.revoked(identity);
+        tokio::pin!(revoked);
         let stopping = host.stopping();
         tokio::pin!(stopping);
         let interval = self.host.settings.ping_interval();
@@ -162,6 +160,10 @@ impl Viewer {
             let flow = tokio::select! {
                 biased;
                 () = &mut stopping => ControlFlow::Break(Some((1001, "server_shutdown"))),
+                () = &mut revoked => {
+                    let refusal = Refusal::new(Code::NotAuthorized, "the token was revoked").fatal();
+                    self.refuse(None, &refusal).await
+                }
                 _ = ping.tick() => self.beat().await,
                 message = self.socket.recv() => self.receive(message).await,
                 changed = self.changes.changed(), if self.target.is_some() && self.following.is_none() => {

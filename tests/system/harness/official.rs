@@ -131,6 +131,17 @@ impl Official {
         Client::over(socket)
     }
 
+    /// A spectator's connection, with a token or without.
+    pub(crate) async fn watch(&self, token: Option<&str>) -> Client {
+        match token {
+            None => Client::connect_to(&self.server, "/v1/watch").await,
+            Some(token) => {
+                let (socket, _) = connect_async(self.handshake("/v1/watch", token)).await.expect("connects");
+                Client::over(socket)
+            }
+        }
+    }
+
     /// The status with which a handshake is refused.
     pub(crate) async fn refused(&self, request: Request<()>) -> u16 {
         match connect_async(request).await {
