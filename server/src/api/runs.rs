@@ -7,11 +7,12 @@ use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use crate::rules::Rules;
 use crate::session::Host;
-use crate::store::RunRecord;
+use crate::store::{RunRecord, SessionRow};
 use axum::Json;
 use axum::extract::{Path, State};
 use axum::http::HeaderMap;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::sync::Arc;
 
 fn organizer(identity: Option<&Identity>) -> bool {
@@ -46,11 +47,17 @@ pub(super) async fn run(
     }
 }
 
+/// The newest first.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Sessions {
+    sessions: Vec<SessionRow>,
+}
+
 /// The sessions: all of them for organizers, its own for a team.
 pub(super) async fn sessions(
     State(host): State<Arc<Host>>,
     headers: HeaderMap,
-) -> Result<Json<Value>, Problem> {
+) -> Result<Json<Sessions>, Problem> {
     let identity = host.auth.require(&host.store, &headers).await.map_err(Problem)?;
     let team = match (identity.role, &identity.team) {
         (Role::Organizer, _) => None,
@@ -58,5 +65,5 @@ pub(super) async fn sessions(
         _ => return Err(Problem(forbidden("an organizer's or a team's token"))),
     };
     let sessions = host.store.sessions(team).await.map_err(|error| store_failed(&error))?;
-    Ok(Json(json!({"sessions": sessions})))
+    Ok(Json(Sessions { sessions }))
 }

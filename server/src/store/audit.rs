@@ -1,6 +1,7 @@
 //! Who decided what, when and why. Records are only ever added.
 
 use super::{Store, StoreError, signed, unix_ms};
+use schemars::JsonSchema;
 use serde::Serialize;
 use sqlx::{Any, Transaction};
 
@@ -18,7 +19,7 @@ pub(crate) struct Deed<'a> {
 }
 
 /// A record.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct AuditEntry {
     /// Counts up from 1.
     pub(crate) seq: i64,

@@ -28,7 +28,7 @@ mod teams;
 mod tokens;
 mod verdicts;
 
-pub(crate) use audit::Deed;
+pub(crate) use audit::{AuditEntry, Deed};
 pub(crate) use clocks::{ClockState, Paid, Taken};
 pub(crate) use dump::Table;
 pub(crate) use hands::{HandRow, NewHand};
@@ -37,8 +37,9 @@ pub(crate) use leaderboard::LeaderboardRow;
 pub(crate) use leaderboard::TaskBest;
 pub(crate) use location::Location;
 pub(crate) use runs::{FinishedRun, NewRun, RunRecord};
-pub(crate) use sessions::{NewSession, ResumableSession};
-pub(crate) use tokens::NewToken;
+pub(crate) use sessions::{NewSession, ResumableSession, SessionRow};
+pub(crate) use teams::TeamRow;
+pub(crate) use tokens::{NewToken, TokenRow};
 pub(crate) use verdicts::{UnverifiedRun, Verdict};
 
 use location::{Dialect, Lock, Target};

@@ -2,6 +2,7 @@
 
 use super::clocks::{ClockState, bind_double};
 use super::{Deed, Store, StoreError, unix_ms};
+use schemars::JsonSchema;
 use serde::Serialize;
 use sqlx::AnyConnection;
 
@@ -40,7 +41,7 @@ pub(crate) struct ResumableSession {
 }
 
 /// A session as an organizer sees it.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct SessionRow {
     /// Identifies it.
     pub(crate) session_id: String,

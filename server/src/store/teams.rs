@@ -1,10 +1,11 @@
 //! Teams of an official competition.
 
 use super::{Deed, Store, StoreError, unix_ms};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// A team.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct TeamRow {
     /// Its name.
     pub(crate) team: String,

@@ -1,6 +1,7 @@
 //! Tokens: a public id and the hash of a secret.
 
 use super::{Deed, Store, StoreError, unix_ms};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// A token to be stored.
@@ -19,7 +20,7 @@ pub(crate) struct NewToken<'a> {
 }
 
 /// A token as stored.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct TokenRow {
     /// Its public half.
     pub(crate) token_id: String,

@@ -7,15 +7,25 @@ use crate::rules::Phase;
 use crate::session::Host;
 use axum::Json;
 use axum::extract::{Path, State};
-use serde::Deserialize;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-#[derive(Deserialize)]
+/// Why.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Body {
+#[schemars(rename = "CompetitionDeed")]
+pub(in crate::api) struct Body {
+    /// Kept in the audit.
     #[serde(default)]
     reason: Option<String>,
+}
+
+/// How far the competition is.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "CompetitionPhase")]
+pub(in crate::api) struct Answer {
+    phase: Phase,
 }
 
 /// `open`, `close`, `reveal`.
@@ -23,7 +33,7 @@ pub(super) async fn enter(
     State(host): State<Arc<Host>>,
     Path(verb): Path<String>,
     asked: Asked<Body>,
-) -> Result<Json<Value>, Problem> {
+) -> Result<Json<Answer>, Problem> {
     let (to, action) = match verb.as_str() {
         "open" => (Phase::Open, "competition.open"),
         "close" => (Phase::Closed, "competition.close"),
@@ -39,5 +49,5 @@ pub(super) async fn enter(
     }
     let deed = deed(&asked.identity, action, &host.rules.name, &asked.body.reason);
     host.rules.enter(&host.store, to, &deed).await.map_err(Problem)?;
-    Ok(Json(json!({"phase": host.rules.phase()})))
+    Ok(Json(Answer { phase: host.rules.phase() }))
 }

@@ -7,15 +7,15 @@ use crate::auth::Identity;
 use crate::backup;
 use crate::protocol::{Code, Refusal};
 use crate::session::Host;
-use crate::store::Deed;
+use crate::store::{AuditEntry, Deed};
 use axum::Json;
 use axum::body::{Body, Bytes};
 use axum::extract::{Path, Query, State};
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use futures_util::stream;
-use serde::Deserialize;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::io;
 use std::sync::Arc;
 use tokio::sync::mpsc;
@@ -33,6 +33,13 @@ fn most() -> u32 {
     1000
 }
 
+/// Records in the order in which they were made.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Audit")]
+pub(in crate::api) struct Records {
+    records: Vec<AuditEntry>,
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Format {
@@ -44,9 +51,9 @@ pub(super) struct Format {
 pub(super) async fn audit(
     State(host): State<Arc<Host>>,
     Query(page): Query<Page>,
-) -> Result<Json<Value>, Problem> {
+) -> Result<Json<Records>, Problem> {
     let records = host.store.audit(page.after, page.limit.min(most())).await;
-    Ok(Json(json!({"records": records.map_err(|error| store_failed(&error))?})))
+    Ok(Json(Records { records: records.map_err(|error| store_failed(&error))? }))
 }
 
 /// `leaderboard`, `sessions`, `runs`, `audit`, as JSON or CSV.

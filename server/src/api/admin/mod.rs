@@ -3,12 +3,12 @@
 //! Every address is `POST /v1/admin/<noun>/<verb>` with a JSON body, or a GET for what only looks. Ids stand in
 //! bodies, not in paths. Every deed leaves a record with its reason.
 
-mod competition;
-mod export;
-mod hands;
-mod runs;
-mod sessions;
-mod teams;
+pub(super) mod competition;
+pub(super) mod export;
+pub(super) mod hands;
+pub(super) mod runs;
+pub(super) mod sessions;
+pub(super) mod teams;
 
 use super::Problem;
 use crate::auth::Identity;

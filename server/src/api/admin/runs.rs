@@ -5,18 +5,30 @@ use crate::api::Problem;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use crate::session::{Host, Order, Session, give_back};
+use crate::store::{RunRecord, SessionRow};
 use axum::Json;
 use axum::extract::{Path, State};
-use serde::Deserialize;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-#[derive(Deserialize)]
+/// Which run, and why.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Body {
+#[schemars(rename = "RunDeed")]
+pub(in crate::api) struct Body {
     run_id: String,
+    /// Kept in the audit; `void` needs it.
     #[serde(default)]
     reason: Option<String>,
+}
+
+/// The run as it is now, and its session, whose time may have been given back.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "DecidedRun")]
+pub(in crate::api) struct Answer {
+    run: RunRecord,
+    session: Option<SessionRow>,
 }
 
 /// `void`, `reverify`.
@@ -24,10 +36,11 @@ pub(super) async fn act(
     State(host): State<Arc<Host>>,
     Path(verb): Path<String>,
     asked: Asked<Body>,
-) -> Result<Json<Value>, Problem> {
+) -> Result<Json<Answer>, Problem> {
     let Body { run_id, reason } = &asked.body;
     let run = host.store.run(run_id).await.map_err(|error| store_failed(&error))?;
-    let run = run.ok_or_else(|| not_found(format!("no run `{}`", shortened(run_id))))?;
+    let none = || not_found(format!("no run `{}`", shortened(run_id)));
+    let run = run.ok_or_else(none)?;
     let wrong = |what: &str| {
         let message = format!("run {} is {}: {what}", shortened(run_id), run.status);
         Problem(Refusal::new(Code::WrongState, message))
@@ -70,5 +83,5 @@ pub(super) async fn act(
     let session = host.store.session(run.session_id.as_deref().unwrap_or_default()).await;
     let session = session.map_err(|error| store_failed(&error))?;
     let run = host.store.run(run_id).await.map_err(|error| store_failed(&error))?;
-    Ok(Json(json!({"run": run, "session": session})))
+    Ok(Json(Answer { run: run.ok_or_else(none)?, session }))
 }

@@ -6,20 +6,32 @@ use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use crate::rules::Phase;
 use crate::session::{Host, Order, Session};
+use crate::store::SessionRow;
 use axum::Json;
 use axum::extract::{Path, State};
-use serde::Deserialize;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-#[derive(Deserialize)]
+/// Which session, why, and for `grant` how much.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Body {
+#[schemars(rename = "SessionDeed")]
+pub(in crate::api) struct Body {
     session_id: String,
+    /// Kept in the audit; `void` and `grant` need it.
     #[serde(default)]
     reason: Option<String>,
+    /// For `grant`: more than 0 and at most a day.
     #[serde(default)]
     seconds: Option<f64>,
+}
+
+/// The session as it is now.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "DecidedSession")]
+pub(in crate::api) struct Answer {
+    session: SessionRow,
 }
 
 /// Most time that is given at once, s.
@@ -31,14 +43,11 @@ pub(super) async fn act(
     State(host): State<Arc<Host>>,
     Path(verb): Path<String>,
     asked: Asked<Body>,
-) -> Result<Json<Value>, Problem> {
+) -> Result<Json<Answer>, Problem> {
     let Body { session_id, reason, seconds } = &asked.body;
-    let session = host.store.session(session_id).await.map_err(|error| store_failed(&error))?;
-    if session.is_none() {
-        return Err(not_found(format!(
-            "no session `{}`; GET /v1/sessions lists them",
-            shortened(session_id)
-        )));
+    let none = || not_found(format!("no session `{}`; GET /v1/sessions lists them", shortened(session_id)));
+    if host.store.session(session_id).await.map_err(|error| store_failed(&error))?.is_none() {
+        return Err(none());
     }
     let note = reason.clone().unwrap_or_default();
     let deed = |action| deed(&asked.identity, action, session_id, reason);
@@ -91,5 +100,5 @@ pub(super) async fn act(
         Err(refusal) => return Err(Problem(refusal)),
     }
     let session = host.store.session(session_id).await.map_err(|error| store_failed(&error))?;
-    Ok(Json(json!({"session": session})))
+    Ok(Json(Answer { session: session.ok_or_else(none)? }))
 }

@@ -6,38 +6,90 @@ use crate::auth::{self, IssueError, Role};
 use crate::protocol::request::{ClientInfo, shortened};
 use crate::protocol::{Code, Refusal};
 use crate::session::Host;
+use crate::store::{TeamRow, TokenRow};
 use axum::Json;
 use axum::extract::State;
-use serde::Deserialize;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-type Answer = Result<Json<Value>, Problem>;
-
-#[derive(Deserialize)]
+/// Which team, and why.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct TeamBody {
+#[schemars(rename = "TeamDeed")]
+pub(in crate::api) struct TeamBody {
     team: String,
+    /// Kept in the audit.
     #[serde(default)]
     reason: Option<String>,
 }
 
-#[derive(Deserialize)]
+/// A token that is no team's.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct TokenBody {
+#[schemars(rename = "NewToken")]
+pub(in crate::api) struct TokenBody {
+    /// `organizer` or `viewer`.
     role: String,
+    /// Whose it is, for people.
     #[serde(default)]
     label: String,
+    /// Kept in the audit.
     #[serde(default)]
     reason: Option<String>,
 }
 
-#[derive(Deserialize)]
+/// Which token, and why.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct TokenId {
+#[schemars(rename = "TokenDeed")]
+pub(in crate::api) struct TokenId {
     token_id: String,
+    /// Kept in the audit.
     #[serde(default)]
     reason: Option<String>,
+}
+
+/// A token, shown this once.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "IssuedToken")]
+pub(in crate::api) struct Issued {
+    /// Whose it is, for a team's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    team: Option<String>,
+    /// `organizer` or `viewer`, for another.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    role: Option<&'static str>,
+    /// Its public half, by which it is revoked.
+    token_id: String,
+    /// All of it.
+    token: String,
+}
+
+/// What was taken back.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "RevokedTokens")]
+pub(in crate::api) struct Revoked {
+    /// Whose tokens, if a team was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    team: Option<String>,
+    /// Which token, if one was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    token_id: Option<String>,
+    /// How many.
+    revoked: usize,
+}
+
+/// The teams by name.
+#[derive(Serialize, JsonSchema)]
+pub(in crate::api) struct Teams {
+    teams: Vec<TeamRow>,
+}
+
+/// The tokens, without their secrets.
+#[derive(Serialize, JsonSchema)]
+pub(in crate::api) struct Tokens {
+    tokens: Vec<TokenRow>,
 }
 
 fn issue_failed(error: &IssueError) -> Problem {
@@ -50,7 +102,10 @@ fn no_team(team: &str) -> Problem {
 }
 
 /// Adds a team and makes its first token.
-pub(super) async fn add(State(host): State<Arc<Host>>, asked: Asked<TeamBody>) -> Answer {
+pub(super) async fn add(
+    State(host): State<Arc<Host>>,
+    asked: Asked<TeamBody>,
+) -> Result<Json<Issued>, Problem> {
     let full = ClientInfo::Full { name: asked.body.team.clone(), version: None };
     let (team, _) = full.checked().map_err(|_| {
         let message = "team: expected 1 to 64 characters, none of them a control character";
@@ -70,16 +125,20 @@ async fn new_token(
     action: &str,
     team: &str,
     reason: &Option<String>,
-) -> Answer {
+) -> Result<Json<Issued>, Problem> {
     let deed = deed(identity, action, team, reason);
     let issued = auth::issue(&host.store, Role::Team, Some(team), "", true, &deed).await;
     let (token, revoked) = issued.map_err(|error| issue_failed(&error))?;
     host.auth.revoke(revoked);
-    Ok(Json(json!({"team": team, "token_id": token.id, "token": token.reveal()})))
+    let (team, text) = (Some(team.to_owned()), token.reveal());
+    Ok(Json(Issued { team, role: None, token_id: token.id, token: text }))
 }
 
 /// A new token instead of the old: connections with the old one close.
-pub(super) async fn rotate(State(host): State<Arc<Host>>, asked: Asked<TeamBody>) -> Answer {
+pub(super) async fn rotate(
+    State(host): State<Arc<Host>>,
+    asked: Asked<TeamBody>,
+) -> Result<Json<Issued>, Problem> {
     let team = &asked.body.team;
     if !host.store.has_team(team).await.map_err(|error| store_failed(&error))? {
         return Err(no_team(team));
@@ -88,7 +147,10 @@ pub(super) async fn rotate(State(host): State<Arc<Host>>, asked: Asked<TeamBody>
 }
 
 /// Takes a team's tokens back: its connections close.
-pub(super) async fn revoke(State(host): State<Arc<Host>>, asked: Asked<TeamBody>) -> Answer {
+pub(super) async fn revoke(
+    State(host): State<Arc<Host>>,
+    asked: Asked<TeamBody>,
+) -> Result<Json<Revoked>, Problem> {
     let team = &asked.body.team;
     if !host.store.has_team(team).await.map_err(|error| store_failed(&error))? {
         return Err(no_team(team));
@@ -97,17 +159,20 @@ pub(super) async fn revoke(State(host): State<Arc<Host>>, asked: Asked<TeamBody>
     let revoked = host.store.revoke_team(team, &deed).await.map_err(|error| store_failed(&error))?;
     let count = revoked.len();
     host.auth.revoke(revoked);
-    Ok(Json(json!({"team": team, "revoked": count})))
+    Ok(Json(Revoked { team: Some(team.clone()), token_id: None, revoked: count }))
 }
 
 /// The teams.
-pub(super) async fn list(State(host): State<Arc<Host>>) -> Answer {
+pub(super) async fn list(State(host): State<Arc<Host>>) -> Result<Json<Teams>, Problem> {
     let teams = host.store.teams().await.map_err(|error| store_failed(&error))?;
-    Ok(Json(json!({"teams": teams})))
+    Ok(Json(Teams { teams }))
 }
 
 /// Makes a token for an organizer or a viewer.
-pub(super) async fn add_token(State(host): State<Arc<Host>>, asked: Asked<TokenBody>) -> Answer {
+pub(super) async fn add_token(
+    State(host): State<Arc<Host>>,
+    asked: Asked<TokenBody>,
+) -> Result<Json<Issued>, Problem> {
     let TokenBody { role, label, reason } = &asked.body;
     let role = match role.as_str() {
         "organizer" => Role::Organizer,
@@ -120,11 +185,15 @@ pub(super) async fn add_token(State(host): State<Arc<Host>>, asked: Asked<TokenB
     let deed = deed(&asked.identity, "token.issue", role.word(), reason);
     let issued = auth::issue(&host.store, role, None, label, false, &deed).await;
     let (token, _) = issued.map_err(|error| issue_failed(&error))?;
-    Ok(Json(json!({"role": role.word(), "token_id": token.id, "token": token.reveal()})))
+    let (role, text) = (Some(role.word()), token.reveal());
+    Ok(Json(Issued { team: None, role, token_id: token.id, token: text }))
 }
 
 /// Takes one token back.
-pub(super) async fn revoke_token(State(host): State<Arc<Host>>, asked: Asked<TokenId>) -> Answer {
+pub(super) async fn revoke_token(
+    State(host): State<Arc<Host>>,
+    asked: Asked<TokenId>,
+) -> Result<Json<Revoked>, Problem> {
     let TokenId { token_id, reason } = &asked.body;
     let deed = deed(&asked.identity, "token.revoke", token_id, reason);
     if !host.store.revoke_token(token_id, &deed).await.map_err(|error| store_failed(&error))? {
@@ -132,11 +201,11 @@ pub(super) async fn revoke_token(State(host): State<Arc<Host>>, asked: Asked<Tok
         return Err(not_found(message));
     }
     host.auth.revoke([token_id.clone()]);
-    Ok(Json(json!({"token_id": token_id, "revoked": 1})))
+    Ok(Json(Revoked { team: None, token_id: Some(token_id.clone()), revoked: 1 }))
 }
 
 /// The tokens, without their secrets.
-pub(super) async fn tokens(State(host): State<Arc<Host>>) -> Answer {
+pub(super) async fn tokens(State(host): State<Arc<Host>>) -> Result<Json<Tokens>, Problem> {
     let tokens = host.store.tokens().await.map_err(|error| store_failed(&error))?;
-    Ok(Json(json!({"tokens": tokens})))
+    Ok(Json(Tokens { tokens }))
 }

@@ -9,7 +9,7 @@ use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use operations::operations;
 use schemars::generate::{SchemaGenerator, SchemaSettings};
-use schemars::{JsonSchema, Schema, json_schema};
+use schemars::{JsonSchema, Schema};
 use serde_json::{Map, Value, json};
 use std::sync::LazyLock;
 
@@ -42,6 +42,8 @@ struct Operation {
     method: &'static str,
     path: &'static str,
     summary: &'static str,
+    /// What the last part of the path may be, where the program knows it.
+    words: &'static [&'static str],
     /// Name and meaning of what may stand in the query, all optional.
     query: Vec<(&'static str, &'static str)>,
     token: Token,
@@ -55,15 +57,10 @@ fn of<T: JsonSchema>() -> Content {
     Content::Json(|generator| generator.subschema_for::<T>())
 }
 
-/// An object whose fields are not described.
-fn object() -> Content {
-    Content::Json(|_| json_schema!({"type": "object"}))
-}
-
 fn get(path: &'static str, summary: &'static str, answer: Content) -> Operation {
     let status = if matches!(answer, Content::Socket) { "101" } else { "200" };
     let (query, token, body) = (Vec::new(), Token::None, None);
-    Operation { method: "get", path, summary, query, token, body, status, answer }
+    Operation { method: "get", path, summary, words: &[], query, token, body, status, answer }
 }
 
 fn post(path: &'static str, summary: &'static str, body: Content, answer: Content) -> Operation {
@@ -71,6 +68,11 @@ fn post(path: &'static str, summary: &'static str, body: Content, answer: Conten
 }
 
 impl Operation {
+    fn words(mut self, words: &'static [&'static str]) -> Self {
+        self.words = words;
+        self
+    }
+
     fn query(mut self, name: &'static str, meaning: &'static str) -> Self {
         self.query.push((name, meaning));
         self
@@ -95,8 +97,10 @@ impl Operation {
     fn describe(&self, sent: &mut SchemaGenerator, answered: &mut SchemaGenerator) -> Value {
         let in_path = self.path.split('{').skip(1).filter_map(|rest| rest.split('}').next());
         let text = json!({"type": "string"});
+        let word =
+            if self.words.is_empty() { text.clone() } else { json!({"type": "string", "enum": self.words}) };
         let in_path =
-            in_path.map(|name| json!({"name": name, "in": "path", "required": true, "schema": text}));
+            in_path.map(|name| json!({"name": name, "in": "path", "required": true, "schema": word}));
         let in_query = self.query.iter();
         let in_query = in_query.map(
             |(name, meaning)| json!({"name": name, "in": "query", "description": meaning, "schema": text}),

@@ -1,10 +1,13 @@
 //! The addresses, one entry each.
 
-use super::super::{hands, rest};
-use super::{Content, Operation, Token, get, object, of, post};
+use super::super::admin::{
+    competition, export, hands as admin_hands, runs as admin_runs, sessions as admin_sessions, teams,
+};
+use super::super::{hands, rest, runs};
+use super::{Content, Operation, Token, get, of, post};
 use crate::store::{HandRow, RunRecord};
 use palmares_models::describe::HandDescription;
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 const TEXT: Content = Content::Other("text/plain");
 const CSV: Content = Content::Other("text/csv");
@@ -40,7 +43,7 @@ pub(super) fn operations() -> Vec<Operation> {
             .token(Token::Optional),
         get("/v1/leaderboard", "The ranking", of::<rest::Leaderboard>()),
         get("/v1/leaderboard.csv", "The ranking as a table", CSV),
-        get("/v1/sessions", "The sessions: a team's own, for organizers all", object())
+        get("/v1/sessions", "The sessions: a team's own, for organizers all", of::<runs::Sessions>())
             .token(Token::Required),
         get("/v1/runs/{id}", "A run as stored", of::<RunRecord>()).token(Token::Optional),
         get(
@@ -56,27 +59,68 @@ pub(super) fn operations() -> Vec<Operation> {
 
 /// What organizers do.
 fn deeds() -> impl Iterator<Item = Operation> {
-    let deed = |path, summary| post(path, summary, object(), object());
     let deeds = [
-        deed("/v1/admin/competition/{verb}", "open, close or reveal: {reason?}"),
-        deed("/v1/admin/team/add", "Add a team; answers its token: {team, reason?}"),
-        deed("/v1/admin/team/rotate", "A new token instead of the old: {team, reason?}"),
-        deed("/v1/admin/team/revoke", "Take a team's tokens back: {team, reason?}"),
-        get("/v1/admin/teams", "The teams", object()),
-        deed("/v1/admin/token/add", "A token for an organizer or a viewer: {role, label?, reason?}"),
-        deed("/v1/admin/token/revoke", "Take a token back: {token_id, reason?}"),
-        get("/v1/admin/tokens", "The tokens without their secrets", object()),
-        deed(
-            "/v1/admin/session/{verb}",
-            "pause, resume, end, void or grant: {session_id, reason?, seconds?}",
+        post(
+            "/v1/admin/competition/{verb}",
+            "Let sessions begin, let no further one begin, end it for good and publish the secret of the seeds",
+            of::<competition::Body>(),
+            of::<competition::Answer>(),
+        )
+        .words(&["open", "close", "reveal"]),
+        post(
+            "/v1/admin/team/add",
+            "Add a team; answers its token",
+            of::<teams::TeamBody>(),
+            of::<teams::Issued>(),
         ),
-        deed("/v1/admin/run/{verb}", "void or reverify: {run_id, reason?}"),
-        get("/v1/admin/hands", "The hands of all teams", object()),
-        deed("/v1/admin/hand/{verb}", "approve or reject: {hand_id, reason?}"),
-        get("/v1/admin/audit", "Who decided what, when and why", object())
+        post(
+            "/v1/admin/team/rotate",
+            "Give a team a new token instead of the old",
+            of::<teams::TeamBody>(),
+            of::<teams::Issued>(),
+        ),
+        post(
+            "/v1/admin/team/revoke",
+            "Take a team's tokens back",
+            of::<teams::TeamBody>(),
+            of::<teams::Revoked>(),
+        ),
+        get("/v1/admin/teams", "The teams", of::<teams::Teams>()),
+        post(
+            "/v1/admin/token/add",
+            "Make a token for an organizer or a viewer",
+            of::<teams::TokenBody>(),
+            of::<teams::Issued>(),
+        ),
+        post("/v1/admin/token/revoke", "Take a token back", of::<teams::TokenId>(), of::<teams::Revoked>()),
+        get("/v1/admin/tokens", "The tokens without their secrets", of::<teams::Tokens>()),
+        post(
+            "/v1/admin/session/{verb}",
+            "Hold a session, let it go on, end it, void it, give it time",
+            of::<admin_sessions::Body>(),
+            of::<admin_sessions::Answer>(),
+        )
+        .words(&["pause", "resume", "end", "void", "grant"]),
+        post(
+            "/v1/admin/run/{verb}",
+            "Void a run and give its time back, or have its replay played again",
+            of::<admin_runs::Body>(),
+            of::<admin_runs::Answer>(),
+        )
+        .words(&["void", "reverify"]),
+        get("/v1/admin/hands", "The hands of all teams", of::<admin_hands::List>()),
+        post(
+            "/v1/admin/hand/{verb}",
+            "Let a team play a hand of its own officially, or do not",
+            of::<admin_hands::Body>(),
+            of::<admin_hands::Decided>(),
+        )
+        .words(&["approve", "reject"]),
+        get("/v1/admin/audit", "Who decided what, when and why", of::<export::Records>())
             .query("after", "Only records after this number")
-            .query("limit", "At most so many"),
-        get("/v1/admin/export/{what}", "leaderboard, sessions, runs or audit, whole", of::<Value>())
+            .query("limit", "At most so many, 1000 if left out, and never more"),
+        get("/v1/admin/export/{what}", "A table, whole: a list of rows", of::<Vec<Map<String, Value>>>())
+            .words(&["leaderboard", "sessions", "runs", "audit"])
             .query("format", "json or csv"),
         get("/v1/admin/backup", "Everything as one archive, secrets included", ZIP),
     ];

@@ -83,3 +83,48 @@ fn every_operation_has_a_name_of_its_own() {
     let distinct: BTreeSet<&String> = ids.iter().collect();
     assert_eq!(distinct.len(), ids.len(), "{ids:?}");
 }
+
+/// A schema with what it refers to in its place, one step.
+fn resolved<'a>(document: &'a Value, schema: &'a Value) -> &'a Value {
+    match schema["$ref"].as_str().and_then(|reference| reference.strip_prefix('#')) {
+        Some(pointer) => document.pointer(pointer).expect("within the document"),
+        None => schema,
+    }
+}
+
+#[test]
+fn every_object_that_organizers_send_or_get_has_its_fields() {
+    let document = document();
+    let paths = document["paths"].as_object().expect("paths");
+    let mut looked_at = 0;
+    for (path, item) in paths.iter().filter(|(path, _)| path.starts_with("/v1/admin/")) {
+        for operation in item.as_object().expect("methods").values() {
+            let bodies = [&operation["requestBody"], &operation["responses"]["200"]];
+            for body in bodies.map(|body| &body["content"]["application/json"]["schema"]) {
+                let schema = resolved(&document, body);
+                if schema["type"] == "object" {
+                    let fields = schema["properties"].as_object().map_or(0, serde_json::Map::len);
+                    assert!(fields > 0, "{path}: {schema}");
+                    looked_at += 1;
+                }
+            }
+        }
+    }
+    assert!(looked_at > 15, "{looked_at}");
+}
+
+#[test]
+fn the_verbs_in_the_document_are_those_that_are_known() {
+    // Every handler tells its verbs when it is asked for another: its text has them all.
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/api/admin");
+    for operation in operations().iter().filter(|operation| !operation.words.is_empty()) {
+        let noun = operation.path.split('/').nth(3).expect("a noun");
+        let file = match noun {
+            "export" | "competition" => format!("{noun}.rs"),
+            noun => format!("{noun}s.rs"),
+        };
+        let text = std::fs::read_to_string(folder.join(&file)).expect("a source file");
+        let list = operation.words.join(", ");
+        assert!(text.contains(&list), "{file} does not speak of {list}");
+    }
+}
