@@ -228,7 +228,8 @@ impl Connection {
             if let Poll::Ready(message) = looked {
                 return Some(message);
             }
-            std::hint::spin_loop();
+            // The client may be waiting for this very core.
+            std::thread::yield_now();
         }
         None
     }
