@@ -140,7 +140,7 @@ async fn pushes_and_real_time_replay_too() {
 }
 
 #[tokio::test]
-async fn a_killed_server_leaves_a_cut_file() {
+async fn a_killed_server_leaves_a_cut_file_that_makes_room_like_any_other() {
     let server = Server::start();
     let (mut client, _) = Client::playing(&server, "crabs").await;
     play(&mut client, 200).await;
@@ -153,8 +153,30 @@ async fn a_killed_server_leaves_a_cut_file() {
     let (code, out) = palmares(&["verify", text(file)]);
     assert_eq!(code, 1, "{out}");
     assert!(out.contains("refused: truncated: ") || out.contains("refused: not_a_replay: "), "{out}");
-    let server = Server::start_in(folder, &[]);
-    assert_eq!(get(&server, "/healthz").status, 200);
+    // Files that are none of the server's are left alone.
+    let notes = folder.path().join("replays/notes.mcap");
+    std::fs::write(&notes, "mine").expect("written");
+    let server = Server::start_in(folder, &["--practice-replays-mb", "0"]);
+    let (mut client, _) = Client::playing(&server, "crabs").await;
+    let start = Instant::now();
+    while file.exists() {
+        assert!(start.elapsed() < Duration::from_secs(120), "the cut file stays");
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+    // Nor is that of an open run, whoever ends meanwhile.
+    let (mut other, _) = Client::playing(&server, "eels").await;
+    play(&mut other, 10).await;
+    let ended = stop(&mut other).await;
+    let path = |result: &Value| {
+        let run_id = result["run_id"].as_str().expect("an id");
+        server.folder().join("replays").join(format!("{run_id}.mcap"))
+    };
+    while path(&ended).exists() {
+        assert!(start.elapsed() < Duration::from_secs(120), "the file stays");
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+    let open = client.ask(json!({"op": "time"})).await["run"].clone();
+    assert!(path(&open).exists() && notes.exists(), "{open}");
 }
 
 #[tokio::test]

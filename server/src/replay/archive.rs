@@ -53,6 +53,11 @@ impl Archive {
         self.signer.public()
     }
 
+    /// Where replays lie.
+    pub(super) fn folder(&self) -> PathBuf {
+        self.data_dir.join(FOLDER)
+    }
+
     /// Where a path stored with a run lies.
     pub(crate) fn locate(&self, stored: &str) -> PathBuf {
         self.data_dir.join(stored)
@@ -72,7 +77,7 @@ impl Archive {
     /// Prepares to record a run: a witness that is made when the run is there, and the way to its file.
     pub(crate) fn record(&self, header: Header) -> (impl FnOnce(&Run) -> Scribe + Send + use<>, Recording) {
         let (done, file) = oneshot::channel();
-        let (folder, signer) = (self.data_dir.join(FOLDER), self.signer.clone());
+        let (folder, signer) = (self.folder(), self.signer.clone());
         let known = self.hand_files.lock().unwrap_or_else(PoisonError::into_inner);
         let hand_files = known.get(&header.hand_hash).cloned();
         let begin = move |run: &Run| match Recorder::create(&folder, header, run, &signer, hand_files) {

@@ -4,6 +4,7 @@ use super::archive::Archive;
 use super::header::word;
 use super::reader::{Replay, read};
 use super::refused::Refused;
+use super::tidy::tidy;
 use super::verify::verify;
 use crate::session::{Background, Level};
 use crate::store::{RunRecord, Store, StoreError, UnverifiedRun, Verdict};
@@ -114,23 +115,4 @@ fn same_run(record: &RunRecord, replay: &Replay) -> Result<(), Refused> {
         }
         None => Ok(()),
     }
-}
-
-/// Deletes the oldest practice replays beyond what is kept.
-async fn tidy(store: &Store, archive: &Archive) -> Result<(), StoreError> {
-    let mut kept = 0;
-    for (run_id, stored) in store.practice_replays().await? {
-        let path = archive.locate(&stored);
-        kept += std::fs::metadata(&path).map_or(0, |facts| facts.len());
-        if kept <= archive.practice_bytes {
-            continue;
-        }
-        match std::fs::remove_file(&path) {
-            Err(error) if error.kind() != ErrorKind::NotFound => {
-                tracing::warn!(%error, path = %path.display(), "an old practice replay cannot be deleted");
-            }
-            _ => store.forget_replay(&run_id).await?,
-        }
-    }
-    Ok(())
 }

@@ -19,6 +19,7 @@ mod recorder;
 mod records;
 mod refused;
 mod schema;
+mod tidy;
 mod verify;
 mod writer;
 

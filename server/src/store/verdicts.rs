@@ -1,6 +1,7 @@
 //! Replays of runs and what playing them again has shown.
 
 use super::{Deed, Store, StoreError, unix_ms};
+use std::collections::BTreeSet;
 
 /// What playing a replay again has shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,19 +86,20 @@ impl Store {
         Ok(())
     }
 
-    /// Practice runs with a replay, the newest first, and where it lies.
-    pub(crate) async fn practice_replays(&self) -> Result<Vec<(String, String)>, StoreError> {
+    /// The runs whose replays are not deleted to make room: those being written, and official ones.
+    pub(crate) async fn replays_to_keep(&self) -> Result<BTreeSet<String>, StoreError> {
         let query = sqlx::query_as(
-            "SELECT run_id, replay_path FROM runs WHERE status = 'practice' AND replay_path IS NOT NULL \
-             ORDER BY ended_at DESC, run_id",
+            "SELECT run_id FROM runs WHERE status = 'open' \
+             OR session_id IN (SELECT session_id FROM sessions WHERE mode = 'official')",
         );
-        Ok(query.fetch_all(&self.pool).await?)
+        let rows: Vec<(String,)> = query.fetch_all(&self.pool).await?;
+        Ok(rows.into_iter().map(|(run_id,)| run_id).collect())
     }
 
-    /// Notes that a practice run's replay was deleted.
+    /// Notes that a run's replay was deleted.
     pub(crate) async fn forget_replay(&self, run_id: &str) -> Result<(), StoreError> {
         sqlx::query(
-            "UPDATE runs SET replay_path = NULL, replay_sha256 = NULL WHERE run_id = $1 AND status = 'practice'",
+            "UPDATE runs SET replay_path = NULL, replay_sha256 = NULL WHERE run_id = $1 AND status <> 'open'",
         )
         .bind(run_id)
         .execute(&self.pool)
