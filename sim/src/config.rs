@@ -26,10 +26,18 @@ pub struct Config {
     pub approach_speed: f64,
     /// Slip speed below which no correction for gliding is made, m/s. Without it stacks limit-cycle.
     pub glide_deadband: f64,
+    /// Where slip changes within a step so much that the lagged correction for gliding would leave a surface this
+    /// far off, m, the step is solved again with the slip found.
+    pub hover_m: f64,
     /// A cached manifold is re-used while its points have moved less than this, m.
     pub manifold_reuse_m: f64,
     /// ... and its normals have turned less than this, rad.
     pub manifold_reuse_rad: f64,
+    /// The same of cylinders and capsules on furniture, m: they would stand on their old point like on a foot, and
+    /// topple. In the hand re-use is what keeps their points from flickering.
+    pub round_reuse_m: f64,
+    /// ... and rad.
+    pub round_reuse_rad: f64,
     /// Shapes that are found this deep in each other at first sight, m, are led apart ...
     pub overlap_m: f64,
     /// ... at this speed, m/s, instead of being thrown apart by their contact springs.
@@ -111,8 +119,11 @@ impl Default for Config {
             contact_margin_m: 2e-3,
             approach_speed: 1.0,
             glide_deadband: 2e-3,
+            hover_m: 5e-5,
             manifold_reuse_m: 1e-5,
             manifold_reuse_rad: 3.5e-4,
+            round_reuse_m: 1e-7,
+            round_reuse_rad: 1e-6,
             overlap_m: 1e-3,
             separation_speed: 0.2,
             rebound_speed: 0.05,
@@ -148,8 +159,11 @@ impl Config {
             contact_margin_m,
             approach_speed,
             glide_deadband,
+            hover_m,
             manifold_reuse_m,
             manifold_reuse_rad,
+            round_reuse_m,
+            round_reuse_rad,
             overlap_m,
             separation_speed,
             rebound_speed,
@@ -175,13 +189,14 @@ impl Config {
             acceleration_limit,
             angular_acceleration_limit,
         } = base;
-        let mut hash = ContentHash::of("palmares physics 1");
+        let mut hash = ContentHash::of("palmares physics 2");
         hash.vector(*gravity);
         hash.count(*max_iterations);
         hash.flag(*sleeping);
         hash.floats(&[*step_s, *contact_stiffness, *anchor_stiffness, *contact_dissipation_s]);
         hash.floats(&[*contact_onset_m, *limit_onset_rad, *contact_margin_m, *approach_speed]);
-        hash.floats(&[*glide_deadband, *manifold_reuse_m, *manifold_reuse_rad, *overlap_m]);
+        hash.floats(&[*glide_deadband, *hover_m, *manifold_reuse_m, *manifold_reuse_rad]);
+        hash.floats(&[*round_reuse_m, *round_reuse_rad, *overlap_m]);
         hash.floats(&[*separation_speed, *rebound_speed, *limit_stiffness, *rolling_deadband]);
         hash.floats(&[*tolerance, *sleep_linear, *sleep_angular, *sleep_after_s]);
         hash.floats(&[*stiffness, *damping, *angular_stiffness, *angular_damping]);

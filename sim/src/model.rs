@@ -42,6 +42,8 @@ pub struct Collider {
     pub restitution: f64,
     /// A ball: its contact is found in closed form, cached manifolds would only make it polygonal.
     pub is_ball: bool,
+    /// A cylinder or capsule: it rolls off a contact point that is kept for long.
+    pub is_round: bool,
 }
 
 #[derive(Clone, Copy, Default)]
@@ -187,6 +189,7 @@ impl Model {
             body_from_shape: body_from_geom * geom_from_parry,
             local_bounds,
             is_ball: parry.as_ball().is_some(),
+            is_round: parry.as_cylinder().is_some() || parry.as_capsule().is_some(),
             shape: parry,
             friction,
             rolling_friction,

@@ -146,6 +146,8 @@ pub(crate) struct Workspace {
     pub servo_on: bool,
     /// Of every object: when in this step it rebounds, if it does.
     pub met: Vec<Option<f64>>,
+    /// Of every object: force and torque about its centre of mass from outside during the next step; empty for none.
+    pub loads: Vec<(Vec3, Vec3)>,
 }
 
 impl World {
@@ -180,6 +182,15 @@ impl World {
         self.work.bounds.clear();
         self.work.speeds.clear();
         &mut self.state
+    }
+
+    /// Lets a force and a torque about its centre of mass act on an object during the next step, in the world's axes.
+    /// It wakes. Several add up; a snapshot does not remember them.
+    pub fn push_object(&mut self, object: usize, force: Vec3, torque: Vec3) {
+        self.work.loads.resize(self.model.objects().len(), (Vec3::ZERO, Vec3::ZERO));
+        let load = &mut self.work.loads[object];
+        *load = (load.0 + force, load.1 + torque);
+        self.state.sleep[object] = crate::state::Sleep::default();
     }
 
     /// How the last step went.

@@ -1,6 +1,6 @@
 //! Rolling, and sliding until it rolls.
 
-use super::scene::{G, Scene, awake, cuboid, kinetic, push, set_velocity, tilted, velocity};
+use super::scene::{G, Scene, awake, cuboid, kick, kinetic, push, set_velocity, tilted, velocity};
 use super::{Case, Finding, Setup, steps};
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
@@ -58,7 +58,9 @@ pub fn rolling_cylinder(setup: &Setup, recorder: &mut Recorder) -> Result<Findin
     for _ in 0..steps(0.5, setup.dt_s) {
         engine.step(&command)?;
     }
-    set_velocity(&mut *engine, 0, Vec3::new(v0, 0.0, 0.0), Vec3::new(0.0, v0 / radius, 0.0));
+    // A body that has sunk in rolls on the middle of the overlap.
+    let lever = 0.5 * (radius + engine.state().objects[0].translation.z);
+    set_velocity(&mut *engine, 0, Vec3::new(v0, 0.0, 0.0), Vec3::new(0.0, v0 / lever, 0.0));
     let start = kinetic(&*engine, 0);
     let mut gain: f64 = 0.0;
     let second = steps(1.0, setup.dt_s);
@@ -225,7 +227,7 @@ pub fn spring_cylinder(setup: &Setup, recorder: &mut Recorder) -> Result<Finding
         let energy = 0.5 * k * x0 * x0;
         for i in 0..steps(5.0, setup.dt_s) {
             let x = engine.state().objects[0].translation.x;
-            push(&mut *engine, 0, Vec3::new(-k * x, 0.0, 0.0), Vec3::ZERO);
+            kick(&mut *engine, 0, Vec3::new(-k * x, 0.0, 0.0));
             recorder.step(&mut *engine, &command)?;
             let t = (i + 1) as f64 * setup.dt_s;
             let x = engine.state().objects[0].translation.x;

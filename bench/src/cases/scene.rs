@@ -97,15 +97,18 @@ pub(crate) fn set_velocity(engine: &mut dyn Engine, body: usize, linear: Vec3, a
     v[3..].copy_from_slice(&angular.to_array());
 }
 
-/// Lets a force act on a body during the next step, as the impulse it has over it: what it does to the
-/// velocities before contacts answer. `arm` is where it acts, from the centre of mass, in the world's axes.
+/// Lets a force act on a body during the next step. `arm` is where it acts, from the centre of mass, in the world's
+/// axes.
 pub(crate) fn push(engine: &mut dyn Engine, body: usize, force: Vec3, arm: Vec3) {
-    let model = Arc::clone(engine.model());
-    let h = model.config().step_s;
+    engine.push(body, force, arm.cross(force));
+}
+
+/// Gives a body the impulse of a force over the next step at once.
+pub(crate) fn kick(engine: &mut dyn Engine, body: usize, force: Vec3) {
+    let model = engine.model();
+    let change = force * (model.config().step_s / model.objects()[body].mass);
     let (linear, angular) = velocity(engine, body);
-    let turn = Mat3::from_quat(engine.state().objects[body].rotation);
-    let kick = turn * (model.object_inertia_inverse(body) * (turn.transpose() * arm.cross(force)));
-    set_velocity(engine, body, linear + force * (h / model.objects()[body].mass), angular + kick * h);
+    set_velocity(engine, body, linear + change, angular);
 }
 
 /// Angular momentum about a body's own centre of mass.

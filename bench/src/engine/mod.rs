@@ -9,6 +9,7 @@ pub mod rapier;
 
 use anyhow::{Result, bail};
 use palmares_models::hand::Hand;
+use palmares_models::{Mat3, Vec3};
 use palmares_sim::world::Outcome;
 use palmares_sim::{Command, Model, State, World};
 use std::sync::Arc;
@@ -33,6 +34,20 @@ pub trait Engine {
     fn state(&self) -> &State;
     /// Sets poses and velocities by hand; the engine goes on from them.
     fn state_mut(&mut self) -> &mut State;
+    /// Lets a force and a torque about its centre of mass act on an object during the next step, in the world's axes:
+    /// by default as the impulse they have over it, which is what a semi-implicit engine makes of them.
+    fn push(&mut self, object: usize, force: Vec3, torque: Vec3) {
+        let model = Arc::clone(self.model());
+        let h = model.config().step_s;
+        let turn = Mat3::from_quat(self.state().objects[object].rotation);
+        let kick = turn * (model.object_inertia_inverse(object) * (turn.transpose() * torque)) * h;
+        let speed = force * (h / model.objects()[object].mass);
+        let at = model.object_dofs(object);
+        let change = speed.to_array().into_iter().chain(kick.to_array());
+        for (v, change) in self.state_mut().v[at..at + 6].iter_mut().zip(change) {
+            *v += change;
+        }
+    }
     /// How the last step went. Peers fill in the deepest overlap and whether all numbers are finite.
     fn outcome(&self) -> Outcome;
     /// Our own world, for figures that only it has (contact forces, joint residuals).

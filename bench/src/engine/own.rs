@@ -3,6 +3,7 @@
 use super::{Cost, Engine};
 use anyhow::Result;
 use cpu_time::ThreadTime;
+use palmares_models::Vec3;
 use palmares_sim::world::{Outcome, Phase, Probe};
 use palmares_sim::{Command, Model, State, World};
 use std::sync::Arc;
@@ -56,6 +57,10 @@ impl Engine for Own {
 
     fn state_mut(&mut self) -> &mut State {
         self.world.state_mut()
+    }
+
+    fn push(&mut self, object: usize, force: Vec3, torque: Vec3) {
+        self.world.push_object(object, force, torque);
     }
 
     fn outcome(&self) -> Outcome {

@@ -16,8 +16,8 @@ fn a_block_on_a_critical_slope_stays_and_on_a_steeper_one_slides() {
 
 #[test]
 fn a_sliding_cube_stops_where_coulomb_says() {
-    // Positions move with the velocities of the end of a step, which is v₀ h/2 short: 0.39 % at 1 ms.
-    for (dt, percent) in [(0.25e-3, 0.15), (1e-3, 0.5), (8e-3, 4.0)] {
+    // The last step, in which it stops, is not resolved: a h²/2.
+    for (dt, percent) in [(0.25e-3, 0.05), (1e-3, 0.05), (8e-3, 0.2)] {
         let report = report("slide_stop", dt);
         converged(&report);
         assert!(error(&report) <= percent, "at {dt}: {} %", error(&report));
@@ -31,5 +31,14 @@ fn a_box_tips_or_slides_where_statics_says() {
         let report = report("tip_or_slide", dt);
         converged(&report);
         assert!(error(&report) <= 0.5, "at {dt}: {} %", error(&report));
+    }
+}
+
+#[test]
+fn a_bead_is_pushed_along_a_gap_as_newton_says() {
+    for (dt, percent) in [(0.25e-3, 0.1), (1e-3, 0.01), (8e-3, 0.02)] {
+        let report = report("bead_between_plates", dt);
+        converged(&report);
+        assert!(error(&report) <= percent, "at {dt}: {} %", error(&report));
     }
 }

@@ -20,9 +20,8 @@ fn grasps_hold_while_shaken_at_every_step() {
             assert!(residual + balance <= 1e-6, "{case} at {dt}: {residual:e} N m");
             let hold = seen.hold_penetration_mm.expect("grasps report the depth of the hold");
             let finest = *finest.get_or_insert(hold);
-            // The contact law does not depend on the step, but at long ones fingers come to touch elsewhere.
-            let within = if dt <= 2e-3 { 0.1 } else { 0.3 };
-            assert!((hold / finest - 1.0).abs() <= within, "{case} at {dt}: {hold} mm after {finest} mm");
+            // The contact law does not depend on the step.
+            assert!((hold / finest - 1.0).abs() <= 0.1, "{case} at {dt}: {hold} mm after {finest} mm");
             if dt == 1e-3 {
                 let depth = seen.max_penetration_mm.expect("grasps report depth");
                 assert!(depth <= 0.5, "{case} at {dt}: {depth} mm");

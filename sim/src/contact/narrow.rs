@@ -91,7 +91,8 @@ impl Contacts {
         self.points.clear();
         let config = model.config();
         let margin = config.margin();
-        let reuse = (libm::cos(config.manifold_reuse_rad), config.manifold_reuse_m.powi(2));
+        let flat = (libm::cos(config.manifold_reuse_rad), config.manifold_reuse_m.powi(2));
+        let round = (libm::cos(config.round_reuse_rad), config.round_reuse_m.powi(2));
         for (index, pair) in pairs.iter_mut().enumerate() {
             let (i, j) = (pair.key.0 as usize, pair.key.1 as usize);
             let (a, b) = (&model.colliders()[i], &model.colliders()[j]);
@@ -117,6 +118,8 @@ impl Contacts {
             }
             pair.slack = 0.0;
             let first_sight = pair.manifold.points.is_empty();
+            let on_furniture = a.owner == Owner::Static || b.owner == Owner::Static;
+            let reuse = if on_furniture && (a.is_round || b.is_round) { round } else { flat };
             update_manifold(pair, a, b, &a_from_b, margin, reuse);
             let deepest = pair.manifold.points.iter().map(|point| point.dist).fold(f64::INFINITY, f64::min);
             // What was not overlapping cannot come to overlap far within a step: it was put there.

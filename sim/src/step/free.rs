@@ -62,9 +62,13 @@ impl World {
     pub(super) fn fly(&mut self, object: usize) {
         let config = self.model.config();
         let (h, at) = (config.step_s, self.model.object_dofs(object));
-        let (before, omega) = self.state.object_velocity(&self.model, object);
-        let after = before + config.gravity * h;
+        let (before, mut omega) = self.state.object_velocity(&self.model, object);
         let inverse = self.model.object_inertia_inverse(object);
+        let mut after = before + config.gravity * h;
+        if let Some((force, torque)) = self.work.loads.get(object) {
+            after += *force * (h / self.model.objects()[object].mass);
+            omega += omega_at(self.state.objects[object].rotation, inverse, *torque * h);
+        }
         let pose = &mut self.state.objects[object];
         let (rotation, angular) =
             torque_free(pose.rotation, omega, self.model.objects()[object].inertia, inverse, h);

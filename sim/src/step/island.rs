@@ -1,8 +1,9 @@
 //! Solves an island and takes over the result: velocities, positions, contact memory, forces, sleep.
 
 use super::free::{advanced, turned};
+use super::mean::{Correction, correction};
 use super::midpoint::Stride;
-use super::pose::rebound_of;
+use super::pose::{normal_target, rebound_of};
 use crate::contact::anchor::{Anchor, stretch_after};
 use crate::model::Owner;
 use crate::solver::island::Island;
@@ -11,6 +12,9 @@ use crate::solver::problem::Problem;
 use crate::world::{ContactForce, World};
 use palmares_models::Vec3;
 use std::sync::Arc;
+
+/// How often a step is solved again because slip changed: each pass leaves a tenth of the error or so.
+const GLIDE_PASSES: usize = 2;
 
 impl World {
     /// Takes one step of an island; `slot` is where its solver keeps its orderings.
@@ -42,6 +46,12 @@ impl World {
         let stride = Stride { h: self.model.config().step_s, theta: 1.0 };
         self.pose_problem(island, problem, v, stride);
         self.minimise(problem, newton, v, self.model.config().tolerance);
+        for _ in 0..GLIDE_PASSES {
+            if !self.correct_glide(island, problem) {
+                break;
+            }
+            self.minimise(problem, newton, v, self.model.config().tolerance);
+        }
         self.remember(island, problem);
         self.report_hand_forces(island, problem, newton, v, stride.h);
         let floats = island.hand && !self.work.servo_on;
@@ -90,6 +100,29 @@ impl World {
                 }
             }
         }
+    }
+
+    /// Where slip sets in or ends so suddenly that the lagged slip says nothing, takes that of the solution instead:
+    /// convexity would lift such a contact by μ h v. True if there is any.
+    fn correct_glide(&self, island: &Island, problem: &mut Problem) -> bool {
+        let config = self.model.config();
+        let mut any = false;
+        for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
+            let found = &self.work.contacts.pairs[index];
+            let points = &self.work.contacts.points[found.points.clone()];
+            for (point, seen) in problem.points[solved.first..solved.end].iter_mut().zip(points) {
+                if point.impulse[2] <= 0.0 || rebound_of(&self.model, found, seen).is_some() {
+                    continue;
+                }
+                let slip = point.law.slip_speed(point.velocity, point.impulse);
+                let target = normal_target(config, found, seen, slip);
+                if (target - point.law.target[2]).abs() * config.step_s > config.hover_m {
+                    point.law.target[2] = target;
+                    any = true;
+                }
+            }
+        }
+        any
     }
 
     /// Writes anchors back to the manifolds and the contact forces out.
@@ -150,7 +183,7 @@ impl World {
         }
     }
 
-    /// Semi-implicit Euler: positions move with the velocities of the end of the step.
+    /// Positions move with the velocities of the end of the step, or with the mean where nothing is stiff.
     fn integrate(&mut self, island: &Island, problem: &Problem, v: &[f64]) {
         let h = self.model.config().step_s;
         let mut at = 0;
@@ -161,26 +194,40 @@ impl World {
             state.base = advanced(state.base, &mut state.q, &v[..at], h);
         }
         let gravity = self.model.config().gravity;
-        for (&k, solved) in island.objects.iter().zip(&problem.objects) {
+        for (slot, (&k, solved)) in island.objects.iter().zip(&problem.objects).enumerate() {
             let to = self.model.object_dofs(k);
             let own = &v[at..at + 6];
             let after = Vec3::new(own[0], own[1], own[2]);
+            let angular = Vec3::new(own[3], own[4], own[5]);
+            let before = Vec3::new(state.v[to], state.v[to + 1], state.v[to + 2]);
+            let carried = match solved.turn {
+                None => Vec3::new(state.v[to + 3], state.v[to + 4], state.v[to + 5]),
+                Some((_, omega)) => omega,
+            };
             let pose = &mut state.objects[k];
+            let mut more = Correction::default();
             match self.work.met[k].take() {
-                None => pose.translation += after * h,
+                None => {
+                    let short = ((before - after) * (0.5 * h), (carried - angular) * (0.5 * h));
+                    more = correction(problem, slot, short.0, short.1);
+                    // Nothing may go farther than the faster of its velocities takes it: gaps are trusted for that.
+                    let farthest = before.length_squared().max(after.length_squared()) * h * h;
+                    if (after * h + more.linear).length_squared() > farthest {
+                        more = Correction::default();
+                    }
+                    pose.translation += after * h + more.linear;
+                }
                 // A rebound at time t: ballistic before and after it.
                 Some(t) => {
-                    let before = Vec3::new(state.v[to], state.v[to + 1], state.v[to + 2]);
                     let rest = h - t;
                     pose.translation += before * t + after * rest + gravity * (0.5 * (t * t - rest * rest));
                 }
             }
             state.v[to..to + 6].copy_from_slice(own);
-            let angular = Vec3::new(own[3], own[4], own[5]);
             // Torque turns the body on from where it comes to without: its angular momentum is kept to rounding.
             pose.rotation = match solved.turn {
-                None => turned(pose.rotation, angular * h),
-                Some((rotation, omega)) => turned(rotation, (angular - omega) * h),
+                None => turned(pose.rotation, angular * h + more.angular),
+                Some((rotation, omega)) => turned(rotation, (angular - omega) * h + more.angular),
             };
             at += 6;
         }

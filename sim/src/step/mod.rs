@@ -2,6 +2,7 @@
 
 mod free;
 mod island;
+mod mean;
 mod midpoint;
 mod pose;
 
@@ -165,6 +166,7 @@ impl World {
             }
             self.fall_asleep(island);
         }
+        self.work.loads.clear();
         self.outcome.islands = used;
         self.outcome.asleep = self.state.sleep.iter().filter(|sleep| sleep.asleep).count();
         self.work.islands = islands;

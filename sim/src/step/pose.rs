@@ -79,8 +79,9 @@ impl World {
             let inverse = model.object_inertia_inverse(k);
             let (inertia, turn) = free_turn(rotation, angular, object.inertia, inverse, h);
             let carried = turn.map_or(angular, |(_, omega)| omega);
-            problem.momentum.extend(((linear + config.gravity * h) * object.mass).to_array());
-            problem.momentum.extend((inertia * carried).to_array());
+            let (force, torque) = work.loads.get(k).copied().unwrap_or_default();
+            problem.momentum.extend(((linear + config.gravity * h) * object.mass + force * h).to_array());
+            problem.momentum.extend((inertia * carried + torque * h).to_array());
             problem.objects.push(ObjectProblem {
                 object: k,
                 center: state.objects[k].translation,
@@ -109,13 +110,11 @@ impl World {
                 let axes = [t1, t2, point.normal];
                 let distance = point.distance + pair.excess;
                 let tau_n = tau * nearness(distance, config.contact_onset_m);
-                // Convexity makes a sliding contact hover: the lagged de Saxcé term takes that out again.
-                let glide = pair.friction * (point.anchor.slip - config.glide_deadband).max(0.0);
                 let stretch = point.anchor.stretch;
                 let target = [
                     -stretch.dot(t1) / (h + tau),
                     -stretch.dot(t2) / (h + tau),
-                    -distance / (h + tau_n) - glide,
+                    normal_target(config, pair, point, point.anchor.slip),
                 ];
                 let normal = h * config.contact_stiffness * (h + tau_n);
                 let law = match rebound_of(model, pair, point) {
@@ -134,6 +133,15 @@ impl World {
             problem.pairs.push(PairProblem::new(pair.a, pair.b, pair.origin, rolling, first, end));
         }
     }
+}
+
+/// Normal velocity at which a contact point carries nothing while it slips at `slip`, m/s. Convexity makes a sliding
+/// contact hover: the de Saxcé term takes that out again.
+pub(super) fn normal_target(config: &Config, pair: &ContactPair, point: &ContactPoint, slip: f64) -> f64 {
+    let distance = point.distance + pair.excess;
+    let tau_n = config.contact_dissipation_s * nearness(distance, config.contact_onset_m);
+    let glide = pair.friction * (slip - config.glide_deadband).max(0.0);
+    -distance / (config.step_s + tau_n) - glide
 }
 
 fn push_limit(

@@ -1,0 +1,112 @@
+//! Second-order positions where nothing is stiff.
+//!
+//! Springs and contacts need the velocity of the end of a step; with it a body that Coulomb friction brakes evenly
+//! would fall short by v₀ h/2. Where contacts leave an object free, along a floor, rolling, or in the air, it
+//! moves with the mean of the velocities before and after instead.
+
+use crate::model::Owner;
+use crate::solver::cone::ConeHessian;
+use crate::solver::problem::Problem;
+use palmares_models::Vec3;
+
+/// Ways below this, m, are left alone: a body at rest is not worth the search.
+const LEAST_M: f64 = 1e-9;
+
+/// A direction is new if at least this part of it is none of the others'.
+const NEW: f64 = 1e-6;
+
+type Row = [f64; 6];
+
+/// What the mean velocity adds to the way of an object that moves with the velocity of the end.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Correction {
+    /// m
+    pub linear: Vec3,
+    /// rad
+    pub angular: Vec3,
+}
+
+/// Directions, each of length one and across the others, in which an object is held. Turns are measured by the ways
+/// they make at the radius of gyration.
+#[derive(Default)]
+struct Held {
+    rows: [Row; 6],
+    count: usize,
+}
+
+impl Held {
+    fn without(&self, mut x: Row) -> Row {
+        for row in &self.rows[..self.count] {
+            let part = dot(row, &x);
+            for (x, row) in x.iter_mut().zip(row) {
+                *x -= part * row;
+            }
+        }
+        x
+    }
+
+    /// Adds a direction; false when none is left free.
+    fn hold(&mut self, row: Row) -> bool {
+        let length = dot(&row, &row).sqrt();
+        // Twice, so that they stay across each other to rounding.
+        let rest = self.without(self.without(row));
+        let new = dot(&rest, &rest).sqrt();
+        if self.count < 6 && new > NEW * length {
+            self.rows[self.count] = rest.map(|x| x / new);
+            self.count += 1;
+        }
+        self.count < 6
+    }
+}
+
+fn dot(a: &Row, b: &Row) -> f64 {
+    let mut sum = 0.0;
+    for k in 0..6 {
+        sum += a[k] * b[k];
+    }
+    sum
+}
+
+/// The correction for the object in `slot` of the problem, whose velocities fell short of the mean's by `linear` and
+/// `angular` over the step: only the part that moves no contact against its normal, and none that sticks. An
+/// object that leans on something that moves is left alone.
+pub(super) fn correction(problem: &Problem, slot: usize, linear: Vec3, angular: Vec3) -> Correction {
+    let solved = &problem.objects[slot];
+    let owner = Owner::Object(solved.object);
+    let (i, m) = (solved.inertia, solved.mass);
+    let gyration = ((i.x_axis.x + i.y_axis.y + i.z_axis.z) / (3.0 * m)).sqrt();
+    let mut wanted = [0.0; 6];
+    wanted[..3].copy_from_slice(&linear.to_array());
+    wanted[3..].copy_from_slice(&(angular * gyration).to_array());
+    if dot(&wanted, &wanted) < LEAST_M * LEAST_M {
+        return Correction::default();
+    }
+    let mut held = Held::default();
+    for pair in problem.pairs.iter().filter(|pair| pair.a == owner || pair.b == owner) {
+        let on_furniture = pair.a == Owner::Static || pair.b == Owner::Static;
+        // From A to B: away from the other body.
+        let sign = if pair.b == owner { 1.0 } else { -1.0 };
+        for point in &problem.points[pair.first..pair.end] {
+            let arm = pair.origin + point.r - solved.center;
+            let row = |axis: Vec3| -> Row {
+                let turn = arm.cross(axis) / gyration;
+                [axis.x, axis.y, axis.z, turn.x, turn.y, turn.z]
+            };
+            let normal = row(point.axes[2]);
+            let free = match point.law.impulse(point.velocity).1 {
+                // It would come nearer to what it does not touch.
+                ConeHessian::Open => sign * dot(&normal, &held.without(wanted)) >= 0.0 || held.hold(normal),
+                _ if !on_furniture => false,
+                ConeHessian::Slip(_) => held.hold(normal),
+                ConeHessian::Stick => {
+                    held.hold(normal) && held.hold(row(point.axes[0])) && held.hold(row(point.axes[1]))
+                }
+            };
+            if !free {
+                return Correction::default();
+            }
+        }
+    }
+    let [x, y, z, a, b, c] = held.without(wanted);
+    Correction { linear: Vec3::new(x, y, z), angular: Vec3::new(a, b, c) / gyration }
+}
