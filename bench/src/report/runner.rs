@@ -148,7 +148,12 @@ fn notes(options: &Options) -> Vec<EngineNote> {
 }
 
 fn own_settings() -> Vec<String> {
-    vec!["the constants of `sim/src/config.rs`, the same in every case and at every step".into()]
+    vec![
+        "the constants of `sim/src/config.rs`, the same at every step, and in every case but those named next".into(),
+        "contact stiffness: in mass_ratio in proportion to the load, in sphere_stack that of steel (1e8 N/m: its \
+         spheres are rigid), in spring_cylinder the published one"
+            .into(),
+    ]
 }
 
 fn choose(options: &Options) -> Result<(Vec<&'static Case>, Vec<String>)> {

@@ -16,6 +16,9 @@ use std::sync::Arc;
 /// How often a step is solved again because slip changed: each pass leaves a tenth of the error or so.
 const GLIDE_PASSES: usize = 2;
 
+/// In heaps of more objects something begins to slide at nearly every step: there the lagged slip has to do.
+const FEW_OBJECTS: usize = 4;
+
 impl World {
     /// Takes one step of an island; `slot` is where its solver keeps its orderings.
     pub(super) fn solve_island(&mut self, island: &Island, slot: usize) {
@@ -46,7 +49,8 @@ impl World {
         let stride = Stride { h: self.model.config().step_s, theta: 1.0 };
         self.pose_problem(island, problem, v, stride);
         self.minimise(problem, newton, v, self.model.config().tolerance);
-        for _ in 0..GLIDE_PASSES {
+        let passes = if island.objects.len() <= FEW_OBJECTS { GLIDE_PASSES } else { 0 };
+        for _ in 0..passes {
             if !self.correct_glide(island, problem) {
                 break;
             }
@@ -194,6 +198,7 @@ impl World {
             state.base = advanced(state.base, &mut state.q, &v[..at], h);
         }
         let gravity = self.model.config().gravity;
+        let alone = !island.hand && island.objects.len() == 1;
         for (slot, (&k, solved)) in island.objects.iter().zip(&problem.objects).enumerate() {
             let to = self.model.object_dofs(k);
             let own = &v[at..at + 6];
@@ -207,6 +212,7 @@ impl World {
             let pose = &mut state.objects[k];
             let mut more = Correction::default();
             match self.work.met[k].take() {
+                None if !alone => pose.translation += after * h,
                 None => {
                     let short = ((before - after) * (0.5 * h), (carried - angular) * (0.5 * h));
                     more = correction(problem, slot, short.0, short.1);
