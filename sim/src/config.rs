@@ -119,7 +119,7 @@ impl Default for Config {
             contact_margin_m: 2e-3,
             approach_speed: 1.0,
             glide_deadband: 2e-3,
-            hover_m: 5e-5,
+            hover_m: 2e-5,
             manifold_reuse_m: 1e-5,
             manifold_reuse_rad: 3.5e-4,
             round_reuse_m: 1e-7,
