@@ -7,7 +7,7 @@ use crate::audit::{Audit, mechanical};
 use crate::cases::Setup;
 use crate::cases::scene::{Scene, awake, cuboid, set_velocity, velocity};
 use crate::engine::{Engine, EngineKind};
-use anyhow::{Result, anyhow, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::{Command, State};
@@ -114,8 +114,14 @@ pub fn runner(cases: u32) -> TestRunner {
 
 /// A heap of thirty, always the same.
 pub fn thirty() -> Result<Heap> {
-    let tree = heap(30..=30).new_tree(&mut runner(1)).map_err(|reason| anyhow!("{reason}"))?;
-    Ok(tree.current())
+    heaps_of_thirty(1)?.pop().context("one heap was asked for")
+}
+
+/// So many heaps of thirty, always the same; the first is [`thirty`].
+pub fn heaps_of_thirty(count: u32) -> Result<Vec<Heap>> {
+    let mut runner = runner(1);
+    let tree = |_| heap(30..=30).new_tree(&mut runner).map_err(|reason| anyhow!("{reason}"));
+    (0..count).map(tree).map(|tree| Ok(tree?.current())).collect()
 }
 
 impl Heap {

@@ -217,7 +217,7 @@ impl World {
                 None if !alone => pose.translation += after * h,
                 None => {
                     let short = ((before - after) * (0.5 * h), (carried - angular) * (0.5 * h));
-                    more = correction(problem, slot, short.0, short.1);
+                    more = correction(problem, slot, angular * h, short.0, short.1);
                     // Nothing may go farther than the faster of its velocities takes it: gaps are trusted for that.
                     let farthest = before.length_squared().max(after.length_squared()) * h * h;
                     if (after * h + more.linear).length_squared() > farthest {

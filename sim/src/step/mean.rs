@@ -12,6 +12,10 @@ use palmares_models::Vec3;
 /// Ways below this, m, are left alone: a body at rest is not worth the search.
 const LEAST_M: f64 = 1e-9;
 
+/// A body that turns about a contact lifts it off its tangent by this much, m, at most: one that pivots faster has the
+/// dissipation of the end's velocity instead, or the lift would be energy from nowhere.
+const PIVOT_M: f64 = 1e-5;
+
 /// A direction is new if at least this part of it is none of the others'.
 const NEW: f64 = 1e-6;
 
@@ -67,10 +71,16 @@ fn dot(a: &Row, b: &Row) -> f64 {
     sum
 }
 
-/// The correction for the object in `slot` of the problem, whose velocities fell short of the mean's by `linear` and
-/// `angular` over the step: only the part that moves no contact against its normal, and none that sticks. An
-/// object that leans on something that moves is left alone.
-pub(super) fn correction(problem: &Problem, slot: usize, linear: Vec3, angular: Vec3) -> Correction {
+/// The correction for the object in `slot` of the problem, which turns by `turn` in the step and whose velocities fell
+/// short of the mean's by `linear` and `angular` over it: only the part that moves no contact against its normal, and
+/// none that sticks. An object that leans on something that moves, or pivots about an edge, is left alone.
+pub(super) fn correction(
+    problem: &Problem,
+    slot: usize,
+    turn: Vec3,
+    linear: Vec3,
+    angular: Vec3,
+) -> Correction {
     let solved = &problem.objects[slot];
     let owner = Owner::Object(solved.object);
     let (i, m) = (solved.inertia, solved.mass);
@@ -89,14 +99,16 @@ pub(super) fn correction(problem: &Problem, slot: usize, linear: Vec3, angular: 
         for point in &problem.points[pair.first..pair.end] {
             let arm = pair.origin + point.r - solved.center;
             let row = |axis: Vec3| -> Row {
-                let turn = arm.cross(axis) / gyration;
-                [axis.x, axis.y, axis.z, turn.x, turn.y, turn.z]
+                let moment = arm.cross(axis) / gyration;
+                [axis.x, axis.y, axis.z, moment.x, moment.y, moment.z]
             };
+            // What rolls stands over its contact.
+            let pivots = || 0.5 * turn.length() * turn.cross(point.axes[2]).dot(arm).abs() > PIVOT_M;
             let normal = row(point.axes[2]);
             let free = match point.law.impulse(point.velocity).1 {
                 // It would come nearer to what it does not touch.
                 ConeHessian::Open => sign * dot(&normal, &held.without(wanted)) >= 0.0 || held.hold(normal),
-                _ if !on_furniture => false,
+                _ if !on_furniture || pivots() => false,
                 ConeHessian::Slip(_) => held.hold(normal),
                 ConeHessian::Stick => {
                     held.hold(normal) && held.hold(row(point.axes[0])) && held.hold(row(point.axes[1]))
