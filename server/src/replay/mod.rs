@@ -19,6 +19,7 @@ mod recorder;
 mod records;
 mod refused;
 mod schema;
+mod sealed;
 mod tidy;
 mod verify;
 mod writer;
@@ -54,6 +55,8 @@ const RUN_RECORD: &str = "palmares.run";
 const RESULT_RECORD: &str = "palmares.result";
 /// Name of the metadata record with the signature.
 const SIGNATURE_RECORD: &str = "palmares.signature";
+/// Hexadecimal digits of a signature.
+const SIGNATURE_DIGITS: usize = 128;
 /// Name of the attachment with a hand's files.
 const HAND_FILES: &str = "hand.zip";
 

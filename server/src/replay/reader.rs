@@ -10,7 +10,8 @@ use super::messages::{ActionMessage, HashMessage, PushMessage};
 use super::records::{self, Frame};
 use super::refused::Refused;
 use super::{
-    ACTION, EVENT, HAND_FILES, HASH, POSES, RESULT_RECORD, RUN_RECORD, SCENE, SIGNATURE_RECORD, to_hex,
+    ACTION, EVENT, HAND_FILES, HASH, POSES, RESULT_RECORD, RUN_RECORD, SCENE, SIGNATURE_DIGITS,
+    SIGNATURE_RECORD, to_hex,
 };
 use mcap::records::{Metadata, Record, op};
 use palmares_tasks::{Action, Event, Outcome};
@@ -24,8 +25,6 @@ use std::panic::catch_unwind;
 const MOST_TICKS: usize = 1 << 20;
 /// Events of the longest run.
 const MOST_EVENTS: usize = 1 << 20;
-/// Hexadecimal digits of a signature.
-const SIGNATURE_DIGITS: usize = 128;
 
 /// What was done between two ticks.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,21 +6,22 @@ use super::header::Header;
 use super::key::Signer;
 use super::messages::HashMessage;
 use super::poses::{Picture, Shown};
-use super::reader::find_signature;
 use super::recorder::Item;
+use super::sealed::{Sealed, Written};
 use super::{
-    ACTION, EVENT, HAND_FILES, HASH, POSES, RESULT_RECORD, RUN_RECORD, SCENE, SIGNATURE_RECORD, schema,
+    ACTION, EVENT, HAND_FILES, HASH, POSES, RESULT_RECORD, RUN_RECORD, SCENE, SIGNATURE_DIGITS,
+    SIGNATURE_RECORD, schema,
 };
 use crate::store::unix_ms;
 use mcap::records::{MessageHeader, Metadata};
+use mcap::write::NoSeek;
 use mcap::{Attachment, WriteOptions};
 use palmares_tasks::{Outcome, Run};
 use serde::Serialize;
-use sha2::{Digest, Sha256};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufWriter, Error, Read, Result, Seek, SeekFrom, Write};
+use std::io::{Error, Result};
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 
@@ -36,14 +37,6 @@ pub(super) struct Plan {
     shown: Shown,
     signer: Arc<Signer>,
     hand_files: Option<Arc<Vec<u8>>>,
-}
-
-/// A finished file.
-pub(super) struct Written {
-    /// 64 hexadecimal digits.
-    pub(super) sha256: String,
-    /// Its size.
-    pub(super) bytes: u64,
 }
 
 impl Plan {
@@ -91,7 +84,8 @@ pub(super) fn write(plan: Plan, inbox: &Receiver<Vec<Item>>) -> Result<Written> 
 
 /// An open file.
 struct Log {
-    mcap: mcap::Writer<BufWriter<File>>,
+    mcap: mcap::Writer<NoSeek<Sealed>>,
+    file: Sealed,
     /// By topic: id and number of messages so far.
     channels: BTreeMap<&'static str, (u16, u32)>,
     chain: Chain,
@@ -115,8 +109,11 @@ impl Log {
             .chunk_size(Some(CHUNK_BYTES))
             .compression_threads(0)
             .calculate_data_section_crc(false)
+            // What is written stays as it is, and can be hashed at once.
+            .disable_seeking(true)
             .library(format!("palmares {}", env!("CARGO_PKG_VERSION")));
-        let mut mcap = options.create(BufWriter::new(file)).map_err(Error::other)?;
+        let file = Sealed::new(file);
+        let mut mcap = options.create(NoSeek::new(file.clone())).map_err(Error::other)?;
         let metadata = header.to_map();
         let chain = Chain::start(metadata.iter());
         mcap.write_metadata(&Metadata { name: RUN_RECORD.into(), metadata }).map_err(Error::other)?;
@@ -145,7 +142,7 @@ impl Log {
             channels.insert(topic, (id, 0));
         }
         let tick_s = header.tick_s;
-        Ok(Log { mcap, channels, chain, frames, shown, start_ns, tick_s, buffer: Vec::new() })
+        Ok(Log { mcap, file, channels, chain, frames, shown, start_ns, tick_s, buffer: Vec::new() })
     }
 
     fn time_ns(&self, tick: u64) -> u64 {
@@ -210,26 +207,12 @@ impl Log {
             ("algorithm".into(), "ed25519".into()),
             ("chain".into(), self.chain.to_hex()),
             ("public_key".into(), signer.public().to_string()),
-            ("signature".into(), "0".repeat(128)),
+            ("signature".into(), "0".repeat(SIGNATURE_DIGITS)),
         ]);
         let signature = Metadata { name: SIGNATURE_RECORD.into(), metadata };
+        self.file.signature_follows();
         self.mcap.write_metadata(&signature).map_err(Error::other)?;
         self.mcap.finish().map_err(Error::other)?;
-        let file = self.mcap.into_inner().into_inner().map_err(|error| error.into_error())?;
-        sign(file, signer)
+        self.file.sign(signer)
     }
-}
-
-/// Fills the signature in. It covers every byte of the file, with zeros in its own place.
-pub(super) fn sign(mut file: File, signer: &Signer) -> Result<Written> {
-    let mut bytes = Vec::new();
-    file.seek(SeekFrom::Start(0))?;
-    file.read_to_end(&mut bytes)?;
-    let place = find_signature(&bytes).map_err(Error::other)?;
-    let signature = signer.sign(&Sha256::digest(&bytes).into());
-    bytes[place.clone()].copy_from_slice(signature.as_bytes());
-    file.seek(SeekFrom::Start(place.start as u64))?;
-    file.write_all(signature.as_bytes())?;
-    file.sync_all()?;
-    Ok(Written { sha256: super::to_hex(&Sha256::digest(&bytes)), bytes: bytes.len() as u64 })
 }
