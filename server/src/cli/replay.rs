@@ -8,8 +8,14 @@ use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+const EXAMPLES: &str = "\
+Examples:
+  palmares replay run_7c3d8eb479d7f8ab.mcap
+  palmares replay run_7c3d8eb479d7f8ab.mcap --csv > trajectories.csv";
+
 /// Which replay, and what of it.
 #[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct ReplayOptions {
     /// The replay
     #[arg(value_name = "RUN.mcap")]
@@ -55,7 +61,7 @@ fn summary(replay: &Replay) -> std::io::Result<()> {
             "{} ticks, {} s, {} states, {} pictures",
             outcome.ticks,
             outcome.sim_time_s,
-            replay.hashes.len(),
+            replay.states(),
             replay.pictures
         ),
     )?;

@@ -38,6 +38,8 @@ pub(crate) use records::FILE_BYTES;
 pub(crate) use refused::Refused;
 pub(crate) use verify::{Verified, verify};
 
+use crate::auth::hex as to_hex;
+
 /// Topic of [`messages::ActionMessage`].
 const ACTION: &str = "/action";
 /// Topic of the referee's notes.
@@ -62,11 +64,6 @@ const HAND_FILES: &str = "hand.zip";
 
 /// Ticks between two hashes of the state.
 const HASH_EVERY: u64 = 100;
-
-/// Lower-case hexadecimal.
-fn to_hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
 
 /// The bytes of lower-case hexadecimal digits; nothing else is taken, so that every value has one spelling.
 fn from_hex<const N: usize>(text: &str) -> Option<[u8; N]> {

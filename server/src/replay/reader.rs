@@ -6,7 +6,7 @@
 use super::chain::Chain;
 use super::header::Header;
 use super::key::PublicKey;
-use super::messages::{ActionMessage, HashMessage, PushMessage};
+use super::messages::{ActionMessage, HashMessage, PushMessage, StateHash};
 use super::records::{self, Frame};
 use super::refused::Refused;
 use super::{
@@ -17,7 +17,7 @@ use mcap::records::{Metadata, Record, op};
 use palmares_tasks::{Action, Event, Outcome};
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::panic::catch_unwind;
 
@@ -31,6 +31,8 @@ const MOST_EVENTS: usize = 1 << 20;
 pub(crate) struct Deed {
     /// As applied.
     pub(crate) action: Action,
+    /// Where it led.
+    pub(crate) state: Option<StateHash>,
     /// Wrenches from outside that began.
     pub(crate) pushes: Vec<PushMessage>,
 }
@@ -45,7 +47,7 @@ pub(crate) struct Replay {
     /// What the referee noted during the run.
     pub(crate) events: Vec<Event>,
     /// Hashes of the state, by tick.
-    pub(crate) hashes: Vec<(u64, String)>,
+    pub(crate) hashes: Vec<(u64, StateHash)>,
     /// How the run ended.
     pub(crate) outcome: Outcome,
     /// The hand's archive, when it does not come with the program.
@@ -61,6 +63,12 @@ pub(crate) struct Replay {
 }
 
 impl Replay {
+    /// Ticks whose state was recorded.
+    pub(crate) fn states(&self) -> usize {
+        let told = self.deeds.iter().zip(1..).filter(|(deed, _)| deed.state.is_some()).map(|(_, tick)| tick);
+        self.hashes.iter().map(|(tick, _)| *tick).chain(told).collect::<BTreeSet<u64>>().len()
+    }
+
     /// Whether the expected key signed it; without one, any key will do.
     pub(crate) fn signed_by(&self, expected: Option<&PublicKey>) -> Result<(), Refused> {
         match expected {
@@ -171,7 +179,7 @@ struct Reading {
     channels: BTreeMap<u16, String>,
     deeds: Vec<Deed>,
     events: Vec<Event>,
-    hashes: Vec<(u64, String)>,
+    hashes: Vec<(u64, StateHash)>,
     outcome: Option<Outcome>,
     hand_files: Option<Vec<u8>>,
     signature: Option<BTreeMap<String, String>>,
@@ -257,14 +265,14 @@ impl Reading {
 
     fn action(&mut self, at: usize, data: &[u8]) -> Result<(), Refused> {
         self.chain()?.extend(ACTION, data);
-        let ActionMessage { tick, action, pushes } = parse(at, data)?;
+        let ActionMessage { tick, action, state, pushes } = parse(at, data)?;
         if tick != self.deeds.len() as u64 || self.deeds.len() == MOST_TICKS {
             let expected = self.deeds.len();
             return Err(Refused::ChainBroken(format!(
                 "there is an action for tick {tick} where {expected} is due"
             )));
         }
-        self.deeds.push(Deed { action, pushes });
+        self.deeds.push(Deed { action, state, pushes });
         Ok(())
     }
 

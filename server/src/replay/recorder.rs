@@ -3,7 +3,7 @@
 use super::HASH_EVERY;
 use super::header::Header;
 use super::key::Signer;
-use super::messages::{ActionMessage, PushMessage};
+use super::messages::{ActionMessage, PushMessage, StateHash};
 use super::poses::{Picture, RATE};
 use super::sealed::Written;
 use super::writer::{Plan, write};
@@ -28,7 +28,7 @@ pub(super) enum Item {
     /// The referee's note.
     Event(Event),
     /// Digest of the state at a tick.
-    Hash(u64, String),
+    Hash(u64, StateHash),
     /// Where everything is.
     Picture(Picture),
     /// How the run ended.
@@ -113,7 +113,7 @@ impl Recorder {
             pictures: 0,
             tick_s,
         };
-        recorder.items.push(Item::Hash(run.tick(), run.state_hash()));
+        recorder.items.push(Item::Hash(run.tick(), StateHash::of(run)));
         recorder.items.push(Item::Picture(picture(run)));
         recorder.hand_on();
         Ok(recorder)
@@ -128,7 +128,9 @@ impl Recorder {
     pub(crate) fn tick(&mut self, run: &Run) {
         let tick = run.tick();
         let pushes = std::mem::take(&mut self.pushes);
-        let message = ActionMessage { tick: tick - 1, action: run.applied().clone(), pushes };
+        let state = StateHash::of(run);
+        let message =
+            ActionMessage { tick: tick - 1, action: run.applied().clone(), state: Some(state), pushes };
         self.items.push(Item::Action(message));
         self.items.extend(run.events().iter().cloned().map(Item::Event));
         let pictures = (tick as f64 * self.tick_s * RATE) as u64;
@@ -137,7 +139,7 @@ impl Recorder {
             self.items.push(Item::Picture(picture(run)));
         }
         if tick.is_multiple_of(HASH_EVERY) {
-            self.items.push(Item::Hash(tick, run.state_hash()));
+            self.items.push(Item::Hash(tick, state));
             self.hand_on();
         }
     }

@@ -30,12 +30,12 @@ pub(crate) enum Refused {
     /// The simulation comes to another state.
     #[error(
         "the state at tick {tick} is {found}, recorded was {recorded}; {}",
-        last_equal.map_or("no state was equal".into(), |t| format!("they were equal up to tick {t}"))
+        equal_until(*tick, *last_equal)
     )]
     StateDiffers {
-        /// First compared tick that differs.
+        /// First tick that differs, of those that were recorded.
         tick: u64,
-        /// Last compared tick that does not.
+        /// Last one before it.
         last_equal: Option<u64>,
         /// Hash that the simulation comes to.
         found: String,
@@ -45,6 +45,15 @@ pub(crate) enum Refused {
     /// The same states, but another score, count or event.
     #[error("{0}")]
     ScoreDiffers(String),
+}
+
+/// What is known of the states before the one that differs.
+fn equal_until(tick: u64, last_equal: Option<u64>) -> String {
+    match last_equal {
+        None => "no state was equal".into(),
+        Some(last) if last + 1 >= tick => format!("they were equal up to tick {last}"),
+        Some(last) => format!("they were equal up to tick {last}, and not recorded between the two"),
+    }
 }
 
 impl Refused {

@@ -114,6 +114,7 @@ pub(super) fn action() -> Value {
     let parts = json!({
         "tick": whole("The tick the world was at"),
         "action": object("palmares.ActionTargets", "As applied", action),
+        "state": text("Digest of every bit of the state it led to, 16 hexadecimal digits"),
         "pushes": list(object("palmares.Push", "A wrench from outside that began here", push)),
     });
     object("palmares.Action", "What led from one tick to the next; its numbers bring back every bit", parts)

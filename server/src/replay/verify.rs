@@ -2,6 +2,7 @@
 
 use super::hands::hand;
 use super::identity;
+use super::messages::StateHash;
 use super::reader::{Deed, Replay};
 use super::refused::Refused;
 use palmares_tasks::{Event, Outcome, Run, Task};
@@ -69,14 +70,14 @@ struct Simulation<'a> {
     run: Run,
     last_equal: Option<u64>,
     states: usize,
-    hashes: std::slice::Iter<'a, (u64, String)>,
+    hashes: std::slice::Iter<'a, (u64, StateHash)>,
 }
 
 impl Simulation<'_> {
     fn play(mut self, replay: &Replay) -> Result<Verified, Refused> {
-        self.compare()?;
+        self.compare(None)?;
         let mut events: Vec<Event> = Vec::new();
-        for Deed { action, pushes } in &replay.deeds {
+        for Deed { action, state, pushes } in &replay.deeds {
             let tick = self.run.tick();
             let bad = |error: &dyn ToString| {
                 Refused::ChainBroken(format!("the action of tick {tick}: {}", error.to_string()))
@@ -90,44 +91,54 @@ impl Simulation<'_> {
                 return Err(Refused::ChainBroken(message));
             }
             events.extend_from_slice(self.run.events());
-            self.compare()?;
+            self.compare(*state)?;
         }
         if events != replay.events {
             return Err(Refused::ScoreDiffers(difference(&events, &replay.events)));
         }
         let ticks = self.run.tick();
         let outcome = self.run.finish(replay.outcome.reason);
-        self.equal(self.run.tick(), &outcome.state_hash, &replay.outcome.state_hash)?;
+        self.equal(&outcome.state_hash, &replay.outcome.state_hash)?;
+        self.states += 1;
         if outcome != replay.outcome {
             return Err(Refused::ScoreDiffers(describe(&outcome, &replay.outcome)));
         }
         Ok(Verified { ticks, states: self.states, score: outcome.score })
     }
 
-    /// Compares the present state, if its hash was recorded.
-    fn compare(&mut self) -> Result<(), Refused> {
+    /// Compares the present state with what was recorded of it: with the action that led to it, on its own, or not.
+    fn compare(&mut self, told: Option<StateHash>) -> Result<(), Refused> {
         let tick = self.run.tick();
-        match self.hashes.as_slice().first() {
+        let noted = match self.hashes.as_slice().first() {
             Some((at, recorded)) if *at == tick => {
                 self.hashes.next();
-                let found = self.run.state_hash();
-                self.equal(tick, &found, recorded)
+                Some(*recorded)
             }
-            None if tick == 0 => Err(Refused::ChainBroken("there is no hash of tick 0".into())),
             _ if tick.is_multiple_of(super::HASH_EVERY) => {
-                Err(Refused::ChainBroken(format!("there is no hash of tick {tick}")))
+                return Err(Refused::ChainBroken(format!("there is no hash of tick {tick}")));
             }
-            _ => Ok(()),
-        }
-    }
-
-    fn equal(&mut self, tick: u64, found: &str, recorded: &str) -> Result<(), Refused> {
-        if found == recorded {
-            self.last_equal = Some(tick);
-            self.states += 1;
+            _ => None,
+        };
+        if told.is_none() && noted.is_none() {
             return Ok(());
         }
-        let last_equal = self.last_equal;
+        let found = StateHash::of(&self.run);
+        for recorded in [told, noted].into_iter().flatten() {
+            if recorded != found {
+                return self.equal(&found.to_string(), &recorded.to_string());
+            }
+        }
+        self.last_equal = Some(tick);
+        self.states += 1;
+        Ok(())
+    }
+
+    /// Holds the present state against a recorded one.
+    fn equal(&self, found: &str, recorded: &str) -> Result<(), Refused> {
+        if found == recorded {
+            return Ok(());
+        }
+        let (tick, last_equal) = (self.run.tick(), self.last_equal);
         Err(Refused::StateDiffers { tick, last_equal, found: found.into(), recorded: recorded.into() })
     }
 }

@@ -126,7 +126,27 @@ fn a_changed_action_breaks_the_chain_or_the_state() {
     assert!(refused.to_string().contains(&mallory.public().to_string()), "{refused}");
     assert!(replay.signed_by(None).is_ok());
     let refused = verify(&replay).expect_err("another run");
+    assert_eq!((refused.name(), refused.tick()), ("state_differs", Some(43)));
+}
+
+#[test]
+fn files_that_tell_the_state_every_hundred_ticks_are_read_too() {
+    let scenario = Scenario::new("pinch", 130);
+    let bytes = scenario.record().bytes;
+    let less = |topic: &str, text: &str| {
+        let mut message: serde_json::Value = serde_json::from_str(text).expect("JSON");
+        if topic != ACTION {
+            return text.into();
+        }
+        assert!(message.as_object_mut().expect("fields").remove("state").is_some());
+        message.to_string()
+    };
+    let old = rewritten(&bytes, &less, true, &scenario.signer);
+    assert_eq!(check(&old).expect("the same run").states, 3);
+    let changed = move |topic: &str, text: &str| less(topic, &another_action(topic, text));
+    let refused = check(&rewritten(&bytes, &changed, true, &scenario.signer)).expect_err("another run");
     assert_eq!((refused.name(), refused.tick()), ("state_differs", Some(100)));
+    assert!(refused.to_string().contains("up to tick 0, and not recorded between"), "{refused}");
 }
 
 #[test]
