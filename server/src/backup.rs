@@ -113,9 +113,10 @@ fn add_folder<W: Write>(
 /// Either is not empty, the archive is not one of ours or broken, or something cannot be written.
 pub(crate) async fn restore(archive: &Path, data_dir: &Path, store: &Store) -> anyhow::Result<()> {
     let what = || archive.display().to_string();
-    let file = File::open(archive).with_context(what)?;
-    let mut zip = ZipArchive::new(BufReader::new(file)).with_context(what)?;
-    let manifest = zip.by_name(MANIFEST).with_context(|| format!("{}: not a backup of Palmares", what()))?;
+    let file = File::open(archive).with_context(|| format!("cannot read {}", what()))?;
+    let none_of_ours = || format!("{}: not a backup of Palmares", what());
+    let mut zip = ZipArchive::new(BufReader::new(file)).with_context(none_of_ours)?;
+    let manifest = zip.by_name(MANIFEST).with_context(none_of_ours)?;
     let manifest: Manifest = serde_json::from_reader(manifest).with_context(what)?;
     if manifest.format != FORMAT {
         bail!("{}: layout {}, this program reads {FORMAT}", what(), manifest.format);

@@ -10,11 +10,8 @@ pub(super) fn hands() -> anyhow::Result<()> {
     let mut out = std::io::stdout().lock();
     for hand in builtin_hands() {
         let (motors, joints) = (hand.motors.len(), hand.coordinates.len());
-        writeln!(
-            out,
-            "{:<12} {motors} motor(s), {joints} joint coordinates. {}",
-            hand.name, hand.description
-        )?;
+        let motors = if motors == 1 { "1 motor".into() } else { format!("{motors} motors") };
+        writeln!(out, "{:<12} {motors}, {joints} joint coordinates. {}", hand.name, hand.description)?;
     }
     Ok(())
 }

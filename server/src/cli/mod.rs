@@ -26,6 +26,7 @@ Quick start:
   palmares serve                 a practice server on http://127.0.0.1:8080
   open http://127.0.0.1:8080/    the leaderboard
 
+Guides: docs/teams.md (writing a controller), docs/hands.md (a hand of your own), docs/organizers.md (a competition).
 Log lines go to stderr; RUST_LOG=palmares=debug shows more of them.";
 
 const SERVE_HELP: &str = "\
@@ -36,8 +37,19 @@ Examples:
   palmares serve
   palmares serve --listen 0.0.0.0:8080 --data-dir /var/lib/palmares
   palmares serve --config competition.toml      (see docs/organizers.md)
-  palmares serve --hand my-hand/        (see `palmares hand check`)
-  palmares serve --listen 127.0.0.1:0";
+  palmares serve --hand my-hand/                (see `palmares hand check`)
+  palmares serve --listen 127.0.0.1:0           (any free port)";
+
+const ADMIN_HELP: &str = "\
+Examples, where the server runs:
+  palmares admin team add crabs                           prints the team's token, once
+  palmares admin open
+  palmares admin session list                             sessions with their ids and clocks
+  palmares admin session grant ses_1f… --seconds 60 --reason \"late start\"
+  palmares admin run void run_7c… --reason \"the network failed\"
+  palmares admin export leaderboard -o leaderboard.csv
+Elsewhere, with the token in a file:
+  palmares admin --url http://127.0.0.1:9000 --token-file organizer.token status";
 
 const VERIFY_HELP: &str = "\
 Examples:
@@ -56,7 +68,8 @@ enum Command {
     /// Run an official competition: teams, tokens, sessions, verdicts, exports, backups
     ///
     /// Sends commands to a running server as an organizer. The first organizer's token lies in the server's data
-    /// directory, in organizer.token. The guide: docs/organizers.md.
+    /// directory, in organizer.token. Answers are JSON. The guide: docs/organizers.md.
+    #[command(after_help = ADMIN_HELP)]
     Admin(admin::AdminOptions),
     /// List the hands that come with the program
     Hands,
@@ -64,7 +77,9 @@ enum Command {
     Tasks,
     /// List the catalogue of objects
     Objects,
-    /// Check a hand of your own
+    /// Check or draw a hand, one of your own or one that comes with the program
+    ///
+    /// A hand is a URDF, meshes and a hand.toml that says what its tendons do. The guide: docs/hands.md.
     #[command(subcommand)]
     Hand(hand::HandCommand),
     /// Ask a server whether it can take work; for health checks

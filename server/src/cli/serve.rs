@@ -9,7 +9,7 @@ use crate::session::{self, Host, STACK, Session};
 use crate::store::{Deed, Location, Store};
 use crate::telemetry;
 use crate::ws::{Attention, WireListener};
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
 use palmares_models::load::{self, LoadOptions, Loaded};
@@ -181,7 +181,9 @@ fn hands(config: &Config) -> anyhow::Result<Vec<Arc<Hand>>> {
     let builtin = builtin_hands().to_vec();
     let mut hands = chosen("hands", config.builtin_hands.as_deref(), builtin, |hand| &hand.name)?;
     for path in &config.hands {
-        let Loaded { hand, warnings, .. } = load::hand(path, &LoadOptions::default())?;
+        // Its words name the file and tell the cause already.
+        let Loaded { hand, warnings, .. } = load::hand(path, &LoadOptions::default())
+            .map_err(|error| anyhow!("a hand of your own: {error}"))?;
         for warning in &warnings {
             tracing::warn!("{warning}");
         }
@@ -218,9 +220,15 @@ fn greet(address: SocketAddr, location: &Location, host: &Host) -> anyhow::Resul
         }
         (true, Phase::Revealed) => format!("official server: {}, over", host.rules.name),
     };
+    // For people who look for it; what is in it is shown nowhere.
+    let token = host.data_dir.join("organizer.token");
+    let token = match host.rules.official() && token.exists() {
+        true => format!("\n  organizer    the first one's token is in {}", token.display()),
+        false => String::new(),
+    };
     eprintln!(
         "Palmares {} {kind}\n  leaderboard  http://{address}/\n  controllers  ws://{address}/v1/control\n  \
-         tasks        {}\n  hands        {}\n  database     {database}\nCtrl-C ends it; open runs are scored first.",
+         tasks        {}\n  hands        {}\n  database     {database}{token}\nCtrl-C ends it; open runs are scored first.",
         env!("CARGO_PKG_VERSION"),
         tasks.join(", "),
         hands.join(", "),

@@ -8,14 +8,13 @@ use super::official::{self, Entry};
 use super::orders::Ordered;
 use super::registry;
 use super::world::World;
-use crate::auth::Identity;
+use crate::auth::{self, Identity};
 use crate::protocol::reply::{ServerInfo, TimeReport, Warning, Welcome};
 use crate::protocol::specs::Specs;
 use crate::protocol::{Code, Hello, Refusal, Reply};
 use crate::replay::{Recording, ReplayFile};
 use crate::store::{self, NewSession, ResumableSession, StoreError, unix_ms};
 use palmares_tasks::{Outcome, Reason};
-use sha2::{Digest, Sha256};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::sync::mpsc;
@@ -72,21 +71,15 @@ pub(super) struct Finished {
 
 /// `bytes` random bytes as lower-case hexadecimal.
 pub(super) fn random_hex(bytes: usize) -> Result<String, Refusal> {
-    let mut buffer = vec![0; bytes];
-    getrandom::fill(&mut buffer).map_err(|error| {
+    auth::random_hex(bytes).map_err(|error| {
         tracing::error!(%error, "no randomness");
         Refusal::new(Code::Internal, "the server has no randomness")
-    })?;
-    Ok(hex(&buffer))
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+    })
 }
 
 /// What the server keeps of a secret.
 pub(super) fn hash_of(token: &str) -> String {
-    hex(&Sha256::digest(token.as_bytes()))
+    auth::sha256_hex(token.as_bytes())
 }
 
 /// Logs a failure of the store and words it for the client.

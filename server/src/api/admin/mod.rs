@@ -11,10 +11,11 @@ pub(super) mod sessions;
 pub(super) mod teams;
 
 use super::Problem;
+use super::rest::store_failed;
 use crate::auth::Identity;
 use crate::protocol::{Code, Refusal};
 use crate::session::Host;
-use crate::store::{Deed, StoreError};
+use crate::store::Deed;
 use axum::Router;
 use axum::body::Bytes;
 use axum::extract::{FromRequest, Request, State};
@@ -110,10 +111,6 @@ fn needs_reason(reason: &Option<String>) -> Result<(), Problem> {
         Some(text) if !text.is_empty() => Ok(()),
         _ => Err(Problem(Refusal::new(Code::BadRequest, "reason: say why; it is kept in the audit"))),
     }
-}
-
-fn store_failed(error: &StoreError) -> Problem {
-    super::rest::store_failed(error)
 }
 
 fn not_found(message: String) -> Problem {

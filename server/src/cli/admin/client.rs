@@ -1,6 +1,6 @@
 //! A server's REST addresses, as an organizer.
 
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use clap::Args;
 use serde_json::Value;
 use std::io::{self, Write};
@@ -23,8 +23,8 @@ pub(super) struct Access {
     )]
     url: String,
 
-    /// A file with an organizer's token; else the environment's PALMARES_TOKEN, else organizer.token in the data
-    /// directory
+    /// A file with an organizer's token; left out, the environment's PALMARES_TOKEN, or else organizer.token in the
+    /// server's data directory: PALMARES_DATA_DIR, or .palmares here
     #[arg(long, global = true, value_name = "FILE", env = "PALMARES_TOKEN_FILE")]
     token_file: Option<PathBuf>,
 }
@@ -41,7 +41,8 @@ impl Access {
         };
         let text = std::fs::read_to_string(&path).with_context(|| {
             format!(
-                "cannot read an organizer's token from {}; name its file with --token-file",
+                "cannot read an organizer's token from {}; name its file with --token-file: the first one lies in the \
+                 server's data directory",
                 path.display()
             )
         })?;
@@ -67,6 +68,10 @@ impl Client {
             .proxy(None);
         let authorization = format!("Bearer {}", access.token()?);
         let url = access.url.trim_end_matches('/').to_owned();
+        ensure!(
+            url.starts_with("http://") || url.starts_with("https://"),
+            "--url {url}: expected http://HOST:PORT"
+        );
         Ok(Client { agent: config.build().into(), url, authorization })
     }
 
@@ -79,7 +84,7 @@ impl Client {
         let request = self.agent.post(&address).header("Authorization", &self.authorization);
         let request = request.header("Content-Type", "application/json");
         let answer = request.send(body.to_string().as_bytes());
-        json(checked(answer.with_context(|| format!("{address} does not answer"))?)?)
+        json(checked(answer.with_context(|| silent(&address))?)?)
     }
 
     /// Writes an answer's body to `to`, however long it is.
@@ -93,8 +98,12 @@ impl Client {
     fn ask(&self, path: &str) -> anyhow::Result<Answer> {
         let address = format!("{}{path}", self.url);
         let request = self.agent.get(&address).header("Authorization", &self.authorization);
-        checked(request.call().with_context(|| format!("{address} does not answer"))?)
+        checked(request.call().with_context(|| silent(&address))?)
     }
+}
+
+fn silent(address: &str) -> String {
+    format!("{address} does not answer; is the server running? --url names another")
 }
 
 /// A problem as an error.

@@ -39,7 +39,7 @@ enum AdminCommand {
     /// Hold, end, void sessions, give them time
     #[command(subcommand)]
     Session(Session),
-    /// Void runs, verify them again, fetch their replays
+    /// Void runs, verify them again, fetch their replays; `export runs` lists them
     #[command(subcommand)]
     Run(Run),
     /// Decide on teams' own hands
@@ -84,7 +84,7 @@ struct TeamName {
 
 #[derive(Args, Debug)]
 struct Id {
-    /// Its id
+    /// Its id, as the list has it
     id: String,
     #[command(flatten)]
     reason: Reason,
@@ -142,7 +142,7 @@ enum Session {
     Grant {
         #[command(flatten)]
         id: Id,
-        /// By how much
+        /// By how much, at most a day
         #[arg(long)]
         seconds: f64,
     },
@@ -152,7 +152,7 @@ enum Session {
 enum Run {
     /// Void a run: it counts for nothing, and its session gets its time back. Needs --reason
     Void(Id),
-    /// Play its replay again
+    /// Play its replay again: its status becomes verified or rejected
     Reverify(Id),
     /// Fetch its replay
     Replay {
@@ -170,7 +170,7 @@ enum Hand {
     List,
     /// Let the team play it in official sessions
     Approve(Id),
-    /// Do not. Needs --reason
+    /// Do not let it, also when it was approved before. Needs --reason
     Reject(Id),
 }
 
@@ -260,8 +260,10 @@ impl AdminCommand {
             AdminCommand::Export { what, format, output } => {
                 Fetch(format!("/v1/admin/export/{}?format={}", word(*what), word(*format)), output.clone())
             }
-            AdminCommand::Audit => get("/v1/admin/audit"),
+            // The export: all of it, however long it is.
+            AdminCommand::Audit => get("/v1/admin/export/audit?format=json"),
             AdminCommand::Backup { file } => Fetch("/v1/admin/backup".into(), Some(file.clone())),
+            // Needs no server.
             AdminCommand::Restore(_) => get("/v1/competition"),
         }
     }
