@@ -27,7 +27,8 @@ fn lying(folder: &Path) -> std::io::Result<Vec<Lying>> {
         let run_id = run_id.to_owned();
         // One that is gone by now needs no place any more.
         let Ok(facts) = std::fs::metadata(&path) else { continue };
-        let (bytes, changed) = (facts.len(), facts.modified()?);
+        // An empty one is one too many all the same.
+        let (bytes, changed) = (facts.len().max(1), facts.modified()?);
         files.push(Lying { path, run_id, bytes, changed });
     }
     files.sort_by(|a, b| b.changed.cmp(&a.changed).then_with(|| a.run_id.cmp(&b.run_id)));

@@ -141,6 +141,8 @@ impl Log {
             let id = mcap.add_channel(schema, topic, "json", &BTreeMap::new()).map_err(Error::other)?;
             channels.insert(topic, (id, 0));
         }
+        // A file that a crash cuts off tells whose it was.
+        mcap.flush().map_err(Error::other)?;
         let tick_s = header.tick_s;
         Ok(Log { mcap, file, channels, chain, frames, shown, start_ns, tick_s, buffer: Vec::new() })
     }
