@@ -1,9 +1,10 @@
 //! A database that does not take what it is given: `internal`, and nothing is lost.
 
-use crate::harness::{Client, Server, get, reset, step};
+use crate::harness::{Client, Official, Server, get, official_reset, reset, step};
 use serde_json::json;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteConnection};
 use sqlx::{ConnectOptions, Connection};
+use std::time::Instant;
 
 /// Another program that holds the database's write lock.
 async fn hold(server: &Server) -> SqliteConnection {
@@ -48,4 +49,27 @@ async fn a_run_that_cannot_be_stored_is_not_opened() {
     }
     assert_eq!(obs["tick"], 0, "{obs}");
     client.goes_on(0).await;
+}
+
+#[tokio::test]
+async fn the_time_until_the_database_takes_it_is_not_the_teams() {
+    let cup = Official::start();
+    let token = cup.team("patient");
+    cup.open();
+    let (mut client, _, _) = cup.playing(&token).await;
+    client.goes_on(0).await;
+    let wall_s = |time: &serde_json::Value| time["wall_s"].as_f64().expect("a number");
+    for request in [json!({"op": "stop"}), official_reset()] {
+        let before = client.ask(json!({"op": "time"})).await;
+        let holder = hold(&cup.server).await;
+        let trouble = Instant::now();
+        client.refused(request.clone(), "internal").await;
+        let trouble_s = trouble.elapsed().as_secs_f64();
+        holder.close().await.expect("unlocks");
+        let done = client.ask(request).await;
+        assert!(done["op"] == "result" || done["op"] == "obs", "{done}");
+        let after = client.ask(json!({"op": "time"})).await;
+        assert!(after["refunded_s"].as_f64() > before["refunded_s"].as_f64(), "{before} {after}");
+        assert!(wall_s(&after) - wall_s(&before) < trouble_s, "{before} {after}: {trouble_s} s of trouble");
+    }
 }

@@ -1,6 +1,6 @@
 //! A team's visit: how it begins, what it tells of itself, how it ends.
 
-use super::clock::ClockState;
+use super::clock::{ClockState, Spent};
 use super::host::Host;
 use super::live::Live;
 use super::machine::{Machine, Playing};
@@ -67,6 +67,8 @@ pub(super) struct Finished {
     pub(super) note: Option<String>,
     pub(super) course: super::live::Course,
     pub(super) replay: Option<ReplayFile>,
+    /// How the session's clock stood then: what passes until the result is stored is the server's fault.
+    pub(super) ended: Spent,
 }
 
 /// `bytes` random bytes as lower-case hexadecimal.

@@ -71,6 +71,7 @@ impl Session {
                     Err(error) => tracing::error!(error, run = run.run_id, "no replay"),
                 }
             }
+            let ended = self.machine.clock().spent(self.host.now());
             self.unstored = Some(match outcome {
                 Some(outcome) => {
                     let mut status = match (reason, self.official) {
@@ -83,14 +84,16 @@ impl Session {
                         status = "voided";
                         note = Some("the replay could not be written".into());
                     }
-                    Finished { run, outcome, status, note, course, replay }
+                    Finished { run, outcome, status, note, course, replay, ended }
                 }
                 None => {
                     tracing::error!(run = run.run_id, tick = run.tick, "world fault; run voided");
                     let note = Some("the world failed".to_owned());
-                    Finished { outcome: fault(&run), run, status: "voided", note, course, replay }
+                    Finished { outcome: fault(&run), run, status: "voided", note, course, replay, ended }
                 }
             });
+        } else if let Some(finished) = &self.unstored {
+            self.machine.forgive(finished.ended, self.host.now());
         }
         let Some(finished) = self.unstored.take() else {
             return Err(Refusal::new(Code::WrongState, "no run is open; send reset first"));

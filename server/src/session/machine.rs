@@ -263,6 +263,12 @@ impl Machine {
         }
     }
 
+    /// Gives back what passed since the clock stood like this: the server could not do what was asked.
+    pub(crate) fn forgive(&mut self, since: Spent, now: Duration) {
+        let lost = self.clock.spent(now).since(since);
+        self.clock.refund(lost, now);
+    }
+
     /// Gives back what a run has taken that ended before and is void now. That it happens once is the caller's care.
     pub(crate) fn give_back(&mut self, taken: Spent, now: Duration) {
         let before_s = self.clock.refunded_s();

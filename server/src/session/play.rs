@@ -23,8 +23,17 @@ fn names<'a>(names: impl Iterator<Item = &'a str>) -> String {
 }
 
 impl Session {
-    /// Opens a run.
+    /// Opens a run. When the server cannot, the attempt has cost no time.
     pub(crate) async fn reset(&mut self, id: u64, reset: Reset) -> Result<Reply, Refusal> {
+        let before = self.machine.clock().spent(self.host.now());
+        let opened = self.open(id, reset).await;
+        if opened.as_ref().is_err_and(|refusal| refusal.code == Code::Internal) {
+            self.machine.forgive(before, self.host.now());
+        }
+        opened
+    }
+
+    async fn open(&mut self, id: u64, reset: Reset) -> Result<Reply, Refusal> {
         self.machine.may_reset(self.host.now())?;
         let task = self.host.task(&reset.task).ok_or_else(|| {
             let known = names(self.host.tasks.iter().map(|task| task.name.as_str()));

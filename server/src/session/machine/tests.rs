@@ -106,6 +106,24 @@ fn in_a_pause_the_world_stands_still() {
     machine.may_reset(START).expect("goes on");
 }
 
+#[test]
+fn time_in_which_the_server_could_not_do_its_part_costs_nobody() {
+    let mut machine = Machine::new(Some(10.0));
+    machine.opened(run(), START);
+    machine.stepped(300, START);
+    let end = START + Duration::from_secs(4);
+    let ended = machine.clock().spent(end);
+    // The result cannot be stored until the session's time would be spent, and a while longer.
+    let later = START + Duration::from_secs(60);
+    assert!(machine.clock().is_over(later));
+    machine.forgive(ended, later);
+    assert_eq!((machine.clock().left_s(later), machine.clock().refunded_s()), (Some(6.0), 6.0));
+    // It is not the run's either.
+    assert_eq!(machine.taken(later), Spent { wall_s: 4.0, simulated_s: 3.0 });
+    machine.ended(later, false);
+    machine.may_reset(later).expect("in time");
+}
+
 mod random {
     use super::*;
     use proptest::prelude::*;
