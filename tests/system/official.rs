@@ -95,6 +95,13 @@ async fn seeds_are_hidden_the_same_for_all_and_new_in_every_run() {
             assert_eq!(run["k"], 1, "{run}");
             assert!(!answer.body.contains(&seed));
         }
+        assert!(
+            cup.get(&path, &crabs).json()["events"].is_array(),
+            "what happened in one's own run one may know"
+        );
+        for answer in [get(&cup.server, &path), cup.get(&path, &eels)] {
+            assert_eq!(answer.json().get("events"), None, "{}", answer.body);
+        }
         assert!(cup.get(&path, &crabs).json()["session_id"].is_string(), "one's own session one may know");
         assert!(cup.get(&path, &eels).json().get("session_id").is_none());
         for token in [&crabs, &eels] {

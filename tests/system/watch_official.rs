@@ -80,7 +80,7 @@ async fn a_run_is_watched_by_those_who_may_and_by_nobody_else() {
                     let scene = until(&mut watcher, "scene", &mut String::new()).await;
                     assert_eq!(scene["run"]["run_id"], json!(run));
                 } else {
-                    assert_error(&reply, "not_authorized", false);
+                    assert_error(&reply, if token.is_some() { "forbidden" } else { "not_authorized" }, false);
                     assert!(!reply.to_string().contains("claw"), "{reply}");
                 }
             }
@@ -140,6 +140,7 @@ async fn watching_tells_no_seed_no_token_and_nothing_to_those_who_may_not() {
     // A viewer's token opens nothing else.
     let shown = cup.get(&format!("/v1/runs/{run_id}"), &viewer).json();
     assert_eq!((&shown["seed_hex"], shown.get("session_id")), (&Value::Null, None), "{shown}");
+    assert!(shown["events"].is_array(), "it was watched: {shown}");
     cup.get(&format!("/v1/runs/{run_id}/replay"), &viewer).assert_problem(403, "forbidden");
 }
 

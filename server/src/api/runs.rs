@@ -19,16 +19,21 @@ fn organizer(identity: Option<&Identity>) -> bool {
     identity.is_some_and(|identity| identity.role == Role::Organizer)
 }
 
-/// A run as this asker may see it: while seeds are hidden only organizers see them, and sessions of others are
-/// nobody's business.
+/// A run as this asker may see it: while seeds are hidden only organizers see them, what happened in a run tells of
+/// scenes that are still to come for others, and sessions of others are nobody's business.
 fn seen_by(mut run: RunRecord, identity: Option<&Identity>, rules: &Rules) -> RunRecord {
     if organizer(identity) || !rules.official() {
         return run;
     }
+    let own = identity.and_then(|identity| identity.team.as_ref()) == Some(&run.team);
+    let viewer = identity.is_some_and(|identity| identity.role == Role::Viewer);
     if !rules.revealed() {
         (run.seed, run.seed_hex) = (None, None);
+        if !own && !viewer {
+            run.events = None;
+        }
     }
-    if identity.and_then(|identity| identity.team.as_ref()) != Some(&run.team) {
+    if !own {
         run.session_id = None;
     }
     run

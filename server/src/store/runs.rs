@@ -101,7 +101,9 @@ pub(crate) struct RunRecord {
     verified_unix_ms: Option<i64>,
     server_version: String,
     build_hash: String,
-    events: Vec<Event>,
+    /// What the referee noted; of an official run only for those who may watch it, until the seeds are revealed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) events: Option<Vec<Event>>,
 }
 
 impl FromRow<'_, AnyRow> for RunRecord {
@@ -142,7 +144,7 @@ impl FromRow<'_, AnyRow> for RunRecord {
             verified_unix_ms: row.try_get("verified_at")?,
             server_version: row.try_get("server_version")?,
             build_hash: row.try_get("build_hash")?,
-            events,
+            events: Some(events),
         })
     }
 }

@@ -226,7 +226,9 @@ impl Viewer {
             (Err(Nothing::Waiting), _) => None,
             (Err(Nothing::Forbidden), _) => {
                 let message = "this is not for you to watch; `list` tells what is";
-                return self.refuse(Some(id), &Refusal::new(Code::NotAuthorized, message)).await;
+                let anybody = self.watcher == Watcher::Anybody;
+                let code = if anybody { Code::NotAuthorized } else { Code::Forbidden };
+                return self.refuse(Some(id), &Refusal::new(code, message)).await;
             }
             (Err(Nothing::Unknown), Target::Run(run)) => {
                 let message = format!("no open run `{}`; `list` tells which there are", shortened(run));
