@@ -210,13 +210,15 @@ fn by_id(field: &str, id: &Id) -> Value {
 /// What a command asks of the server.
 enum Ask {
     Get(String),
+    /// A whole table, however long it is, and what it is called.
+    All(&'static str, &'static str),
     Post(&'static str, Value),
     Fetch(String, Option<PathBuf>),
 }
 
 impl AdminCommand {
     fn ask(&self) -> Ask {
-        use Ask::{Fetch, Get, Post};
+        use Ask::{All, Fetch, Get, Post};
         let get = |path: &str| Get(path.to_owned());
         let why = |reason: &Reason| json!({"reason": reason.reason});
         match self {
@@ -260,8 +262,7 @@ impl AdminCommand {
             AdminCommand::Export { what, format, output } => {
                 Fetch(format!("/v1/admin/export/{}?format={}", word(*what), word(*format)), output.clone())
             }
-            // The export: all of it, however long it is.
-            AdminCommand::Audit => get("/v1/admin/export/audit?format=json"),
+            AdminCommand::Audit => All("/v1/admin/export/audit?format=json", "records"),
             AdminCommand::Backup { file } => Fetch("/v1/admin/backup".into(), Some(file.clone())),
             // Needs no server.
             AdminCommand::Restore(_) => get("/v1/competition"),
@@ -277,6 +278,7 @@ pub(super) fn admin(options: &AdminOptions) -> anyhow::Result<()> {
     let client = Client::new(&options.access)?;
     let answer = match options.command.ask() {
         Ask::Get(path) => client.get(&path)?,
+        Ask::All(path, name) => json!({name: client.get(path)?}),
         Ask::Post(path, body) => client.post(path, &body)?,
         Ask::Fetch(path, None) => {
             let mut out = std::io::stdout().lock();
