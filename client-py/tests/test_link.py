@@ -10,12 +10,13 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import palmares
 from palmares import link as link_module
-from palmares.requests import Time
+from palmares.requests import Request, Time
 from tests.fake_server import FakeServer
 
 
@@ -126,6 +127,25 @@ def test_a_restart_that_voids_the_run_is_told(server: FakeServer) -> None:
         with pytest.raises(palmares.WrongStateError):
             client.step()
         assert client.reset("balls", "softhand").tick == 0
+
+
+def test_a_restart_seen_by_the_heartbeat_just_before_a_request_is_told(
+    server: FakeServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with palmares.Client(server.url) as client:
+        obs = client.reset("balls", "softhand")
+        server.forget = True
+        exchange, link = client._link.exchange, client._link
+
+        def after_the_heartbeat(request: Request, kind: type[Any]) -> Any:
+            monkeypatch.setattr(link, "exchange", exchange)
+            link.hang_up()
+            link.tend()
+            return exchange(request, kind)
+
+        monkeypatch.setattr(link, "exchange", after_the_heartbeat)
+        with pytest.raises(palmares.RunLostError, match=str(obs.run_id)):
+            client.step()
 
 
 def test_a_result_that_came_unasked_is_what_stop_returns(server: FakeServer) -> None:

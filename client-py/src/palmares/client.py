@@ -21,7 +21,7 @@ from palmares.errors import (
     SessionOverError,
     WrongStateError,
 )
-from palmares.link import Link, raise_if_fatal
+from palmares.link import Link, Returned, raise_if_fatal
 from palmares.messages import (
     Ack,
     BaseTarget,
@@ -304,6 +304,8 @@ class Client:
                 if self._link.returned is not None:
                     request = self._check_return(request)
                 return self._link.exchange(request, kind)
+            except Returned:
+                continue  # Since the look a moment ago: look again.
             except RateLimitedError as slower:
                 # A request that fails has changed nothing, so it can be sent again.
                 time.sleep(0.1 if slower.retry_after_s is None else slower.retry_after_s)

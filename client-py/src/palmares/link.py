@@ -38,6 +38,10 @@ LOG = logging.getLogger("palmares")
 Answer = TypeVar("Answer", bound=Reply)
 
 
+class Returned(Exception):  # noqa: N818 - the caller acts on it
+    """The heartbeat has taken the session up again on another connection."""
+
+
 class Link:
     """One session's connection. Requests are made from one thread at a time.
 
@@ -88,11 +92,14 @@ class Link:
         """Ask and wait for the answer.
 
         Raises:
+            Returned: The connection is a new one; look at `returned` first. Nothing was asked.
             PalmaresError: The server refused, or did not answer in time.
             Closed: The connection broke; the request may have been taken or not.
 
         """
         with self._lock:
+            if self.returned is not None:
+                raise Returned
             return self._exchange(request, kind)
 
     def listen(self, wait_s: float) -> None:
