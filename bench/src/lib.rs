@@ -11,7 +11,6 @@ pub mod fingerprint;
 #[cfg(test)]
 mod gates;
 pub mod random;
-pub mod random_piles;
 pub mod recorder;
 pub mod report;
 pub mod rigs;

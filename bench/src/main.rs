@@ -6,7 +6,7 @@ use palmares_bench::cases::grasp::Placement;
 use palmares_bench::cases::{self, Setup};
 use palmares_bench::engine::EngineKind;
 use palmares_bench::report;
-use palmares_bench::robust::{grasps, placements};
+use palmares_bench::robust::{self, grasps, heaps, placements};
 use std::path::PathBuf;
 
 /// Speed against error of the hand emulator.
@@ -28,18 +28,18 @@ enum What {
         /// Try the grid of placements of the grasp cases: kept through lift, hold and shaking at every step?
         #[arg(long)]
         placements: bool,
-        /// Play this many random grasps, randomly disturbed.
-        #[arg(long, default_value_t = 0)]
-        grasps: u64,
-        /// Number of the first of them.
-        #[arg(long, default_value_t = 0)]
-        first: u64,
         /// With `--placements`: try every step even after one has failed.
         #[arg(long)]
         every_step: bool,
+        /// Play this many random grasps, randomly disturbed.
+        #[arg(long)]
+        grasps: Option<u32>,
         /// Drop and kick this many random heaps of objects, and print the worst that was seen.
         #[arg(long)]
         piles: Option<u32>,
+        /// Seed of the random grasps and heaps; the default is that of the tests.
+        #[arg(long, default_value_t = robust::SEED)]
+        seed: u64,
         /// With `--piles`: step, s.
         #[arg(long, default_value_t = 2e-3)]
         dt: f64,
@@ -100,16 +100,19 @@ fn main() -> Result<()> {
             }
         }
         What::Fingerprint => println!("{}", palmares_bench::fingerprint::balls()?),
-        What::Robust { placements, grasps, first, every_step, piles, dt, time } => {
-            if grasps > 0 {
-                robust_grasps(first, grasps)?;
-            }
+        What::Robust { placements, every_step, grasps, piles, seed, dt, time } => {
             if placements {
                 robust_placements(every_step)?;
             }
-            if let Some(piles) = piles {
-                println!("{piles} heaps of 3 to 12 objects, {time} s at {} ms", dt * 1e3);
-                println!("{:#?}", palmares_bench::random_piles::check(piles, dt, time)?);
+            if let Some(count) = grasps {
+                let worst = grasps::check(seed, count)?;
+                println!("{count} disturbed grasps, 3 s at 1 to 8 ms, seed {seed}: all hold. {worst:#?}");
+            }
+            if let Some(count) = piles {
+                let (worst, ms) = (heaps::check(seed, count, dt, time)?, dt * 1e3);
+                println!(
+                    "{count} heaps of 3 to 12 objects, {time} s at {ms} ms, seed {seed}: all hold. {worst:#?}"
+                );
             }
         }
         What::Report { out, engines, cases, steps_ms, repeats, quick } => {
@@ -161,34 +164,5 @@ fn robust_placements(every_step: bool) -> Result<()> {
         println!("along {along_m:.3} across {across_m:+.3} sigma {sigma:.2}: {}", marks.join(", "));
     }
     println!("{good} of {} placements keep cylinder and box at every step", grid.len());
-    Ok(())
-}
-
-fn robust_grasps(first: u64, count: u64) -> Result<()> {
-    let (mut sound, mut grasped, mut kept) = (0, 0, 0);
-    let (mut excess, mut depth, mut object, mut joint): (f64, f64, f64, f64) = (0.0, 0.0, 0.0, 0.0);
-    for seed in first..first + count {
-        let outcome = grasps::play(seed)?;
-        let faults = outcome.faults();
-        if faults.is_empty() {
-            sound += 1;
-        } else {
-            println!("grasp {seed} at {} ms: {}", outcome.dt_s * 1e3, faults.join("; "));
-        }
-        grasped += usize::from(outcome.kept[0]);
-        kept += usize::from(outcome.kept == [true; 2]);
-        let w = &outcome.watch;
-        excess = excess.max(w.excess_j / (w.given_j + 0.1));
-        depth = depth.max(w.depth_m);
-        (object, joint) = (object.max(w.object_speed), joint.max(w.joint_rate));
-    }
-    println!(
-        "{sound} of {count} random grasps are sound; {grasped} objects were grasped, {kept} of them kept"
-    );
-    println!("largest energy from nowhere {:.2e} of the energy given", excess);
-    println!(
-        "fastest object {object:.2} m/s, fastest joint {joint:.0} rad/s, deepest overlap {:.2} mm",
-        depth * 1e3
-    );
     Ok(())
 }

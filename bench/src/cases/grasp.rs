@@ -75,6 +75,7 @@ const SHAKEN: Schedule = Schedule { hold_s: 4.0, end_s: 6.0 };
 const LONG: Schedule = Schedule { hold_s: 62.5, end_s: 62.5 };
 
 /// An object of the grasp cases, in the hand's frame.
+#[derive(Clone, Debug)]
 pub struct Grasp {
     /// Its shape.
     pub shape: Shape,

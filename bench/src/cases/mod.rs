@@ -6,6 +6,7 @@ mod elliptic;
 pub mod free_motion;
 pub mod friction;
 pub mod grasp;
+pub mod gripper;
 pub mod hand_dynamics;
 pub mod hard;
 pub mod heaps;
@@ -98,6 +99,7 @@ pub const GROUPS: &[&[Case]] = &[
     synergy::CASES,
     grasp::CASES,
     pinch::CASES,
+    gripper::CASES,
     reflex::CASES,
     balls::CASES,
     pile::CASES,

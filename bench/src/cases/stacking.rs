@@ -128,7 +128,7 @@ pub fn mass_ratio(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
 }
 
 /// Stiffness of a contact of rigid bodies, N/m: that of steel balls.
-const RIGID: f64 = 1e8;
+pub(crate) const RIGID: f64 = 1e8;
 
 /// Deepest overlap, mm, in columns of n = 1 … 15 spheres (r = 0.05 m, 0.2 kg, μ = 0.3) that stand for 1 s (Horak &
 /// Trinkle 2019). Exact: none, for the spheres are rigid. How stiff contacts are is the scene's to say, not the

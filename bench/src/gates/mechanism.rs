@@ -16,6 +16,18 @@ fn a_pendulum_keeps_its_period_and_energy_for_a_hundred_periods() {
 }
 
 #[test]
+fn a_heavy_top_precesses_steadily() {
+    for dt in [0.25e-3, 1e-3, 8e-3] {
+        let report = report("heavy_top", dt);
+        converged(&report);
+        // A steady precession is a fixed point of the midpoint rule; what it settles to is left.
+        assert!(error(&report) <= 1e-8, "at {dt}: {:e} %", error(&report));
+        let drift = report.invariants.energy_gain_j.expect("the change of energy is reported");
+        assert!(drift <= 1e-8, "at {dt}: {drift:e} J");
+    }
+}
+
+#[test]
 fn a_ball_that_hits_a_free_hand_changes_no_momentum() {
     for dt in [1e-3, 8e-3] {
         let report = report("momentum_inelastic_hit", dt);

@@ -13,7 +13,7 @@ mod mechanism;
 mod peers;
 mod pile;
 mod pinch;
-mod random_piles;
+mod random;
 mod reflex;
 mod robustness;
 mod rolling;

@@ -1,148 +1,212 @@
-//! Random grasps, randomly disturbed.
+//! Random grasps, randomly disturbed: nothing may break, explode, pass the floor or gain energy.
+//!
+//! The hand closes on a random object, palm down on its pedestal or palm up with the object on it; then the base goes
+//! from target to target within its limits, σ jumps, links are pushed.
 
+use super::{all_hold, rotation};
 use crate::cases::grasp::{Grasp, Placement, scene};
 use crate::cases::synergy::softhand;
-use crate::random::Random;
 use crate::watch::Watch;
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::base::BaseCommand;
 use palmares_sim::world::Push;
 use palmares_sim::{Command, Config, World};
+use proptest::prelude::*;
 use std::sync::Arc;
 
-/// Steps of the runs, s, by turns.
+/// Steps of the runs, s.
 const STEPS_S: [f64; 4] = [1e-3, 2e-3, 4e-3, 8e-3];
-/// Length of a run, s.
-const LASTS_S: f64 = 3.0;
 /// How long a command or a push lasts, s.
 const PIECE_S: f64 = 0.2;
-/// How many pieces the hand has for closing in peace.
-const CLOSING: u64 = 4;
-/// Largest push, N.
-const PUSH_N: f64 = 20.0;
+/// How many pieces the hand has for closing in peace, and how many follow.
+const CLOSING: usize = 4;
+const DISTURBED: usize = 11;
+/// How far the floor is from the pedestal's top or, palm up, from the hand, m.
+const FLOOR_M: f64 = 0.4;
 
-/// What became of a random grasp.
+/// What becomes of a piece of a run: what is not given stays as it was, but a push is over.
+#[derive(Clone, Debug)]
+struct Piece {
+    /// Where the base goes from its start, m, and how it turns, rad.
+    base: Option<([f64; 3], [f64; 3])>,
+    /// Rarely: most grasps end with it.
+    sigma: Option<f64>,
+    /// Which link, modulo the number of links; where in its frame, m; N.
+    push: Option<(usize, [f64; 3], [f64; 3])>,
+}
+
+/// A grasp and what disturbs it.
+#[derive(Clone, Debug)]
+pub struct Disturbed {
+    dt_s: f64,
+    grasp: Grasp,
+    placement: Placement,
+    palm_up: bool,
+    pieces: Vec<Piece>,
+}
+
+/// What a run showed.
 pub struct Outcome {
-    /// Its number.
-    pub seed: u64,
-    /// Its step, s.
-    pub dt_s: f64,
-    /// What was seen.
+    /// Energy, speeds, steps that failed.
     pub watch: Watch,
+    /// How far the object's centre or the hand's base got beyond the floor, m; negative when they did not.
+    pub escaped_m: f64,
     /// Whether the object was in the hand when the disturbance began, and at the end; it need not be.
     pub kept: [bool; 2],
 }
 
-impl Outcome {
-    /// What is wrong with it; nothing in a sound run. Bounds: energy from nowhere at most a hundredth of what motors,
-    /// servo and pushes gave, plus 1 mJ; objects below 10 m/s, the base below 5 m/s, joints below 1000 rad/s. The base may
-    /// hook onto the pedestal and be let go under the servo's full force.
-    pub fn faults(&self) -> Vec<String> {
-        let w = &self.watch;
-        let checks = [
-            (w.broken > 0, format!("{} steps not finite", w.broken)),
-            (w.unconverged > 0, format!("{} steps not converged", w.unconverged)),
-            (
-                w.excess_j > 0.01 * w.given_j + 1e-3,
-                format!("{:.2e} J from nowhere, {:.2} J given", w.excess_j, w.given_j),
-            ),
-            (w.object_speed > 10.0, format!("object at {:.1} m/s", w.object_speed)),
-            (w.base_speed > 5.0, format!("base at {:.1} m/s", w.base_speed)),
-            (w.joint_rate > 1000.0, format!("joint at {:.0} rad/s", w.joint_rate)),
-        ];
-        checks.into_iter().filter(|(bad, _)| *bad).map(|(_, what)| what).collect()
-    }
+/// The worst of many grasps.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tally {
+    /// Objects that were in the hand when the disturbance began.
+    pub grasped: usize,
+    /// ... and still at the end.
+    pub kept: usize,
+    /// Largest energy from nowhere, of the energy given and 0.1 J.
+    pub excess: f64,
+    /// Fastest object, m/s.
+    pub object_speed: f64,
+    /// Fastest joint, rad/s.
+    pub joint_rate: f64,
+    /// Deepest overlap, m.
+    pub depth_m: f64,
 }
 
 /// A box, cylinder, sphere or capsule of 2 to 11 cm and 20 g to 1 kg in any orientation.
-fn object(random: &mut Random) -> Grasp {
-    let half = |random: &mut Random| random.between(0.01, 0.05);
-    let shape = match random.below(4) {
-        0 => Shape::Box { half_extents: [half(random), half(random), half(random)], rounding: 0.0 },
-        1 => Shape::Cylinder { radius: half(random), half_length: half(random) },
-        2 => Shape::Sphere { radius: random.between(0.015, 0.055) },
-        _ => Shape::Capsule { radius: random.between(0.01, 0.04), half_length: half(random) },
-    };
-    Grasp { shape, mass: random.magnitude(0.02, 1.0), hand_from_object: random.rotation() }
+fn grasp() -> impl Strategy<Value = Grasp> {
+    let half = || 0.01..0.05f64;
+    let shape = prop_oneof![
+        (0.015..0.055f64).prop_map(|radius| Shape::Sphere { radius }),
+        [half(), half(), half()].prop_map(|half_extents| Shape::Box { half_extents, rounding: 0.0 }),
+        (half(), half()).prop_map(|(radius, half_length)| Shape::Cylinder { radius, half_length }),
+        (0.01..0.04f64, half()).prop_map(|(radius, half_length)| Shape::Capsule { radius, half_length }),
+    ];
+    (shape, 0.02f64.ln()..0f64, rotation()).prop_map(|(shape, log_mass, hand_from_object)| Grasp {
+        shape,
+        mass: log_mass.exp(),
+        hand_from_object,
+    })
 }
 
-/// Plays the random grasp of a number: the hand closes on a random object, palm down on its pedestal or palm up with
-/// the object on it; then the base goes from target to target within its limits, σ jumps, links are pushed.
-pub fn play(seed: u64) -> Result<Outcome> {
-    let mut random = Random::new(seed);
-    let dt_s = STEPS_S[(seed % 4) as usize];
-    let grasp = object(&mut random);
-    let placement = Placement {
-        along_m: random.between(0.13, 0.19),
-        across_m: random.between(-0.04, 0.02),
-        sigma: random.between(0.5, 1.0),
-    };
-    let hand = softhand()?;
-    let up = if random.below(2) == 0 { -1.0 } else { 1.0 };
-    let config = Config { gravity: Vec3::new(0.0, 0.0, 9.81 * up), ..Config::with_step(dt_s) };
-    let (mut model, state, start) = scene(&hand, config, &grasp, placement)?;
-    let floor = Shape::Box { half_extents: [30.0, 30.0, 0.1], rounding: 0.0 };
-    model.add_static("floor", &floor, Pose::translation(0.0, 0.0, 0.5 * up), 0.6)?;
-    let mut world = World::new(Arc::new(model), state);
-    let mut command = Command::stay(world.model(), start);
-    let mut watch = Watch::new(&world);
-    let steps = (LASTS_S / dt_s).round() as u64;
-    let piece = (PIECE_S / dt_s).round() as u64;
-    let mut kept = [false; 2];
-    command.sigma[0] = placement.sigma;
-    for k in 0..steps {
-        if k == CLOSING * piece {
-            kept[0] = in_hand(&world, placement);
+/// Targets up to 0.2 m and 0.6 rad off along every axis, pushes of up to 12 N along every axis.
+fn piece() -> impl Strategy<Value = Piece> {
+    let cube = |half: f64| prop::array::uniform3(-half..half);
+    let often = 0.5;
+    (
+        prop::option::weighted(often, (cube(0.2), cube(0.6))),
+        prop::option::weighted(1.0 / 16.0, 0.0..1.0f64),
+        prop::option::weighted(often, (0..64usize, cube(0.01), cube(12.0))),
+    )
+        .prop_map(|(base, sigma, push)| Piece { base, sigma, push })
+}
+
+/// Any grasp.
+fn disturbed() -> impl Strategy<Value = Disturbed> {
+    let placement = (0.13..0.19f64, -0.04..0.02f64, 0.5..1.0f64)
+        .prop_map(|(along_m, across_m, sigma)| Placement { along_m, across_m, sigma });
+    let steps = prop::sample::select(&STEPS_S[..]);
+    (steps, grasp(), placement, any::<bool>(), prop::collection::vec(piece(), DISTURBED)).prop_map(
+        |(dt_s, grasp, placement, palm_up, pieces)| Disturbed { dt_s, grasp, placement, palm_up, pieces },
+    )
+}
+
+impl Disturbed {
+    /// Plays it.
+    fn play(&self) -> Result<Outcome> {
+        let hand = softhand()?;
+        // Palm up is palm down with everything falling the other way.
+        let down = if self.palm_up { 1.0 } else { -1.0 };
+        let config = Config { gravity: Vec3::new(0.0, 0.0, 9.81 * down), ..Config::with_step(self.dt_s) };
+        let (mut model, state, start) = scene(&hand, config, &self.grasp, self.placement)?;
+        let floor = Shape::Box { half_extents: [30.0, 30.0, 0.1], rounding: 0.0 };
+        model.add_static("floor", &floor, Pose::translation(0.0, 0.0, (FLOOR_M + 0.1) * down), 0.6)?;
+        let mut world = World::new(Arc::new(model), state);
+        let mut command = Command::stay(world.model(), start);
+        let mut outcome =
+            Outcome { watch: Watch::new(&world), escaped_m: f64::NEG_INFINITY, kept: [false; 2] };
+        command.sigma[0] = self.placement.sigma;
+        let mut pieces = self.pieces.iter();
+        for piece in 0..CLOSING + DISTURBED {
+            if piece == CLOSING {
+                outcome.kept[0] = self.in_hand(&world);
+            }
+            if piece >= CLOSING {
+                pieces.next().into_iter().for_each(|it| it.tell(start, hand.links.len(), &mut command));
+            }
+            for _ in 0..(PIECE_S / self.dt_s).round() as u64 {
+                world.step(&command);
+                outcome.watch.step(&world, &command);
+                let state = world.state();
+                for at in [state.base.translation, state.objects[0].translation] {
+                    outcome.escaped_m = outcome.escaped_m.max(down * at.z - FLOOR_M);
+                }
+            }
         }
-        if k % piece == 0 && k / piece >= CLOSING {
-            disturb(&mut random, start, hand.links.len(), &mut command);
+        outcome.kept[1] = self.in_hand(&world);
+        Ok(outcome)
+    }
+
+    /// Whether the object is before the palm, no farther than fingers reach.
+    fn in_hand(&self, world: &World) -> bool {
+        let state = world.state();
+        let at = state.base.inverse_transform_point(state.objects[0].translation);
+        let placed = Vec3::new(0.05, self.placement.across_m, self.placement.along_m);
+        at.x > 0.0 && (at - placed).length() < 0.08
+    }
+}
+
+impl Piece {
+    fn tell(&self, start: Pose, links: usize, command: &mut Command) {
+        if let Some((shift, turn)) = self.base {
+            let turn = Rotation::from_scaled_axis(Vec3::from_array(turn));
+            let at = start.translation + Vec3::from_array(shift);
+            command.base = BaseCommand::stay(Pose::from_parts(at, turn * start.rotation));
         }
-        world.step(&command);
-        watch.step(&world, &command);
-    }
-    kept[1] = in_hand(&world, placement);
-    Ok(Outcome { seed, dt_s, watch, kept })
-}
-
-/// Whether the object is before the palm, no farther than fingers reach.
-fn in_hand(world: &World, placement: Placement) -> bool {
-    let state = world.state();
-    let at = state.base.inverse_transform_point(state.objects[0].translation);
-    at.x > 0.0 && (at - Vec3::new(0.05, placement.across_m, placement.along_m)).length() < 0.08
-}
-
-/// A new piece of the disturbance: a target for the base, a push, a jump of σ, or none of them.
-fn disturb(random: &mut Random, start: Pose, links: usize, command: &mut Command) {
-    if random.below(2) == 0 {
-        let turn = Rotation::from_scaled_axis(random.direction() * random.between(0.0, 1.0));
-        let target = Pose::from_parts(start.translation + random.cube() * 0.2, turn * start.rotation);
-        command.base = BaseCommand::stay(target);
-    }
-    // Rarely: most grasps end with it.
-    if random.below(16) == 0 {
-        command.sigma[0] = random.between(0.0, 1.0);
-    }
-    command.pushes.clear();
-    if random.below(2) == 0 {
-        command.pushes.push(Push {
-            link: random.below(links),
-            point: random.cube() * 0.01,
-            force: random.direction() * random.between(0.0, PUSH_N),
-        });
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_hundred_random_grasps_are_sound() {
-        for seed in 0..100 {
-            let outcome = play(seed).expect("the scene is sound");
-            assert!(outcome.faults().is_empty(), "seed {seed}: {:?}", outcome.faults());
+        if let Some(sigma) = self.sigma {
+            command.sigma[0] = sigma;
         }
+        command.pushes.clear();
+        command.pushes.extend(self.push.map(|(link, point, force)| Push {
+            link: link % links,
+            point: Vec3::from_array(point),
+            force: Vec3::from_array(force),
+        }));
     }
+}
+
+impl Outcome {
+    /// What must hold for every grasp. Energy from nowhere is at most a hundredth of what motors, servo and pushes gave,
+    /// plus 1 mJ; objects stay below 10 m/s, the base below 5 m/s, joints below 1000 rad/s. The base may hook onto the
+    /// pedestal and be let go under the servo's full force.
+    fn judge(&self) -> Result<()> {
+        let w = &self.watch;
+        ensure!(w.broken == 0, "{} steps not finite", w.broken);
+        ensure!(w.unconverged == 0, "{} steps not converged", w.unconverged);
+        let known = 0.01 * w.given_j + 1e-3;
+        ensure!(w.excess_j <= known, "{:.2e} J from nowhere, {:.2} J given", w.excess_j, w.given_j);
+        ensure!(self.escaped_m < 0.0, "object or hand are {} m beyond the floor", self.escaped_m);
+        ensure!(w.object_speed <= 10.0, "object at {:.1} m/s", w.object_speed);
+        ensure!(w.base_speed <= 5.0, "base at {:.1} m/s", w.base_speed);
+        ensure!(w.joint_rate <= 1000.0, "joint at {:.0} rad/s", w.joint_rate);
+        Ok(())
+    }
+}
+
+/// The worst of `count` random grasps; an error describes the smallest grasp found that fails.
+pub fn check(seed: u64, count: u32) -> Result<Tally> {
+    let mut tally = Tally::default();
+    all_hold(seed, count, &disturbed(), |grasp| {
+        let outcome = grasp.play()?;
+        let w = &outcome.watch;
+        tally.grasped += usize::from(outcome.kept[0]);
+        tally.kept += usize::from(outcome.kept == [true; 2]);
+        tally.excess = tally.excess.max(w.excess_j / (w.given_j + 0.1));
+        tally.depth_m = tally.depth_m.max(w.depth_m);
+        tally.object_speed = tally.object_speed.max(w.object_speed);
+        tally.joint_rate = tally.joint_rate.max(w.joint_rate);
+        outcome.judge()
+    })?;
+    Ok(tally)
 }

@@ -89,6 +89,9 @@ fn foresee(
     let n = multibody.ndofs();
     let couplings = multibody.couplings();
     let (nc, nt) = (couplings.len(), hand.tendons.len());
+    if nt == 0 {
+        return Vec::new();
+    }
     // Columns: rows of the couplings, rows of R, the impulse of all other forces.
     let mut columns = DMatrix::zeros(n, nc + nt + 1);
     for (k, coupling) in couplings.iter().enumerate() {
