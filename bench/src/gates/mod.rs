@@ -9,6 +9,7 @@ mod grasp;
 mod hand_dynamics;
 mod hard;
 mod hold;
+mod impact;
 mod mechanism;
 mod peers;
 mod pile;

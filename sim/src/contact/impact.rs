@@ -23,7 +23,8 @@ pub fn rebound(
     h: f64,
     least: f64,
 ) -> Option<Rebound> {
-    if restitution <= 0.0 || velocity >= -least || gap + h * velocity >= 0.0 {
+    // As the solver sees it, with the velocity of the end: what it were to brake first could not rebound any more.
+    if restitution <= 0.0 || velocity >= -least || gap + h * (velocity + h * acceleration) >= 0.0 {
         return None;
     }
     let time_s = (gap.max(0.0) / -velocity).min(h);
