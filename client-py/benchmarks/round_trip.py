@@ -2,8 +2,8 @@
 
 Two runs of the same scene get the same actions, one tick by tick, the other 20 ticks per call. They compute
 the same physics, bit for bit, so the difference in time is what 19 more calls in 20 cost: encoding, system
-calls, the server's reading, observing and writing, decoding, and caches that are colder. Blocks of 200 ticks of
-the two runs take turns, so that whatever else the machine does meets both. Start a server first, on an idle
+calls, the server's reading, observing and writing, decoding, and caches that are colder. Blocks of 200 ticks
+of the two runs take turns, so that whatever else the machine does meets both. Start a server first, on an idle
 machine.
 """
 
@@ -23,8 +23,8 @@ from palmares.targets import action_of
 
 # Ticks with one target, and of one call of the run that is played whole.
 MOVE = 20
-# Ticks that one run plays before the other has its turn: few enough for the machine to be the same, enough for
-# the first call, for which the server has to be woken, not to count.
+# Ticks that one run plays before the other has its turn: few enough for the machine to be the same, enough
+# for the first call, for which the server has to be woken, not to count.
 BLOCK = 200
 PALM_DOWN = (0.0, 1.0, 0.0, 0.0)
 ABOVE, AMONG_BALLS = (0.0, 0.0, 0.75), (0.0, 0.0, 0.24)
