@@ -3,8 +3,8 @@
 Two runs of the same scene get the same actions, one tick by tick, the other 20 ticks per call. They compute
 the same physics, bit for bit, so the difference in time is what 19 more calls in 20 cost: encoding, system
 calls, the server's reading, observing and writing, decoding, and caches that are colder. Blocks of 200 ticks
-of the two runs take turns, so that whatever else the machine does meets both. Start a server first, on an idle
-machine.
+of the two runs take turns, so that whatever else the machine does meets both. Start a server first, on an
+idle machine.
 """
 
 from __future__ import annotations
