@@ -24,6 +24,9 @@ pub struct Config {
     pub contact_margin_m: f64,
     /// Approach speed that contact detection must foresee, m/s.
     pub approach_speed: f64,
+    /// Parts of a hand are not foreseen to come nearer to each other from rest than this in a step, m: between its
+    /// fingers there would always be something to look for at long steps.
+    pub self_approach_m: f64,
     /// Slip speed below which no correction for gliding is made, m/s. Without it stacks limit-cycle.
     pub glide_deadband: f64,
     /// Where slip changes within a step so much that the lagged correction for gliding would leave a surface this
@@ -118,6 +121,7 @@ impl Default for Config {
             limit_onset_rad: 1e-2,
             contact_margin_m: 2e-3,
             approach_speed: 1.0,
+            self_approach_m: 5e-3,
             glide_deadband: 2e-3,
             hover_m: 2e-5,
             manifold_reuse_m: 1e-5,
@@ -158,6 +162,7 @@ impl Config {
             limit_onset_rad,
             contact_margin_m,
             approach_speed,
+            self_approach_m,
             glide_deadband,
             hover_m,
             manifold_reuse_m,
@@ -195,6 +200,7 @@ impl Config {
         hash.flag(*sleeping);
         hash.floats(&[*step_s, *contact_stiffness, *anchor_stiffness, *contact_dissipation_s]);
         hash.floats(&[*contact_onset_m, *limit_onset_rad, *contact_margin_m, *approach_speed]);
+        hash.floats(&[*self_approach_m]);
         hash.floats(&[*glide_deadband, *hover_m, *manifold_reuse_m, *manifold_reuse_rad]);
         hash.floats(&[*round_reuse_m, *round_reuse_rad, *overlap_m]);
         hash.floats(&[*separation_speed, *rebound_speed, *limit_stiffness, *rolling_deadband]);
@@ -203,6 +209,12 @@ impl Config {
         hash.floats(&[*force_limit, *torque_limit, *speed_limit, *angular_speed_limit]);
         hash.floats(&[*acceleration_limit, *angular_acceleration_limit]);
         hash.to_hex()
+    }
+
+    /// How far surfaces may come nearer to each other within a step from rest, m, as contact detection foresees it.
+    pub fn from_rest(&self, within_hand: bool) -> f64 {
+        let way = self.approach_speed * self.step_s;
+        if within_hand { way.min(self.self_approach_m) } else { way }
     }
 
     /// How far apart surfaces may be and still count as a possible contact, m.

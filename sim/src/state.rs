@@ -26,6 +26,8 @@ pub struct State {
     pub tension: Vec<f64>,
     /// Sleep bookkeeping of every object.
     pub sleep: Vec<Sleep>,
+    /// The hand one step earlier.
+    pub(crate) earlier: Earlier,
     /// Contact memory of every pair of shapes that may touch, ascending by key.
     pub(crate) pairs: Vec<Pair>,
 }
@@ -39,6 +41,19 @@ pub struct BaseReference {
     pub linear: Vec3,
     /// rad/s
     pub angular: Vec3,
+}
+
+/// Where the hand was, and how fast, one step earlier.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Earlier {
+    /// Whether the motion since was smooth: nothing touched, no limit acted, nobody set poses or velocities.
+    pub smooth: bool,
+    /// World pose of the base.
+    pub base: Pose,
+    /// Joint coordinates.
+    pub q: Vec<f64>,
+    /// The hand's velocities.
+    pub v: Vec<f64>,
 }
 
 /// A motor between two steps.
@@ -84,6 +99,7 @@ impl State {
             motors: hand.map_or(Vec::new(), |hand| vec![MotorState::default(); hand.motors.len()]),
             tension: hand.map_or(Vec::new(), |hand| vec![0.0; hand.tendons.len()]),
             sleep: vec![Sleep::default(); model.objects().len()],
+            earlier: Earlier::default(),
             pairs: Vec::new(),
         }
     }
@@ -132,6 +148,11 @@ impl State {
         h.floats(&self.tension);
         for sleep in &self.sleep {
             h.word(u64::from(sleep.still_steps) << 1 | u64::from(sleep.asleep));
+        }
+        if self.earlier.smooth {
+            h.pose(&self.earlier.base);
+            h.floats(&self.earlier.q);
+            h.floats(&self.earlier.v);
         }
         for pair in self.pairs.iter().filter(|pair| pair.active) {
             pair.digest(&mut h);

@@ -12,7 +12,7 @@ use crate::solver::island::Islands;
 use crate::solver::newton::Newton;
 use crate::solver::problem::Problem;
 use crate::solver::terms::AxisTerm;
-use crate::state::State;
+use crate::state::{Earlier, State};
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::bounding_volume::Aabb;
 use std::sync::Arc;
@@ -146,6 +146,8 @@ pub(crate) struct Workspace {
     pub servo_on: bool,
     /// Of every object: when in this step it rebounds, if it does.
     pub met: Vec<Option<f64>>,
+    /// The hand at the start of a step.
+    pub now: Earlier,
     /// Of every object: force and torque about its centre of mass from outside during the next step; empty for none.
     pub loads: Vec<(Vec3, Vec3)>,
 }
@@ -181,6 +183,7 @@ impl World {
         self.work.broad.invalidate();
         self.work.bounds.clear();
         self.work.speeds.clear();
+        self.state.earlier.smooth = false;
         &mut self.state
     }
 

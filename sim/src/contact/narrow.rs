@@ -2,7 +2,6 @@
 
 use super::anchor::{Anchor, Pair};
 use super::broad::overlap;
-use crate::config::Config;
 use crate::dynamics::spatial::Motion;
 use crate::model::{Collider, Model, Owner, pair_friction};
 use palmares_models::{Pose, Vec3};
@@ -90,7 +89,6 @@ impl Contacts {
         self.pairs.clear();
         self.points.clear();
         let config = model.config();
-        let margin = config.margin();
         let flat = (libm::cos(config.manifold_reuse_rad), config.manifold_reuse_m.powi(2));
         let round = (libm::cos(config.round_reuse_rad), config.round_reuse_m.powi(2));
         for (index, pair) in pairs.iter_mut().enumerate() {
@@ -101,8 +99,10 @@ impl Contacts {
             }
             // Twice the present approach speed at most, and what a step may add to it from rest.
             let approach = config.step_s * (speeds[i] + speeds[j]);
-            let margin = margin + approach;
-            let reachable = (config.step_s * config.approach_speed + 2.0 * approach).min(margin);
+            let within_hand = matches!((a.owner, b.owner), (Owner::Link(_), Owner::Link(_)));
+            let from_rest = config.from_rest(within_hand);
+            let margin = config.contact_margin_m + from_rest + approach;
+            let reachable = (from_rest + 2.0 * approach).min(margin);
             pair.slack -= paths[i] + paths[j];
             if pair.slack > reachable {
                 continue;
@@ -138,7 +138,7 @@ impl Contacts {
             };
             let first = self.points.len();
             let relative = velocity(b.owner, origin) - velocity(a.owner, origin);
-            self.collect(pair, &poses[i], &poses[j], origin, relative, config);
+            self.collect(pair, &poses[i], &poses[j], origin, relative, (from_rest, config.step_s));
             if self.points.len() > first {
                 self.pairs.push(ContactPair {
                     a: a.owner,
@@ -163,7 +163,7 @@ impl Contacts {
         pose_b: &Pose,
         origin: Vec3,
         relative: Motion,
-        config: &Config,
+        (from_rest, step_s): (f64, f64),
     ) {
         if !pair.manifold.points.iter().any(|point| point.data.loaded) {
             pair.mean = Anchor::default();
@@ -190,8 +190,7 @@ impl Contacts {
             let r = (on_a + on_b) * 0.5 - origin;
             // Twice the present approach speed, and what a step may add to it from rest.
             let approach = relative.at(r).dot(normal);
-            let reachable = config.approach_speed + 2.0 * approach.abs();
-            if point.dist > config.step_s * reachable {
+            if point.dist > from_rest + 2.0 * approach.abs() * step_s {
                 point.data = Anchor::IDLE;
                 continue;
             }

@@ -28,12 +28,25 @@ impl World {
         }
         let (mut problem, mut newton) = std::mem::take(&mut self.work.solvers[slot]);
         let mut v = std::mem::take(&mut self.work.velocity);
-        let untouched = island.hand && island.pairs.is_empty() && island.objects.is_empty();
-        if !(untouched
-            && self.model.undamped_hand()
-            && self.conservative_step(island, &mut problem, &mut newton, &mut v))
-        {
+        let alone = island.hand && island.objects.is_empty();
+        let done = alone
+            && if self.model.undamped_hand() {
+                island.pairs.is_empty() && self.conservative_step(island, &mut problem, &mut newton, &mut v)
+            } else {
+                self.smooth_step(island, &mut problem, &mut newton, &mut v)
+            };
+        if !done {
+            let mut earlier = std::mem::take(&mut self.state.earlier);
+            if island.hand {
+                self.write_hand(&mut earlier);
+            }
             self.implicit_step(island, &mut problem, &mut newton, &mut v);
+            if island.hand {
+                let touches = problem.points.iter().any(|point| point.impulse[2] > 0.0);
+                let smooth = alone && !touches && self.work.limits.is_empty() && self.work.servo_on;
+                earlier.smooth = smooth && !self.model.undamped_hand();
+            }
+            self.state.earlier = earlier;
         }
         self.work.velocity = v;
         self.work.solvers[slot] = (problem, newton);
@@ -132,7 +145,7 @@ impl World {
     }
 
     /// Writes anchors back to the manifolds and the contact forces out.
-    fn remember(&mut self, island: &Island, problem: &Problem) {
+    pub(super) fn remember(&mut self, island: &Island, problem: &Problem) {
         let config = self.model.config();
         let (h, tau) = (config.step_s, config.contact_dissipation_s);
         // A point that was not worth solving for has been blanked by the search already.
@@ -189,16 +202,22 @@ impl World {
         }
     }
 
+    /// Moves the hand with velocity `v` for a time.
+    pub(super) fn move_hand(&mut self, v: &[f64], time_s: f64) {
+        let (n, state) = (self.model.hand_dofs(), &mut self.state);
+        state.v[..n].copy_from_slice(&v[..n]);
+        state.base = advanced(state.base, &mut state.q, &v[..n], time_s);
+    }
+
     /// Positions move with the velocities of the end of the step, or with the mean where nothing is stiff.
     fn integrate(&mut self, island: &Island, problem: &Problem, v: &[f64]) {
         let h = self.model.config().step_s;
         let mut at = 0;
-        let state = &mut self.state;
         if island.hand {
             at = self.model.hand_dofs();
-            state.v[..at].copy_from_slice(&v[..at]);
-            state.base = advanced(state.base, &mut state.q, &v[..at], h);
+            self.move_hand(v, h);
         }
+        let state = &mut self.state;
         let gravity = self.model.config().gravity;
         let alone = !island.hand && island.objects.len() == 1;
         for (slot, (&k, solved)) in island.objects.iter().zip(&problem.objects).enumerate() {

@@ -5,6 +5,7 @@ mod island;
 mod mean;
 mod midpoint;
 mod pose;
+mod smooth;
 
 pub(crate) use midpoint::Stride;
 
@@ -100,12 +101,17 @@ impl World {
         // Nothing moved farther in the last step than at the faster of its two speeds, but for what gravity adds
         // to a ballistic way and rounding.
         let fall = model.config().gravity.length() * h * h;
-        work.paths.clear();
+        // And a hand's step begins with a third of the way of the last one.
+        work.paths.resize(work.speeds.len(), f64::INFINITY);
         if work.speeds_before.len() == work.speeds.len() {
             let faster = work.speeds.iter().zip(&work.speeds_before).map(|(a, b)| a.max(*b));
-            work.paths.extend(faster.map(|speed| if speed > 0.0 { 1.01 * h * speed + fall } else { 0.0 }));
+            for ((path, speed), collider) in work.paths.iter_mut().zip(faster).zip(model.colliders()) {
+                let own = if speed > 0.0 { 1.01 * h * speed + fall } else { 0.0 };
+                let linked = matches!(collider.owner, Owner::Link(_)) && path.is_finite();
+                *path = if linked { own.max((*path + 2.0 * own) / 3.0) } else { own };
+            }
         } else {
-            work.paths.resize(work.speeds.len(), f64::INFINITY);
+            work.paths.fill(f64::INFINITY);
         }
         loop {
             let sleep = &state.sleep;
