@@ -1,7 +1,6 @@
 //! A gripper that is driven by forces alone lifts a ball and runs against its stop.
 
 use super::scene::{G, Scene, awake, cuboid};
-use super::stacking::RIGID;
 use super::{Case, Finding, Setup, steps};
 use crate::recorder::Recorder;
 use crate::report::Figure;
@@ -13,6 +12,9 @@ use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::Config;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
+
+/// Stiffness of a contact of steel parts, N/m.
+const STEEL: f64 = 1e8;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[Case {
@@ -108,7 +110,7 @@ fn exact(t: f64) -> f64 {
 /// longer). Regularised convex contacts open the jaws at the stop, the more the longer the step. Contacts and stop are
 /// as hard as steel.
 pub fn gripper_analytic(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
-    let config = Config { contact_stiffness: RIGID, anchor_stiffness: RIGID, ..welded(awake(setup.dt_s)) };
+    let config = Config { contact_stiffness: STEEL, anchor_stiffness: STEEL, ..welded(awake(setup.dt_s)) };
     let (mut engine, mut command) = Scene::with_hand(config, Arc::new(gripper()?), Pose::IDENTITY)?
         .fixed(&cuboid(0.02, 0.02, 0.02), Pose::translation(0.0, 0.0, -RADIUS_M - 0.01), 0.0)?
         .fixed(&plate(), Pose::translation(0.0, 0.0, TOP_M + 2.0 * HALF_PLATE_M + STROKE_M), 0.0)?

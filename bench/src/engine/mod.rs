@@ -14,6 +14,9 @@ use palmares_sim::world::Outcome;
 use palmares_sim::{Command, Model, State, World};
 use std::sync::Arc;
 
+/// Contacts at least this stiff, N/m, stand for rigid bodies: peers get what serves them best there.
+pub const RIGID: f64 = 1e9;
+
 /// What a step cost.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Cost {

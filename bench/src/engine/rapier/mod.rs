@@ -8,7 +8,7 @@ mod hand;
 mod scene;
 mod tendon;
 
-use super::{Cost, Engine};
+use super::{Cost, Engine, RIGID};
 use anyhow::Result;
 use cpu_time::ThreadTime;
 use hand::HandBody;
@@ -42,7 +42,10 @@ pub fn settings() -> Vec<String> {
             "free bodies: FrictionModel::Simplified, {FREE_SUBSTEPS} sub-steps, {FREE_SWEEPS} sweeps (Coulomb stops \
              a sliding cube 7 % late)"
         ),
-        format!("contact springs {CONTACT_HZ} Hz, damping ratio {CONTACT_DAMPING}; friction also in the bias pass"),
+        format!(
+            "contact springs {CONTACT_HZ} Hz (of rigid spheres a quarter of the rate of sub-steps), damping ratio \
+             {CONTACT_DAMPING}; friction also in the bias pass"
+        ),
         "contacts foreseen over 2 mm + h · 1 m/s, as ours do for bodies at rest".into(),
         "hand: one multibody on a floating root; the base servo is spring and damper of the root, same gains".into(),
         "rolling joints: two hinges, a coupler of 0.1 g, MultibodyDofCoupling".into(),
@@ -77,7 +80,11 @@ impl Rapier {
         parameters.friction_in_bias_pass = true;
         parameters.normalized_max_linear_velocity = f64::MAX;
         parameters.normalized_prediction_distance = model.config().margin() / LENGTH_UNIT_M;
-        let softness = SpringCoefficients { natural_frequency: CONTACT_HZ, damping_ratio: CONTACT_DAMPING };
+        // As hard as its sub-steps can resolve.
+        let rigid = 0.25 * FREE_SUBSTEPS as f64 / model.config().step_s;
+        let natural_frequency =
+            if model.config().contact_stiffness >= RIGID { rigid.max(CONTACT_HZ) } else { CONTACT_HZ };
+        let softness = SpringCoefficients { natural_frequency, damping_ratio: CONTACT_DAMPING };
         parameters.contact_softness = softness;
         parameters.static_contact_softness = softness;
         let (friction, substeps, sweeps) = match model.hand() {
