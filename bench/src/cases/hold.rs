@@ -1,6 +1,7 @@
 //! Holding: a pinch at the edge of Coulomb's law, a bar squeezed, the largest step that holds.
 
 use super::grasp::{CHOSEN, Grasp, kept};
+use super::scene::G;
 use super::synergy::softhand;
 use super::{Case, Finding, Setup, ramp, steps};
 use crate::recorder::Recorder;
@@ -38,8 +39,6 @@ pub const CASES: &[Case] = &[
         run: largest_step,
     },
 ];
-
-const G: f64 = 9.81;
 
 /// Motion of the box against the jaws: how far it moved from 0.5 s on, m, and its mean acceleration from 0.05 s to
 /// 0.35 s, m/s².
