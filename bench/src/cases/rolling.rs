@@ -1,6 +1,6 @@
 //! Rolling, and sliding until it rolls.
 
-use super::scene::{G, Scene, awake, cuboid, kick, kinetic, push, set_velocity, tilted, velocity};
+use super::scene::{G, Scene, awake, cuboid, kick, kinetic, push, rigid, set_velocity, tilted, velocity};
 use super::{Case, Finding, Setup, steps};
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
@@ -93,7 +93,7 @@ pub fn incline_sphere(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
         } else {
             (G * cos * (tan - mu), 2.5 * mu * G * cos / radius)
         };
-        let (mut engine, command) = Scene::new(tilted(awake(setup.dt_s), tan))?
+        let (mut engine, command) = Scene::new(tilted(rigid(setup.dt_s), tan))?
             .floor(mu)?
             .body(Shape::Sphere { radius }, 1.0, mu, Pose::translation(0.0, 0.0, radius))?
             .start(setup)?;

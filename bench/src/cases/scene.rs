@@ -1,7 +1,7 @@
 //! Scenes of free bodies and furniture, and the mechanics their cases are judged by.
 
 use super::Setup;
-use crate::engine::Engine;
+use crate::engine::{Engine, RIGID};
 use anyhow::Result;
 use palmares_models::hand::Hand;
 use palmares_models::object::Object;
@@ -16,6 +16,11 @@ pub(crate) const G: f64 = 9.81;
 /// Our constants without sleep: a sleeping body neither creeps nor loses speed, which these cases ask about.
 pub(crate) fn awake(dt_s: f64) -> Config {
     Config { sleeping: false, ..Config::with_step(dt_s) }
+}
+
+/// ... and whose contacts stand for those of rigid bodies.
+pub(crate) fn rigid(dt_s: f64) -> Config {
+    Config { contact_stiffness: RIGID, anchor_stiffness: RIGID, ..awake(dt_s) }
 }
 
 /// The same without gravity.

@@ -1,8 +1,8 @@
 //! Bodies at rest on each other: depth, forces, and how heavy may lie on light.
 
-use super::scene::{G, Scene, awake, cuboid, push};
+use super::scene::{G, Scene, awake, cuboid, push, rigid};
 use super::{Case, Finding, Setup, steps};
-use crate::engine::{Engine, RIGID};
+use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
 use anyhow::Result;
@@ -129,7 +129,7 @@ pub fn mass_ratio(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
 
 /// Deepest overlap, mm, in columns of n = 1 … 15 spheres (r = 0.05 m, 0.2 kg, μ = 0.3) that stand for 1 s (Horak &
 /// Trinkle 2019). Exact: none, for the spheres are rigid. How stiff contacts are is the scene's to say, not the
-/// solver's: they stand for rigid ones ([`RIGID`]) instead of for pads. Ours sink `n m g/k` at the bottom, rapier's are
+/// solver's: they stand for rigid ones ([`RIGID`](crate::engine::RIGID)) instead of for pads. Ours sink `n m g/k` at the bottom, rapier's are
 /// as hard as its sub-steps resolve, and MuJoCo's those of all cases: with harder ones the columns do not come to rest
 /// within the second, and overlap by far more. The largest relative error of a contact force at the end,
 /// `(n − k + 1) m g`, goes to `force_error_percent`.
@@ -137,8 +137,7 @@ pub fn sphere_stack(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (radius, mass) = (0.05, 0.2);
     let (mut deepest, mut wrong): (f64, f64) = (0.0, 0.0);
     for n in 1..=15 {
-        let config = Config { contact_stiffness: RIGID, anchor_stiffness: RIGID, ..awake(setup.dt_s) };
-        let mut scene = Scene::new(config)?.floor(0.3)?;
+        let mut scene = Scene::new(rigid(setup.dt_s))?.floor(0.3)?;
         for k in 0..n {
             let z = (2.0 * f64::from(k) + 1.0) * radius;
             scene = scene.body(Shape::Sphere { radius }, mass, 0.3, Pose::translation(0.0, 0.0, z))?;

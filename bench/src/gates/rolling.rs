@@ -21,7 +21,7 @@ fn a_sphere_on_a_slope_rolls_or_slides_as_it_must() {
     for dt in [1e-3, 8e-3] {
         let report = report("incline_sphere", dt);
         converged(&report);
-        assert!(error(&report) <= 0.1, "at {dt}: {} %", error(&report));
+        assert!(error(&report) <= 0.03, "at {dt}: {} %", error(&report));
     }
 }
 
