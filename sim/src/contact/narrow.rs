@@ -6,6 +6,7 @@ use crate::dynamics::spatial::Motion;
 use crate::model::{Collider, Model, Owner, pair_friction};
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::query::details::contact_manifold_pfm_pfm_shapes;
 use parry3d_f64::query::{DefaultQueryDispatcher, PersistentQueryDispatcher, QueryDispatcher};
 use parry3d_f64::shape::PackedFeatureId;
 use std::ops::Range;
@@ -260,4 +261,9 @@ fn update_manifold(
     let supported = DefaultQueryDispatcher
         .contact_manifold_convex_convex(a_from_b, &*a.shape, &*b.shape, None, None, margin, manifold);
     debug_assert!(supported.is_ok(), "every pair of our convex shapes has a contact algorithm");
+    // Between cuboids parry clips the faces along the axis that parts them best. Where an edge is nearest the clipped faces
+    // may share nothing, and no point is found between shapes that touch: the closest points then are.
+    if manifold.points.is_empty() {
+        contact_manifold_pfm_pfm_shapes(a_from_b, &*a.shape, &*b.shape, None, None, margin, manifold);
+    }
 }
