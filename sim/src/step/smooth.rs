@@ -21,6 +21,10 @@ const AHEAD: f64 = 1.0 / 3.0;
 /// early or late: a step in which it would be more than this, J, is Euler's.
 const LATE_J: f64 = 1e-5;
 
+/// Where no coordinate is faster, m/s or rad/s, the hand comes to rest: Euler's steps end nearer to the equilibrium, for
+/// what the solver leaves unbalanced is not carried on.
+const AT_REST: f64 = 1e-6;
+
 impl World {
     /// Steps a hand that touches nothing, and did not in the step before. False, and nothing done, when a contact or a
     /// limit acts or the motion is not smooth: what sets in with a jump is Euler's.
@@ -31,10 +35,11 @@ impl World {
         newton: &mut Newton,
         v: &mut Vec<f64>,
     ) -> bool {
-        if !(self.state.earlier.smooth && self.work.servo_on) {
+        let n = self.model.hand_dofs();
+        let rests = self.state.v[..n].iter().all(|v| v.abs() < AT_REST);
+        if rests || !(self.state.earlier.smooth && self.work.servo_on) {
             return false;
         }
-        let n = self.model.hand_dofs();
         let mut now = std::mem::take(&mut self.work.now);
         self.write_hand(&mut now);
         let state = &mut self.state;
