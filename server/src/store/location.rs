@@ -7,9 +7,17 @@ use std::fmt::Write;
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::time::{Duration, Instant};
 
 /// Key of the advisory lock by which a server holds a Postgres database: "palmares" as a number.
 const ADVISORY_KEY: i64 = i64::from_be_bytes(*b"palmares");
+
+/// How long the database is waited for while another holds it: what a killed server held is given back by the system
+/// and by Postgres only a moment after it, and its successor may be started in that moment.
+const PATIENCE: Duration = Duration::from_secs(3);
+
+/// Time between two attempts.
+const BETWEEN_ATTEMPTS: Duration = Duration::from_millis(50);
 
 /// Where the database is.
 #[derive(Clone, Debug)]
@@ -116,47 +124,73 @@ impl Target {
     }
 
     /// Takes the database for this process.
+    ///
+    /// # Errors
+    /// [`StoreError::Taken`] when another process still has it after [`PATIENCE`].
     pub(super) async fn lock(&self) -> Result<Lock, StoreError> {
+        let mut lock = self.unlocked().await?;
+        let began = Instant::now();
+        while !self.take(&mut lock).await? {
+            if began.elapsed() >= PATIENCE {
+                return Err(StoreError::Taken { place: self.place.clone() });
+            }
+            tokio::time::sleep(BETWEEN_ATTEMPTS).await;
+        }
+        Ok(lock)
+    }
+
+    /// What the lock is held with, before it is.
+    async fn unlocked(&self) -> Result<Lock, StoreError> {
+        use sqlx::ConnectOptions;
         match &self.file {
-            Some(file) => Ok(Lock::File(lock_file(&file.with_file_name("palmares.lock"), &self.place)?)),
-            None => self.lock_server().await,
+            Some(file) => {
+                let path = file.with_file_name("palmares.lock");
+                match File::options().create(true).append(true).open(&path) {
+                    Ok(file) => Ok(Lock::File(file)),
+                    Err(source) => Err(StoreError::Folder { path, source }),
+                }
+            }
+            None => {
+                let connection = self.options()?.connect().await.map_err(|source| self.unusable(source))?;
+                Ok(Lock::Advisory(Box::new(connection)))
+            }
         }
     }
 
-    async fn lock_server(&self) -> Result<Lock, StoreError> {
-        use sqlx::ConnectOptions;
-        let failed = |source| StoreError::Open { place: self.place.clone(), source };
-        let mut connection = self.options()?.connect().await.map_err(failed)?;
-        let (taken,): (bool,) = sqlx::query_as("SELECT pg_try_advisory_lock($1)")
-            .bind(ADVISORY_KEY)
-            .fetch_one(&mut connection)
-            .await
-            .map_err(failed)?;
-        if taken {
-            Ok(Lock::Advisory(Box::new(connection)))
-        } else {
-            Err(StoreError::Taken { place: self.place.clone() })
+    /// Whether the lock could be taken.
+    async fn take(&self, lock: &mut Lock) -> Result<bool, StoreError> {
+        match lock {
+            Lock::File(file) => match file.try_lock() {
+                Ok(()) => Ok(true),
+                Err(TryLockError::WouldBlock) => Ok(false),
+                Err(TryLockError::Error(source)) => Err(self.unusable(source.into())),
+            },
+            Lock::Advisory(connection) => {
+                let asked = sqlx::query_as("SELECT pg_try_advisory_lock($1)").bind(ADVISORY_KEY);
+                let (taken,) =
+                    asked.fetch_one(&mut **connection).await.map_err(|source| self.unusable(source))?;
+                Ok(taken)
+            }
         }
+    }
+
+    fn unusable(&self, source: sqlx::Error) -> StoreError {
+        StoreError::Open { place: self.place.clone(), source }
     }
 }
 
 impl Lock {
+    /// Gives the database back. The end of the process would do it too.
     pub(super) async fn release(self) {
-        // The end of the process unlocks in any case.
         match self {
             Lock::File(file) => drop(file.unlock()),
-            Lock::Advisory(connection) => drop(connection.close().await),
+            Lock::Advisory(mut connection) => {
+                // Closing alone would do, but Postgres notices it only some time later.
+                let unlock = sqlx::query("SELECT pg_advisory_unlock($1)").bind(ADVISORY_KEY);
+                drop(unlock.execute(&mut *connection).await);
+                drop(connection.close().await);
+            }
         }
-    }
-}
-
-fn lock_file(path: &Path, place: &str) -> Result<File, StoreError> {
-    let failed = |source| StoreError::Folder { path: path.to_owned(), source };
-    let file = File::options().create(true).append(true).open(path).map_err(failed)?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(StoreError::Taken { place: place.to_owned() }),
-        Err(TryLockError::Error(source)) => Err(failed(source)),
     }
 }
 

@@ -157,6 +157,18 @@ async fn a_database_has_one_server() {
 }
 
 #[tokio::test]
+async fn a_successor_waits_until_the_database_is_given_back() {
+    for place in places().await {
+        let store = place.open().await;
+        let (successor, ()) = tokio::join!(place.open(), async {
+            tokio::time::sleep(Duration::from_millis(300)).await;
+            store.close().await;
+        });
+        successor.close().await;
+    }
+}
+
+#[tokio::test]
 async fn a_database_that_is_not_there_is_refused_without_telling_the_password() {
     for (url, why) in [
         ("mysql://me:secret@host/db", "no database this program knows"),
