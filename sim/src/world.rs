@@ -3,6 +3,7 @@
 use crate::actuation::base::BaseCommand;
 use crate::contact::broad::BroadPhase;
 use crate::contact::narrow::Contacts;
+use crate::contact::near::Near;
 use crate::dynamics::crba::Inertias;
 use crate::dynamics::jacobian::add_point_force;
 use crate::dynamics::rnea::Recursion;
@@ -126,6 +127,7 @@ pub(crate) struct Workspace {
     pub bias: Vec<f64>,
     pub mass: Vec<f64>,
     pub broad: BroadPhase,
+    pub near: Near,
     pub contacts: Contacts,
     pub poses: Vec<Pose>,
     pub bounds: Vec<Aabb>,

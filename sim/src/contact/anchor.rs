@@ -39,9 +39,6 @@ pub struct Pair {
     pub gap: f64,
     /// ... when B stood here in A's frame. No gap is known at first.
     pub gap_pose: Pose,
-    /// How much path the two may still cover before the gap has to be looked at again, m. A cache: no result
-    /// depends on it.
-    pub slack: f64,
     /// Overlap that the contact did not bring about, m: the shapes were first seen in each other. It counts as
     /// touching and is taken back slowly.
     pub excess: f64,
@@ -63,7 +60,6 @@ impl Pair {
             mean: Anchor::default(),
             gap: 0.0,
             gap_pose: Pose::IDENTITY,
-            slack: 0.0,
             excess: 0.0,
         }
     }
@@ -77,7 +73,6 @@ impl Pair {
             self.manifold.local_n2 = Vec3::ZERO;
             self.mean = Anchor::default();
             self.gap = 0.0;
-            self.slack = 0.0;
             self.excess = 0.0;
         }
     }

@@ -26,12 +26,12 @@ impl BroadPhase {
         self.boxes.clear();
     }
 
-    /// Brings `pairs` up to date with the tight bounds of all shapes.
-    pub fn update(&mut self, model: &Model, tight: &[Aabb], pairs: &mut Vec<Pair>) {
+    /// Brings `pairs` up to date with the tight bounds of all shapes; false when they are still the same.
+    pub fn update(&mut self, model: &Model, tight: &[Aabb], pairs: &mut Vec<Pair>) -> bool {
         let fits = self.boxes.len() == tight.len()
             && self.boxes.iter().zip(tight).all(|(outer, inner)| contains(outer, inner));
         if fits {
-            return;
+            return false;
         }
         if self.boxes.len() == tight.len() {
             for (outer, inner) in self.boxes.iter_mut().zip(tight) {
@@ -65,6 +65,7 @@ impl BroadPhase {
                 }
             }
         }
+        true
     }
 }
 
@@ -88,6 +89,12 @@ pub fn overlap(a: &Aabb, b: &Aabb) -> bool {
         && b.mins.y <= a.maxs.y
         && a.mins.z <= b.maxs.z
         && b.mins.z <= a.maxs.z
+}
+
+/// How far two boxes are apart along the axis that parts them best; negative where they share a point.
+#[inline]
+pub fn separation(a: &Aabb, b: &Aabb) -> f64 {
+    (a.mins - b.maxs).max(b.mins - a.maxs).max_element()
 }
 
 #[inline]

@@ -4,3 +4,4 @@ pub mod anchor;
 pub mod broad;
 pub mod impact;
 pub mod narrow;
+pub mod near;

@@ -1,7 +1,8 @@
 //! Narrow phase: contact points of near pairs, found by parry.
 
 use super::anchor::{Anchor, Pair};
-use super::broad::overlap;
+use super::broad::separation;
+use super::near::Near;
 use crate::dynamics::spatial::Motion;
 use crate::model::{Collider, Model, Owner, pair_friction};
 use palmares_models::{Pose, Vec3};
@@ -69,8 +70,8 @@ pub struct Contacts {
 impl Contacts {
     /// Looks at every near pair of which at least one body is awake.
     ///
-    /// `poses`, `bounds`, `speeds` and `paths` (upper bounds over the shape's points, of the present speed and
-    /// of the way in the last step) are those of the colliders in the world; `centers[k]` is the centre of mass of
+    /// `poses`, `bounds` and `speeds` (upper bounds over the shape's points) are those of the colliders in the world,
+    /// `near` knows which pairs are apart; `centers[k]` is the centre of mass of
     /// object k; `awake(owner)` tells whether a body may move in this step, `velocity(owner, origin)` how it
     /// moves, about a point of the world.
     #[allow(clippy::too_many_arguments)]
@@ -80,7 +81,7 @@ impl Contacts {
         poses: &[Pose],
         bounds: &[Aabb],
         speeds: &[f64],
-        paths: &[f64],
+        near: &mut Near,
         base_origin: Vec3,
         centers: &[Pose],
         awake: impl Fn(Owner) -> bool,
@@ -92,7 +93,10 @@ impl Contacts {
         let config = model.config();
         let flat = (libm::cos(config.manifold_reuse_rad), config.manifold_reuse_m.powi(2));
         let round = (libm::cos(config.round_reuse_rad), config.round_reuse_m.powi(2));
-        for (index, pair) in pairs.iter_mut().enumerate() {
+        let mut next = 0;
+        while let Some(index) = near.next(next) {
+            next = index + 1;
+            let pair = &mut pairs[index];
             let (i, j) = (pair.key.0 as usize, pair.key.1 as usize);
             let (a, b) = (&model.colliders()[i], &model.colliders()[j]);
             if !awake(a.owner) && !awake(b.owner) {
@@ -104,20 +108,23 @@ impl Contacts {
             let from_rest = config.from_rest(within_hand);
             let margin = config.contact_margin_m + from_rest + approach;
             let reachable = (from_rest + 2.0 * approach).min(margin);
-            pair.slack -= paths[i] + paths[j];
-            if pair.slack > reachable {
+            if near.slack(index) > reachable {
                 continue;
             }
-            if !overlap(&bounds[i], &bounds[j]) {
+            let parted = separation(&bounds[i], &bounds[j]);
+            if parted > 0.0 {
                 pair.clear();
+                // The bounds reach beyond the shapes by the margin and as far as they move in a step.
+                near.learn(index, parted + approach + from_rest);
                 continue;
             }
             pair.active = true;
             let a_from_b = poses[i].inv_mul(&poses[j]);
-            if still_apart(pair, a, b, &a_from_b, reachable) {
+            if let Some(apart) = still_apart(pair, a, b, &a_from_b, reachable) {
+                near.learn(index, apart);
                 continue;
             }
-            pair.slack = 0.0;
+            near.learn(index, 0.0);
             let first_sight = pair.manifold.points.is_empty();
             let on_furniture = a.owner == Owner::Static || b.owner == Owner::Static;
             let reuse = if on_furniture && (a.is_round || b.is_round) { round } else { flat };
@@ -211,11 +218,11 @@ impl Contacts {
     }
 }
 
-/// Whether the shapes cannot touch in this step: they are farther apart than what is `reachable`. Their exact
-/// distance is found once; until their relative motion could have used it up, nothing needs to be computed.
-fn still_apart(pair: &mut Pair, a: &Collider, b: &Collider, a_from_b: &Pose, reachable: f64) -> bool {
+/// How far apart the shapes are, if it is more than what is `reachable` in this step. Their exact distance is found
+/// once; until their relative motion could have used it up, nothing needs to be computed.
+fn still_apart(pair: &mut Pair, a: &Collider, b: &Collider, a_from_b: &Pose, reachable: f64) -> Option<f64> {
     if pair.manifold.points.iter().any(|point| point.data.loaded) {
-        return false;
+        return None;
     }
     if pair.gap > reachable {
         let travel = a_from_b.translation.distance(pair.gap_pose.translation);
@@ -224,20 +231,18 @@ fn still_apart(pair: &mut Pair, a: &Collider, b: &Collider, a_from_b: &Pose, rea
         let chord = 2.0 * (1.0 - cosine * cosine).max(0.0).sqrt();
         let left = pair.gap - travel - chord * b.reach;
         if left > reachable {
-            pair.slack = left;
             pair.manifold.points.clear();
             pair.mean = Anchor::default();
-            return true;
+            return Some(left);
         }
     }
     if !pair.manifold.points.is_empty() {
-        return false;
+        return None;
     }
     let found = DefaultQueryDispatcher.distance(a_from_b, &*a.shape, &*b.shape);
     pair.gap = found.map_or(0.0, |found| found.distance);
     pair.gap_pose = *a_from_b;
-    pair.slack = pair.gap;
-    pair.gap > reachable
+    (pair.gap > reachable).then_some(pair.gap)
 }
 
 /// Lets parry find the points. Its own re-use of old points (up to 1 mm and 1°) gives a rolling cylinder

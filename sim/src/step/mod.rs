@@ -97,13 +97,16 @@ impl World {
             work.poses[i] = pose;
             work.speeds.push(speed);
         }
-        work.broad.update(model, &work.bounds, &mut state.pairs);
+        if work.broad.update(model, &work.bounds, &mut state.pairs) {
+            work.near.follow(&state.pairs);
+        }
         // Nothing moved farther in the last step than at the faster of its two speeds, but for what gravity adds
         // to a ballistic way and rounding.
         let fall = model.config().gravity.length() * h * h;
         // And a hand's step begins with a third of the way of the last one.
         work.paths.resize(work.speeds.len(), f64::INFINITY);
-        if work.speeds_before.len() == work.speeds.len() {
+        let known = work.speeds_before.len() == work.speeds.len();
+        if known {
             let faster = work.speeds.iter().zip(&work.speeds_before).map(|(a, b)| a.max(*b));
             for ((path, speed), collider) in work.paths.iter_mut().zip(faster).zip(model.colliders()) {
                 let own = if speed > 0.0 { 1.01 * h * speed + fall } else { 0.0 };
@@ -112,7 +115,11 @@ impl World {
             }
         } else {
             work.paths.fill(f64::INFINITY);
+            work.near.forget(work.speeds.len());
         }
+        let from_rest = model.config().approach_speed * h;
+        let reach = work.speeds.iter().map(|speed| 2.0 * h * speed + 0.5 * from_rest);
+        work.near.travel(if known { &work.paths } else { &[] }, reach);
         loop {
             let sleep = &state.sleep;
             work.contacts.find(
@@ -120,7 +127,7 @@ impl World {
                 &work.poses,
                 &work.bounds,
                 &work.speeds,
-                &work.paths,
+                &mut work.near,
                 work.kin.origin,
                 &state.objects,
                 |owner| match owner {

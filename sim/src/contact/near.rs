@@ -1,0 +1,111 @@
+//! Which of the near pairs have to be looked at in a step.
+//!
+//! Every shape has an odometer: an upper bound of the way that any of its points has made. A pair that is known to be
+//! some distance apart is not looked at before the odometers could have used that distance up, so that most pairs
+//! cost one comparison. A cache: no result depends on it.
+
+use super::anchor::Pair;
+
+/// A pair and when to look at it.
+#[derive(Clone, Copy, Debug)]
+struct Watch {
+    key: (u32, u32),
+    /// The sum of both odometers that uses up what is known of the pair's distance.
+    until: f64,
+}
+
+/// Odometers, and what is known of the distances of the near pairs.
+#[derive(Clone, Debug, Default)]
+pub struct Near {
+    /// In the order of the state's pairs.
+    watches: Vec<Watch>,
+    /// The same before the list of pairs changed.
+    old: Vec<Watch>,
+    /// Of every shape: the way so far, m.
+    odometer: Vec<f64>,
+    /// ... and with it what may count against a distance in this step.
+    ahead: Vec<f64>,
+}
+
+impl Near {
+    /// Forgets all distances: the state has been changed from outside.
+    pub fn forget(&mut self, shapes: usize) {
+        self.odometer.clear();
+        self.odometer.resize(shapes, 0.0);
+        for watch in &mut self.watches {
+            watch.until = f64::NEG_INFINITY;
+        }
+    }
+
+    /// Counts the last step's `paths`; `reach` of a shape is how much of a pair's distance it can use up in this step.
+    pub fn travel(&mut self, paths: &[f64], reach: impl Iterator<Item = f64>) {
+        for (odometer, path) in self.odometer.iter_mut().zip(paths) {
+            *odometer += path;
+        }
+        self.ahead.clear();
+        self.ahead.extend(self.odometer.iter().zip(reach).map(|(odometer, reach)| odometer + reach));
+    }
+
+    /// Follows a new list of pairs.
+    pub fn follow(&mut self, pairs: &[Pair]) {
+        std::mem::swap(&mut self.watches, &mut self.old);
+        let mut old = self.old.drain(..).peekable();
+        self.watches.clear();
+        self.watches.extend(pairs.iter().map(|pair| {
+            while old.next_if(|watch| watch.key < pair.key).is_some() {}
+            let known = old.next_if(|watch| watch.key == pair.key);
+            known.unwrap_or(Watch { key: pair.key, until: f64::NEG_INFINITY })
+        }));
+    }
+
+    /// The next pair from `from` on that may have come near.
+    #[inline]
+    pub fn next(&self, from: usize) -> Option<usize> {
+        let due = |watch: &Watch| {
+            let (a, b) = watch.key;
+            watch.until <= self.ahead[a as usize] + self.ahead[b as usize]
+        };
+        self.watches.get(from..)?.iter().position(due).map(|k| from + k)
+    }
+
+    /// What is left of the distance of pair `index`, m.
+    pub fn slack(&self, index: usize) -> f64 {
+        self.watches[index].until - self.ways(index)
+    }
+
+    /// The shapes of pair `index` are this far apart, m.
+    pub fn learn(&mut self, index: usize, distance: f64) {
+        self.watches[index].until = distance + self.ways(index);
+    }
+
+    fn ways(&self, index: usize) -> f64 {
+        let (a, b) = self.watches[index].key;
+        self.odometer[a as usize] + self.odometer[b as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pair_is_looked_at_when_its_distance_may_be_used_up() {
+        let mut near = Near::default();
+        near.forget(3);
+        near.follow(&[Pair::new((0, 1)), Pair::new((0, 2)), Pair::new((1, 2))]);
+        let reach = [0.5, 0.0, 1.0];
+        near.travel(&[0.0; 3], reach.into_iter());
+        assert_eq!((near.next(0), near.next(1), near.next(3)), (Some(0), Some(1), None));
+        near.learn(0, 2.0);
+        near.learn(1, 2.0);
+        assert_eq!((near.next(0), near.next(3)), (Some(2), None));
+        near.travel(&[0.25, 0.5, 0.5], reach.into_iter());
+        // 0.75 of 2 m are used up, and 0.5 and 1.5 m of reach.
+        assert_eq!((near.next(0), near.slack(0)), (Some(1), 1.25));
+        // What is known survives a new list; what is new is looked at.
+        near.follow(&[Pair::new((0, 1)), Pair::new((0, 3))]);
+        assert_eq!(near.slack(0), 1.25);
+        near.forget(3);
+        assert_eq!(near.slack(0), f64::NEG_INFINITY);
+    }
+}
