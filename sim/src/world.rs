@@ -150,6 +150,8 @@ pub(crate) struct Workspace {
     pub met: Vec<Option<f64>>,
     /// The hand at the start of a step.
     pub now: Earlier,
+    /// By how much the hand's velocities change more than in the step before.
+    pub change: Vec<f64>,
     /// Of every object: force and torque about its centre of mass from outside during the next step; empty for none.
     pub loads: Vec<(Vec3, Vec3)>,
 }

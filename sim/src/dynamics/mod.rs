@@ -6,6 +6,7 @@
 
 pub mod crba;
 pub mod jacobian;
+pub mod pattern;
 pub mod rnea;
 pub mod spatial;
 pub mod tree;

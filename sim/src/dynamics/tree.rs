@@ -47,10 +47,12 @@ impl Kinematics {
                 if k == 1 {
                     self.first_screw[i] = screw;
                 }
-                pose = Pose {
-                    rotation: pose.rotation * hinge.parent_from_hinge.rotation,
-                    translation: pose.translation + pose.rotation * hinge.parent_from_hinge.translation,
-                };
+                let fixed = &hinge.parent_from_hinge;
+                pose.translation += pose.rotation * fixed.translation;
+                // Many hinges are parallel to the one before.
+                if fixed.rotation != Rotation::IDENTITY {
+                    pose.rotation *= fixed.rotation;
+                }
                 let x = hinge.ratio * q[joint.coordinate] + hinge.offset;
                 let axis = pose.rotation * hinge.axis;
                 screw += hinge_screw(hinge, axis, pose.translation - self.origin);

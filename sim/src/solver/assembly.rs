@@ -134,13 +134,15 @@ impl Newton {
         }
         for block in 0..hand_blocks {
             let rows = model.clusters()[block].dofs.clone();
-            for other in if block == 0 { [block, block] } else { [0, block] } {
+            for other in (block > 0).then_some(0).into_iter().chain([block]) {
                 let columns = model.clusters()[other].dofs.clone();
                 let at = self.cholesky.at(block, other);
-                let data = self.cholesky.data();
+                let data = &mut self.cholesky.data()[at.offset..];
                 for (i, row) in rows.clone().enumerate() {
-                    for (j, column) in columns.clone().enumerate() {
-                        data[at.offset + i * at.row + j * at.column] = problem.hand_matrix[row * h + column];
+                    let line = &problem.hand_matrix[row * h..][columns.clone()];
+                    let to = data[i * at.row..].iter_mut().step_by(at.column);
+                    for (to, x) in to.zip(line) {
+                        *to = *x;
                     }
                 }
             }
@@ -298,40 +300,59 @@ impl Newton {
         self.add_spatial(0, object_block, k, -1.0);
     }
 
-    /// Coupling −(Sᵢᵀ K Sⱼ + transpose) of two links of the hand; K is about the base origin on both sides.
+    /// Coupling −(Sᵢᵀ K Sⱼ + transpose) of two links of the hand; K is about the base origin on both sides. The base's
+    /// columns of S are unit motions, and each link's chain lies within one block.
     fn add_link_link(&mut self, model: &Model, kin: &Kinematics, a: usize, b: usize, k: &SpatialMatrix) {
         let Some(hand) = model.hand() else { return };
-        // As columns of both chains; the base's six columns are unit motions.
+        let dof_block = &self.dof_block;
         let chain = |mut i: usize, out: &mut Vec<(usize, Motion)>| {
             out.clear();
+            let mut block = 0;
             while let (Some(parent), Some(joint)) = (hand.links[i].parent, &hand.links[i].joint) {
-                out.push((6 + joint.coordinate, kin.screw[i]));
+                let (of, place) = dof_block[6 + joint.coordinate];
+                block = of;
+                out.push((place, kin.screw[i]));
                 i = parent;
             }
-            for axis in 0..3 {
-                let mut e = [0.0; 3];
-                e[axis] = 1.0;
-                out.push((axis, Motion { angular: Vec3::ZERO, linear: Vec3::from_array(e) }));
-                out.push((3 + axis, Motion { angular: Vec3::from_array(e), linear: Vec3::ZERO }));
-            }
+            block
         };
         let [mut rows, mut columns] = std::mem::take(&mut self.columns);
-        chain(a, &mut rows);
-        chain(b, &mut columns);
-        for &(dof_b, screw_b) in &columns {
-            let f = k.mul(screw_b);
-            let (block_b, j) = self.dof_block[dof_b];
-            for &(dof_a, screw_a) in &rows {
-                let x = screw_a.dot(f);
-                let (block_a, i) = self.dof_block[dof_a];
-                let at = self.cholesky.at(block_a, block_b);
-                let data = self.cholesky.data();
-                data[at.offset + i * at.row + j * at.column] -= x;
-                if block_a == block_b {
-                    data[at.offset + j * at.row + i * at.column] -= x;
+        let (block_a, block_b) = (chain(a, &mut rows), chain(b, &mut columns));
+        // Fingers with each other, and that of B with the base.
+        if !columns.is_empty() {
+            let at = self.cholesky.at(0, block_b);
+            let across = (!rows.is_empty()).then(|| self.cholesky.at(block_a, block_b));
+            let data = self.cholesky.data();
+            for &(j, screw_b) in &columns {
+                let f = k.mul(screw_b);
+                if let Some(at) = across {
+                    for &(i, screw_a) in &rows {
+                        let x = screw_a.dot(f);
+                        data[at.offset + i * at.row + j * at.column] -= x;
+                        if block_a == block_b {
+                            data[at.offset + j * at.row + i * at.column] -= x;
+                        }
+                    }
+                }
+                for (i, x) in f.force.to_array().into_iter().chain(f.moment.to_array()).enumerate() {
+                    data[at.offset + i * at.row + j * at.column] -= x;
                 }
             }
         }
+        // The base with the finger of A: Sᵀ K by the columns of K.
+        if !rows.is_empty() {
+            let at = self.cholesky.at(block_a, 0);
+            let data = self.cholesky.data();
+            for &(i, screw) in &rows {
+                let linear = k.al.transpose() * screw.angular + k.ll.transpose() * screw.linear;
+                let angular = k.aa.transpose() * screw.angular + k.la.transpose() * screw.linear;
+                for (j, x) in linear.to_array().into_iter().chain(angular.to_array()).enumerate() {
+                    data[at.offset + i * at.row + j * at.column] -= x;
+                }
+            }
+        }
+        self.add_spatial(0, 0, k, -1.0);
+        self.add_spatial(0, 0, &k.transpose(), -1.0);
         self.columns = [rows, columns];
     }
 
@@ -348,20 +369,15 @@ impl Newton {
             self.link_touched[parent] = true;
             let f = own.mul(kin.screw[i]);
             let (block, row) = self.dof_block[6 + joint.coordinate];
+            let (square, at) = (self.cholesky.at(block, block), self.cholesky.at(block, 0));
+            let data = self.cholesky.data();
             let mut j = i;
+            // Of diagonal blocks the lower half counts.
             while let (Some(up), Some(joint)) = (hand.links[j].parent, &hand.links[j].joint) {
-                let x = kin.screw[j].dot(f);
                 let (_, column) = self.dof_block[6 + joint.coordinate];
-                let at = self.cholesky.at(block, block);
-                let data = self.cholesky.data();
-                data[at.offset + row * at.row + column * at.column] += x;
-                if j != i {
-                    data[at.offset + column * at.row + row * at.column] += x;
-                }
+                data[square.offset + row.max(column) * square.row + row.min(column)] += kin.screw[j].dot(f);
                 j = up;
             }
-            let at = self.cholesky.at(block, 0);
-            let data = self.cholesky.data();
             for (c, x) in f.force.to_array().into_iter().chain(f.moment.to_array()).enumerate() {
                 data[at.offset + row * at.row + c * at.column] += x;
             }

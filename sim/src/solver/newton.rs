@@ -94,13 +94,12 @@ impl Newton {
         {
             buffer.resize(n, 0.0);
         }
-        self.hessians.clear();
         self.hessians.resize(problem.points.len(), ConeHessian::Open);
         self.axis_curvature.resize(problem.axis_terms.len(), 0.0);
         for buffer in [&mut self.row_curvature, &mut self.row_velocity, &mut self.row_direction] {
             buffer.resize(problem.rows, 0.0);
         }
-        multiply(problem, v, &mut self.av);
+        multiply(model, problem, v, &mut self.av);
         self.project(model, kin, problem, v, false);
         self.gradient_at(model, kin, problem, v);
         let mut report = SolveReport { residual: self.residual(problem), ..SolveReport::default() };
@@ -122,7 +121,7 @@ impl Newton {
             let mut direction = std::mem::take(&mut self.direction);
             direction.copy_from_slice(&self.rhs[..n]);
             self.project(model, kin, problem, &direction, true);
-            multiply(problem, &direction, &mut self.a_direction);
+            multiply(model, problem, &direction, &mut self.a_direction);
             let slope = dot(&direction, &self.gradient);
             // The whole step is nearly always the right one, and the next gradient is needed anyway.
             self.advance(problem, v, &direction, 1.0);

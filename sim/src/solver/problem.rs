@@ -2,8 +2,9 @@
 
 use super::cone::{ConeLaw, RollingLaw};
 use super::terms::{AxisTerm, RowTerm};
+use crate::dynamics::pattern::{columns, row_sum_abreast};
 use crate::dynamics::spatial::Motion;
-use crate::model::Owner;
+use crate::model::{Model, Owner};
 use palmares_models::{Mat3, Rotation, Vec3};
 
 /// Contact point in the iteration.
@@ -100,23 +101,16 @@ pub struct Problem {
 }
 
 /// `out = A x`
-pub(super) fn multiply(problem: &Problem, x: &[f64], out: &mut [f64]) {
+pub(super) fn multiply(model: &Model, problem: &Problem, x: &[f64], out: &mut [f64]) {
     let h = problem.hand_dofs;
-    for i in 0..h {
-        let row = &problem.hand_matrix[i * h..(i + 1) * h];
-        // Four partial sums: a fixed order that the processor can still overlap.
-        let mut s = [0.0; 4];
-        let (chunks, tail) = row.as_chunks::<4>();
-        let (xs, x_tail) = x[..h].as_chunks::<4>();
-        for (a, b) in chunks.iter().zip(xs) {
-            for k in 0..4 {
-                s[k] += a[k] * b[k];
-            }
+    let hand_blocks = if h > 0 { model.hand_clusters() } else { 0 };
+    for block in 0..hand_blocks {
+        let columns = columns(model.clusters(), block, h);
+        let rows = model.clusters()[block].dofs.clone();
+        let matrix = &problem.hand_matrix[rows.start * h..rows.end * h];
+        for (out, row) in out[rows].iter_mut().zip(matrix.chunks_exact(h)) {
+            *out = row_sum_abreast(row, &x[..h], &columns);
         }
-        for (a, b) in tail.iter().zip(x_tail) {
-            s[0] += a * b;
-        }
-        out[i] = (s[0] + s[1]) + (s[2] + s[3]);
     }
     for (slot, object) in problem.objects.iter().enumerate() {
         let at = h + 6 * slot;

@@ -6,6 +6,7 @@ use crate::actuation::{base, tendon};
 use crate::config::Config;
 use crate::contact::impact::{Rebound, rebound};
 use crate::contact::narrow::{ContactPair, ContactPoint};
+use crate::dynamics::pattern::{columns, row_sum};
 use crate::model::{Model, Owner};
 use crate::solver::cone::{ConeLaw, RollingLaw};
 use crate::solver::island::Island;
@@ -39,14 +40,18 @@ impl World {
             let n = model.hand_dofs();
             problem.hand_dofs = n;
             problem.hand_matrix.clear();
-            problem.hand_matrix.extend(work.mass.iter().map(|m| m / theta));
+            if theta == 1.0 {
+                problem.hand_matrix.extend_from_slice(&work.mass);
+            } else {
+                problem.hand_matrix.extend(work.mass.iter().map(|m| m / theta));
+            }
             v.extend_from_slice(&state.v[..n]);
-            for i in 0..n {
-                let mut p = 0.0;
-                for j in 0..n {
-                    p += work.mass[i * n + j] * v[j];
+            for (block, cluster) in model.clusters()[..model.hand_clusters()].iter().enumerate() {
+                let columns = columns(model.clusters(), block, n);
+                for i in cluster.dofs.clone() {
+                    let p = row_sum(&work.mass[i * n..][..n], v, &columns);
+                    problem.momentum.push(p / theta - h * work.bias[i]);
                 }
-                problem.momentum.push(p / theta - h * work.bias[i]);
             }
             if work.servo_on {
                 base::servo(&config.base, &state.reference, state.base, stride, &mut problem.axis_terms);

@@ -6,6 +6,7 @@
 use super::free::turned;
 use super::midpoint::Stride;
 use crate::actuation::base::shortest_turn;
+use crate::dynamics::pattern::{columns, row_sum};
 use crate::solver::island::Island;
 use crate::solver::newton::Newton;
 use crate::solver::problem::Problem;
@@ -77,15 +78,20 @@ impl World {
     }
 
     /// Energy that the change of the acceleration brings early or late, J.
-    fn late_energy(&self, after: &[f64], now: &[f64]) -> f64 {
+    fn late_energy(&mut self, after: &[f64], now: &[f64]) -> f64 {
         let (n, before) = (self.model.hand_dofs(), &self.state.earlier.v);
+        let change = &mut self.work.change;
+        change.clear();
+        change.extend(
+            after.iter().zip(now).zip(before).map(|((after, now), before)| after - 2.0 * now + before),
+        );
+        let clusters = &self.model.clusters()[..self.model.hand_clusters()];
         let mut power = 0.0;
-        for (i, row) in self.work.mass.chunks_exact(n).enumerate() {
-            let mut change = 0.0;
-            for (j, m) in row.iter().enumerate() {
-                change += m * (after[j] - 2.0 * now[j] + before[j]);
+        for (block, cluster) in clusters.iter().enumerate() {
+            let columns = columns(clusters, block, n);
+            for i in cluster.dofs.clone() {
+                power += after[i] * row_sum(&self.work.mass[i * n..][..n], change, &columns);
             }
-            power += after[i] * change;
         }
         power.abs() * AHEAD
     }
