@@ -28,6 +28,8 @@ pub struct State {
     pub sleep: Vec<Sleep>,
     /// The hand one step earlier.
     pub(crate) earlier: Earlier,
+    /// Into how many substeps the free motion of an undamped hand is divided; 0 when it was not free.
+    pub(crate) substeps: u32,
     /// Contact memory of every pair of shapes that may touch, ascending by key.
     pub(crate) pairs: Vec<Pair>,
 }
@@ -100,6 +102,7 @@ impl State {
             tension: hand.map_or(Vec::new(), |hand| vec![0.0; hand.tendons.len()]),
             sleep: vec![Sleep::default(); model.objects().len()],
             earlier: Earlier::default(),
+            substeps: 0,
             pairs: Vec::new(),
         }
     }
@@ -153,6 +156,9 @@ impl State {
             h.pose(&self.earlier.base);
             h.floats(&self.earlier.q);
             h.floats(&self.earlier.v);
+        }
+        if self.substeps > 0 {
+            h.word(u64::from(self.substeps));
         }
         for pair in self.pairs.iter().filter(|pair| pair.active) {
             pair.digest(&mut h);

@@ -188,6 +188,7 @@ impl World {
         self.work.bounds.clear();
         self.work.speeds.clear();
         self.state.earlier.smooth = false;
+        self.state.substeps = 0;
         &mut self.state
     }
 
