@@ -1,6 +1,6 @@
 //! Mass matrix M(q) by the composite-rigid-body algorithm (Featherstone 2008, table 6.2).
 
-use super::spatial::{Force, RigidInertia};
+use super::spatial::RigidInertia;
 use super::tree::Kinematics;
 use palmares_models::hand::Hand;
 
@@ -24,10 +24,16 @@ impl Inertias {
         }
     }
 
-    /// Writes M, row-major n x n with n = 6 + coordinates. Coordinates that move several links (mimics) sum.
+    /// Writes M, row-major n x n with n = 6 + coordinates. What no path to the base couples is left as it is: zero.
+    /// Coordinates that move several links (mimics) sum.
     pub fn mass_matrix(&mut self, hand: &Hand, kin: &Kinematics, m: &mut [f64]) {
         let n = 6 + hand.coordinates.len();
-        m[..n * n].fill(0.0);
+        let jointed = hand.links.iter().filter(|link| link.joint.is_some()).count();
+        let shared = jointed > hand.coordinates.len();
+        if shared {
+            m[..n * n].fill(0.0);
+        }
+        let put = |to: &mut f64, x: f64| *to = if shared { *to + x } else { x };
         self.composite.clear();
         self.composite.extend_from_slice(&self.link);
         for i in (1..hand.links.len()).rev() {
@@ -36,16 +42,20 @@ impl Inertias {
             self.composite[parent] += own;
             let row = 6 + joint.coordinate;
             let f = own.mul(kin.screw[i]);
-            m[row * n + row] += kin.screw[i].dot(f);
+            put(&mut m[row * n + row], kin.screw[i].dot(f));
             let mut j = parent;
             while let (Some(up), Some(joint)) = (hand.links[j].parent, &hand.links[j].joint) {
                 let column = 6 + joint.coordinate;
                 let x = kin.screw[j].dot(f);
-                m[row * n + column] += x;
-                m[column * n + row] += x;
+                put(&mut m[row * n + column], x);
+                put(&mut m[column * n + row], x);
                 j = up;
             }
-            write_base(m, n, row, f);
+            // The base's columns are pure translations and rotations.
+            for (k, x) in f.components().into_iter().enumerate() {
+                put(&mut m[row * n + k], x);
+                put(&mut m[k * n + row], x);
+            }
         }
         let base = self.composite[0];
         for k in 0..3 {
@@ -61,14 +71,5 @@ impl Inertias {
                 m[j * n + 3 + k] = c.col(j)[k];
             }
         }
-    }
-}
-
-/// Couples a coordinate's row with the base: the base's columns are pure translations and rotations.
-fn write_base(m: &mut [f64], n: usize, row: usize, f: Force) {
-    let parts = [f.force.x, f.force.y, f.force.z, f.moment.x, f.moment.y, f.moment.z];
-    for (k, x) in parts.into_iter().enumerate() {
-        m[row * n + k] += x;
-        m[k * n + row] += x;
     }
 }

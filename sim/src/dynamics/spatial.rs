@@ -97,6 +97,13 @@ impl Force {
     /// No force.
     pub const ZERO: Force = Force { moment: Vec3::ZERO, force: Vec3::ZERO };
 
+    /// Force, then moment: the order of a body's velocities in the solver.
+    #[inline]
+    pub fn components(self) -> [f64; 6] {
+        let (f, m) = (self.force, self.moment);
+        [f.x, f.y, f.z, m.x, m.y, m.z]
+    }
+
     /// The same force about an origin moved by `d`.
     #[inline]
     pub fn moved(self, d: Vec3) -> Force {

@@ -292,7 +292,7 @@ impl Newton {
             let (block, row) = self.dof_block[6 + joint.coordinate];
             let at = self.cholesky.at(block, object_block);
             let data = self.cholesky.data();
-            for (c, x) in f.force.to_array().into_iter().chain(f.moment.to_array()).enumerate() {
+            for (c, x) in f.components().into_iter().enumerate() {
                 data[at.offset + row * at.row + c * at.column] -= x;
             }
             i = parent;
@@ -334,7 +334,7 @@ impl Newton {
                         }
                     }
                 }
-                for (i, x) in f.force.to_array().into_iter().chain(f.moment.to_array()).enumerate() {
+                for (i, x) in f.components().into_iter().enumerate() {
                     data[at.offset + i * at.row + j * at.column] -= x;
                 }
             }
@@ -343,10 +343,10 @@ impl Newton {
         if !rows.is_empty() {
             let at = self.cholesky.at(block_a, 0);
             let data = self.cholesky.data();
+            let transpose = k.transpose();
             for &(i, screw) in &rows {
-                let linear = k.al.transpose() * screw.angular + k.ll.transpose() * screw.linear;
-                let angular = k.aa.transpose() * screw.angular + k.la.transpose() * screw.linear;
-                for (j, x) in linear.to_array().into_iter().chain(angular.to_array()).enumerate() {
+                let f = transpose.mul(screw);
+                for (j, x) in f.components().into_iter().enumerate() {
                     data[at.offset + i * at.row + j * at.column] -= x;
                 }
             }
@@ -378,7 +378,7 @@ impl Newton {
                 data[square.offset + row.max(column) * square.row + row.min(column)] += kin.screw[j].dot(f);
                 j = up;
             }
-            for (c, x) in f.force.to_array().into_iter().chain(f.moment.to_array()).enumerate() {
+            for (c, x) in f.components().into_iter().enumerate() {
                 data[at.offset + row * at.row + c * at.column] += x;
             }
         }

@@ -256,7 +256,7 @@ impl Newton {
                         let slot = self.slot[k];
                         let f = wrench.moved(problem.objects[slot].center - pair.origin);
                         let at = h + 6 * slot;
-                        for (k, x) in f.force.to_array().into_iter().chain(f.moment.to_array()).enumerate() {
+                        for (k, x) in f.components().into_iter().enumerate() {
                             self.gradient[at + k] -= sign * x;
                         }
                     }
@@ -272,7 +272,7 @@ impl Newton {
             }
         }
         let f = self.link_force[0];
-        for (k, x) in f.force.to_array().into_iter().chain(f.moment.to_array()).enumerate() {
+        for (k, x) in f.components().into_iter().enumerate() {
             self.gradient[k] -= x;
         }
         for (k, term) in problem.axis_terms.iter().enumerate() {

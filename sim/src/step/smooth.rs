@@ -22,8 +22,8 @@ const AHEAD: f64 = 1.0 / 3.0;
 /// early or late: a step in which it would be more than this, J, is Euler's.
 const LATE_J: f64 = 1e-5;
 
-/// Where no coordinate is faster, m/s or rad/s, the hand comes to rest: Euler's steps end nearer to the equilibrium, for
-/// what the solver leaves unbalanced is not carried on.
+/// Where no coordinate is faster, m/s or rad/s, the hand comes to rest, and its steps are Euler's: a pushed fingertip of
+/// the ReFlex ended 1.16e-9 rad from its equilibrium with this formula, and less than 1e-9 rad with Euler's.
 const AT_REST: f64 = 1e-6;
 
 impl World {
