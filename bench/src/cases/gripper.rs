@@ -1,6 +1,6 @@
 //! A gripper that is driven by forces alone lifts a ball and runs against its stop.
 
-use super::scene::{G, Scene, awake, cuboid};
+use super::scene::{G, Scene, cuboid, rigid};
 use super::{Case, Finding, Setup, steps};
 use crate::recorder::Recorder;
 use crate::report::Figure;
@@ -9,12 +9,8 @@ use anyhow::Result;
 use palmares_models::hand::{Geom, Hand, HingeKind};
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
-use palmares_sim::Config;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
-
-/// Stiffness of a contact of steel parts, N/m.
-const STEEL: f64 = 1e8;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[Case {
@@ -108,9 +104,9 @@ fn exact(t: f64) -> f64 {
 /// Largest error of the ball's height in 0.5 s, mm (Horak & Trinkle 2019, exp_grasping.m of
 /// erwincoumans/contact_models; the slip in its analytic_gripper.m leaves the ball's weight out, which makes it 0.2 mm
 /// longer). Regularised convex contacts open the jaws at the stop, the more the longer the step. Contacts and stop are
-/// as hard as steel.
+/// those of rigid bodies.
 pub fn gripper_analytic(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
-    let config = Config { contact_stiffness: STEEL, anchor_stiffness: STEEL, ..welded(awake(setup.dt_s)) };
+    let config = welded(rigid(setup.dt_s));
     let (mut engine, mut command) = Scene::with_hand(config, Arc::new(gripper()?), Pose::IDENTITY)?
         .fixed(&cuboid(0.02, 0.02, 0.02), Pose::translation(0.0, 0.0, -RADIUS_M - 0.01), 0.0)?
         .fixed(&plate(), Pose::translation(0.0, 0.0, TOP_M + 2.0 * HALF_PLATE_M + STROKE_M), 0.0)?

@@ -30,6 +30,6 @@ fn a_ball_thrown_without_spin_slides_until_it_rolls() {
     for dt in [0.25e-3, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3] {
         let report = report("bowling", dt);
         converged(&report);
-        assert!(error(&report) <= 0.1, "at {dt}: {} %", error(&report));
+        assert!(error(&report) <= 0.01, "at {dt}: {} %", error(&report));
     }
 }

@@ -18,6 +18,10 @@ use std::sync::Arc;
 /// a quarter more time, and in heaps one in a thousand gained energy. There the lagged slip has to do.
 const GLIDE_PASSES: usize = 2;
 
+/// Contacts of this stiffness, N/m, hang by so little that these passes are enough. Harder ones carry nothing at a gap that
+/// is smaller in proportion: a tenth for every pass more.
+const HOVER_STIFFNESS: f64 = 2e5;
+
 /// In the hand a contact that is lifted by less, m, is left to the lagged slip: among balls some finger begins to slide
 /// at nearly every step, and to solve each of them again took a tenth more time.
 const HAND_HOVER_M: f64 = 1e-4;
@@ -65,9 +69,11 @@ impl World {
         let stride = Stride { h: self.model.config().step_s, theta: 1.0 };
         self.pose_problem(island, problem, v, stride);
         self.minimise(problem, newton, v, self.model.config().tolerance);
-        let passes = if island.objects.len() <= 1 { GLIDE_PASSES } else { 0 };
-        for _ in 0..passes {
-            if !self.correct_glide(island, problem) {
+        let harder = (self.model.config().contact_stiffness / HOVER_STIFFNESS).max(1.0);
+        let passes = GLIDE_PASSES + libm::log10(harder).ceil() as usize;
+        for pass in 0..if island.objects.len() <= 1 { passes } else { 0 } {
+            // Slip that changes evenly is left to the lag, however hard the contact.
+            if !self.correct_glide(island, problem, if pass == 0 { 1.0 } else { harder }) {
                 break;
             }
             self.minimise(problem, newton, v, self.model.config().tolerance);
@@ -123,10 +129,10 @@ impl World {
     }
 
     /// Where slip sets in or ends so suddenly that the lagged slip says nothing, takes that of the solution instead:
-    /// convexity would lift such a contact by μ h v. True if there is any.
-    fn correct_glide(&self, island: &Island, problem: &mut Problem) -> bool {
+    /// convexity would lift such a contact by μ h v. True if there is any; `finer` is by how much less than usual counts.
+    fn correct_glide(&self, island: &Island, problem: &mut Problem, finer: f64) -> bool {
         let config = self.model.config();
-        let least = if island.hand { HAND_HOVER_M } else { config.hover_m };
+        let least = if island.hand { HAND_HOVER_M } else { config.hover_m } / finer;
         let mut any = false;
         for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
             let found = &self.work.contacts.pairs[index];
