@@ -1,58 +1,86 @@
 """What lockstep costs beside the physics: the overhead of one call of `Client.step` for every tick.
 
-Two runs of the same scene get the same actions, one tick by tick, the other 20 ticks per call. They compute
-the same physics, bit for bit, so the difference in time is what 19 more calls in 20 cost: encoding, system
-calls, the server's reading, observing and writing, decoding, and caches that are colder. Blocks of 200 ticks
-of the two runs take turns, so that whatever else the machine does meets both. Start a server first, on an
-idle machine.
+In every scene one run is played by each kind of client, tick by tick, and one in calls of 20 ticks. All get
+the same actions and compute the same physics, bit for bit. The physics of a block of 100 calls is what the
+server itself measured of their ticks (`palmares_tick_compute_seconds` at ``/metrics``); what the calls took
+longer is the overhead: encoding, system calls, the server's reading, observing and writing, decoding.
+Blocks of all runs take turns, so that whatever else the machine does meets all of them. Of their values the
+median counts; the quartiles beside it tell how much it is worth. Start a server first, on an idle machine.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import itertools
 import statistics
 import sys
 import time
-from dataclasses import dataclass
-from typing import Literal
+import urllib.request
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
 
 import palmares
 from palmares.requests import Step
 from palmares.targets import action_of
 
-# Ticks with one target, and of one call of the run that is played whole.
+Encoding: TypeAlias = Literal["json", "msgpack"]
+
+# Ticks with one target, and of one call of the run that is played in long steps.
 MOVE = 20
-# Ticks that one run plays before the other has its turn: few enough for the machine to be the same, enough
+# Ticks that one run plays before the next has its turn: few enough for the machine to be the same, enough
 # for the first call, for which the server has to be woken, not to count.
-BLOCK = 200
+BLOCK = 100
 PALM_DOWN = (0.0, 1.0, 0.0, 0.0)
-ABOVE, AMONG_BALLS = (0.0, 0.0, 0.75), (0.0, 0.0, 0.24)
-# The hand comes down and closes before the clock is started, s.
+SCENES = {"air": (0.0, 0.0, 0.75), "balls": (0.0, 0.0, 0.24)}
+# The hand comes down and closes before the clock is started.
 LEAD_IN_TICKS = 300
 
 
 @dataclass(frozen=True)
 class Case:
-    """A scene and what the hand does in it."""
+    """A scene and how it is seen."""
 
-    name: str
-    base: tuple[float, float, float]
+    scene: str
     sensing: Literal["sensors", "truth"]
-    encoding: Literal["json", "msgpack"]
-
-
-@dataclass(frozen=True)
-class Measured:
-    """Medians over blocks, µs per tick."""
-
-    physics: float
-    overhead: float
+    encoding: Encoding
 
     @property
-    def share(self) -> float:
-        """The overhead as a part of the physics."""
-        return self.overhead / self.physics
+    def base(self) -> tuple[float, float, float]:
+        """Where the hand's base is, m."""
+        return SCENES[self.scene]
+
+
+@dataclass
+class Played:
+    """A run and what its blocks took, µs per tick."""
+
+    client: palmares.Client
+    repeat: int
+    physics: list[float] = field(default_factory=list)
+    wall: list[float] = field(default_factory=list)
+
+    def block(self, url: str) -> None:
+        """Play a block."""
+        before = ticks_and_seconds(url)
+        start = time.perf_counter()
+        for tick in range(0, BLOCK, self.repeat):
+            self.client.step(hand=target(tick), repeat=self.repeat)
+        wall = time.perf_counter() - start
+        after = ticks_and_seconds(url)
+        if after[0] - before[0] != BLOCK:
+            sys.exit("somebody else plays on this server: its clock of the physics counts both")
+        self.wall.append(1e6 * wall / BLOCK)
+        self.physics.append(1e6 * (after[1] - before[1]) / BLOCK)
+
+
+def ticks_and_seconds(url: str) -> tuple[int, float]:
+    """Return how many ticks the server has stepped, and what they took."""
+    with urllib.request.urlopen(f"{url}/metrics") as answer:
+        lines = answer.read().decode().splitlines()
+    values = dict(line.rsplit(" ", 1) for line in lines if line.startswith("palmares_tick_compute_seconds_"))
+    name = "palmares_tick_compute_seconds"
+    return int(values.get(f"{name}_count", 0)), float(values.get(f"{name}_sum", 0.0))
 
 
 def open_run(client: palmares.Client, case: Case) -> None:
@@ -68,34 +96,41 @@ def target(tick: int) -> list[float]:
     return [0.5 + 0.2 * (tick // MOVE % 2)]
 
 
-def measure(url: str, case: Case, blocks: int) -> Measured:
-    """Play the same blocks tick by tick and whole."""
-    with (
-        palmares.Client(url, encoding=case.encoding) as single,
-        palmares.Client(url, encoding=case.encoding) as whole,
-    ):
-        open_run(single, case)
-        open_run(whole, case)
-        physics, overhead = [], []
-        for _ in range(blocks):
-            start = time.perf_counter()
-            for tick in range(BLOCK):
-                single.step(hand=target(tick))
-            between = time.perf_counter()
-            for tick in range(0, BLOCK, MOVE):
-                whole.step(hand=target(tick), repeat=MOVE)
-            end = time.perf_counter()
-            call = ((between - start) - (end - between)) / (BLOCK - BLOCK // MOVE)
-            overhead.append(call)
-            physics.append((end - between) / BLOCK - call / MOVE)
-        if single.stop().state_hash != whole.stop().state_hash:
-            sys.exit("the two runs differ: the measurement compares different physics")
-    return Measured(1e6 * statistics.median(physics), 1e6 * statistics.median(overhead))
+def measure(url: str, cases: list[Case], blocks: int, local: bool) -> None:
+    """Play all cases by turns and print what their calls cost."""
+    with contextlib.ExitStack() as stack:
+
+        def played(case: Case, repeat: int) -> Played:
+            client = stack.enter_context(palmares.Client(url, encoding=case.encoding, local=local))
+            open_run(client, case)
+            return Played(client, repeat)
+
+        whole = {name: played(Case(name, "sensors", "msgpack"), MOVE) for name in SCENES}
+        single = {case: played(case, 1) for case in cases}
+        runs = [*whole.values(), *single.values()]
+        for count in range(blocks):
+            first = count % len(runs)
+            for run in runs[first:] + runs[:first]:
+                run.block(url)
+        for scene in SCENES:
+            of_scene = [run for case, run in single.items() if case.scene == scene]
+            if len({run.client.stop().state_hash for run in [whole[scene], *of_scene]}) != 1:
+                sys.exit("the runs differ: the measurement compares different physics")
+    for case, run in single.items():
+        overhead = [wall - physics for wall, physics in zip(run.wall, run.physics, strict=True)]
+        shares = [more / physics for more, physics in zip(overhead, run.physics, strict=True)]
+        low, _, high = statistics.quantiles(overhead, n=4)
+        long = statistics.median(whole[case.scene].physics)
+        physics, wall, over, share = map(statistics.median, (run.physics, run.wall, overhead, shares))
+        print(
+            f"| {case.scene} | {case.sensing} | {case.encoding} | {long:.0f} | {physics:.0f} | {wall:.0f} "
+            f"| {over:.0f} ({low:.0f} to {high:.0f}) | {share:.0%} |"
+        )
 
 
-def parts(url: str, case: Case, ticks: int) -> dict[str, float]:
+def parts(url: str, case: Case, ticks: int, local: bool) -> dict[str, float]:
     """Where the time of a call goes on this side of the socket, medians in µs."""
-    with palmares.Client(url, encoding=case.encoding) as client:
+    with palmares.Client(url, encoding=case.encoding, local=local) as client:
         open_run(client, case)
         with client._link._lock:  # The heartbeat is not to read what is meant for this loop.
             times, size = timed(client, case, ticks)
@@ -127,9 +162,9 @@ def timed(client: palmares.Client, case: Case, ticks: int) -> tuple[dict[str, li
     return times, size
 
 
-def asking(url: str, encoding: Literal["json", "msgpack"]) -> float:
+def asking(url: str, encoding: Encoding, local: bool) -> float:
     """Return the median time of a `time` request, which needs no physics: the floor, µs."""
-    with palmares.Client(url, encoding=encoding) as client:
+    with palmares.Client(url, encoding=encoding, local=local) as client:
         times = []
         for _ in range(2000):
             start = time.perf_counter()
@@ -142,33 +177,27 @@ def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--url", default="http://127.0.0.1:8080")
-    parser.add_argument("--blocks", type=int, default=15, help=f"blocks of {BLOCK} ticks per case")
+    parser.add_argument("--blocks", type=int, default=30, help=f"blocks of {BLOCK} ticks per case")
+    parser.add_argument("--tcp", action="store_true", help="do not use the server's local socket")
     args = parser.parse_args()
-    encodings: list[Literal["json", "msgpack"]] = ["json", "msgpack"]
-    print("| scene | sensing | encoding | physics, µs/tick | overhead, µs/call | overhead/physics |")
-    print("|---|---|---|---|---|---|")
-    cases = [
-        Case(name, base, sensing, encoding)
-        for name, base in (("free", ABOVE), ("balls", AMONG_BALLS))
-        for sensing in ("truth", "sensors")
-        for encoding in encodings
-    ]
-    for case in cases:
-        got = measure(args.url, case, args.blocks)
-        print(
-            f"| {case.name} | {case.sensing} | {case.encoding} | {got.physics:.0f} | {got.overhead:.1f} "
-            f"| {got.share:.0%} |",
-            flush=True,
-        )
-    print("\n| scene | sensing | encoding | encode | send | wait | decode | bytes of the reply |")
+    local = not args.tcp
+    encodings: list[Encoding] = ["msgpack", "json"]
+    sensings: list[Literal["sensors", "truth"]] = ["sensors", "truth"]
+    cases = [Case(*case) for case in itertools.product(SCENES, sensings, encodings)]
+    print("In µs per tick: physics in long steps and in single ones, a call, its overhead (quartiles)\n")
+    print("| scene | sensing | encoding | long | physics | call | overhead | overhead/physics |")
+    print("|---|---|---|---|---|---|---|---|")
+    measure(args.url, cases, args.blocks, local)
+    print("\nWhere the time of a call goes on this side of the socket, medians:\n")
+    print("| scene | sensing | encoding | encode | send | wait | decode | bytes of the reply |")
     print("|---|---|---|---|---|---|---|---|")
     for case in cases:
-        part = parts(args.url, case, BLOCK * args.blocks)
+        part = parts(args.url, case, BLOCK * args.blocks // 3, local)
         row = " | ".join(f"{part[name]:.1f}" for name in ("encode", "send", "wait", "decode"))
-        print(f"| {case.name} | {case.sensing} | {case.encoding} | {row} | {part['bytes']} |", flush=True)
+        print(f"| {case.scene} | {case.sensing} | {case.encoding} | {row} | {part['bytes']} |", flush=True)
     print("\nA `time` request, which needs no physics, takes:")
     for encoding in encodings:
-        print(f"{asking(args.url, encoding):.1f} µs ({encoding})")
+        print(f"{asking(args.url, encoding, local):.1f} µs ({encoding})")
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from socket import SHUT_RDWR
 from typing import Any, Self
 
 import msgspec
+import numpy as np
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 from websockets.sync.server import Server, ServerConnection, serve
@@ -90,7 +91,8 @@ class FakeServer:
 
     def _say(self, socket: ServerConnection, message: dict[str, Any]) -> None:
         if socket.subprotocol == "palmares.v1.msgpack":
-            socket.send(msgspec.msgpack.encode(message))
+            truth = {"truth": packed(message["truth"])} if "truth" in message else {}
+            socket.send(msgspec.msgpack.encode(message | truth))
         else:
             socket.send(json.dumps(message))
 
@@ -231,19 +233,34 @@ class FakeServer:
                 "wrist": {"force": [0.0] * 3, "torque": [0.0] * 3},
             },
             "truth": {
-                "objects": [
-                    {"id": i, "name": f"ball_{i}", "position": p, "quat_xyzw": [0, 0, 0, 1], **still}
-                    for i, p in enumerate(BALLS)
-                ],
-                "joints": {"position": [], "velocity": []},
-                "contacts": [],
-                "predicted_equilibrium": [],
+                "objects": {
+                    "position": BALLS,
+                    "quat_xyzw": [[0.0, 0.0, 0.0, 1.0]] * len(BALLS),
+                    "linear": [[0.0] * 3] * len(BALLS),
+                    "angular": [[0.0] * 3] * len(BALLS),
+                },
+                "joints": {"position": [0.5, 1.0], "velocity": [0.0, 0.0]},
+                "contacts": {
+                    "a": ["palm"],
+                    "b": ["ball_1"],
+                    "position": [[0.1, 0.2, 0.3]],
+                    "force": [[0.0, 0.0, -2.0]],
+                },
+                "predicted_equilibrium": [0.25, 0.75],
             },
             "events": [],
             "score": 0.0,
             "terminated": False,
             "truncated": False,
         }
+
+
+def packed(tables: Any) -> Any:
+    """Return tables of numbers as MessagePack has them: as bytes."""
+    if isinstance(tables, dict):
+        return {name: packed(table) for name, table in tables.items()}
+    strings = any(isinstance(entry, str) for entry in tables)
+    return tables if strings else np.array(tables, "<f8").tobytes()
 
 
 BALLS = [[0.0, 0.0, 0.05], [0.15, 0.1, 0.05], [0.7, 0.0, 0.05]]

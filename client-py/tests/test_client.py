@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ import pytest
 import palmares
 from palmares import link as link_module
 from palmares.requests import Time
-from tests.fake_server import FakeServer
+from tests.fake_server import BALLS, FakeServer
 
 
 @pytest.fixture
@@ -27,6 +27,31 @@ def said_goodbye(server: FakeServer) -> list[dict[str, Any]]:
     while time.monotonic() < deadline and server.requests[-1]["op"] != "bye":
         time.sleep(0.01)
     return server.requests
+
+
+@pytest.mark.parametrize("encoding", ["json", "msgpack"])
+def test_the_truth_is_the_same_in_both_encodings(
+    server: FakeServer, encoding: Literal["json", "msgpack"]
+) -> None:
+    with palmares.Client(server.url, encoding=encoding) as client:
+        client.reset("balls", "softhand")
+        truth = client.step().truth
+        assert truth is not None
+        assert truth.positions.tolist() == BALLS
+        assert truth.quats_xyzw.tolist() == [[0.0, 0.0, 0.0, 1.0]] * 3
+        assert truth.linear.shape == truth.angular.shape == (3, 3)
+        assert truth.joints.position.tolist() == [0.5, 1.0]
+        assert truth.joints.velocity.tolist() == [0.0, 0.0]
+        assert truth.predicted_equilibrium.tolist() == [0.25, 0.75]
+        ball = truth.object("ball_1")
+        assert (ball.id, ball.position, ball.linear) == (1, tuple(BALLS[1]), (0.0, 0.0, 0.0))
+        with pytest.raises(KeyError, match="ball_0, ball_1, ball_2"):
+            truth.object("cube")
+        (contact,) = truth.contacts
+        assert (contact.a, contact.b) == ("palm", "ball_1")
+        assert (contact.position, contact.force) == ((0.1, 0.2, 0.3), (0.0, 0.0, -2.0))
+        truth.positions[0] += 1.0  # An array of one's own.
+        assert truth.positions[0].tolist() == [1.0, 1.0, 1.05]
 
 
 def test_a_run_from_reset_to_result(server: FakeServer) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import socket
+import sys
 from collections.abc import Iterator
 
 import numpy as np
@@ -51,6 +53,23 @@ def test_a_run_and_its_place_on_the_leaderboard(url: str) -> None:
 
         row = next(row for row in client.leaderboard() if row.team == "pytest")
         assert row.tasks["balls"].run_id == result.run_id
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="local sockets are Linux's")
+def test_a_server_on_this_machine_is_reached_through_its_local_socket(url: str) -> None:
+    seen = []
+    for local in (True, False):
+        with palmares.Client(url, local=local) as client:
+            family = client._link._transport._socket.family
+            assert family == (socket.AF_UNIX if local else socket.AF_INET)
+            obs = client.reset("balls", "softhand", seed=2)
+            assert obs.truth is not None
+            assert [body.name for body in obs.truth.objects] == [body.name for body in client.scene.free]
+            client.step(hand=[0.5], repeat=20)
+            client._link.hang_up()
+            seen.append(client.step(repeat=20).sim_time_s)
+            client.stop()
+    assert seen[0] == seen[1]
 
 
 def test_same_seed_and_actions_same_bits(url: str) -> None:

@@ -24,6 +24,7 @@ struct CodeLabel {
 pub(crate) struct Metrics {
     registry: Registry,
     ticks: Counter,
+    tick_compute: Histogram,
     lateness: Histogram,
     permit_wait: Histogram,
     missed_ticks: Counter,
@@ -58,6 +59,7 @@ impl Metrics {
         let mut metrics = Metrics {
             registry: Registry::default(),
             ticks: Counter::default(),
+            tick_compute: histogram(),
             lateness: histogram(),
             permit_wait: histogram(),
             missed_ticks: Counter::default(),
@@ -69,6 +71,8 @@ impl Metrics {
         };
         let mut registry = Registry::with_prefix("palmares");
         registry.register("ticks", "Ticks that were stepped", metrics.ticks.clone());
+        let compute = "How long ticks computed, recording included";
+        registry.register_with_unit("tick_compute", compute, Unit::Seconds, metrics.tick_compute.clone());
         let lateness = "How late ticks of realtime runs began";
         registry.register_with_unit("tick_lateness", lateness, Unit::Seconds, metrics.lateness.clone());
         let wait = "How long ticks waited for a processor";
@@ -85,9 +89,10 @@ impl Metrics {
         metrics
     }
 
-    /// A tick was stepped.
-    pub(crate) fn ticked(&self) {
+    /// A tick was stepped and recorded, which took so long.
+    pub(crate) fn ticked(&self, took: Duration) {
         self.ticks.inc();
+        self.tick_compute.observe(took.as_secs_f64());
     }
 
     /// A tick of a realtime run began so much after it was due, with a new action or without.
@@ -128,7 +133,7 @@ mod tests {
     #[test]
     fn everything_counted_is_told() {
         let metrics = Metrics::new();
-        metrics.ticked();
+        metrics.ticked(Duration::from_micros(70));
         metrics.began(Duration::from_millis(3), false);
         metrics.began(Duration::from_micros(5), true);
         metrics.waited(Duration::from_micros(10));
@@ -137,6 +142,8 @@ mod tests {
         let text = metrics.text(Levels { worlds: 1, sessions: 2, viewers: 3, unverified: 4 });
         for line in [
             "palmares_ticks_total 1",
+            "palmares_tick_compute_seconds_count 1",
+            "palmares_tick_compute_seconds_bucket{le=\"0.0001\"} 1",
             "palmares_tick_lateness_seconds_count 2",
             "palmares_tick_lateness_seconds_bucket{le=\"0.0032\"} 2",
             "palmares_missed_ticks_total 1",

@@ -1,6 +1,7 @@
 //! What a controller sees after a tick.
 
 use crate::action::Action;
+use crate::table::{Numbers, Table};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +17,7 @@ pub enum Sensing {
 }
 
 /// State after a tick. The server adds `id`, `run_id` and the session's clock around it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Observation {
     /// Ticks since reset.
     pub tick: u64,
@@ -27,7 +28,7 @@ pub struct Observation {
     /// The hand.
     pub hand: HandObservation,
     /// The full state, when the run's sensing is `truth`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub truth: Option<Truth>,
     /// What the referee noted in this tick.
     pub events: Vec<Event>,
@@ -38,7 +39,7 @@ pub struct Observation {
     /// The run was cut short by a limit.
     pub truncated: bool,
     /// Why, when `terminated` or `truncated`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
 }
 
@@ -91,50 +92,51 @@ pub struct Wrench {
 }
 
 /// The full state.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Truth {
     /// Every free object, in scene order.
-    pub objects: Vec<ObjectObservation>,
+    pub objects: Objects,
     /// Joint coordinates, in the hand's coordinate order.
     pub joints: Joints,
     /// Every touching contact.
-    pub contacts: Vec<ContactObservation>,
+    pub contacts: Contacts,
     /// Where the free hand would rest at the present motor position, rad; empty if that is not defined.
-    pub predicted_equilibrium: Vec<f64>,
+    pub predicted_equilibrium: Numbers,
 }
 
-/// A free object.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ObjectObservation {
-    /// Index in the scene.
-    pub id: usize,
-    /// Name in the scene.
-    pub name: String,
-    /// Pose and velocity.
-    #[serde(flatten)]
-    pub state: BodyState,
+/// Pose and velocity of the free objects in the world frame: in every table one row for each.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub struct Objects {
+    /// Origin of the body frame, m.
+    pub position: Table<3>,
+    /// Orientation, x, y, z, w.
+    pub quat_xyzw: Table<4>,
+    /// Velocity of the origin, m/s.
+    pub linear: Table<3>,
+    /// rad/s
+    pub angular: Table<3>,
 }
 
 /// Joint coordinates.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Joints {
     /// rad
-    pub position: Vec<f64>,
+    pub position: Numbers,
     /// rad/s
-    pub velocity: Vec<f64>,
+    pub velocity: Numbers,
 }
 
-/// A touching contact: force on body `b` by body `a`, world frame.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ContactObservation {
+/// Touching contacts, in every list one entry for each: force on body `b` by body `a`, world frame.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub struct Contacts {
     /// Name of the first body.
-    pub a: String,
+    pub a: Vec<String>,
     /// Name of the second body.
-    pub b: String,
+    pub b: Vec<String>,
     /// m
-    pub position: [f64; 3],
+    pub position: Table<3>,
     /// N
-    pub force: [f64; 3],
+    pub force: Table<3>,
 }
 
 /// Something the referee noted.

@@ -116,12 +116,12 @@ fn poses_are_those_of_the_observation_and_end_with_the_links() {
     let mut run = start();
     run.step(&Action::default()).expect("valid");
     let seen = run.observe(Sensing::Truth);
-    let ball = &seen.truth.expect("asked for").objects[0];
+    let ball = seen.truth.expect("asked for").objects.position.0[0];
     let poses: Vec<_> = run.poses().collect();
     let bodies = run.hand_bodies();
     assert_eq!(poses.len(), 1 + bodies.len());
     assert_eq!(poses[0].0, 0);
-    assert_eq!(poses[0].1.translation.to_array(), ball.state.position);
+    assert_eq!(poses[0].1.translation.to_array(), ball);
     for (body, (id, _)) in bodies.iter().zip(&poses[1..]) {
         assert_eq!(body.id, *id);
     }

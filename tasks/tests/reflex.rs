@@ -39,8 +39,8 @@ fn the_prediction_is_where_the_hand_comes_to_rest() {
     go(&mut run, Vec3::new(0.0, 0.0, 0.75), 0.0, [0.8, 0.6, 0.4, 0.3], 400);
     let seen = run.observe(Sensing::Truth);
     let truth = seen.truth.expect("asked for");
-    assert_eq!(truth.predicted_equilibrium.len(), 7);
-    for (q, predicted) in truth.joints.position.iter().zip(&truth.predicted_equilibrium) {
+    assert_eq!(truth.predicted_equilibrium.0.len(), 7);
+    for (q, predicted) in truth.joints.position.0.iter().zip(&truth.predicted_equilibrium.0) {
         assert!((q - predicted).abs() < 1e-6, "{q} {predicted}");
     }
     let tensions: Vec<f64> = seen.hand.actuators.iter().map(|a| a.tension).collect();

@@ -19,8 +19,11 @@ fn redact(key: &str, value: &mut Value) {
         | "reached_unix_ms" | "wall_s" | "elapsed_s" | "sha256" | "replay_sha256" | "replay_key"
         | "bytes" => *value = json!(format!("<{key}>")),
         // How many there are and what they say is for the solver's tests.
-        "contacts" | "joints" | "predicted_equilibrium" if value.is_array() => {
-            *value = json!(format!("<{key}>"))
+        "joints" | "predicted_equilibrium" if value.is_array() => *value = json!(format!("<{key}>")),
+        "contacts" => {
+            for (list, entries) in value.as_object_mut().into_iter().flatten() {
+                *entries = json!(format!("<{list}>"));
+            }
         }
         _ => match value {
             Value::Number(number) if number.is_f64() && !RULED.contains(&key) && !key.ends_with("_s") => {
@@ -28,7 +31,8 @@ fn redact(key: &str, value: &mut Value) {
             }
             Value::Array(entries) => {
                 let numbers = !entries.is_empty() && entries.iter().all(Value::is_number);
-                let bodies = matches!(key, "bodies" | "objects" | "parts");
+                let table = !entries.is_empty() && entries.iter().all(Value::is_array);
+                let bodies = table || matches!(key, "bodies" | "parts");
                 if numbers && key != "shape" {
                     *value = json!(format!("<{} numbers>", entries.len()));
                 } else if bodies {

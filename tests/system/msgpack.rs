@@ -2,8 +2,10 @@
 
 use crate::harness::{Client, Server, handshake, reset, step};
 use futures_util::{SinkExt, StreamExt};
-use serde::Serialize;
+use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use std::fmt;
 use tokio::net::TcpStream;
 use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::{MaybeTlsStream, WebSocketStream, connect_async};
@@ -25,12 +27,77 @@ impl Packed {
         loop {
             match self.0.next().await {
                 Some(Ok(Message::Binary(bytes))) => {
-                    return rmp_serde::from_slice(&bytes).expect("MessagePack with names");
+                    let Unpacked(value) = rmp_serde::from_slice(&bytes).expect("MessagePack with names");
+                    return value;
                 }
                 Some(Ok(Message::Ping(_) | Message::Pong(_))) => {}
                 other => panic!("expected a message, got {other:?}"),
             }
         }
+    }
+}
+
+/// A message in which what is bytes has become a list of the 64-bit floats that they are.
+struct Unpacked(Value);
+
+impl<'de> Deserialize<'de> for Unpacked {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Anything;
+        impl<'de> Visitor<'de> for Anything {
+            type Value = Value;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a message")
+            }
+            fn visit_bool<E>(self, x: bool) -> Result<Value, E> {
+                Ok(x.into())
+            }
+            fn visit_u64<E>(self, x: u64) -> Result<Value, E> {
+                Ok(x.into())
+            }
+            fn visit_i64<E>(self, x: i64) -> Result<Value, E> {
+                Ok(x.into())
+            }
+            fn visit_f64<E>(self, x: f64) -> Result<Value, E> {
+                Ok(x.into())
+            }
+            fn visit_str<E>(self, x: &str) -> Result<Value, E> {
+                Ok(x.into())
+            }
+            fn visit_unit<E>(self) -> Result<Value, E> {
+                Ok(Value::Null)
+            }
+            fn visit_bytes<E: Error>(self, x: &[u8]) -> Result<Value, E> {
+                let (numbers, rest) = x.as_chunks::<8>();
+                if !rest.is_empty() {
+                    return Err(E::custom(format!("{} bytes are no 64-bit floats", x.len())));
+                }
+                Ok(numbers.iter().map(|number| f64::from_le_bytes(*number)).collect())
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut entries: A) -> Result<Value, A::Error> {
+                let mut all = Vec::new();
+                while let Some(Unpacked(entry)) = entries.next_element()? {
+                    all.push(entry);
+                }
+                Ok(Value::Array(all))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut fields: A) -> Result<Value, A::Error> {
+                let mut all = serde_json::Map::new();
+                while let Some((name, Unpacked(value))) = fields.next_entry()? {
+                    all.insert(name, value);
+                }
+                Ok(Value::Object(all))
+            }
+        }
+        deserializer.deserialize_any(Anything).map(Unpacked)
+    }
+}
+
+/// The numbers of a table one after the other.
+fn flatten(table: &mut Value) {
+    if let Value::Array(rows) = table
+        && rows.iter().all(Value::is_array)
+    {
+        *table = rows.iter().filter_map(Value::as_array).flatten().cloned().collect();
     }
 }
 
@@ -43,6 +110,11 @@ fn with_id(mut request: Value, id: u64) -> Value {
 fn comparable(mut reply: Value) -> Value {
     for field in ["run_id", "session_left_s", "replay"] {
         reply.as_object_mut().map(|fields| fields.remove(field));
+    }
+    for list in ["objects", "contacts"] {
+        if let Some(tables) = reply.pointer_mut(&format!("/truth/{list}")).and_then(Value::as_object_mut) {
+            tables.values_mut().for_each(flatten);
+        }
     }
     reply
 }
@@ -69,6 +141,9 @@ async fn both_encodings_say_the_same() {
         let id = k as u64 + 2;
         let unpacked = packed.ask(&with_id(request.clone(), id)).await;
         assert_eq!(unpacked["id"], id, "{unpacked}");
+        if unpacked["op"] == "obs" {
+            assert_eq!(unpacked["truth"]["objects"]["quat_xyzw"].as_array().map(Vec::len), Some(40));
+        }
         assert_eq!(comparable(unpacked), comparable(text.ask(request).await));
     }
 }

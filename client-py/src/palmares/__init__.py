@@ -36,15 +36,11 @@ from palmares.messages import (
     Action,
     Actuator,
     BaseTarget,
-    BodyState,
-    Contact,
     Event,
     HandInfo,
     HandState,
-    Joints,
     LeaderboardRow,
     Limits,
-    ObjectState,
     Observation,
     Opened,
     Replay,
@@ -53,12 +49,12 @@ from palmares.messages import (
     TaskBest,
     TaskInfo,
     Time,
-    Truth,
     Welcome,
     Wrench,
 )
 from palmares.scene import Region, Scene, SceneBody, ScenePart, Shape
 from palmares.targets import pose, twist
+from palmares.truth import BodyState, Contact, Joints, ObjectState, Truth
 from palmares.version import VERSION as __version__
 
 __all__ = [

@@ -14,13 +14,13 @@ import numpy as np
 from gymnasium import spaces
 
 from palmares.client import Client
-from palmares.messages import BodyState, Observation
+from palmares.messages import Observation
 from palmares.rotation import Array
 from palmares.targets import twist
+from palmares.truth import BodyState
 
 Numbers: TypeAlias = dict[str, Array]
 LINEAR_M_S, ANGULAR_RAD_S = 2.0, 3.0
-BODY = 13
 
 
 class PalmaresEnv(gymnasium.Env[Numbers, Numbers]):
@@ -116,8 +116,9 @@ def numbers_of(obs: Observation) -> Numbers:
         "wrist": np.array([*hand.wrist.force, *hand.wrist.torque]),
     }
     if obs.truth is not None:
-        numbers["objects"] = np.array([_body(body) for body in obs.truth.objects]).reshape(-1, BODY)
-        numbers["joints"] = np.array([obs.truth.joints.position, obs.truth.joints.velocity])
+        truth = obs.truth
+        numbers["objects"] = np.hstack([truth.positions, truth.quats_xyzw, truth.linear, truth.angular])
+        numbers["joints"] = np.array([truth.joints.position, truth.joints.velocity])
     return numbers
 
 

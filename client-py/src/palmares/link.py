@@ -14,6 +14,7 @@ import msgspec
 
 from palmares import rest
 from palmares.codec import CODECS, SUBPROTOCOLS, Codec, Encoding, Message
+from palmares.dial import NoWebSocket, Refused
 from palmares.errors import (
     CapacityError,
     ConnectionLostError,
@@ -25,7 +26,7 @@ from palmares.errors import (
 )
 from palmares.messages import ErrorMessage, Reply, SessionWarning, Welcome
 from palmares.requests import Bye, Hello, Request
-from palmares.transport import Closed, NoWebSocket, Refused, Transport
+from palmares.transport import Closed, Transport
 
 # Between attempts to come back; the last one repeats. The server may need 15 s to notice a dead socket.
 RESUME_DELAYS_S = (0.0, 0.2, 0.5, 1.0, 2.0)
@@ -59,6 +60,7 @@ class Link:
         *,
         token: str | None,
         encoding: Encoding | None,
+        local: bool,
         timeout_s: float,
         reconnect_s: float,
         news: Callable[[Message], None],
@@ -66,6 +68,7 @@ class Link:
         self._http_url, self._ws_url = http_url, ws_url
         self._hello = hello
         self._token = token
+        self._local = local
         self._offers = [name for name, kind in SUBPROTOCOLS.items() if encoding in (None, kind)]
         self._timeout_s, self._reconnect_s = timeout_s, reconnect_s
         self._news = news
@@ -277,7 +280,7 @@ class Link:
     def _connect_with(self, offer: str) -> Transport:
         headers = {"Authorization": f"Bearer {self._token}"} if self._token else {}
         try:
-            return Transport.connect(self._ws_url, [offer], headers, self._timeout_s)
+            return Transport.connect(self._ws_url, [offer], headers, self._timeout_s, local=self._local)
         except NoWebSocket as odd:
             raise NoServerError(
                 f"{self._http_url} does not speak {offer}: {odd}. Is it a Palmares server?"

@@ -10,10 +10,9 @@ from __future__ import annotations
 from typing import Any
 
 import msgspec
-import numpy as np
 
-from palmares.rotation import Array, matrix_of
-from palmares.scene import Quat, Scene, Vec3, named
+from palmares.scene import Quat, Scene, Vec3
+from palmares.truth import BodyState, Truth
 
 
 class Reply(msgspec.Struct, kw_only=True, tag_field="op"):
@@ -43,28 +42,6 @@ class Action(msgspec.Struct, omit_defaults=True, kw_only=True, gc=False):
     """σ of every motor in [0, 1], in the hand's motor order"""
 
 
-class BodyState(msgspec.Struct, kw_only=True, gc=False):
-    """Pose and velocity of a body in the world frame."""
-
-    position: Vec3
-    """Origin of the body frame, m."""
-    quat_xyzw: Quat
-    linear: Vec3
-    """Velocity of the origin, m/s."""
-    angular: Vec3
-    """rad/s"""
-
-    @property
-    def xyz(self) -> Array:
-        """Position as an array, shape (3,), m."""
-        return np.array(self.position)
-
-    @property
-    def rotation(self) -> Array:
-        """World-from-body rotation matrix, shape (3, 3)."""
-        return matrix_of(self.quat_xyzw)
-
-
 class Actuator(msgspec.Struct, kw_only=True, gc=False):
     """What a motor's sensors read."""
 
@@ -92,50 +69,6 @@ class HandState(msgspec.Struct, kw_only=True, gc=False):
     base: BodyState
     actuators: list[Actuator]
     wrist: Wrench
-
-
-class ObjectState(BodyState, kw_only=True, gc=False):
-    """A free object."""
-
-    id: int
-    """Index in the scene."""
-    name: str
-
-
-class Joints(msgspec.Struct, kw_only=True, gc=False):
-    """Joint coordinates of the hand: rad and rad/s."""
-
-    position: list[float]
-    velocity: list[float]
-
-
-class Contact(msgspec.Struct, kw_only=True, gc=False):
-    """A touching contact: force (N, world frame) on body `b` by body `a` at `position` (m)."""
-
-    a: str
-    b: str
-    position: Vec3
-    force: Vec3
-
-
-class Truth(msgspec.Struct, kw_only=True, gc=False):
-    """The full state; only with ``sensing="truth"``."""
-
-    objects: list[ObjectState]
-    """In scene order."""
-    joints: Joints
-    contacts: list[Contact]
-    predicted_equilibrium: list[float]
-    """Closed-form joint coordinates of the free hand at the present motor position, rad."""
-
-    def object(self, name: str) -> ObjectState:
-        """Return the object called `name`, such as ``ball_3``; `KeyError` names those there are."""
-        return named("object", name, self.objects)
-
-    @property
-    def positions(self) -> Array:
-        """Centres of all objects, shape (n, 3), m."""
-        return np.array([body.position for body in self.objects]).reshape(-1, 3)
 
 
 class Event(msgspec.Struct, kw_only=True, gc=False):

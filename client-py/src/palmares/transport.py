@@ -15,23 +15,17 @@ import ssl
 import struct
 import sys
 import time
-from http.client import HTTPConnection, HTTPException
+from collections.abc import Callable
+from http.client import HTTPException
 from typing import Self
 
 from websockets.client import ClientProtocol
-from websockets.exceptions import (
-    InvalidHandshake,
-    InvalidProxy,
-    InvalidStatus,
-    InvalidURI,
-    WebSocketException,
-)
+from websockets.exceptions import InvalidProxy, InvalidURI, WebSocketException
 from websockets.frames import Frame, Opcode
-from websockets.protocol import OPEN
-from websockets.proxy import get_proxy, parse_proxy
 from websockets.typing import Subprotocol
 from websockets.uri import WebSocketURI, parse_uri
 
+from palmares.dial import NoWebSocket, Refused, dial, dial_local, shake_hands
 from palmares.rest import is_loopback
 
 try:
@@ -39,37 +33,19 @@ try:
 except ImportError:  # The library was installed without its C part.
     from websockets.utils import apply_mask
 
-CONNECT_TIMEOUT_S = 10.0
 # How long a connection that ends may take over its last words.
 FAREWELL_S = 0.5
 READ_BYTES = 64 * 1024
+# Random bytes fetched at once, four for every frame.
+MASKS_BYTES = 4096
 # A scene with hulls is large; what is larger than this is no scene.
 LARGEST_MESSAGE = 64 * 1024 * 1024
 # Waiting awake needs these, and a core for the server beside.
-AWAKE = hasattr(os, "sched_yield") and hasattr(socket, "MSG_DONTWAIT") and (os.cpu_count() or 1) > 1
+AWAKE = hasattr(os, "sched_yield") and hasattr(select, "poll") and (os.cpu_count() or 1) > 1
 # Longest time to wait awake for an answer, s.
 AWAKE_S = 1e-3
 # First bytes of whole messages: text and binary.
 WHOLE = (0x81, 0x82)
-
-
-class Refused(Exception):  # noqa: N818 - the caller turns it into an error of its own
-    """The server answered the handshake with an HTTP status.
-
-    Attributes:
-        status: The HTTP status.
-        body: Of the answer.
-
-    """
-
-    def __init__(self, status: int, body: bytes) -> None:
-        super().__init__(f"HTTP status {status}")
-        self.status = status
-        self.body = body
-
-
-class NoWebSocket(Exception):  # noqa: N818
-    """Whoever answers does not speak our subprotocol."""
 
 
 class Closed(Exception):  # noqa: N818
@@ -105,14 +81,29 @@ class Transport:
         self._start, self._end = 0, len(received)
         self.heard = time.monotonic()
         """When anything came last."""
+        self._masks = b""
+        self._masked = 0
+        """Bytes of masks used."""
         self._quick = False
         """Whether the last answer came within `AWAKE_S`."""
+        self._poll = _looking_at(sock) if AWAKE and not isinstance(sock, ssl.SSLSocket) else None
         self._timeout_s = timeout_s
         _set_timeout(sock, timeout_s)
 
     @classmethod
-    def connect(cls, url: str, subprotocols: list[str], headers: dict[str, str], timeout_s: float) -> Self:
+    def connect(
+        cls,
+        url: str,
+        subprotocols: list[str],
+        headers: dict[str, str],
+        timeout_s: float,
+        *,
+        local: bool = True,
+    ) -> Self:
         """Connect to `url` (ws or wss) and shake hands.
+
+        A server on this machine may tell of a socket for its neighbours, through which messages take less
+        time than through the loopback interface; with `local` it is used.
 
         Raises:
             OSError: Nobody answers.
@@ -122,15 +113,35 @@ class Transport:
         """
         try:
             uri = parse_uri(url)
-            sock = _dial(uri, url)
+            sock = dial(uri, url)
         except (InvalidURI, InvalidProxy, HTTPException) as odd:
             raise NoWebSocket(str(odd)) from odd
+        first, name = cls._open(sock, uri, subprotocols, headers, timeout_s)
+        if not local or name is None or uri.secure or not is_loopback(url):
+            return first
+        try:
+            second, _ = cls._open(dial_local(name), uri, subprotocols, headers, timeout_s)
+        except (OSError, Refused, NoWebSocket):
+            return first  # Out of reach, as from within a container.
+        first.close()
+        return second
+
+    @classmethod
+    def _open(
+        cls,
+        sock: socket.socket,
+        uri: WebSocketURI,
+        subprotocols: list[str],
+        headers: dict[str, str],
+        timeout_s: float,
+    ) -> tuple[Self, str | None]:
+        """Shake hands over `sock`; return the connection and the name of the server's local socket."""
         try:
             names = [Subprotocol(name) for name in subprotocols]
             # No compression: it costs more time than the bytes it saves.
             protocol = ClientProtocol(uri, subprotocols=names, max_size=LARGEST_MESSAGE)
-            received = _shake_hands(sock, protocol, headers)
-            return cls(sock, protocol, received, timeout_s)
+            received, name = shake_hands(sock, protocol, headers)
+            return cls(sock, protocol, received, timeout_s), name
         except BaseException:
             sock.close()
             raise
@@ -145,7 +156,11 @@ class Transport:
         if self._closed is not None:
             raise self._closed
         size = len(message)
-        mask = os.urandom(4)
+        at = self._masked % MASKS_BYTES
+        if at == 0:
+            self._masks = os.urandom(MASKS_BYTES)
+        self._masked += 4
+        mask = self._masks[at : at + 4]
         first = 0x82 if binary else 0x81
         if size < 126:
             header = bytes((first, 0x80 | size))
@@ -163,7 +178,7 @@ class Transport:
             Closed: The connection is gone.
 
         """
-        message = self._cut()
+        message = self._cut() if self._start < self._end else None
         if message is None:
             self._read()
             message = self._cut()
@@ -225,7 +240,7 @@ class Transport:
         elif self._end == len(self._buffer):
             self._make_room(READ_BYTES)
         try:
-            count = self._receive(self._view[self._end :])
+            count = self._receive(self._view[self._end :] if self._end else self._view)
         except (TimeoutError, BlockingIOError):
             raise TimeoutError from None  # It is an OSError, but nothing is broken.
         except OSError as broken:
@@ -233,7 +248,6 @@ class Transport:
         if count == 0:
             raise self._lost("the server hung up")
         self._end += count
-        self.heard = time.monotonic()
 
     def _receive(self, room: memoryview) -> int:
         """Read into `room`. If the last answer was quick, stay awake for this one.
@@ -241,18 +255,16 @@ class Transport:
         To put a thread to sleep and to wake it up again takes about as long as a tick computes, longest on a
         machine that has nothing else to do. A server or another program that wants the core gets it.
         """
-        if not AWAKE or isinstance(self._socket, ssl.SSLSocket):
-            return self._socket.recv_into(room)
-        asked = time.perf_counter()
-        waited = 0.0
-        while self._quick and waited < AWAKE_S:
-            try:
-                return self._socket.recv_into(room, 0, socket.MSG_DONTWAIT)
-            except BlockingIOError:
+        asked = time.monotonic()
+        if self._quick and self._poll is not None:
+            poll, give_up = self._poll, asked + AWAKE_S
+            while not poll(0):
                 os.sched_yield()
-            waited = time.perf_counter() - asked
+                if time.monotonic() > give_up:
+                    break
         count = self._socket.recv_into(room)
-        self._quick = time.perf_counter() - asked < AWAKE_S
+        self.heard = time.monotonic()
+        self._quick = self.heard - asked < AWAKE_S
         return count
 
     def _readable(self, wait_s: float) -> bool:
@@ -352,6 +364,13 @@ class Transport:
         return message
 
 
+def _looking_at(sock: socket.socket) -> Callable[[int], list[tuple[int, int]]]:
+    """Return a function that looks whether anything can be read, without the cost of an exception if not."""
+    poll = select.poll()
+    poll.register(sock, select.POLLIN)
+    return poll.poll
+
+
 def _set_timeout(sock: socket.socket, timeout_s: float) -> None:
     """Let no call on `sock` wait longer than this."""
     if sys.platform == "linux" and not isinstance(sock, ssl.SSLSocket):
@@ -363,67 +382,3 @@ def _set_timeout(sock: socket.socket, timeout_s: float) -> None:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, timeval)
     else:
         sock.settimeout(timeout_s)
-
-
-def _dial(uri: WebSocketURI, url: str) -> socket.socket:
-    """Open a TCP or TLS connection, through a proxy if the environment names one."""
-    proxy = None if is_loopback(url) else get_proxy(uri)
-    if proxy is None:
-        sock = socket.create_connection((uri.host, uri.port), timeout=CONNECT_TIMEOUT_S)
-    else:
-        sock = _through_proxy(proxy, uri)
-    try:
-        # A request is one small packet that must not wait for company.
-        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        if uri.secure:
-            return ssl.create_default_context().wrap_socket(sock, server_hostname=uri.host)
-    except BaseException:
-        sock.close()
-        raise
-    return sock
-
-
-def _through_proxy(address: str, uri: WebSocketURI) -> socket.socket:
-    proxy = parse_proxy(address)
-    if proxy.scheme != "http":
-        raise InvalidProxy(address, "only http proxies are supported; unset it for this server with NO_PROXY")
-    connection = HTTPConnection(proxy.host, proxy.port, timeout=CONNECT_TIMEOUT_S)
-    headers = {}
-    if proxy.username is not None and proxy.password is not None:
-        from websockets.headers import build_authorization_basic
-
-        headers["Proxy-Authorization"] = build_authorization_basic(proxy.username, proxy.password)
-    connection.set_tunnel(uri.host, uri.port, headers)
-    connection.connect()
-    return connection.sock
-
-
-def _shake_hands(sock: socket.socket, protocol: ClientProtocol, headers: dict[str, str]) -> bytes:
-    """Do the opening handshake; return what the server sent after it."""
-    request = protocol.connect()
-    request.headers.update(headers)
-    protocol.send_request(request)
-    sock.sendall(b"".join(protocol.data_to_send()))
-    received = b""
-    deadline = time.monotonic() + CONNECT_TIMEOUT_S
-    while protocol.handshake_exc is None and protocol.state is not OPEN:
-        if time.monotonic() > deadline:
-            raise TimeoutError("no answer to the handshake")
-        data = sock.recv(READ_BYTES)
-        if not data:
-            protocol.receive_eof()
-            break
-        received += data
-        head, mark, rest = received.partition(b"\r\n\r\n")
-        if mark and head.startswith(b"HTTP/1.1 101"):
-            # Frames that follow the answer at once are ours to cut.
-            data = data[: len(data) - len(rest)]
-            received = rest
-        protocol.receive_data(data)
-    refusal = protocol.handshake_exc
-    if isinstance(refusal, InvalidStatus):
-        raise Refused(refusal.response.status_code, bytes(refusal.response.body or b""))
-    if isinstance(refusal, InvalidHandshake) or protocol.state is not OPEN:
-        raise NoWebSocket(str(refusal or "it hung up during the handshake")) from refusal
-    protocol.events_received()  # The answer to the handshake itself.
-    return received

@@ -1,7 +1,8 @@
 //! `palmares schema`.
 
 use crate::api::openapi;
-use crate::protocol::reply::{Ack, ErrorReply, Obs, Reply, RunResult, TimeReport, Warning, Welcome};
+use crate::protocol::obs::Obs;
+use crate::protocol::reply::{Ack, ErrorReply, Reply, RunResult, TimeReport, Warning, Welcome};
 use crate::protocol::request::{Act, Bye, Hello, Perturb, Reset, Step, Stop, Time};
 use crate::watch::messages as watch;
 use crate::watch::request as asked;

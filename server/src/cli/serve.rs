@@ -8,7 +8,7 @@ use crate::rules::{Phase, Rules, write_secret};
 use crate::session::{self, Host, STACK, Session};
 use crate::store::{Deed, Location, Store};
 use crate::telemetry;
-use crate::ws::{Attention, WireListener};
+use crate::ws::{Caller, WireListener};
 use anyhow::{Context, anyhow, bail};
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
@@ -82,8 +82,8 @@ async fn run(config: &Config) -> anyhow::Result<()> {
             host.stop();
         }
     };
-    let service = api::router(host.clone()).into_make_service_with_connect_info::<Attention>();
-    let server = axum::serve(WireListener(listener), service).with_graceful_shutdown(signalled);
+    let service = api::router(host.clone()).into_make_service_with_connect_info::<Caller>();
+    let server = axum::serve(WireListener::new(listener), service).with_graceful_shutdown(signalled);
     let server = tokio::spawn(server.into_future());
     host.stopping().await;
     // Sockets and sessions first, then the last HTTP answers.

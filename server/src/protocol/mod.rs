@@ -9,6 +9,7 @@
 mod action;
 pub(crate) mod code;
 mod fast;
+pub(crate) mod obs;
 pub(crate) mod reply;
 pub(crate) mod request;
 pub(crate) mod specs;

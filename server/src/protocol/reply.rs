@@ -1,9 +1,10 @@
 //! What the server says.
 
 use super::code::{Code, Refusal};
+use super::obs::Obs;
 use super::request::Mode;
 use super::specs::Specs;
-use palmares_tasks::{Event, Observation, Outcome, Reason, Scene, Sensing};
+use palmares_tasks::{Event, Outcome, Reason, Sensing};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -174,30 +175,6 @@ pub(crate) struct Ack {
     pub(crate) id: u64,
     /// The tick at which it takes effect: the `obs` of this tick is the first to show it.
     pub(crate) tick: u64,
-}
-
-/// `obs`: the state after `reset` or `step`, or after a tick of a realtime run.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(crate) struct Obs {
-    /// Of the request; absent when it was streamed.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) id: Option<u64>,
-    /// Identifies the run.
-    pub(crate) run_id: String,
-    /// s; null for a session without a limit.
-    pub(crate) session_left_s: Option<f64>,
-    /// The state.
-    #[serde(flatten)]
-    pub(crate) observation: Observation,
-    /// In a realtime run: how long after the tick was due this was sent, s.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) late_s: Option<f64>,
-    /// How the run was opened; in the reply to `reset` only.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) run: Option<Opened>,
-    /// What stands in the world; in the reply to `reset` only.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) scene: Option<Scene>,
 }
 
 /// How a run was opened.

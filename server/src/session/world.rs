@@ -196,14 +196,15 @@ impl World {
         let witnesses = &mut self.witnesses;
         let game = self.game.as_mut().ok_or(StepError::Fault)?;
         let ticked = catch_unwind(AssertUnwindSafe(|| {
+            let begun = Instant::now();
             game.step(action)?;
-            METRICS.ticked();
             if !game.healthy() {
                 return Err(StepError::Fault);
             }
             if let Some(run) = game.run() {
                 witnesses.iter_mut().for_each(|witness| witness.ticked(run));
             }
+            METRICS.ticked(begun.elapsed());
             Ok(game.over())
         }));
         self.fault_ends_it(ticked)

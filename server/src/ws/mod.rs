@@ -2,11 +2,12 @@
 
 mod connection;
 mod linger;
+mod local;
 mod rate;
 mod wire;
 
 pub(crate) use linger::Awake;
-pub(crate) use wire::{Attention, WireListener};
+pub(crate) use wire::{Caller, WireListener};
 
 use crate::api::Problem;
 use crate::auth::{Role, forbidden};
@@ -15,7 +16,7 @@ use crate::session::Host;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::{ConnectInfo, State};
-use axum::http::HeaderMap;
+use axum::http::{HeaderMap, HeaderValue};
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 
@@ -24,12 +25,12 @@ use std::sync::Arc;
 const READ_BYTES: usize = 1 << 20;
 /// Bytes read from the socket at once. The library fills its buffer with zeros before every look at the socket: its
 /// 128 KiB would clear the caches of the world that is stepped in between.
-const AT_ONCE_BYTES: usize = 4 << 10;
+const AT_ONCE_BYTES: usize = 1 << 10;
 
 /// `GET /v1/control`.
 pub(crate) async fn control(
     State(host): State<Arc<Host>>,
-    ConnectInfo(attention): ConnectInfo<Attention>,
+    ConnectInfo(Caller { attention, local }): ConnectInfo<Caller>,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
@@ -60,12 +61,16 @@ pub(crate) async fn control(
         Ok(place) => place,
         Err(refusal) => return Problem(refusal).into_response(),
     };
-    upgrade
+    let mut response = upgrade
         .read_buffer_size(AT_ONCE_BYTES)
         .max_message_size(READ_BYTES)
         .max_frame_size(READ_BYTES)
         .on_upgrade(async move |socket| {
             let _place = place;
             connection::serve(socket, attention, encoding, host, identity).await;
-        })
+        });
+    if let Some(name) = local.and_then(|name| HeaderValue::from_str(&name).ok()) {
+        response.headers_mut().insert(local::HEADER, name);
+    }
+    response
 }

@@ -1,11 +1,13 @@
-//! The server's end of a TCP connection. Tokio's own tells of new bytes only after one of its threads has been woken by
+//! The server's end of a connection. Tokio's own tells of new bytes only after one of its threads has been woken by
 //! the system, which costs a lockstep controller more than a tick computes. This one asks the system directly, and is
 //! registered for waking only while somebody sleeps on it.
 
+use super::local::Local;
 use axum::extract::connect_info::Connected;
 use axum::serve::{IncomingStream, Listener};
 use std::io::{self, ErrorKind, IoSlice, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpStream};
+use std::os::fd::OwnedFd;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -37,36 +39,78 @@ impl Drop for Attentive<'_> {
     }
 }
 
-impl Connected<IncomingStream<'_, WireListener>> for Attention {
+/// What a connection says of itself.
+#[derive(Clone, Debug)]
+pub(crate) struct Caller {
+    pub(super) attention: Attention,
+    /// The socket that this caller may come through instead: he is on the same machine.
+    pub(super) local: Option<Arc<str>>,
+}
+
+impl Connected<IncomingStream<'_, WireListener>> for Caller {
     fn connect_info(stream: IncomingStream<'_, WireListener>) -> Self {
-        stream.io().attention.clone()
+        let wire = stream.io();
+        Caller { attention: wire.attention.clone(), local: wire.local.clone() }
     }
 }
 
 /// Accepts connections.
 #[derive(Debug)]
-pub(crate) struct WireListener(pub(crate) TcpListener);
+pub(crate) struct WireListener {
+    tcp: TcpListener,
+    local: Option<Local>,
+}
+
+impl WireListener {
+    /// Accepts what comes to `tcp`, and on the same machine through a socket of its own.
+    pub(crate) fn new(tcp: TcpListener) -> Self {
+        let local = Local::open();
+        let local =
+            local.inspect_err(|error| tracing::debug!(%error, "no socket for clients on this machine"));
+        WireListener { tcp, local: local.ok() }
+    }
+
+    /// The next one through the local socket; never, where there is none.
+    async fn neighbour(local: Option<&Local>) -> io::Result<TcpStream> {
+        let Some(local) = local else { return std::future::pending().await };
+        let (stream, _) = local.listener.accept().await?;
+        // All that is done with it can be done with a socket of either kind.
+        Ok(TcpStream::from(OwnedFd::from(stream.into_std()?)))
+    }
+}
 
 impl Listener for WireListener {
     type Io = Wire;
-    type Addr = SocketAddr;
+    type Addr = Option<SocketAddr>;
 
-    async fn accept(&mut self) -> (Wire, SocketAddr) {
+    async fn accept(&mut self) -> (Wire, Option<SocketAddr>) {
         loop {
-            let (stream, address) = Listener::accept(&mut self.0).await;
+            let (stream, address) = tokio::select! {
+                accepted = Listener::accept(&mut self.tcp) => accepted,
+                neighbour = Self::neighbour(self.local.as_ref()) => match neighbour {
+                    Ok(stream) => return (Wire::new(stream, None), None),
+                    Err(error) => {
+                        tracing::warn!(%error, "the local socket takes no more connections");
+                        self.local = None;
+                        continue;
+                    }
+                },
+            };
             // Small messages, each waited for: Nagle's algorithm would only hold them back.
             if let Err(error) = stream.set_nodelay(true) {
                 tracing::debug!(%error, "no TCP_NODELAY");
             }
+            let near = address.ip().to_canonical().is_loopback();
+            let local = self.local.as_ref().filter(|_| near).map(|local| local.name.clone());
             match stream.into_std() {
-                Ok(stream) => return (Wire::new(stream), address),
+                Ok(stream) => return (Wire::new(stream, local), Some(address)),
                 Err(error) => tracing::warn!(%error, "a connection could not be taken"),
             }
         }
     }
 
-    fn local_addr(&self) -> io::Result<SocketAddr> {
-        self.0.local_addr()
+    fn local_addr(&self) -> io::Result<Option<SocketAddr>> {
+        self.tcp.local_addr().map(Some)
     }
 }
 
@@ -77,11 +121,12 @@ pub(crate) struct Wire {
     /// The same connection, registered for waking. None while nobody has to be woken.
     bell: Option<tokio::net::TcpStream>,
     attention: Attention,
+    local: Option<Arc<str>>,
 }
 
 impl Wire {
-    fn new(stream: TcpStream) -> Self {
-        Wire { stream, bell: None, attention: Attention::default() }
+    fn new(stream: TcpStream, local: Option<Arc<str>>) -> Self {
+        Wire { stream, bell: None, attention: Attention::default(), local }
     }
 
     fn bell(&mut self) -> io::Result<Pin<&mut tokio::net::TcpStream>> {
@@ -172,8 +217,8 @@ mod tests {
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
     async fn pair() -> (Wire, TcpStream) {
-        let mut listener = WireListener(TcpListener::bind("127.0.0.1:0").await.expect("a free port"));
-        let address = listener.local_addr().expect("bound");
+        let mut listener = WireListener::new(TcpListener::bind("127.0.0.1:0").await.expect("a free port"));
+        let address = listener.local_addr().expect("bound").expect("of TCP");
         let connecting = std::thread::spawn(move || TcpStream::connect(address).expect("it listens"));
         let (wire, _) = listener.accept().await;
         (wire, connecting.join().expect("connected"))
@@ -235,6 +280,44 @@ mod tests {
         wire.read_exact(&mut byte).await.expect("asleep again, and woken");
         assert_eq!(byte, [8]);
         later.join().expect("sent");
+    }
+
+    /// A caller on this machine who comes back through the socket he was told of.
+    #[cfg(target_os = "linux")]
+    async fn neighbours() -> (Wire, std::os::unix::net::UnixStream) {
+        use std::os::linux::net::SocketAddrExt;
+        use std::os::unix::net::{SocketAddr, UnixStream};
+        let mut listener = WireListener::new(TcpListener::bind("127.0.0.1:0").await.expect("a free port"));
+        let address = listener.local_addr().expect("bound").expect("of TCP");
+        let _first = TcpStream::connect(address).expect("it listens");
+        let (first, _) = listener.accept().await;
+        let name = first.local.expect("it is on this machine");
+        let address = SocketAddr::from_abstract_name(name.as_bytes()).expect("a name");
+        let other = UnixStream::connect_addr(&address).expect("it listens there, too");
+        let (wire, address) = listener.accept().await;
+        assert!(address.is_none() && wire.local.is_none());
+        (wire, other)
+    }
+
+    #[cfg(target_os = "linux")]
+    #[tokio::test]
+    async fn a_neighbour_is_woken_and_waited_for() {
+        let (mut wire, mut other) = neighbours().await;
+        let bytes = vec![5; 16 << 20];
+        let talk = std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_millis(5));
+            other.write_all(&[7]).expect("open");
+            std::thread::sleep(Duration::from_millis(20));
+            let mut all = Vec::new();
+            other.read_to_end(&mut all).expect("open to the end");
+            all.len()
+        });
+        let mut byte = [0; 1];
+        wire.read_exact(&mut byte).await.expect("open");
+        assert_eq!(byte, [7]);
+        wire.write_all(&bytes).await.expect("open");
+        wire.shutdown().await.expect("open");
+        assert_eq!(talk.join().expect("read"), bytes.len());
     }
 
     #[tokio::test]

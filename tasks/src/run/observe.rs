@@ -2,9 +2,10 @@
 
 use super::{Reason, Run};
 use crate::observation::{
-    ActuatorObservation, BodyState, ContactObservation, HandObservation, Joints, ObjectObservation,
-    Observation, Sensing, Truth, Wrench,
+    ActuatorObservation, BodyState, Contacts, HandObservation, Joints, Objects, Observation, Sensing, Truth,
+    Wrench,
 };
+use crate::table::{Numbers, Table};
 use palmares_sim::actuation::equilibrium::rest;
 use palmares_sim::actuation::motor::wound;
 
@@ -59,38 +60,48 @@ impl Run {
     }
 
     fn observe_truth(&self) -> Truth {
-        let (model, state) = (self.world.model(), self.world.state());
-        let objects = model.objects().iter().enumerate();
+        let state = self.world.state();
         let n = self.hand.coordinates.len();
-        let contacts = self.world.contact_forces().iter();
         Truth {
-            objects: objects
-                .map(|(id, object)| {
-                    let pose = state.object_pose(model, id);
-                    let (linear, angular) = state.object_velocity(model, id);
-                    let from_com = pose.translation - state.objects[id].translation;
-                    ObjectObservation {
-                        id,
-                        name: object.name.clone(),
-                        state: BodyState {
-                            position: pose.translation.to_array(),
-                            quat_xyzw: pose.rotation.to_array(),
-                            linear: (linear + angular.cross(from_com)).to_array(),
-                            angular: angular.to_array(),
-                        },
-                    }
-                })
-                .collect(),
-            joints: Joints { position: state.q.clone(), velocity: state.v[6..6 + n].to_vec() },
-            contacts: contacts
-                .map(|c| ContactObservation {
-                    a: self.body_names[c.colliders.0 as usize].clone(),
-                    b: self.body_names[c.colliders.1 as usize].clone(),
-                    position: c.position.to_array(),
-                    force: c.force.to_array(),
-                })
-                .collect(),
-            predicted_equilibrium: self.predicted_equilibrium(),
+            objects: self.observe_objects(),
+            joints: Joints {
+                position: Numbers(state.q.clone()),
+                velocity: Numbers(state.v[6..6 + n].to_vec()),
+            },
+            contacts: self.observe_contacts(),
+            predicted_equilibrium: Numbers(self.predicted_equilibrium()),
+        }
+    }
+
+    fn observe_objects(&self) -> Objects {
+        let (model, state) = (self.world.model(), self.world.state());
+        let count = state.objects.len();
+        let mut objects = Objects {
+            position: Table(Vec::with_capacity(count)),
+            quat_xyzw: Table(Vec::with_capacity(count)),
+            linear: Table(Vec::with_capacity(count)),
+            angular: Table(Vec::with_capacity(count)),
+        };
+        for k in 0..count {
+            let pose = state.object_pose(model, k);
+            let (linear, angular) = state.object_velocity(model, k);
+            let from_com = pose.translation - state.objects[k].translation;
+            objects.position.0.push(pose.translation.to_array());
+            objects.quat_xyzw.0.push(pose.rotation.to_array());
+            objects.linear.0.push((linear + angular.cross(from_com)).to_array());
+            objects.angular.0.push(angular.to_array());
+        }
+        objects
+    }
+
+    fn observe_contacts(&self) -> Contacts {
+        let seen = self.world.contact_forces();
+        let name = |collider: u32| self.body_names[collider as usize].clone();
+        Contacts {
+            a: seen.iter().map(|contact| name(contact.colliders.0)).collect(),
+            b: seen.iter().map(|contact| name(contact.colliders.1)).collect(),
+            position: Table(seen.iter().map(|contact| contact.position.to_array()).collect()),
+            force: Table(seen.iter().map(|contact| contact.force.to_array()).collect()),
         }
     }
 

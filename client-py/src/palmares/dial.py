@@ -1,0 +1,123 @@
+"""How a connection is made: through TCP, TLS, a proxy or a local socket, and the handshake of WebSocket."""
+
+from __future__ import annotations
+
+import socket
+import ssl
+import sys
+import time
+from http.client import HTTPConnection
+
+from websockets.client import ClientProtocol
+from websockets.exceptions import InvalidHandshake, InvalidProxy, InvalidStatus
+from websockets.http11 import Response
+from websockets.protocol import OPEN
+from websockets.proxy import get_proxy, parse_proxy
+from websockets.uri import WebSocketURI
+
+from palmares.rest import is_loopback
+
+CONNECT_TIMEOUT_S = 10.0
+READ_BYTES = 64 * 1024
+# Header of the answer to a handshake: a socket in Linux's abstract namespace.
+LOCAL = "palmares-local"
+
+
+class Refused(Exception):  # noqa: N818 - the caller turns it into an error of its own
+    """The server answered the handshake with an HTTP status.
+
+    Attributes:
+        status: The HTTP status.
+        body: Of the answer.
+
+    """
+
+    def __init__(self, status: int, body: bytes) -> None:
+        super().__init__(f"HTTP status {status}")
+        self.status = status
+        self.body = body
+
+
+class NoWebSocket(Exception):  # noqa: N818
+    """Whoever answers does not speak our subprotocol."""
+
+
+def dial(uri: WebSocketURI, url: str) -> socket.socket:
+    """Open a TCP or TLS connection, through a proxy if the environment names one."""
+    proxy = None if is_loopback(url) else get_proxy(uri)
+    if proxy is None:
+        sock = socket.create_connection((uri.host, uri.port), timeout=CONNECT_TIMEOUT_S)
+    else:
+        sock = _through_proxy(proxy, uri)
+    try:
+        # A request is one small packet that must not wait for company.
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        if uri.secure:
+            return ssl.create_default_context().wrap_socket(sock, server_hostname=uri.host)
+    except BaseException:
+        sock.close()
+        raise
+    return sock
+
+
+def dial_local(name: str) -> socket.socket:
+    """Connect to a server's socket for its neighbours."""
+    if sys.platform != "linux":
+        raise OSError("there are no such sockets here")
+    sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        sock.settimeout(CONNECT_TIMEOUT_S)
+        sock.connect("\0" + name)
+    except BaseException:
+        sock.close()
+        raise
+    return sock
+
+
+def _through_proxy(address: str, uri: WebSocketURI) -> socket.socket:
+    proxy = parse_proxy(address)
+    if proxy.scheme != "http":
+        raise InvalidProxy(address, "only http proxies are supported; unset it for this server with NO_PROXY")
+    connection = HTTPConnection(proxy.host, proxy.port, timeout=CONNECT_TIMEOUT_S)
+    headers = {}
+    if proxy.username is not None and proxy.password is not None:
+        from websockets.headers import build_authorization_basic
+
+        headers["Proxy-Authorization"] = build_authorization_basic(proxy.username, proxy.password)
+    connection.set_tunnel(uri.host, uri.port, headers)
+    connection.connect()
+    return connection.sock
+
+
+def shake_hands(
+    sock: socket.socket, protocol: ClientProtocol, headers: dict[str, str]
+) -> tuple[bytes, str | None]:
+    """Do the opening handshake; return what the server sent after it, and the name of its local socket."""
+    request = protocol.connect()
+    request.headers.update(headers)
+    protocol.send_request(request)
+    sock.sendall(b"".join(protocol.data_to_send()))
+    received = b""
+    deadline = time.monotonic() + CONNECT_TIMEOUT_S
+    while protocol.handshake_exc is None and protocol.state is not OPEN:
+        if time.monotonic() > deadline:
+            raise TimeoutError("no answer to the handshake")
+        data = sock.recv(READ_BYTES)
+        if not data:
+            protocol.receive_eof()
+            break
+        received += data
+        head, mark, rest = received.partition(b"\r\n\r\n")
+        if mark and head.startswith(b"HTTP/1.1 101"):
+            # Frames that follow the answer at once are ours to cut.
+            data = data[: len(data) - len(rest)]
+            received = rest
+        protocol.receive_data(data)
+    refusal = protocol.handshake_exc
+    if isinstance(refusal, InvalidStatus):
+        raise Refused(refusal.response.status_code, bytes(refusal.response.body or b""))
+    if isinstance(refusal, InvalidHandshake) or protocol.state is not OPEN:
+        raise NoWebSocket(str(refusal or "it hung up during the handshake")) from refusal
+    answers = protocol.events_received()
+    name = next((answer.headers.get(LOCAL) for answer in answers if isinstance(answer, Response)), None)
+    return received, name

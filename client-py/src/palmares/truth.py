@@ -1,0 +1,184 @@
+"""The full state of a world, as typed structs. Units are SI; quaternions are x, y, z, w.
+
+Its numbers come as tables, which are unpacked when somebody looks: hundreds of numbers, thousands of times
+a second.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any, TypeAlias
+
+import msgspec
+import numpy as np
+
+from palmares.rotation import Array, matrix_of
+from palmares.scene import Quat, Vec3, named
+
+
+class BodyState(msgspec.Struct, kw_only=True, gc=False):
+    """Pose and velocity of a body in the world frame."""
+
+    position: Vec3
+    """Origin of the body frame, m."""
+    quat_xyzw: Quat
+    linear: Vec3
+    """Velocity of the origin, m/s."""
+    angular: Vec3
+    """rad/s"""
+
+    @property
+    def xyz(self) -> Array:
+        """Position as an array, shape (3,), m."""
+        return np.array(self.position)
+
+    @property
+    def rotation(self) -> Array:
+        """World-from-body rotation matrix, shape (3, 3)."""
+        return matrix_of(self.quat_xyzw)
+
+
+class ObjectState(BodyState, kw_only=True, gc=False):
+    """A free object."""
+
+    id: int
+    """Index in the scene."""
+    name: str
+
+
+Table: TypeAlias = bytearray | list[Any]
+"""Numbers as they come: 64-bit floats, little-endian, in MessagePack, lists in JSON."""
+FLOAT = np.dtype("<f8")
+
+
+def numbers(table: Table) -> Array:
+    """Return the numbers of a table in a row."""
+    if isinstance(table, bytearray):
+        return np.ndarray(len(table) // 8, FLOAT, table)
+    return np.array(table, np.float64)
+
+
+def rows(table: Table, width: int) -> Array:
+    """Return a table as its rows of `width` numbers."""
+    if isinstance(table, bytearray):
+        return np.ndarray((len(table) // (8 * width), width), FLOAT, table)
+    return np.array(table, np.float64).reshape(-1, width)
+
+
+class Joints(msgspec.Struct, kw_only=True, dict=True):
+    """Joint coordinates of the hand, in its joint order."""
+
+    _position: Table = msgspec.field(name="position")
+    _velocity: Table = msgspec.field(name="velocity")
+
+    @cached_property
+    def position(self) -> Array:
+        """Shape (n,), rad."""
+        return numbers(self._position)
+
+    @cached_property
+    def velocity(self) -> Array:
+        """Shape (n,), rad/s."""
+        return numbers(self._velocity)
+
+
+class Contact(msgspec.Struct, kw_only=True, gc=False):
+    """A touching contact: force (N, world frame) on body `b` by body `a` at `position` (m)."""
+
+    a: str
+    b: str
+    position: Vec3
+    force: Vec3
+
+
+class ObjectTables(msgspec.Struct, kw_only=True, gc=False):
+    """The objects as they come; `Truth` gives them as arrays or one by one."""
+
+    position: Table
+    quat_xyzw: Table
+    linear: Table
+    angular: Table
+
+
+class ContactTables(msgspec.Struct, kw_only=True, gc=False):
+    """The contacts as they come; `Truth.contacts` gives them one by one."""
+
+    a: list[str]
+    b: list[str]
+    position: Table
+    force: Table
+
+
+class Truth(msgspec.Struct, kw_only=True, dict=True):
+    """The full state; only with ``sensing="truth"``. What is not looked at is not unpacked."""
+
+    _objects: ObjectTables = msgspec.field(name="objects")
+    joints: Joints
+    """Joint coordinates of the hand."""
+    _contacts: ContactTables = msgspec.field(name="contacts")
+    _equilibrium: Table = msgspec.field(name="predicted_equilibrium")
+
+    @cached_property
+    def positions(self) -> Array:
+        """Centres of all objects in scene order, shape (n, 3), m."""
+        return rows(self._objects.position, 3)
+
+    @cached_property
+    def quats_xyzw(self) -> Array:
+        """Orientations of all objects in scene order, shape (n, 4)."""
+        return rows(self._objects.quat_xyzw, 4)
+
+    @cached_property
+    def linear(self) -> Array:
+        """Velocities of all objects' origins, shape (n, 3), m/s."""
+        return rows(self._objects.linear, 3)
+
+    @cached_property
+    def angular(self) -> Array:
+        """Angular velocities of all objects, shape (n, 3), rad/s."""
+        return rows(self._objects.angular, 3)
+
+    @cached_property
+    def objects(self) -> list[ObjectState]:
+        """All objects one by one, in scene order."""
+        tables = (self.positions, self.quats_xyzw, self.linear, self.angular)
+        states = zip(*(table.tolist() for table in tables), strict=True)
+        return [
+            ObjectState(
+                id=k,
+                name=self._name(k),
+                position=tuple(position),
+                quat_xyzw=tuple(quat),
+                linear=tuple(linear),
+                angular=tuple(angular),
+            )
+            for k, (position, quat, linear, angular) in enumerate(states)
+        ]
+
+    def object(self, name: str) -> ObjectState:
+        """Return the object called `name`, such as ``ball_3``; `KeyError` names those there are."""
+        return named("object", name, self.objects)
+
+    @cached_property
+    def contacts(self) -> list[Contact]:
+        """All touching contacts."""
+        seen = self._contacts
+        places, forces = rows(seen.position, 3).tolist(), rows(seen.force, 3).tolist()
+        return [
+            Contact(a=a, b=b, position=tuple(position), force=tuple(force))
+            for a, b, position, force in zip(seen.a, seen.b, places, forces, strict=True)
+        ]
+
+    @cached_property
+    def predicted_equilibrium(self) -> Array:
+        """Joint coordinates of the free hand at the present motor position, shape (n,), rad; may be empty."""
+        return numbers(self._equilibrium)
+
+    def name_objects(self, names: Sequence[str]) -> None:
+        """Tell what the scene calls the objects; the client does."""
+        self.__dict__["_names"] = names
+
+    def _name(self, k: int) -> str:
+        names: Sequence[str] = self.__dict__.get("_names", ())
+        return names[k] if k < len(names) else f"object_{k}"

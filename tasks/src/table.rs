@@ -1,0 +1,81 @@
+//! Tables of numbers, the bulk of an observation. Formats for people get lists; others one string of bytes, which
+//! takes a tenth of the time to write and to read: every number as a 64-bit float, little-endian, row by row.
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Serialize, Serializer};
+use std::borrow::Cow;
+
+fn bytes<'a>(numbers: impl ExactSizeIterator<Item = &'a f64>) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(8 * numbers.len());
+    numbers.for_each(|number| bytes.extend_from_slice(&number.to_le_bytes()));
+    bytes
+}
+
+/// Rows of `N` numbers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table<const N: usize>(pub Vec<[f64; N]>);
+
+impl<const N: usize> Serialize for Table<N> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if serializer.is_human_readable() {
+            serializer.collect_seq(self.0.iter().map(<[f64; N]>::as_slice))
+        } else {
+            serializer.serialize_bytes(&bytes(self.0.as_flattened().iter()))
+        }
+    }
+}
+
+impl<const N: usize> JsonSchema for Table<N> {
+    fn inline_schema() -> bool {
+        true
+    }
+    fn schema_name() -> Cow<'static, str> {
+        format!("Table{N}").into()
+    }
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let number = json_schema!({"type": "number", "format": "double"});
+        json_schema!({
+            "type": "array",
+            "items": {"type": "array", "items": number, "minItems": N, "maxItems": N}
+        })
+    }
+}
+
+/// A list of numbers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Numbers(pub Vec<f64>);
+
+impl Serialize for Numbers {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if serializer.is_human_readable() {
+            self.0.serialize(serializer)
+        } else {
+            serializer.serialize_bytes(&bytes(self.0.iter()))
+        }
+    }
+}
+
+impl JsonSchema for Numbers {
+    fn inline_schema() -> bool {
+        true
+    }
+    fn schema_name() -> Cow<'static, str> {
+        "Numbers".into()
+    }
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        Vec::<f64>::json_schema(generator)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn people_read_rows() {
+        let table = Table(vec![[1.0, 2.5], [-3.0, 0.1]]);
+        assert_eq!(serde_json::to_string(&table).expect("writes"), "[[1.0,2.5],[-3.0,0.1]]");
+        assert_eq!(serde_json::to_string(&Numbers(vec![1.0, 0.25])).expect("writes"), "[1.0,0.25]");
+        assert_eq!(serde_json::to_string(&Table::<3>::default()).expect("writes"), "[]");
+    }
+}
