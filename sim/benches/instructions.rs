@@ -123,19 +123,19 @@ fn steps((mut world, command): (World, Command)) -> World {
     world
 }
 
-#[library_benchmark(config = limit(6_800_000))]
+#[library_benchmark(config = limit(5_610_000))]
 #[bench::run(free())]
 fn free_closing(scene: (World, Command)) -> World {
     steps(scene)
 }
 
-#[library_benchmark(config = limit(8_270_000))]
+#[library_benchmark(config = limit(6_710_000))]
 #[bench::run(cylinder())]
 fn cylinder_held(scene: (World, Command)) -> World {
     steps(scene)
 }
 
-#[library_benchmark(config = limit(52_400_000))]
+#[library_benchmark(config = limit(44_400_000))]
 #[bench::run(balls())]
 fn heap_of_balls(scene: (World, Command)) -> World {
     steps(scene)
