@@ -1,7 +1,7 @@
 """What lockstep costs beside the physics: the overhead of one call of `Client.step` for every tick.
 
 In every scene one run is played by each kind of client, tick by tick, and one in calls of 20 ticks. All get
-the same actions and compute the same physics, bit for bit. The physics of a block of 100 calls is what the
+the same actions and compute the same physics, bit for bit. The physics of a block of 200 calls is what the
 server itself measured of their ticks (`palmares_tick_compute_seconds` at ``/metrics``); what the calls took
 longer is the overhead: encoding, system calls, the server's reading, observing and writing, decoding.
 Blocks of all runs take turns, so that whatever else the machine does meets all of them. Of their values the
@@ -30,7 +30,7 @@ Encoding: TypeAlias = Literal["json", "msgpack"]
 MOVE = 20
 # Ticks that one run plays before the next has its turn: few enough for the machine to be the same, enough
 # for the first call, for which the server has to be woken, not to count.
-BLOCK = 100
+BLOCK = 200
 PALM_DOWN = (0.0, 1.0, 0.0, 0.0)
 SCENES = {"air": (0.0, 0.0, 0.75), "balls": (0.0, 0.0, 0.24)}
 # The hand comes down and closes before the clock is started.
@@ -177,7 +177,7 @@ def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--url", default="http://127.0.0.1:8080")
-    parser.add_argument("--blocks", type=int, default=30, help=f"blocks of {BLOCK} ticks per case")
+    parser.add_argument("--blocks", type=int, default=15, help=f"blocks of {BLOCK} ticks per case")
     parser.add_argument("--tcp", action="store_true", help="do not use the server's local socket")
     args = parser.parse_args()
     local = not args.tcp
