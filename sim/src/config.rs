@@ -32,6 +32,8 @@ pub struct Config {
     /// Where slip changes within a step so much that the lagged correction for gliding would leave a surface this
     /// far off, m, the step is solved again with the slip found.
     pub hover_m: f64,
+    /// The same of a hand, m: in it something begins to slide at nearly every step.
+    pub hand_hover_m: f64,
     /// A cached manifold is re-used while its points have moved less than this, m.
     pub manifold_reuse_m: f64,
     /// ... and its normals have turned less than this, rad.
@@ -124,6 +126,7 @@ impl Default for Config {
             self_approach_m: 5e-3,
             glide_deadband: 2e-3,
             hover_m: 2e-5,
+            hand_hover_m: 1e-4,
             manifold_reuse_m: 1e-5,
             manifold_reuse_rad: 3.5e-4,
             round_reuse_m: 1e-7,
@@ -165,6 +168,7 @@ impl Config {
             self_approach_m,
             glide_deadband,
             hover_m,
+            hand_hover_m,
             manifold_reuse_m,
             manifold_reuse_rad,
             round_reuse_m,
@@ -200,7 +204,7 @@ impl Config {
         hash.flag(*sleeping);
         hash.floats(&[*step_s, *contact_stiffness, *anchor_stiffness, *contact_dissipation_s]);
         hash.floats(&[*contact_onset_m, *limit_onset_rad, *contact_margin_m, *approach_speed]);
-        hash.floats(&[*self_approach_m]);
+        hash.floats(&[*self_approach_m, *hand_hover_m]);
         hash.floats(&[*glide_deadband, *hover_m, *manifold_reuse_m, *manifold_reuse_rad]);
         hash.floats(&[*round_reuse_m, *round_reuse_rad, *overlap_m]);
         hash.floats(&[*separation_speed, *rebound_speed, *limit_stiffness, *rolling_deadband]);
@@ -217,8 +221,8 @@ impl Config {
         if within_hand { way.min(self.self_approach_m) } else { way }
     }
 
-    /// How far apart surfaces may be and still count as a possible contact, m.
-    pub fn margin(&self) -> f64 {
-        self.contact_margin_m + self.approach_speed * self.step_s
+    /// How far apart surfaces at rest may be and still count as a possible contact, m.
+    pub fn margin(&self, within_hand: bool) -> f64 {
+        self.contact_margin_m + self.from_rest(within_hand)
     }
 }

@@ -106,7 +106,7 @@ impl Contacts {
             let approach = config.step_s * (speeds[i] + speeds[j]);
             let within_hand = matches!((a.owner, b.owner), (Owner::Link(_), Owner::Link(_)));
             let from_rest = config.from_rest(within_hand);
-            let margin = config.contact_margin_m + from_rest + approach;
+            let margin = config.margin(within_hand) + approach;
             let reachable = (from_rest + 2.0 * approach).min(margin);
             if near.slack(index) > reachable {
                 continue;

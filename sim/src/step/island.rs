@@ -3,7 +3,7 @@
 use super::free::{advanced, turned};
 use super::mean::{Correction, correction};
 use super::midpoint::Stride;
-use super::pose::{normal_target, rebound_of};
+use super::pose::{glide, rebound_of, rest_target};
 use crate::contact::anchor::{Anchor, stretch_after};
 use crate::model::Owner;
 use crate::solver::island::Island;
@@ -15,16 +15,12 @@ use std::sync::Arc;
 
 /// How often a step with a lone object, in the hand or out of it, is solved again because slip changed: each pass leaves
 /// a tenth of the error or so. With more objects something begins to slide at nearly every step: a hand among balls took
-/// a quarter more time, and in heaps one in a thousand gained energy. There the lagged slip has to do.
+/// 3 % more instructions, and in heaps one in a thousand gained energy. There the lagged slip has to do.
 const GLIDE_PASSES: usize = 2;
 
 /// Contacts of this stiffness, N/m, hang by so little that these passes are enough. Harder ones carry nothing at a gap that
 /// is smaller in proportion: a tenth for every pass more.
 const HOVER_STIFFNESS: f64 = 2e5;
-
-/// In the hand a contact that is lifted by less, m, is left to the lagged slip: among balls some finger begins to slide
-/// at nearly every step, and to solve each of them again took a tenth more time.
-const HAND_HOVER_M: f64 = 1e-4;
 
 impl World {
     /// Takes one step of an island; `slot` is where its solver keeps its orderings.
@@ -132,7 +128,7 @@ impl World {
     /// convexity would lift such a contact by μ h v. True if there is any; `finer` is by how much less than usual counts.
     fn correct_glide(&self, island: &Island, problem: &mut Problem, finer: f64) -> bool {
         let config = self.model.config();
-        let least = if island.hand { HAND_HOVER_M } else { config.hover_m } / finer;
+        let least = if island.hand { config.hand_hover_m } else { config.hover_m } / finer;
         let mut any = false;
         for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
             let found = &self.work.contacts.pairs[index];
@@ -142,7 +138,8 @@ impl World {
                     continue;
                 }
                 let slip = point.law.slip_speed(point.velocity, point.impulse);
-                let target = normal_target(config, found, seen, slip);
+                let (rest, _) = rest_target(config, found, seen);
+                let target = rest - glide(config, found, slip);
                 if (target - point.law.target[2]).abs() * config.step_s > least {
                     point.law.target[2] = target;
                     any = true;

@@ -61,7 +61,7 @@ impl World {
     /// Bounds, near pairs, contact points; sleepers that are touched wake, and with them what they touch.
     fn collide(&mut self) {
         let (model, state, work) = (&self.model, &mut self.state, &mut self.work);
-        let (h, margin) = (model.config().step_s, 0.5 * model.config().margin());
+        let (h, margin) = (model.config().step_s, 0.5 * model.config().margin(false));
         let fresh = work.bounds.len() != model.colliders().len();
         if fresh {
             work.poses.resize(model.colliders().len(), Pose::IDENTITY);

@@ -113,13 +113,12 @@ impl World {
             for point in found {
                 let [t1, t2] = point.tangents;
                 let axes = [t1, t2, point.normal];
-                let distance = point.distance + pair.excess;
-                let tau_n = tau * nearness(distance, config.contact_onset_m);
+                let (rest, tau_n) = rest_target(config, pair, point);
                 let stretch = point.anchor.stretch;
                 let target = [
                     -stretch.dot(t1) / (h + tau),
                     -stretch.dot(t2) / (h + tau),
-                    normal_target(config, pair, point, point.anchor.slip),
+                    rest - glide(config, pair, point.anchor.slip),
                 ];
                 let normal = h * config.contact_stiffness * (h + tau_n);
                 let law = match rebound_of(model, pair, point) {
@@ -140,13 +139,17 @@ impl World {
     }
 }
 
-/// Normal velocity at which a contact point carries nothing while it slips at `slip`, m/s. Convexity makes a sliding
-/// contact hover: the de Saxcé term takes that out again.
-pub(super) fn normal_target(config: &Config, pair: &ContactPair, point: &ContactPoint, slip: f64) -> f64 {
+/// Normal velocity at which a contact point that does not slip carries nothing, m/s, and its dissipation time, s.
+pub(super) fn rest_target(config: &Config, pair: &ContactPair, point: &ContactPoint) -> (f64, f64) {
     let distance = point.distance + pair.excess;
     let tau_n = config.contact_dissipation_s * nearness(distance, config.contact_onset_m);
-    let glide = pair.friction * (slip - config.glide_deadband).max(0.0);
-    -distance / (config.step_s + tau_n) - glide
+    (-distance / (config.step_s + tau_n), tau_n)
+}
+
+/// How much lower that velocity is for a point that slips at `slip`, m/s. Convexity makes a sliding contact hover: the
+/// de Saxcé term takes that out again.
+pub(super) fn glide(config: &Config, pair: &ContactPair, slip: f64) -> f64 {
+    pair.friction * (slip - config.glide_deadband).max(0.0)
 }
 
 fn push_limit(

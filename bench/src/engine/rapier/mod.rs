@@ -79,7 +79,7 @@ impl Rapier {
         parameters.contact_clustering = false;
         parameters.friction_in_bias_pass = true;
         parameters.normalized_max_linear_velocity = f64::MAX;
-        parameters.normalized_prediction_distance = model.config().margin() / LENGTH_UNIT_M;
+        parameters.normalized_prediction_distance = model.config().margin(false) / LENGTH_UNIT_M;
         // As hard as its sub-steps can resolve.
         let rigid = 0.25 * FREE_SUBSTEPS as f64 / model.config().step_s;
         let natural_frequency =
