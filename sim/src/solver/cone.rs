@@ -76,13 +76,10 @@ impl ConeLaw {
         ([gt * t0, gt * t1, gn], ConeHessian::Slip(hessian))
     }
 
-    /// Speed of slip at contact velocity `v` and impulse γ: what the elastic part does not explain, m/s. It is no
+    /// Speed of slip at contact velocity `v` and impulse γ, also of a point that carries nothing: what the elastic part does not explain, m/s. It is no
     /// more than the surfaces' own speed: an anchor that gives way because its load fades does not slide.
     #[inline]
     pub fn slip_speed(&self, v: [f64; 3], gamma: [f64; 3]) -> f64 {
-        if gamma[2] <= 0.0 {
-            return 0.0;
-        }
         let (a, b) = (self.target[0] - v[0], self.target[1] - v[1]);
         let elastic = (gamma[0] * gamma[0] + gamma[1] * gamma[1]).sqrt() / self.tangential;
         let speed = (v[0] * v[0] + v[1] * v[1]).sqrt();

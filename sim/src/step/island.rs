@@ -134,11 +134,14 @@ impl World {
             let found = &self.work.contacts.pairs[index];
             let points = &self.work.contacts.points[found.points.clone()];
             for (point, seen) in problem.points[solved.first..solved.end].iter_mut().zip(points) {
-                if point.impulse[2] <= 0.0 || rebound_of(&self.model, found, seen).is_some() {
+                let (rest, _) = rest_target(config, found, seen);
+                // What carries nothing is right to, unless it goes on into the other surface: it has been thought to slip
+                // faster than it does.
+                let open = point.impulse[2] <= 0.0;
+                if open && point.velocity[2] >= rest || rebound_of(&self.model, found, seen).is_some() {
                     continue;
                 }
                 let slip = point.law.slip_speed(point.velocity, point.impulse);
-                let (rest, _) = rest_target(config, found, seen);
                 let target = rest - glide(config, found, slip);
                 if (target - point.law.target[2]).abs() * config.step_s > least {
                     point.law.target[2] = target;
