@@ -34,6 +34,8 @@ pub struct Config {
     pub hover_m: f64,
     /// The same of a hand, m: in it something begins to slide at nearly every step.
     pub hand_hover_m: f64,
+    /// Points of a contact nearer to each other than this are one, m.
+    pub coincident_m: f64,
     /// A cached manifold is re-used while its points have moved less than this, m.
     pub manifold_reuse_m: f64,
     /// ... and its normals have turned less than this, rad.
@@ -127,6 +129,7 @@ impl Default for Config {
             glide_deadband: 2e-3,
             hover_m: 2e-5,
             hand_hover_m: 1e-4,
+            coincident_m: 1e-6,
             manifold_reuse_m: 1e-5,
             manifold_reuse_rad: 3.5e-4,
             round_reuse_m: 1e-7,
@@ -169,6 +172,7 @@ impl Config {
             glide_deadband,
             hover_m,
             hand_hover_m,
+            coincident_m,
             manifold_reuse_m,
             manifold_reuse_rad,
             round_reuse_m,
@@ -204,7 +208,7 @@ impl Config {
         hash.flag(*sleeping);
         hash.floats(&[*step_s, *contact_stiffness, *anchor_stiffness, *contact_dissipation_s]);
         hash.floats(&[*contact_onset_m, *limit_onset_rad, *contact_margin_m, *approach_speed]);
-        hash.floats(&[*self_approach_m, *hand_hover_m]);
+        hash.floats(&[*self_approach_m, *hand_hover_m, *coincident_m]);
         hash.floats(&[*glide_deadband, *hover_m, *manifold_reuse_m, *manifold_reuse_rad]);
         hash.floats(&[*round_reuse_m, *round_reuse_rad, *overlap_m]);
         hash.floats(&[*separation_speed, *rebound_speed, *limit_stiffness, *rolling_deadband]);

@@ -3,17 +3,17 @@
 use super::anchor::{Anchor, Pair};
 use super::broad::separation;
 use super::near::Near;
+use crate::config::Config;
 use crate::dynamics::spatial::Motion;
 use crate::model::{Collider, Model, Owner, pair_friction};
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::query::details::contact_manifold_pfm_pfm_shapes;
-use parry3d_f64::query::{DefaultQueryDispatcher, PersistentQueryDispatcher, QueryDispatcher};
+use parry3d_f64::query::{
+    ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, QueryDispatcher, TrackedContact,
+};
 use parry3d_f64::shape::PackedFeatureId;
 use std::ops::Range;
-
-/// A closest point no deeper than this below the deepest face point says nothing new, m.
-const SAME_DEPTH_M: f64 = 1e-6;
 
 /// A contact point ready for the solver.
 #[derive(Clone, Copy, Debug)]
@@ -128,7 +128,7 @@ impl Contacts {
             let first_sight = pair.manifold.points.is_empty();
             let on_furniture = a.owner == Owner::Static || b.owner == Owner::Static;
             let reuse = if on_furniture && (a.is_round || b.is_round) { round } else { flat };
-            update_manifold(pair, a, b, &a_from_b, margin, reuse);
+            update_manifold(pair, a, b, &a_from_b, (margin, config.coincident_m), reuse);
             let deepest = pair.manifold.points.iter().map(|point| point.dist).fold(f64::INFINITY, f64::min);
             // What was not overlapping cannot come to overlap far within a step: it was put there.
             let taken_back = pair.excess - config.separation_speed * config.step_s;
@@ -146,7 +146,7 @@ impl Contacts {
             };
             let first = self.points.len();
             let relative = velocity(b.owner, origin) - velocity(a.owner, origin);
-            self.collect(pair, &poses[i], &poses[j], origin, relative, (from_rest, config.step_s));
+            self.collect(pair, &poses[i], &poses[j], origin, relative, (from_rest, config));
             if self.points.len() > first {
                 self.pairs.push(ContactPair {
                     a: a.owner,
@@ -171,7 +171,7 @@ impl Contacts {
         pose_b: &Pose,
         origin: Vec3,
         relative: Motion,
-        (from_rest, step_s): (f64, f64),
+        (from_rest, config): (f64, &Config),
     ) {
         if !pair.manifold.points.iter().any(|point| point.data.loaded) {
             pair.mean = Anchor::default();
@@ -189,7 +189,7 @@ impl Contacts {
         for (k, point) in pair.manifold.points.iter_mut().enumerate() {
             // parry adds the closest points (without features) to those of the clipped faces, mostly where
             // one is already.
-            if point.fid1 == PackedFeatureId::UNKNOWN && deepest <= point.dist + SAME_DEPTH_M {
+            if point.fid1 == PackedFeatureId::UNKNOWN && deepest <= point.dist + config.coincident_m {
                 point.data = Anchor::IDLE;
                 continue;
             }
@@ -198,7 +198,7 @@ impl Contacts {
             let r = (on_a + on_b) * 0.5 - origin;
             // Twice the present approach speed, and what a step may add to it from rest.
             let approach = relative.at(r).dot(normal);
-            if point.dist > from_rest + 2.0 * approach.abs() * step_s {
+            if point.dist > from_rest + 2.0 * approach.abs() * config.step_s {
                 point.data = Anchor::IDLE;
                 continue;
             }
@@ -253,7 +253,7 @@ fn update_manifold(
     a: &Collider,
     b: &Collider,
     a_from_b: &Pose,
-    margin: f64,
+    (margin, coincident_m): (f64, f64),
     (reuse_cosine, reuse_squared): (f64, f64),
 ) {
     let manifold = &mut pair.manifold;
@@ -268,7 +268,32 @@ fn update_manifold(
     debug_assert!(supported.is_ok(), "every pair of our convex shapes has a contact algorithm");
     // Between cuboids parry clips the faces along the axis that parts them best. Where an edge is nearest the clipped faces
     // may share nothing, and no point is found between shapes that touch: the closest points then are.
-    if manifold.points.is_empty() {
+    if manifold.points.is_empty() && a.shape.as_cuboid().is_some() && b.shape.as_cuboid().is_some() {
         contact_manifold_pfm_pfm_shapes(a_from_b, &*a.shape, &*b.shape, None, None, margin, manifold);
     }
+    merge_coincident(manifold, coincident_m.powi(2));
+}
+
+/// Leaves one of the points that share a place: the first, with the memory of any. Where a line passes over a corner it is
+/// rounding that decides how many of its crossings with the adjacent edges parry finds, and each would press as much as a
+/// point does.
+fn merge_coincident(manifold: &mut ContactManifold<(), Anchor>, within_squared: f64) {
+    let points = &mut manifold.points;
+    let mut kept = 0;
+    for k in 0..points.len() {
+        let point = points[k];
+        let same = |other: &TrackedContact<Anchor>| {
+            other.local_p1.distance_squared(point.local_p1) < within_squared
+                && other.local_p2.distance_squared(point.local_p2) < within_squared
+        };
+        match points[..kept].iter_mut().find(|other| same(other)) {
+            Some(other) if !other.data.known => other.data = point.data,
+            Some(_) => {}
+            None => {
+                points[kept] = point;
+                kept += 1;
+            }
+        }
+    }
+    points.truncate(kept);
 }
