@@ -1,11 +1,12 @@
 """What lockstep costs beside the physics: the overhead of one call of `Client.step` for every tick.
 
-In every scene one run is played by each kind of client, tick by tick, and one in calls of 20 ticks. All get
-the same actions and compute the same physics, bit for bit. The physics of a block of 200 calls is what the
-server itself measured of their ticks, recording included (`palmares_tick_compute_seconds` at
-``/metrics``); what the calls took longer is the overhead: encoding, system calls, the server's reading, observing and writing, decoding.
-Blocks of all runs take turns, so that whatever else the machine does meets all of them. Of their values the
-median counts; the quartiles beside it tell how much it is worth. Start a server first, on an idle machine.
+In every scene one run is played by each kind of client, tick by tick, and one in calls of 20 ticks. All
+get the same actions and compute the same physics, bit for bit. The physics of a block of 200 calls is
+what the server itself measured of their ticks, recording included (`palmares_tick_compute_seconds` at
+``/metrics``); what the calls took longer is the overhead: encoding, system calls, the server's reading,
+observing and writing, decoding. Blocks of all runs take turns, so that whatever else the machine does
+meets all of them. Of their values the median counts; the quartiles beside it tell how much it is worth.
+Start a server first, on an idle machine.
 """
 
 from __future__ import annotations
