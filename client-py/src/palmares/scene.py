@@ -45,16 +45,32 @@ class Shape(msgspec.Struct, kw_only=True):
     rounding: float = 0.0
 
 
-class ScenePart(msgspec.Struct, kw_only=True):
-    """A convex part of a body, placed in the body frame."""
+class Placed(msgspec.Struct, kw_only=True):
+    """What has a frame of its own, and where that is in another one."""
 
     position: Vec3
+    """Origin, m."""
     quat_xyzw: Quat
+
+    @property
+    def xyz(self) -> Array:
+        """Position as an array, shape (3,), m."""
+        return np.array(self.position)
+
+    @property
+    def rotation(self) -> Array:
+        """Rotation matrix from its own frame to the other, shape (3, 3)."""
+        return matrix_of(self.quat_xyzw)
+
+
+class ScenePart(Placed, kw_only=True):
+    """A convex part of a body, placed in the body frame."""
+
     shape: Shape
 
 
-class SceneBody(msgspec.Struct, kw_only=True):
-    """A body and its shapes."""
+class SceneBody(Placed, kw_only=True):
+    """A body and its shapes, in the world frame at tick 0."""
 
     id: int
     name: str
@@ -63,24 +79,11 @@ class SceneBody(msgspec.Struct, kw_only=True):
     mass: float
     """kg; 0 for furniture"""
     friction: float
-    position: Vec3
-    """At tick 0, m."""
-    quat_xyzw: Quat
     com: Vec3 = (0.0, 0.0, 0.0)
     """Centre of mass in the body frame, m"""
     parts: list[ScenePart]
     color: Vec3
     """sRGB, 0 to 1"""
-
-    @property
-    def xyz(self) -> Array:
-        """Position at tick 0 as an array, shape (3,), m."""
-        return np.array(self.position)
-
-    @property
-    def rotation(self) -> Array:
-        """World-from-body rotation matrix at tick 0, shape (3, 3)."""
-        return matrix_of(self.quat_xyzw)
 
 
 class Region(msgspec.Struct, kw_only=True):

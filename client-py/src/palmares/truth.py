@@ -13,30 +13,17 @@ from typing import Any, TypeAlias
 import msgspec
 import numpy as np
 
-from palmares.rotation import Array, matrix_of
-from palmares.scene import Quat, Vec3, named
+from palmares.rotation import Array
+from palmares.scene import Placed, Vec3, named
 
 
-class BodyState(msgspec.Struct, kw_only=True, gc=False):
+class BodyState(Placed, kw_only=True, gc=False):
     """Pose and velocity of a body in the world frame."""
 
-    position: Vec3
-    """Origin of the body frame, m."""
-    quat_xyzw: Quat
     linear: Vec3
     """Velocity of the origin, m/s."""
     angular: Vec3
     """rad/s"""
-
-    @property
-    def xyz(self) -> Array:
-        """Position as an array, shape (3,), m."""
-        return np.array(self.position)
-
-    @property
-    def rotation(self) -> Array:
-        """World-from-body rotation matrix, shape (3, 3)."""
-        return matrix_of(self.quat_xyzw)
 
 
 class ObjectState(BodyState, kw_only=True, gc=False):
@@ -53,7 +40,7 @@ FLOAT = np.dtype("<f8")
 
 
 def numbers(table: Table) -> Array:
-    """Return the numbers of a table in a row."""
+    """Return the numbers of a table."""
     if isinstance(table, bytearray):
         return np.ndarray(len(table) // 8, FLOAT, table)
     return np.array(table, np.float64)
@@ -61,9 +48,7 @@ def numbers(table: Table) -> Array:
 
 def rows(table: Table, width: int) -> Array:
     """Return a table as its rows of `width` numbers."""
-    if isinstance(table, bytearray):
-        return np.ndarray((len(table) // (8 * width), width), FLOAT, table)
-    return np.array(table, np.float64).reshape(-1, width)
+    return numbers(table).reshape(-1, width)
 
 
 class Joints(msgspec.Struct, kw_only=True, dict=True):
