@@ -20,16 +20,10 @@ impl Local {
     /// Opens the socket: a name in Linux's abstract namespace, which needs no file and ends with the program.
     #[cfg(target_os = "linux")]
     pub(super) fn open() -> io::Result<Self> {
-        use std::fmt::Write;
         use std::os::linux::net::SocketAddrExt;
         use std::os::unix::net::{SocketAddr, UnixListener as Listener};
-        let mut random = [0; 16];
-        getrandom::fill(&mut random).map_err(io::Error::other)?;
-        let mut name = "palmares-".to_owned();
-        // Writing into a string cannot fail.
-        random.iter().for_each(|byte| {
-            let _ = write!(name, "{byte:02x}");
-        });
+        let random = crate::auth::random_hex(16).map_err(io::Error::other)?;
+        let name = format!("palmares-{random}");
         let listener = Listener::bind_addr(&SocketAddr::from_abstract_name(&name)?)?;
         listener.set_nonblocking(true)?;
         Ok(Local { name: name.into(), listener: UnixListener::from_std(listener)? })

@@ -59,7 +59,7 @@ impl BroadPhase {
                     }
                     _ => true,
                 };
-                if possible && overlap(&self.boxes[i], &self.boxes[j]) {
+                if possible && separation(&self.boxes[i], &self.boxes[j]) <= 0.0 {
                     while old.next_if(|pair| pair.key < key).is_some() {}
                     pairs.push(old.next_if(|pair| pair.key == key).unwrap_or_else(|| Pair::new(key)));
                 }
@@ -78,17 +78,6 @@ pub fn tight_bounds(local: &Aabb, pose: &Pose, margin: f64) -> Aabb {
     let reach =
         r.x_axis.abs() * half.x + r.y_axis.abs() * half.y + r.z_axis.abs() * half.z + Vec3::splat(margin);
     Aabb { mins: center - reach, maxs: center + reach }
-}
-
-/// Whether two boxes share a point.
-#[inline]
-pub fn overlap(a: &Aabb, b: &Aabb) -> bool {
-    a.mins.x <= b.maxs.x
-        && b.mins.x <= a.maxs.x
-        && a.mins.y <= b.maxs.y
-        && b.mins.y <= a.maxs.y
-        && a.mins.z <= b.maxs.z
-        && b.mins.z <= a.maxs.z
 }
 
 /// How far two boxes are apart along the axis that parts them best; negative where they share a point.

@@ -340,10 +340,10 @@ impl Newton {
             }
         }
         // The base with the finger of A: Sᵀ K by the columns of K.
+        let transpose = k.transpose();
         if !rows.is_empty() {
             let at = self.cholesky.at(block_a, 0);
             let data = self.cholesky.data();
-            let transpose = k.transpose();
             for &(i, screw) in &rows {
                 let f = transpose.mul(screw);
                 for (j, x) in f.components().into_iter().enumerate() {
@@ -352,7 +352,7 @@ impl Newton {
             }
         }
         self.add_spatial(0, 0, k, -1.0);
-        self.add_spatial(0, 0, &k.transpose(), -1.0);
+        self.add_spatial(0, 0, &transpose, -1.0);
         self.columns = [rows, columns];
     }
 

@@ -76,8 +76,8 @@ impl ConeLaw {
         ([gt * t0, gt * t1, gn], ConeHessian::Slip(hessian))
     }
 
-    /// Speed of slip at contact velocity `v` and impulse γ, also of a point that carries nothing: what the elastic part does not explain, m/s. It is no
-    /// more than the surfaces' own speed: an anchor that gives way because its load fades does not slide.
+    /// Speed of slip at contact velocity `v` and impulse γ, also of a point that carries nothing: what the elastic part
+    /// does not explain, m/s. It is no more than the surfaces' own speed: an anchor that gives way because its load fades does not slide.
     #[inline]
     pub fn slip_speed(&self, v: [f64; 3], gamma: [f64; 3]) -> f64 {
         let (a, b) = (self.target[0] - v[0], self.target[1] - v[1]);

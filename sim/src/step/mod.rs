@@ -117,7 +117,7 @@ impl World {
             work.paths.fill(f64::INFINITY);
             work.near.forget(work.speeds.len());
         }
-        let from_rest = model.config().approach_speed * h;
+        let from_rest = model.config().from_rest(false);
         let reach = work.speeds.iter().map(|speed| 2.0 * h * speed + 0.5 * from_rest);
         work.near.travel(if known { &work.paths } else { &[] }, reach);
         loop {
