@@ -154,6 +154,16 @@ pub fn cross_columns(a: Vec3, m: &Mat3) -> Mat3 {
     Mat3::from_cols(a.cross(m.x_axis), a.cross(m.y_axis), a.cross(m.z_axis))
 }
 
+/// `m [a]×ᵀ`: what [`cross_columns`] does to columns, done to rows.
+#[inline]
+pub fn cross_rows(a: Vec3, m: &Mat3) -> Mat3 {
+    Mat3::from_cols(
+        m.z_axis * a.y - m.y_axis * a.z,
+        m.x_axis * a.z - m.z_axis * a.x,
+        m.y_axis * a.x - m.x_axis * a.y,
+    )
+}
+
 /// `a aᵀ`-like outer product `a bᵀ`.
 #[inline]
 pub fn outer(a: Vec3, b: Vec3) -> Mat3 {
@@ -239,8 +249,12 @@ impl SpatialMatrix {
     /// Columns re-expressed about an origin that lies at `−d` from the present one.
     #[inline]
     pub fn columns_moved(&self, d: Vec3) -> SpatialMatrix {
-        let t = cross_matrix(d).transpose();
-        SpatialMatrix { aa: self.aa + self.al * t, al: self.al, la: self.la + self.ll * t, ll: self.ll }
+        SpatialMatrix {
+            aa: self.aa + cross_rows(d, &self.al),
+            al: self.al,
+            la: self.la + cross_rows(d, &self.ll),
+            ll: self.ll,
+        }
     }
 
     /// Transpose.
@@ -255,9 +269,9 @@ impl SpatialMatrix {
     }
 }
 
-impl AddAssign for SpatialMatrix {
+impl AddAssign<&SpatialMatrix> for SpatialMatrix {
     #[inline]
-    fn add_assign(&mut self, o: SpatialMatrix) {
+    fn add_assign(&mut self, o: &SpatialMatrix) {
         self.aa += o.aa;
         self.al += o.al;
         self.la += o.la;

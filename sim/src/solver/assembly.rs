@@ -123,12 +123,11 @@ impl Newton {
             }
         }
         for (slot, object) in problem.objects.iter().enumerate() {
-            let at = self.cholesky.at(hand_blocks + slot, hand_blocks + slot);
-            let data = self.cholesky.data();
+            let Some(block) = self.cholesky.square(hand_blocks + slot) else { continue };
             for i in 0..3 {
-                data[at.offset + 7 * i] += object.mass;
+                block[i][i] = object.mass;
                 for j in 0..=i {
-                    data[at.offset + 6 * (3 + i) + 3 + j] += object.inertia.col(j)[i];
+                    block[3 + i][3 + j] = object.inertia.col(j)[i];
                 }
             }
         }
@@ -216,30 +215,33 @@ impl Newton {
             Owner::Object(o) => pair.origin - problem.objects[self.slot[o]].center,
         };
         let (from_a, from_b) = (lever(pair.a), lever(pair.b));
-        let about = |d: Vec3| if d == Vec3::ZERO { *k } else { k.rows_moved(d).columns_moved(d) };
         for (owner, d) in [(pair.a, from_a), (pair.b, from_b)] {
+            // An object is its pair's origin: most levers are zero.
+            let moved;
+            let about = if d == Vec3::ZERO {
+                k
+            } else {
+                moved = k.rows_moved(d).columns_moved(d);
+                &moved
+            };
             match owner {
                 Owner::Static => {}
                 Owner::Link(i) => {
-                    self.link_stiffness[i] += about(d);
+                    self.link_stiffness[i] += about;
                     self.link_touched[i] = true;
                 }
-                Owner::Object(o) => {
-                    let block = hand_blocks + self.slot[o];
-                    self.add_spatial(block, block, &about(d), 1.0);
-                }
+                Owner::Object(o) => self.add_square(hand_blocks + self.slot[o], about, 1.0),
             }
         }
         if pair.a == Owner::Static || pair.b == Owner::Static {
             return;
         }
-        // An object is its pair's origin: most levers are zero.
         let across = if from_a == Vec3::ZERO { *k } else { k.rows_moved(from_a) };
         let across = if from_b == Vec3::ZERO { across } else { across.columns_moved(from_b) };
         match (pair.a, pair.b) {
             (Owner::Object(a), Owner::Object(b)) => {
                 let (a, b) = (hand_blocks + self.slot[a], hand_blocks + self.slot[b]);
-                self.add_spatial(a, b, &across, -1.0);
+                self.subtract_spatial(a, b, &across);
             }
             (Owner::Link(i), Owner::Object(o)) => {
                 self.add_link_object(model, kin, i, hand_blocks + self.slot[o], &across);
@@ -252,24 +254,45 @@ impl Newton {
         }
     }
 
-    /// Adds a spatial matrix to a block of two objects, or of the base and an object, whose order is
-    /// (linear, angular).
-    fn add_spatial(&mut self, a: usize, b: usize, k: &SpatialMatrix, sign: f64) {
+    /// Adds a spatial matrix to the diagonal block of the base or an object, whose order is (linear, angular). The lower
+    /// half counts.
+    #[inline]
+    fn add_square(&mut self, block: usize, k: &SpatialMatrix, sign: f64) {
+        let Some(block) = self.cholesky.square(block) else { return };
+        for i in 0..3 {
+            for j in 0..=i {
+                block[i][j] += sign * k.ll.col(j)[i];
+                block[3 + i][3 + j] += sign * k.aa.col(j)[i];
+            }
+            for j in 0..3 {
+                block[3 + i][j] += sign * k.al.col(j)[i];
+            }
+        }
+    }
+
+    /// Subtracts a spatial matrix from the block of two objects, or of the base and an object.
+    #[inline]
+    fn subtract_spatial(&mut self, a: usize, b: usize, k: &SpatialMatrix) {
         let at = self.cholesky.at(a, b);
         let Some(block) = self.cholesky.data()[at.offset..].first_chunk_mut::<36>() else { return };
+        let (block, _) = block.as_chunks_mut::<6>();
         // Stored row by row or, where the other order of elimination put it, column by column.
-        let (ll, al, la, aa) = if at.column == 1 {
-            (k.ll.transpose(), k.al.transpose(), k.la.transpose(), k.aa.transpose())
+        if at.column == 1 {
+            for i in 0..3 {
+                for j in 0..3 {
+                    block[i][j] -= k.ll.col(j)[i];
+                    block[i][3 + j] -= k.la.col(j)[i];
+                    block[3 + i][j] -= k.al.col(j)[i];
+                    block[3 + i][3 + j] -= k.aa.col(j)[i];
+                }
+            }
         } else {
-            (k.ll, k.la, k.al, k.aa)
-        };
-        for (i, (left, right)) in [(ll, la), (al, aa)].into_iter().enumerate() {
-            for c in 0..3 {
-                let line = 6 * (3 * i + c);
-                let (head, tail) = (left.col(c), right.col(c));
-                for r in 0..3 {
-                    block[line + r] += sign * head[r];
-                    block[line + 3 + r] += sign * tail[r];
+            for j in 0..3 {
+                for i in 0..3 {
+                    block[j][i] -= k.ll.col(j)[i];
+                    block[j][3 + i] -= k.al.col(j)[i];
+                    block[3 + j][i] -= k.la.col(j)[i];
+                    block[3 + j][3 + i] -= k.aa.col(j)[i];
                 }
             }
         }
@@ -297,7 +320,7 @@ impl Newton {
             }
             i = parent;
         }
-        self.add_spatial(0, object_block, k, -1.0);
+        self.subtract_spatial(0, object_block, k);
     }
 
     /// Coupling −(Sᵢᵀ K Sⱼ + transpose) of two links of the hand; K is about the base origin on both sides. The base's
@@ -351,8 +374,8 @@ impl Newton {
                 }
             }
         }
-        self.add_spatial(0, 0, k, -1.0);
-        self.add_spatial(0, 0, &transpose, -1.0);
+        self.add_square(0, k, -1.0);
+        self.add_square(0, &transpose, -1.0);
         self.columns = [rows, columns];
     }
 
@@ -364,10 +387,11 @@ impl Newton {
             if !self.link_touched[i] {
                 continue;
             }
-            let own = self.link_stiffness[i];
-            self.link_stiffness[parent] += own;
+            // A parent comes before its links.
+            let (before, own) = self.link_stiffness.split_at_mut(i);
+            before[parent] += &own[0];
             self.link_touched[parent] = true;
-            let f = own.mul(kin.screw[i]);
+            let f = own[0].mul(kin.screw[i]);
             let (block, row) = self.dof_block[6 + joint.coordinate];
             let (square, at) = (self.cholesky.at(block, block), self.cholesky.at(block, 0));
             let data = self.cholesky.data();
@@ -384,7 +408,7 @@ impl Newton {
         }
         if self.link_touched[0] {
             let base = self.link_stiffness[0];
-            self.add_spatial(0, 0, &base, 1.0);
+            self.add_square(0, &base, 1.0);
         }
     }
 

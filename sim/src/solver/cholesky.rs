@@ -4,7 +4,17 @@
 //! definite, which is how tendons enter: `[H Rᵀ; R −K⁻¹]` is quasi-definite and has the same solution as
 //! `H + Rᵀ K R` without filling it (Vanderbei, *Symmetric Quasidefinite Matrices*, 1995).
 
+use std::ops::Range;
+
+use super::dense::{
+    backward, columns, factor_diagonal, forward, forward_block, subtract_block, subtract_product,
+    subtract_square, subtract_transposed,
+};
+
 const NONE: u32 = u32::MAX;
+
+/// Set in a block's place when its transpose is what is stored.
+const TRANSPOSED: u32 = 1 << 31;
 
 /// Symbolic and numeric factorisation; re-used while the pattern stays.
 #[derive(Clone, Debug, Default)]
@@ -16,17 +26,45 @@ pub struct BlockCholesky {
     order: Vec<usize>,
     /// Inverse of `order`.
     rank: Vec<usize>,
-    /// First row of the k-th eliminated block, in elimination order.
-    start: Vec<usize>,
-    /// Size of the k-th eliminated block.
-    size: Vec<usize>,
-    /// Rows below the k-th diagonal block: ranks, ascending.
-    below: Vec<Vec<usize>>,
+    /// Where the rows of the right-hand side stand in elimination order.
+    row: Vec<u32>,
+    /// The block columns in elimination order.
+    columns: Vec<Column>,
+    /// The blocks below the diagonal, column by column, by ascending rank.
+    below: Vec<Below>,
     /// Offset of block (row rank, column rank) in `data`.
     offset: Vec<u32>,
+    /// Of every two blocks: their offset, and whether it is the transpose that stands there.
+    place: Vec<u32>,
     data: Vec<f64>,
     transposed: Vec<f64>,
     adjacency: Vec<bool>,
+    neighbours: Vec<Vec<usize>>,
+}
+
+/// A block column.
+#[derive(Clone, Debug)]
+struct Column {
+    size: usize,
+    /// First row in elimination order.
+    start: usize,
+    /// Offset of the diagonal block in `data`.
+    diagonal: usize,
+    /// Places in the list of blocks below the diagonal.
+    below: Range<usize>,
+}
+
+/// A block below the diagonal.
+#[derive(Clone, Copy, Debug)]
+struct Below {
+    /// Rank of its rows.
+    rank: usize,
+    /// Number of its rows.
+    size: usize,
+    /// First of them in elimination order.
+    start: usize,
+    /// Offset in `data`.
+    offset: usize,
 }
 
 /// Where a block's element (i, j) stands: `offset + i · row + j · column`.
@@ -62,18 +100,18 @@ impl BlockCholesky {
         self.order.clear();
         self.rank.clear();
         self.rank.resize(n, usize::MAX);
-        self.below.resize(n, Vec::new());
+        self.neighbours.resize(n, Vec::new());
         for k in 0..n {
             let next = self.min_degree(k);
             self.rank[next] = k;
             self.order.push(next);
-            self.below[k].clear();
+            self.neighbours[k].clear();
             for i in 0..n {
                 if self.rank[i] == usize::MAX && self.adjacency[next * n + i] {
-                    self.below[k].push(i);
+                    self.neighbours[k].push(i);
                 }
             }
-            let (below, adjacency) = (&self.below[k], &mut self.adjacency);
+            let (below, adjacency) = (&self.neighbours[k], &mut self.adjacency);
             for &i in below {
                 for &j in below {
                     adjacency[i * n + j] = i != j;
@@ -108,24 +146,45 @@ impl BlockCholesky {
     fn place_blocks(&mut self, n: usize) {
         self.offset.clear();
         self.offset.resize(n * n, NONE);
-        self.start.clear();
-        self.size.clear();
-        let (mut row, mut offset) = (0, 0);
+        self.columns.clear();
+        self.below.clear();
+        let mut row = 0;
+        for &block in &self.order {
+            let size = self.sizes[block];
+            self.columns.push(Column { size, start: row, diagonal: 0, below: 0..0 });
+            row += size;
+        }
+        let mut offset = 0;
         for k in 0..n {
-            let s = self.sizes[self.order[k]];
-            self.start.push(row);
-            self.size.push(s);
-            row += s;
-            for i in &mut self.below[k] {
+            let neighbours = &mut self.neighbours[k];
+            for i in neighbours.iter_mut() {
                 *i = self.rank[*i];
             }
-            self.below[k].sort_unstable();
+            neighbours.sort_unstable();
+            let (size, first) = (self.columns[k].size, self.below.len());
+            self.columns[k].diagonal = offset;
             self.offset[k * n + k] = offset as u32;
-            offset += s * s;
-            for &i in &self.below[k] {
-                self.offset[i * n + k] = offset as u32;
-                offset += self.sizes[self.order[i]] * s;
+            offset += size * size;
+            for &rank in neighbours.iter() {
+                let Column { size: rows, start, .. } = self.columns[rank];
+                self.below.push(Below { rank, size: rows, start, offset });
+                self.offset[rank * n + k] = offset as u32;
+                offset += rows * size;
             }
+            self.columns[k].below = first..self.below.len();
+        }
+        self.place.clear();
+        for a in 0..n {
+            for b in 0..n {
+                let (ra, rb) = (self.rank[a], self.rank[b]);
+                let stored = self.offset[ra.max(rb) * n + ra.min(rb)];
+                self.place.push(if ra >= rb { stored } else { stored | TRANSPOSED });
+            }
+        }
+        self.row.clear();
+        for block in 0..n {
+            let start = self.columns[self.rank[block]].start;
+            self.row.extend((start..start + self.sizes[block]).map(|row| row as u32));
         }
         self.data.clear();
         self.data.resize(offset, 0.0);
@@ -139,12 +198,12 @@ impl BlockCholesky {
     /// Where block (a, b) stands; it must be on the diagonal or in the pattern.
     #[inline]
     pub fn at(&self, a: usize, b: usize) -> BlockAt {
-        let n = self.sizes.len();
-        let (ra, rb) = (self.rank[a], self.rank[b]);
-        if ra >= rb {
-            BlockAt { offset: self.offset[ra * n + rb] as usize, row: self.sizes[b], column: 1 }
+        let place = self.place[a * self.sizes.len() + b];
+        let offset = (place & !TRANSPOSED) as usize;
+        if place & TRANSPOSED == 0 {
+            BlockAt { offset, row: self.sizes[b], column: 1 }
         } else {
-            BlockAt { offset: self.offset[rb * n + ra] as usize, row: 1, column: self.sizes[a] }
+            BlockAt { offset, row: 1, column: self.sizes[a] }
         }
     }
 
@@ -154,12 +213,21 @@ impl BlockCholesky {
         &mut self.data
     }
 
+    /// A block of six rows on the diagonal; none of another size.
+    #[inline]
+    pub fn square(&mut self, block: usize) -> Option<&mut [[f64; 6]; 6]> {
+        let at = self.at(block, block);
+        if at.row != 6 {
+            return None;
+        }
+        self.data[at.offset..].as_chunks_mut().0.first_chunk_mut()
+    }
+
     /// Factorises in place. False when a pivot is not positive.
     pub fn factor(&mut self) -> bool {
-        let n = self.sizes.len();
+        let n = self.columns.len();
         for k in 0..n {
-            let s = self.size[k];
-            let d = self.offset[k * n + k] as usize;
+            let Column { size: s, diagonal: d, below: Range { start, end }, .. } = self.columns[k].clone();
             if self.negative_last && k + 1 == n {
                 for x in &mut self.data[d..d + s * s] {
                     *x = -*x;
@@ -168,129 +236,98 @@ impl BlockCholesky {
             if !factor_diagonal(&mut self.data[d..d + s * s], s) {
                 return false;
             }
-            for &i in &self.below[k] {
-                let o = self.offset[i * n + k] as usize;
-                let m = self.size[i];
-                let (diagonal, block) = split(&mut self.data, d, s * s, o, m * s);
-                forward_block(diagonal, s, block, m);
+            for b in &self.below[start..end] {
+                let (diagonal, block) = split(&mut self.data, d, s * s, b.offset, b.size * s);
+                forward_block(diagonal, s, block, b.size);
             }
-            for (position, &j) in self.below[k].iter().enumerate() {
-                let (oj, nj) = (self.offset[j * n + k] as usize, self.size[j]);
-                transpose(&self.data[oj..oj + nj * s], nj, s, &mut self.transposed);
-                for &i in &self.below[k][position..] {
-                    let (oi, mi) = (self.offset[i * n + k] as usize, self.size[i]);
-                    let oc = self.offset[i * n + j] as usize;
-                    let (a, c) = split(&mut self.data, oi, mi * s, oc, mi * nj);
-                    subtract_product(c, a, &self.transposed, mi, nj, s);
+            for first in start..end {
+                match (self.below[first].size, s) {
+                    (6, 6) => self.eliminate::<6, 6>(first, end),
+                    (6, 4) => self.eliminate::<6, 4>(first, end),
+                    (6, 3) => self.eliminate::<6, 3>(first, end),
+                    (4, 6) => self.eliminate::<4, 6>(first, end),
+                    (4, 4) => self.eliminate::<4, 4>(first, end),
+                    (1, 6) => self.eliminate::<1, 6>(first, end),
+                    (1, 4) => self.eliminate::<1, 4>(first, end),
+                    (1, 3) => self.eliminate::<1, 3>(first, end),
+                    (_, s) => self.eliminate_any(s, first, end),
                 }
             }
         }
         true
     }
 
-    /// Solves in place for a right-hand side given block after block in the order of `sizes`.
-    pub fn solve(&self, x: &mut [f64], scratch: &mut Vec<f64>) {
-        let n = self.sizes.len();
-        scratch.resize(x.len(), 0.0);
-        let mut from = 0;
-        for b in 0..n {
-            let (to, s) = (self.start[self.rank[b]], self.sizes[b]);
-            scratch[to..to + s].copy_from_slice(&x[from..from + s]);
-            from += s;
+    /// Takes the product of a column's block at place `first` with itself and the blocks after it, up to `end`, from the
+    /// rest of the matrix; the block is N x K.
+    #[inline]
+    fn eliminate<const N: usize, const K: usize>(&mut self, first: usize, end: usize) {
+        let n = self.columns.len();
+        let Some((b, rest)) = self.below[first..end].split_first() else { return };
+        let by_columns = columns::<N, K>(&self.data[b.offset..b.offset + N * K]);
+        let square = self.columns[b.rank].diagonal;
+        subtract_square(&mut self.data[square..square + N * N], &by_columns);
+        for a in rest {
+            let to = self.offset[a.rank * n + b.rank] as usize;
+            let (a, c) = split(&mut self.data, a.offset, a.size * K, to, a.size * N);
+            subtract_product(c, a, &by_columns);
         }
-        for k in 0..n {
-            let (s, at) = (self.size[k], self.start[k]);
-            let d = self.offset[k * n + k] as usize;
-            forward(&self.data[d..d + s * s], s, &mut scratch[at..at + s]);
-            let (done, rest) = scratch.split_at_mut(at + s);
-            let y = &done[at..];
-            for &i in &self.below[k] {
-                let o = self.offset[i * n + k] as usize;
-                let (m, to) = (self.size[i], self.start[i] - at - s);
-                subtract_block(&self.data[o..o + m * s], y, &mut rest[to..to + m]);
+    }
+
+    /// As [`Self::eliminate`], for a column of any size.
+    fn eliminate_any(&mut self, s: usize, first: usize, end: usize) {
+        let n = self.columns.len();
+        let Some((b, _)) = self.below[first..end].split_first() else { return };
+        self.transposed.clear();
+        for column in 0..s {
+            self.transposed.extend((0..b.size).map(|row| self.data[b.offset + row * s + column]));
+        }
+        for a in &self.below[first..end] {
+            let to = self.offset[a.rank * n + b.rank] as usize;
+            let (a, c) = split(&mut self.data, a.offset, a.size * s, to, a.size * b.size);
+            for (c, a) in c.chunks_exact_mut(b.size).zip(a.chunks_exact(s)) {
+                for (a, b) in a.iter().zip(self.transposed.chunks_exact(b.size)) {
+                    for (c, b) in c.iter_mut().zip(b) {
+                        *c -= a * b;
+                    }
+                }
             }
         }
-        if self.negative_last {
-            let (s, at) = (self.size[n - 1], self.start[n - 1]);
-            for y in &mut scratch[at..at + s] {
+    }
+
+    /// Solves in place for a right-hand side given block after block in the order of `sizes`.
+    pub fn solve(&self, x: &mut [f64], scratch: &mut Vec<f64>) {
+        scratch.resize(x.len(), 0.0);
+        for (&row, x) in self.row.iter().zip(x.iter()) {
+            scratch[row as usize] = *x;
+        }
+        for column in &self.columns {
+            let (s, at, d) = (column.size, column.start, column.diagonal);
+            let (head, rest) = scratch.split_at_mut(at + s);
+            let y = &mut head[at..];
+            forward(&self.data[d..d + s * s], y);
+            for b in &self.below[column.below.clone()] {
+                let to = b.start - at - s;
+                subtract_block(&self.data[b.offset..b.offset + b.size * s], y, &mut rest[to..to + b.size]);
+            }
+        }
+        if let (true, Some(last)) = (self.negative_last, self.columns.last()) {
+            for y in &mut scratch[last.start..] {
                 *y = -*y;
             }
         }
-        for k in (0..n).rev() {
-            let (s, at) = (self.size[k], self.start[k]);
+        for column in self.columns.iter().rev() {
+            let (s, at, d) = (column.size, column.start, column.diagonal);
             let (head, rest) = scratch.split_at_mut(at + s);
             let y = &mut head[at..];
-            for &i in &self.below[k] {
-                let o = self.offset[i * n + k] as usize;
-                let (m, from) = (self.size[i], self.start[i] - at - s);
-                subtract_transposed(&self.data[o..o + m * s], &rest[from..from + m], y);
+            for b in &self.below[column.below.clone()] {
+                let from = b.start - at - s;
+                let block = &self.data[b.offset..b.offset + b.size * s];
+                subtract_transposed(block, &rest[from..from + b.size], y);
             }
-            let d = self.offset[k * n + k] as usize;
-            backward(&self.data[d..d + s * s], s, y);
+            backward(&self.data[d..d + s * s], y);
         }
-        let mut to = 0;
-        for b in 0..n {
-            let (from, s) = (self.start[self.rank[b]], self.sizes[b]);
-            x[to..to + s].copy_from_slice(&scratch[from..from + s]);
-            to += s;
-        }
-    }
-}
-
-/// `y −= L x` for a block below the diagonal; the common widths are unrolled.
-#[inline]
-fn subtract_block(l: &[f64], x: &[f64], y: &mut [f64]) {
-    #[inline(always)]
-    fn rows<const S: usize>(l: &[f64], x: &[f64], y: &mut [f64]) {
-        let (Some(x), rows) = (x.first_chunk::<S>(), l.as_chunks::<S>().0) else { return };
-        for (y, row) in y.iter_mut().zip(rows) {
-            let mut sum = 0.0;
-            for k in 0..S {
-                sum += row[k] * x[k];
-            }
-            *y -= sum;
-        }
-    }
-    match x.len() {
-        6 => rows::<6>(l, x, y),
-        4 => rows::<4>(l, x, y),
-        3 => rows::<3>(l, x, y),
-        s => {
-            for (y, row) in y.iter_mut().zip(l.chunks_exact(s)) {
-                let mut sum = 0.0;
-                for (a, b) in row.iter().zip(x) {
-                    sum += a * b;
-                }
-                *y -= sum;
-            }
-        }
-    }
-}
-
-/// `x −= Lᵀ y` for a block below the diagonal.
-#[inline]
-fn subtract_transposed(l: &[f64], y: &[f64], x: &mut [f64]) {
-    #[inline(always)]
-    fn rows<const S: usize>(l: &[f64], y: &[f64], x: &mut [f64]) {
-        let (Some(x), rows) = (x.first_chunk_mut::<S>(), l.as_chunks::<S>().0) else { return };
-        let mut sum = *x;
-        for (y, row) in y.iter().zip(rows) {
-            for k in 0..S {
-                sum[k] -= row[k] * y;
-            }
-        }
-        *x = sum;
-    }
-    match x.len() {
-        6 => rows::<6>(l, y, x),
-        4 => rows::<4>(l, y, x),
-        3 => rows::<3>(l, y, x),
-        s => {
-            for (y, row) in y.iter().zip(l.chunks_exact(s)) {
-                for (x, l) in x.iter_mut().zip(row) {
-                    *x -= l * y;
-                }
-            }
+        for (&row, x) in self.row.iter().zip(x.iter_mut()) {
+            *x = scratch[row as usize];
         }
     }
 }
@@ -304,198 +341,6 @@ fn split(data: &mut [f64], a: usize, la: usize, b: usize, lb: usize) -> (&[f64],
     } else {
         let (head, tail) = data.split_at_mut(a);
         (&tail[..la], &mut head[b..b + lb])
-    }
-}
-
-/// Dense Cholesky of the lower half; the diagonal of the result holds reciprocals.
-#[inline]
-fn factor_diagonal(a: &mut [f64], s: usize) -> bool {
-    match s {
-        6 => factor_rows::<6>(a.as_chunks_mut().0),
-        4 => factor_rows::<4>(a.as_chunks_mut().0),
-        3 => factor_rows::<3>(a.as_chunks_mut().0),
-        _ => {
-            for i in 0..s {
-                let (above, row) = a.split_at_mut(i * s);
-                if !factor_row(above.chunks_exact(s), row, i) {
-                    return false;
-                }
-            }
-            true
-        }
-    }
-}
-
-/// As [`factor_diagonal`], of a size known to the compiler.
-#[inline]
-fn factor_rows<const S: usize>(a: &mut [[f64; S]]) -> bool {
-    for i in 0..S {
-        let (above, row) = a.split_at_mut(i);
-        if !factor_row(above.iter().map(|r| r.as_slice()), &mut row[0], i) {
-            return false;
-        }
-    }
-    true
-}
-
-/// Turns row i of the matrix into row i of the factor, given the rows above it.
-#[inline(always)]
-fn factor_row<'a>(above: impl Iterator<Item = &'a [f64]>, row: &mut [f64], i: usize) -> bool {
-    for (j, upper) in above.enumerate() {
-        let mut x = row[j];
-        for k in 0..j {
-            x -= row[k] * upper[k];
-        }
-        row[j] = x * upper[j];
-    }
-    let mut d = row[i];
-    for &x in &row[..i] {
-        d -= x * x;
-    }
-    if d.is_nan() || d <= 0.0 {
-        return false;
-    }
-    row[i] = 1.0 / d.sqrt();
-    true
-}
-
-/// `x := L⁻¹ x`
-#[inline]
-fn forward(l: &[f64], s: usize, x: &mut [f64]) {
-    match s {
-        6 => forward_rows::<6>(l.as_chunks().0, x),
-        4 => forward_rows::<4>(l.as_chunks().0, x),
-        3 => forward_rows::<3>(l.as_chunks().0, x),
-        _ => {
-            for (i, row) in l.chunks_exact(s).enumerate() {
-                forward_row(row, x, i);
-            }
-        }
-    }
-}
-
-/// `B := B L⁻ᵀ` for a block of m rows below the diagonal one.
-#[inline]
-fn forward_block(l: &[f64], s: usize, block: &mut [f64], m: usize) {
-    match (m, s) {
-        (6, 6) => forward_columns::<6, 6>(l, block),
-        (6, 4) => forward_columns::<6, 4>(l, block),
-        (4, 6) => forward_columns::<4, 6>(l, block),
-        _ => {
-            for row in block.chunks_exact_mut(s) {
-                forward(l, s, row);
-            }
-        }
-    }
-}
-
-/// As [`forward_block`], all M rows abreast.
-#[inline]
-fn forward_columns<const M: usize, const S: usize>(l: &[f64], block: &mut [f64]) {
-    let (l, _) = l.as_chunks::<S>();
-    let (block, _) = block.as_chunks_mut::<S>();
-    let mut columns = [[0.0; M]; S];
-    for c in 0..S {
-        for r in 0..M {
-            columns[c][r] = block[r][c];
-        }
-    }
-    for c in 0..S {
-        let mut x = columns[c];
-        for k in 0..c {
-            for r in 0..M {
-                x[r] -= l[c][k] * columns[k][r];
-            }
-        }
-        for r in 0..M {
-            x[r] *= l[c][c];
-        }
-        columns[c] = x;
-    }
-    for r in 0..M {
-        for c in 0..S {
-            block[r][c] = columns[c][r];
-        }
-    }
-}
-
-#[inline]
-fn forward_rows<const S: usize>(l: &[[f64; S]], x: &mut [f64]) {
-    let (x, _) = x.split_at_mut(S);
-    for (i, row) in l.iter().enumerate().take(S) {
-        forward_row(row, x, i);
-    }
-}
-
-#[inline(always)]
-fn forward_row(row: &[f64], x: &mut [f64], i: usize) {
-    let mut y = x[i];
-    for k in 0..i {
-        y -= row[k] * x[k];
-    }
-    x[i] = y * row[i];
-}
-
-/// `x := L⁻ᵀ x`
-#[inline]
-fn backward(l: &[f64], s: usize, x: &mut [f64]) {
-    for i in (0..s).rev() {
-        let y = x[i] * l[i * s + i];
-        x[i] = y;
-        for k in 0..i {
-            x[k] -= l[i * s + k] * y;
-        }
-    }
-}
-
-#[inline]
-fn transpose(a: &[f64], rows: usize, columns: usize, out: &mut Vec<f64>) {
-    out.resize(rows * columns, 0.0);
-    for i in 0..rows {
-        for j in 0..columns {
-            out[j * rows + i] = a[i * columns + j];
-        }
-    }
-}
-
-/// `c −= a · b` with a (m x k), b (k x n); the common sizes are unrolled.
-#[inline]
-fn subtract_product(c: &mut [f64], a: &[f64], b: &[f64], m: usize, n: usize, k: usize) {
-    match (n, k) {
-        (6, 6) => product::<6, 6>(c, a, b, m),
-        (6, 4) => product::<6, 4>(c, a, b, m),
-        (6, 3) => product::<6, 3>(c, a, b, m),
-        (4, 6) => product::<4, 6>(c, a, b, m),
-        (4, 4) => product::<4, 4>(c, a, b, m),
-        (1, 6) => product::<1, 6>(c, a, b, m),
-        (1, 4) => product::<1, 4>(c, a, b, m),
-        _ => {
-            for i in 0..m {
-                for p in 0..k {
-                    let x = a[i * k + p];
-                    for j in 0..n {
-                        c[i * n + j] -= x * b[p * n + j];
-                    }
-                }
-            }
-        }
-    }
-}
-
-#[inline]
-fn product<const N: usize, const K: usize>(c: &mut [f64], a: &[f64], b: &[f64], m: usize) {
-    let (b, _) = b.as_chunks::<N>();
-    let (a, _) = a.as_chunks::<K>();
-    let (c, _) = c.as_chunks_mut::<N>();
-    for i in 0..m {
-        let mut row = c[i];
-        for p in 0..K {
-            let x = a[i][p];
-            for j in 0..N {
-                row[j] -= x * b[p][j];
-            }
-        }
-        c[i] = row;
     }
 }
 

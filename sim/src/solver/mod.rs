@@ -8,6 +8,7 @@
 mod assembly;
 pub mod cholesky;
 pub mod cone;
+mod dense;
 pub mod island;
 pub mod newton;
 pub mod problem;

@@ -144,9 +144,11 @@ impl Newton {
 
     /// Moves along the search direction: `v += step · direction`, and all that is linear in v with it.
     fn advance(&mut self, problem: &mut Problem, v: &mut [f64], direction: &[f64], step: f64) {
-        for i in 0..v.len() {
-            v[i] += step * direction[i];
-            self.av[i] += step * self.a_direction[i];
+        for (v, by) in v.iter_mut().zip(direction) {
+            *v += step * by;
+        }
+        for (av, by) in self.av.iter_mut().zip(&self.a_direction) {
+            *av += step * by;
         }
         for pair in &mut problem.pairs {
             pair.relative += pair.direction * step;
@@ -193,7 +195,7 @@ impl Newton {
                 Owner::Link(i) => self.link_velocity[i].moved(pair.origin - kin.origin),
                 Owner::Object(k) => {
                     let slot = self.slot[k];
-                    let v = &x[*hand_dofs + 6 * slot..*hand_dofs + 6 * slot + 6];
+                    let Some(v) = x[*hand_dofs + 6 * slot..].first_chunk::<6>() else { return Motion::ZERO };
                     let motion =
                         Motion { linear: Vec3::new(v[0], v[1], v[2]), angular: Vec3::new(v[3], v[4], v[5]) };
                     motion.moved(pair.origin - objects[slot].center)
@@ -219,19 +221,19 @@ impl Newton {
     /// Gradient `A v − A v* − Σ Jᵀ γ(J v)`, and the impulses and curvatures on the way.
     fn gradient_at(&mut self, model: &Model, kin: &Kinematics, problem: &mut Problem, v: &[f64]) {
         let h = problem.hand_dofs;
-        for i in 0..v.len() {
-            self.gradient[i] = self.av[i] - problem.momentum[i];
+        for ((gradient, av), momentum) in self.gradient.iter_mut().zip(&self.av).zip(&problem.momentum) {
+            *gradient = av - momentum;
         }
         let links = if h > 0 { model.hand().map_or(0, |hand| hand.links.len()) } else { 0 };
         self.link_force.clear();
         self.link_force.resize(links, Force::ZERO);
         for pair in &problem.pairs {
             let (mut wrench, mut acts) = (Force::ZERO, false);
-            for k in pair.first..pair.end {
-                let point = &mut problem.points[k];
+            let points = &mut problem.points[pair.first..pair.end];
+            for (point, known) in points.iter_mut().zip(&mut self.hessians[pair.first..pair.end]) {
                 let (gamma, hessian) = point.law.impulse(point.velocity);
                 point.impulse = gamma;
-                self.hessians[k] = hessian;
+                *known = hessian;
                 if !matches!(hessian, ConeHessian::Open) {
                     let f = point.axes[0] * gamma[0] + point.axes[1] * gamma[1] + point.axes[2] * gamma[2];
                     wrench += Force { moment: point.r.cross(f), force: f };
@@ -255,9 +257,8 @@ impl Newton {
                     Owner::Object(k) => {
                         let slot = self.slot[k];
                         let f = wrench.moved(problem.objects[slot].center - pair.origin);
-                        let at = h + 6 * slot;
-                        for (k, x) in f.components().into_iter().enumerate() {
-                            self.gradient[at + k] -= sign * x;
+                        for (gradient, x) in self.gradient[h + 6 * slot..].iter_mut().zip(f.components()) {
+                            *gradient -= sign * x;
                         }
                     }
                 }
@@ -292,10 +293,10 @@ impl Newton {
     /// Norm of the gradient relative to the momenta, in the metric of diag(A)⁻¹.
     fn residual(&self, problem: &Problem) -> f64 {
         let (mut gradient, mut momentum, mut impulse) = (0.0, 0.0, 0.0);
-        for i in 0..self.gradient.len() {
-            let w = self.inverse_diagonal[i];
-            let (g, p) = (self.gradient[i], problem.momentum[i]);
-            let j = self.av[i] - p - g;
+        let known =
+            self.inverse_diagonal.iter().zip(&self.gradient).zip(problem.momentum.iter().zip(&self.av));
+        for ((w, g), (p, av)) in known {
+            let j = av - p - g;
             gradient += w * g * g;
             momentum += w * p * p;
             impulse += w * j * j;

@@ -112,12 +112,11 @@ pub(super) fn multiply(model: &Model, problem: &Problem, x: &[f64], out: &mut [f
             *out = row_sum_abreast(row, &x[..h], &columns);
         }
     }
-    for (slot, object) in problem.objects.iter().enumerate() {
-        let at = h + 6 * slot;
-        for k in 0..3 {
-            out[at + k] = object.mass * x[at + k];
-        }
-        let w = object.inertia * Vec3::new(x[at + 3], x[at + 4], x[at + 5]);
-        out[at + 3..at + 6].copy_from_slice(&w.to_array());
+    let (x, _) = x[h..].as_chunks::<6>();
+    let (out, _) = out[h..].as_chunks_mut::<6>();
+    for ((object, x), out) in problem.objects.iter().zip(x).zip(out) {
+        let m = object.mass;
+        let w = object.inertia * Vec3::new(x[3], x[4], x[5]);
+        *out = [m * x[0], m * x[1], m * x[2], w.x, w.y, w.z];
     }
 }

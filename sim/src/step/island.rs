@@ -28,21 +28,22 @@ impl World {
         if self.work.solvers.len() == slot {
             self.work.solvers.push(Default::default());
         }
-        let (mut problem, mut newton) = std::mem::take(&mut self.work.solvers[slot]);
+        let mut solvers = std::mem::take(&mut self.work.solvers);
+        let (problem, newton) = &mut solvers[slot];
         let mut v = std::mem::take(&mut self.work.velocity);
         let alone = island.hand && island.objects.is_empty();
         let done = alone
             && if self.model.undamped_hand() {
-                island.pairs.is_empty() && self.conservative_step(island, &mut problem, &mut newton, &mut v)
+                island.pairs.is_empty() && self.conservative_step(island, problem, newton, &mut v)
             } else {
-                self.smooth_step(island, &mut problem, &mut newton, &mut v)
+                self.smooth_step(island, problem, newton, &mut v)
             };
         if !done {
             let mut earlier = std::mem::take(&mut self.state.earlier);
             if island.hand {
                 self.write_hand(&mut earlier);
             }
-            self.implicit_step(island, &mut problem, &mut newton, &mut v);
+            self.implicit_step(island, problem, newton, &mut v);
             if island.hand {
                 let touches = problem.points.iter().any(|point| point.impulse[2] > 0.0);
                 let smooth = alone && !touches && self.work.limits.is_empty() && self.work.servo_on;
@@ -51,7 +52,7 @@ impl World {
             self.state.earlier = earlier;
         }
         self.work.velocity = v;
-        self.work.solvers[slot] = (problem, newton);
+        self.work.solvers = solvers;
     }
 
     /// Implicit Euler: forces and velocities of the end of the step. Stable for any stiffness and contact.

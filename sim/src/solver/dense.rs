@@ -1,0 +1,267 @@
+//! Kernels of the factorisation on small dense blocks, stored row by row.
+//!
+//! Bodies have six velocities, fingers four or three, a tendon is one row: kernels of these sizes are unrolled. Every
+//! element is the same sum in the same order whichever kernel computes it.
+
+/// Calls a kernel whose size is a constant where it is a common one: `sized!(s, fixed::<S>(..), general)`.
+macro_rules! sized {
+    ($size:expr, $kernel:ident($($argument:expr),*), $general:expr) => {
+        match $size {
+            6 => $kernel::<6>($($argument),*),
+            4 => $kernel::<4>($($argument),*),
+            3 => $kernel::<3>($($argument),*),
+            1 => $kernel::<1>($($argument),*),
+            _ => $general,
+        }
+    };
+}
+
+/// `y −= L x` for a block below the diagonal.
+#[inline]
+pub(super) fn subtract_block(l: &[f64], x: &[f64], y: &mut [f64]) {
+    #[inline(always)]
+    fn rows<const S: usize>(l: &[f64], x: &[f64], y: &mut [f64]) {
+        let (Some(x), rows) = (x.first_chunk::<S>(), l.as_chunks::<S>().0) else { return };
+        for (y, row) in y.iter_mut().zip(rows) {
+            let mut sum = 0.0;
+            for k in 0..S {
+                sum += row[k] * x[k];
+            }
+            *y -= sum;
+        }
+    }
+    sized!(x.len(), rows(l, x, y), {
+        for (y, row) in y.iter_mut().zip(l.chunks_exact(x.len())) {
+            let mut sum = 0.0;
+            for (a, b) in row.iter().zip(x) {
+                sum += a * b;
+            }
+            *y -= sum;
+        }
+    })
+}
+
+/// `x −= Lᵀ y` for a block below the diagonal.
+#[inline]
+pub(super) fn subtract_transposed(l: &[f64], y: &[f64], x: &mut [f64]) {
+    #[inline(always)]
+    fn rows<const S: usize>(l: &[f64], y: &[f64], x: &mut [f64]) {
+        let (Some(x), rows) = (x.first_chunk_mut::<S>(), l.as_chunks::<S>().0) else { return };
+        let mut sum = *x;
+        for (y, row) in y.iter().zip(rows) {
+            for k in 0..S {
+                sum[k] -= row[k] * y;
+            }
+        }
+        *x = sum;
+    }
+    sized!(x.len(), rows(l, y, x), {
+        for (y, row) in y.iter().zip(l.chunks_exact(x.len())) {
+            for (x, l) in x.iter_mut().zip(row) {
+                *x -= l * y;
+            }
+        }
+    })
+}
+
+/// Cholesky of the lower half; the diagonal of the result holds reciprocals. False when a pivot is not positive.
+#[inline]
+pub(super) fn factor_diagonal(a: &mut [f64], s: usize) -> bool {
+    #[inline(always)]
+    fn rows<const S: usize>(a: &mut [f64]) -> bool {
+        let Some(a) = a.as_chunks_mut::<S>().0.first_chunk_mut::<S>() else { return false };
+        for i in 0..S {
+            let mut row = a[i];
+            for j in 0..i {
+                let mut x = row[j];
+                for k in 0..j {
+                    x -= row[k] * a[j][k];
+                }
+                row[j] = x * a[j][j];
+            }
+            let mut d = row[i];
+            for &x in &row[..i] {
+                d -= x * x;
+            }
+            if d.is_nan() || d <= 0.0 {
+                return false;
+            }
+            row[i] = 1.0 / d.sqrt();
+            a[i] = row;
+        }
+        true
+    }
+    sized!(s, rows(a), {
+        for i in 0..s {
+            let (above, row) = a.split_at_mut(i * s);
+            for (j, upper) in above.chunks_exact(s).enumerate() {
+                let mut x = row[j];
+                for k in 0..j {
+                    x -= row[k] * upper[k];
+                }
+                row[j] = x * upper[j];
+            }
+            let mut d = row[i];
+            for &x in &row[..i] {
+                d -= x * x;
+            }
+            if d.is_nan() || d <= 0.0 {
+                return false;
+            }
+            row[i] = 1.0 / d.sqrt();
+        }
+        true
+    })
+}
+
+/// `x := L⁻¹ x`
+#[inline]
+pub(super) fn forward(l: &[f64], x: &mut [f64]) {
+    #[inline(always)]
+    fn rows<const S: usize>(l: &[f64], x: &mut [f64]) {
+        let (Some(x), Some(l)) = (x.first_chunk_mut::<S>(), l.as_chunks::<S>().0.first_chunk::<S>()) else {
+            return;
+        };
+        for i in 0..S {
+            let mut y = x[i];
+            for k in 0..i {
+                y -= l[i][k] * x[k];
+            }
+            x[i] = y * l[i][i];
+        }
+    }
+    sized!(x.len(), rows(l, x), {
+        for (i, row) in l.chunks_exact(x.len()).enumerate() {
+            let mut y = x[i];
+            for k in 0..i {
+                y -= row[k] * x[k];
+            }
+            x[i] = y * row[i];
+        }
+    })
+}
+
+/// `x := L⁻ᵀ x`
+#[inline]
+pub(super) fn backward(l: &[f64], x: &mut [f64]) {
+    #[inline(always)]
+    fn rows<const S: usize>(l: &[f64], x: &mut [f64]) {
+        let (Some(x), Some(l)) = (x.first_chunk_mut::<S>(), l.as_chunks::<S>().0.first_chunk::<S>()) else {
+            return;
+        };
+        for i in (0..S).rev() {
+            let y = x[i] * l[i][i];
+            x[i] = y;
+            for k in 0..i {
+                x[k] -= l[i][k] * y;
+            }
+        }
+    }
+    sized!(x.len(), rows(l, x), {
+        for (i, row) in l.chunks_exact(x.len()).enumerate().rev() {
+            let y = x[i] * row[i];
+            x[i] = y;
+            for k in 0..i {
+                x[k] -= row[k] * y;
+            }
+        }
+    })
+}
+
+/// `B := B L⁻ᵀ` for a block of m rows below the diagonal one, whose size is s.
+#[inline]
+pub(super) fn forward_block(l: &[f64], s: usize, block: &mut [f64], m: usize) {
+    match (m, s) {
+        (6, 6) => forward_columns::<6, 6>(l, block),
+        (6, 4) => forward_columns::<6, 4>(l, block),
+        (6, 3) => forward_columns::<6, 3>(l, block),
+        (4, 6) => forward_columns::<4, 6>(l, block),
+        _ => {
+            for row in block.chunks_exact_mut(s) {
+                forward(l, row);
+            }
+        }
+    }
+}
+
+/// As [`forward_block`], all M rows abreast.
+#[inline]
+fn forward_columns<const M: usize, const S: usize>(l: &[f64], block: &mut [f64]) {
+    let Some(l) = l.as_chunks::<S>().0.first_chunk::<S>() else { return };
+    let Some(block) = block.as_chunks_mut::<S>().0.first_chunk_mut::<M>() else { return };
+    let mut columns = [[0.0; M]; S];
+    for c in 0..S {
+        for r in 0..M {
+            columns[c][r] = block[r][c];
+        }
+    }
+    for c in 0..S {
+        let mut x = columns[c];
+        for k in 0..c {
+            for r in 0..M {
+                x[r] -= l[c][k] * columns[k][r];
+            }
+        }
+        for r in 0..M {
+            x[r] *= l[c][c];
+        }
+        columns[c] = x;
+    }
+    for r in 0..M {
+        for c in 0..S {
+            block[r][c] = columns[c][r];
+        }
+    }
+}
+
+/// The K columns of a block of N rows.
+#[inline]
+pub(super) fn columns<const N: usize, const K: usize>(block: &[f64]) -> [[f64; N]; K] {
+    let mut columns = [[0.0; N]; K];
+    for (i, row) in block.as_chunks::<K>().0.iter().enumerate().take(N) {
+        for k in 0..K {
+            columns[k][i] = row[k];
+        }
+    }
+    columns
+}
+
+/// `C −= A Bᵀ`, given A by rows and B by columns.
+#[inline]
+pub(super) fn subtract_product<const N: usize, const K: usize>(c: &mut [f64], a: &[f64], b: &[[f64; N]; K]) {
+    for (c, a) in c.as_chunks_mut::<N>().0.iter_mut().zip(a.as_chunks::<K>().0) {
+        let mut row = *c;
+        for p in 0..K {
+            for j in 0..N {
+                row[j] -= a[p] * b[p][j];
+            }
+        }
+        *c = row;
+    }
+}
+
+/// The lower half of `C −= B Bᵀ`, given B by columns; what is above the diagonal is left undefined.
+#[inline]
+pub(super) fn subtract_square<const N: usize, const K: usize>(c: &mut [f64], b: &[[f64; N]; K]) {
+    /// The first W elements of row i.
+    #[inline(always)]
+    fn part<const W: usize, const N: usize, const K: usize>(row: &mut [f64; N], b: &[[f64; N]; K], i: usize) {
+        let Some(head) = row.first_chunk_mut::<W>() else { return };
+        let mut sum = *head;
+        for b in b {
+            let x = b[i];
+            for (sum, b) in sum.iter_mut().zip(b) {
+                *sum -= x * b;
+            }
+        }
+        *head = sum;
+    }
+    // Two at a time, as the processor takes them.
+    for (i, row) in c.as_chunks_mut::<N>().0.iter_mut().enumerate().take(N) {
+        match i / 2 {
+            0 if N > 2 => part::<2, N, K>(row, b, i),
+            1 if N > 4 => part::<4, N, K>(row, b, i),
+            _ => part::<N, N, K>(row, b, i),
+        }
+    }
+}
