@@ -3,6 +3,7 @@
 //! A scene is a [`Model`] with a start [`State`]; every engine mirrors what it simulates into a [`State`], so
 //! that a case is written once and judged by the same code whoever steps it.
 
+mod clock;
 pub mod mujoco;
 mod own;
 pub mod rapier;
@@ -20,7 +21,7 @@ pub const RIGID: f64 = 1e9;
 /// What a step cost.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Cost {
-    /// CPU time of the stepping thread, s.
+    /// CPU time of the stepping thread, less what reading the clock cost, s.
     pub total_s: f64,
     /// Wall time by phase (dynamics, collision, solver), s; zeros where the engine does not tell. Only the
     /// ratios are used.
