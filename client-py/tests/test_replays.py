@@ -20,6 +20,7 @@ from tests.real_server import RealServer, needs_server
 
 pytestmark = needs_server
 mcap_reader = pytest.importorskip("mcap.reader", reason="the package mcap is not installed")
+protobuf = pytest.importorskip("mcap_protobuf.decoder", reason="mcap-protobuf-support is not installed")
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "leaderboard_from_replays.py"
 TICKS = 130
@@ -42,14 +43,19 @@ def test_foxglove_finds_what_it_knows(tmp_path: Path) -> None:
     schemas: dict[str, str] = {}
     messages: dict[str, list[tuple[int, Any]]] = defaultdict(list)
     with path.open("rb") as stream:
-        reader = mcap_reader.make_reader(stream, validate_crcs=True)
+        factories = [protobuf.DecoderFactory()]
+        reader = mcap_reader.make_reader(stream, validate_crcs=True, decoder_factories=factories)
         for schema, channel, message in reader.iter_messages():
-            assert schema.encoding == "jsonschema"
-            assert json.loads(schema.data)["title"] == schema.name
-            assert channel.message_encoding == "json"
+            if channel.topic == "/tf":
+                assert (schema.encoding, channel.message_encoding) == ("protobuf", "protobuf")
+            else:
+                assert (schema.encoding, channel.message_encoding) == ("jsonschema", "json")
+                assert json.loads(schema.data)["title"] == schema.name
+                messages[channel.topic].append((message.log_time, json.loads(message.data)))
             assert message.log_time == message.publish_time
             schemas[channel.topic] = schema.name
-            messages[channel.topic].append((message.log_time, json.loads(message.data)))
+        for _, _, message, picture in reader.iter_decoded_messages(topics=["/tf"]):
+            messages["/tf"].append((message.log_time, picture))
         summary = reader.get_summary()
     assert schemas == {
         "/action": "palmares.Action",
@@ -73,23 +79,26 @@ def test_foxglove_finds_what_it_knows(tmp_path: Path) -> None:
     assert [state["tick"] for _, state in messages["/hash"]] == [0, 100]
 
     known: set[str] = set()
+    parents: dict[str, str] = {}
     last = 0
     for when, picture in messages["/tf"]:
         assert when >= last
         last = when
-        for transform in picture["transforms"]:
-            assert transform["parent_frame_id"] == "world"
-            stamp = transform["timestamp"]
-            assert stamp["sec"] * 10**9 + stamp["nsec"] == when
-            norm = sum(q * q for q in transform["rotation"].values())
-            assert norm == pytest.approx(1.0, abs=1e-3)
-            known.add(transform["child_frame_id"])
+        for transform in picture.transforms:
+            stamp, q = transform.timestamp, transform.rotation
+            assert stamp.seconds * 10**9 + stamp.nanos == when
+            assert q.x**2 + q.y**2 + q.z**2 + q.w**2 == pytest.approx(1.0, abs=1e-3)
+            child, parent = transform.child_frame_id, transform.parent_frame_id
+            assert parent == "world" or parent in known
+            assert parents.setdefault(child, parent) == parent
+            known.add(child)
+    assert parents["hand/base"] == parents["ball_3"] == "world"
     assert known == {entity["frame_id"] for entity in entities.values()} - {"world"}
     # 30 pictures a second while the hand moves, and only of what moves: the balls lie still.
     moving = [picture for _, picture in messages["/tf"][1:-1]]
     times = [when for when, _ in messages["/tf"][:12]]
     assert {after - before for before, after in pairwise(times)} == {30_000_000, 40_000_000}
-    assert not any("ball" in t["child_frame_id"] for picture in moving for t in picture["transforms"])
+    assert not any("ball" in t.child_frame_id for picture in moving for t in picture.transforms)
 
 
 def test_messages_follow_their_schemas(tmp_path: Path) -> None:
@@ -97,8 +106,9 @@ def test_messages_follow_their_schemas(tmp_path: Path) -> None:
     with RealServer(tmp_path) as server:
         path = replay_of_a_run(server, tmp_path)
     with path.open("rb") as stream:
-        for schema, _, message in mcap_reader.make_reader(stream).iter_messages():
-            jsonschema.validate(json.loads(message.data), json.loads(schema.data))
+        for schema, channel, message in mcap_reader.make_reader(stream).iter_messages():
+            if channel.message_encoding == "json":
+                jsonschema.validate(json.loads(message.data), json.loads(schema.data))
 
 
 def test_the_leaderboard_can_be_computed_from_replays(tmp_path: Path) -> None:

@@ -38,6 +38,14 @@ impl Hand {
         poses
     }
 
+    /// Pose of each link in its parent's frame at coordinates q; of the base, in its own.
+    pub fn parent_from_links(&self, q: &[f64]) -> impl Iterator<Item = Pose> {
+        self.links.iter().map(|link| {
+            let Some(joint) = &link.joint else { return Pose::IDENTITY };
+            joint.hinges.iter().fold(Pose::IDENTITY, |pose, hinge| pose * hinge.pose(q[joint.coordinate]))
+        })
+    }
+
     /// Index of the link of that name.
     pub fn link(&self, name: &str) -> Option<usize> {
         self.links.iter().position(|l| l.name == name)

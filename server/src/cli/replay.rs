@@ -1,9 +1,8 @@
 //! `palmares replay`: what is in a replay, without simulating it.
 
 use super::verify::load;
-use crate::replay::{self, Replay, word};
+use crate::replay::{self, Replay, Trajectory, word};
 use clap::Args;
-use serde::Deserialize;
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -86,47 +85,20 @@ fn summary(replay: &Replay) -> std::io::Result<()> {
     out.flush()
 }
 
-#[derive(Deserialize)]
-struct Picture {
-    transforms: Vec<Transform>,
-}
-
-#[derive(Deserialize)]
-struct Transform {
-    child_frame_id: String,
-    translation: Xyz,
-    rotation: Xyzw,
-}
-
-#[derive(Deserialize)]
-struct Xyz {
-    x: f64,
-    y: f64,
-    z: f64,
-}
-
-#[derive(Deserialize)]
-struct Xyzw {
-    x: f64,
-    y: f64,
-    z: f64,
-    w: f64,
-}
-
 fn csv(replay: &Replay, bytes: &[u8]) -> anyhow::Result<()> {
     let mut out = BufWriter::new(std::io::stdout().lock());
     writeln!(out, "time_s,body,x,y,z,qx,qy,qz,qw")?;
     let start = replay.header.started_unix_ms.saturating_mul(1_000_000);
-    let mut wrong = None;
-    replay::each_picture(bytes, &mut |time_ns, message| {
+    let (mut trajectory, mut wrong) = (Trajectory::default(), None);
+    replay::each_picture(bytes, &mut |time_ns, picture| {
         let mut print = || -> anyhow::Result<()> {
-            let picture: Picture = serde_json::from_slice(message)?;
             let time_s = time_ns.saturating_sub(start) as f64 * 1e-9;
-            for Transform { child_frame_id, translation: t, rotation: q } in picture.transforms {
+            for (name, pose) in trajectory.next(picture)? {
                 // Names come from files: a comma or a quote must not make another column.
-                let body = child_frame_id.replace(['"', ',', '\n', '\r'], "_");
-                let (x, y, z) = (t.x, t.y, t.z);
-                writeln!(out, "{time_s:.3},{body},{x},{y},{z},{},{},{},{}", q.x, q.y, q.z, q.w)?;
+                let body = name.replace(['"', ',', '\n', '\r'], "_");
+                let ([x, y, z], [qx, qy, qz, qw]) = (pose.translation.to_array(), pose.rotation.to_array());
+                write!(out, "{time_s:.3},{body},{x:.5},{y:.5},{z:.5},")?;
+                writeln!(out, "{qx:.5},{qy:.5},{qz:.5},{qw:.5}")?;
             }
             Ok(())
         };

@@ -1,12 +1,11 @@
-//! A run as Foxglove shows it: shapes once, poses as they change.
+//! The shapes of a run as Foxglove shows them, in JSON.
 
+use super::frames::{WORLD, link_frame};
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_tasks::Run;
 use serde::Serialize;
 
-/// The frame everything else stands in.
-const WORLD: &str = "world";
 /// sRGB of the hand.
 const HAND_COLOR: [f64; 3] = [0.72, 0.74, 0.78];
 
@@ -178,18 +177,11 @@ impl Entity {
     }
 }
 
-/// Names of the frames of all bodies that can move: links first, then free objects.
-pub(super) fn frames(run: &Run) -> Vec<String> {
-    let links = run.hand().links.iter().map(|link| format!("hand/{}", link.name));
-    let objects = run.scene().bodies.iter().filter(|body| body.free);
-    links.chain(objects.map(|body| body.name.clone())).collect()
-}
-
 /// What stands in the scene.
 pub(super) fn scene(run: &Run, timestamp: Time) -> SceneUpdate {
     let mut entities = Vec::new();
     for link in &run.hand().links {
-        let frame = format!("hand/{}", link.name);
+        let frame = link_frame(link);
         let mut entity = Entity::new(timestamp, &frame, &frame);
         for geom in &link.geoms {
             entity.add(geom.link_from_geom, &geom.shape, HAND_COLOR);
@@ -209,33 +201,4 @@ pub(super) fn scene(run: &Run, timestamp: Time) -> SceneUpdate {
         entities.push(entity);
     }
     SceneUpdate { deletions: [], entities }
-}
-
-#[derive(Debug, Serialize)]
-struct FrameTransform<'a> {
-    timestamp: Time,
-    parent_frame_id: &'static str,
-    child_frame_id: &'a str,
-    translation: Xyz,
-    rotation: Xyzw,
-}
-
-/// `foxglove.FrameTransforms`
-#[derive(Debug, Serialize)]
-pub(super) struct FrameTransforms<'a> {
-    transforms: Vec<FrameTransform<'a>>,
-}
-
-impl<'a> FrameTransforms<'a> {
-    /// The poses of these frames in the world.
-    pub(super) fn new(timestamp: Time, poses: impl Iterator<Item = (&'a str, Pose)>) -> Self {
-        let transforms = poses.map(|(child_frame_id, pose)| FrameTransform {
-            timestamp,
-            parent_frame_id: WORLD,
-            child_frame_id,
-            translation: xyz(pose.translation),
-            rotation: xyzw(pose.rotation),
-        });
-        FrameTransforms { transforms: transforms.collect() }
-    }
 }

@@ -7,6 +7,7 @@ mod archive;
 mod auditor;
 mod chain;
 mod foxglove;
+mod frames;
 mod hands;
 mod header;
 mod identity;
@@ -21,6 +22,7 @@ mod refused;
 mod schema;
 mod sealed;
 mod tidy;
+mod trajectory;
 mod verify;
 mod writer;
 
@@ -36,6 +38,7 @@ pub(crate) use reader::{Replay, each_picture, read};
 pub(crate) use recorder::ReplayFile;
 pub(crate) use records::FILE_BYTES;
 pub(crate) use refused::Refused;
+pub(crate) use trajectory::Trajectory;
 pub(crate) use verify::{Verified, verify};
 
 use crate::auth::hex as to_hex;

@@ -37,26 +37,21 @@ impl Shown {
         Shown { hand, poses: Vec::new(), pictures: 0 }
     }
 
-    /// Poses of the bodies that have moved: links first, then objects, by their place in that list.
+    /// Poses of the bodies that have moved, by their place in the list of links, first, and objects. A link's pose is
+    /// that in its parent's frame, so that a hand that keeps its shape is one body.
     pub(super) fn changes(&mut self, picture: &Picture) -> Vec<(usize, Pose)> {
-        let links = self.hand.base_from_links(&picture.q);
-        let all: Vec<Pose> = links
-            .into_iter()
-            .map(|link| picture.base * link)
-            .chain(picture.objects.iter().copied())
-            .collect();
-        let everything = self.pictures.is_multiple_of(ALL_AFTER) || self.poses.len() != all.len();
+        let everything = self.pictures.is_multiple_of(ALL_AFTER);
         self.pictures += 1;
-        if everything {
-            self.poses.clone_from(&all);
-            return all.into_iter().enumerate().collect();
-        }
+        let links = self.hand.parent_from_links(&picture.q).skip(1);
+        let all = std::iter::once(picture.base).chain(links).chain(picture.objects.iter().copied());
         let mut changes = Vec::new();
-        for (k, (pose, shown)) in all.into_iter().zip(&mut self.poses).enumerate() {
-            if moved(shown, &pose) {
-                *shown = pose;
-                changes.push((k, pose));
+        for (k, pose) in all.enumerate() {
+            match self.poses.get_mut(k) {
+                Some(shown) if everything || moved(shown, &pose) => *shown = pose,
+                Some(_) => continue,
+                None => self.poses.push(pose),
             }
+            changes.push((k, pose));
         }
         changes
     }

@@ -176,7 +176,8 @@ impl Recorder {
     }
 }
 
-fn picture(run: &Run) -> Picture {
+/// Where everything is now.
+pub(super) fn picture(run: &Run) -> Picture {
     let (model, state) = (run.world().model(), run.world().state());
     let objects = (0..state.objects.len()).map(|k| state.object_pose(model, k)).collect();
     Picture { tick: run.tick(), base: state.base, q: state.q.clone(), objects }

@@ -1,6 +1,5 @@
-//! JSON Schemas of the channels. Those of Foxglove follow the published field definitions of
-//! `foxglove.SceneUpdate` and `foxglove.FrameTransforms` (<https://docs.foxglove.dev/docs/sdk/schemas>, JSON Schemas at
-//! <https://github.com/foxglove/foxglove-sdk/tree/main/schemas/jsonschema>); fields we never fill are left out.
+//! JSON Schemas of the channels. That of Foxglove follows the published field definitions of `foxglove.SceneUpdate`
+//! (<https://github.com/foxglove/foxglove-sdk/tree/main/schemas/jsonschema>); fields we never fill are left out.
 
 use serde_json::{Value, json};
 
@@ -84,19 +83,6 @@ pub(super) fn scene_update() -> Value {
         "entities": list(object("foxglove.SceneEntity", "A body", entity)),
     });
     object("foxglove.SceneUpdate", "What stands in the scene", parts)
-}
-
-/// `foxglove.FrameTransforms`
-pub(super) fn frame_transforms() -> Value {
-    let transform = json!({
-        "timestamp": seconds("time"),
-        "parent_frame_id": text("Name of the parent frame"),
-        "child_frame_id": text("Name of the child frame"),
-        "translation": vector("Position of the child frame, m"),
-        "rotation": quaternion(),
-    });
-    let parts = json!({"transforms": list(object("foxglove.FrameTransform", "A pose", transform))});
-    object("foxglove.FrameTransforms", "Poses of the bodies that moved", parts)
 }
 
 /// `palmares.Action`

@@ -1,7 +1,8 @@
 //! The thread that writes a replay.
 
 use super::chain::Chain;
-use super::foxglove::{FrameTransforms, SceneUpdate, Time, frames, scene};
+use super::foxglove::{SceneUpdate, Time, scene};
+use super::frames::{self, Frame, FrameTransforms};
 use super::header::Header;
 use super::key::Signer;
 use super::messages::HashMessage;
@@ -17,6 +18,7 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, WriteOptions};
 use palmares_tasks::{Outcome, Run};
+use prost::Message;
 use serde::Serialize;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -27,13 +29,15 @@ use std::sync::mpsc::Receiver;
 
 /// Bytes of a chunk before packing: a few seconds of a run. What a crash can cost.
 const CHUNK_BYTES: u64 = 256 << 10;
+/// Of zstd. The default level takes twice as long, on a core that worlds are stepped on, and saves nothing.
+const COMPRESSION_LEVEL: u32 = 1;
 
 /// What the writing thread starts from.
 pub(super) struct Plan {
     file: File,
     header: Header,
     scene: SceneUpdate,
-    frames: Vec<String>,
+    frames: Vec<Frame>,
     shown: Shown,
     signer: Arc<Signer>,
     hand_files: Option<Arc<Vec<u8>>>,
@@ -50,7 +54,8 @@ impl Plan {
     ) -> Self {
         let start = Time::from_ns(start_ns(&header));
         let shown = Shown::new(run.hand().clone());
-        Plan { file, scene: scene(run, start), frames: frames(run), shown, header, signer, hand_files }
+        let (scene, frames) = (scene(run, start), frames::frames(run));
+        Plan { file, scene, frames, shown, header, signer, hand_files }
     }
 }
 
@@ -89,7 +94,7 @@ struct Log {
     /// By topic: id and number of messages so far.
     channels: BTreeMap<&'static str, (u16, u32)>,
     chain: Chain,
-    frames: Vec<String>,
+    frames: Vec<Frame>,
     shown: Shown,
     start_ns: u64,
     tick_s: f64,
@@ -100,7 +105,7 @@ impl Log {
     fn begin(
         file: File,
         header: &Header,
-        frames: Vec<String>,
+        frames: Vec<Frame>,
         shown: Shown,
         hand_files: Option<Arc<Vec<u8>>>,
     ) -> Result<Self> {
@@ -108,6 +113,7 @@ impl Log {
         let options = WriteOptions::new()
             .chunk_size(Some(CHUNK_BYTES))
             .compression_threads(0)
+            .compression_level(COMPRESSION_LEVEL)
             .calculate_data_section_crc(false)
             // What is written stays as it is, and can be hashed at once.
             .disable_seeking(true)
@@ -129,18 +135,21 @@ impl Log {
             .map_err(Error::other)?;
         }
         let mut channels = BTreeMap::new();
+        let mut open = |topic, name: &str, [kind, encoding]: [&str; 2], schema: &[u8]| {
+            let schema = mcap.add_schema(name, kind, schema).map_err(Error::other)?;
+            let id = mcap.add_channel(schema, topic, encoding, &BTreeMap::new()).map_err(Error::other)?;
+            channels.insert(topic, (id, 0));
+            Ok::<_, Error>(())
+        };
         for (topic, name, schema) in [
             (ACTION, "palmares.Action", schema::action()),
             (EVENT, "palmares.Event", schema::event()),
             (HASH, "palmares.Hash", schema::hash()),
             (SCENE, "foxglove.SceneUpdate", schema::scene_update()),
-            (POSES, "foxglove.FrameTransforms", schema::frame_transforms()),
         ] {
-            let text = schema.to_string();
-            let schema = mcap.add_schema(name, "jsonschema", text.as_bytes()).map_err(Error::other)?;
-            let id = mcap.add_channel(schema, topic, "json", &BTreeMap::new()).map_err(Error::other)?;
-            channels.insert(topic, (id, 0));
+            open(topic, name, ["jsonschema", "json"], schema.to_string().as_bytes())?;
         }
+        open(POSES, "foxglove.FrameTransforms", ["protobuf", "protobuf"], &frames::schema())?;
         // A file that a crash cuts off tells whose it was.
         mcap.flush().map_err(Error::other)?;
         let tick_s = header.tick_s;
@@ -186,11 +195,10 @@ impl Log {
         if changes.is_empty() {
             return Ok(());
         }
-        let timestamp = Time::from_ns(self.time_ns(picture.tick));
-        let poses = changes.iter().map(|(k, pose)| (self.frames[*k].as_str(), *pose));
-        let message = FrameTransforms::new(timestamp, poses);
+        let poses = changes.iter().map(|(k, pose)| (&self.frames[*k], *pose));
+        let message = FrameTransforms::new(self.time_ns(picture.tick), poses);
         self.buffer.clear();
-        serde_json::to_writer(&mut self.buffer, &message)?;
+        message.encode(&mut self.buffer).map_err(Error::other)?;
         self.write_buffer(POSES, picture.tick)
     }
 

@@ -51,11 +51,21 @@ pub(super) fn rewritten(bytes: &[u8], change: &Change, honest: bool, signer: &Si
                         }
                         Record::Channel(channel) => {
                             let schema = schemas[&channel.schema_id];
-                            let id = out.add_channel(schema, &channel.topic, "json", &BTreeMap::new());
+                            let id = out.add_channel(
+                                schema,
+                                &channel.topic,
+                                &channel.message_encoding,
+                                &BTreeMap::new(),
+                            );
                             topics.insert(channel.id, (channel.topic.clone(), id.expect("channel")));
                         }
                         Record::Message { header, data } => {
                             let (topic, id) = &topics[&header.channel_id];
+                            let header = MessageHeader { channel_id: *id, ..header };
+                            if topic == POSES {
+                                out.write_to_known_channel(&header, &data).expect("message");
+                                return Ok(());
+                            }
                             let mut text = change(topic, std::str::from_utf8(&data).expect("JSON"));
                             let chain = chain.as_mut().expect("header");
                             if topic == HASH && honest {
@@ -66,7 +76,6 @@ pub(super) fn rewritten(bytes: &[u8], change: &Change, honest: bool, signer: &Si
                             if [ACTION, EVENT, HASH].contains(&topic.as_str()) {
                                 chain.extend(topic, text.as_bytes());
                             }
-                            let header = MessageHeader { channel_id: *id, ..header };
                             out.write_to_known_channel(&header, text.as_bytes()).expect("message");
                         }
                         _ => {}
