@@ -153,7 +153,7 @@ def timed(client: palmares.Client, case: Case, ticks: int) -> tuple[dict[str, li
         marks.append(time.perf_counter())
         raw = transport.recv()
         marks.append(time.perf_counter())
-        obs = codec.decode(raw, None)
+        obs = codec.message(raw)
         marks.append(time.perf_counter())
         if not isinstance(obs, palmares.Observation):
             sys.exit(f"expected an observation, not {obs}")

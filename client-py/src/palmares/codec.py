@@ -40,23 +40,20 @@ class Codec:
             encoder = msgspec.json.Encoder()
             message, envelope = msgspec.json.Decoder(Message), msgspec.json.Decoder(Envelope)
         self.encode: Callable[[Any], bytes] = encoder.encode
-        self._message: Callable[[bytes | memoryview], Message] = message.decode
+        self.message: Callable[[bytes | memoryview], Message] = message.decode
+        """Reads a message; raises `msgspec.MsgspecError` if it cannot."""
         self._envelope: Callable[[bytes | memoryview], Envelope] = envelope.decode
 
-    def decode(self, data: bytes | memoryview, awaited: int | None) -> Message | None:
-        """Read a message; ``None`` for one that is news of a later version, or not the `awaited` reply.
+    def concerns(self, unreadable: bytes | memoryview, awaited: int | None) -> bool:
+        """Whether a message that cannot be read had to be: the `awaited` reply, or no message at all.
 
-        Raises:
-            msgspec.MsgspecError: The message is addressed to us and cannot be read.
-
+        Others are news of a later version, or replies to requests given up.
         """
         try:
-            return self._message(data)
-        except msgspec.ValidationError:
-            envelope = self._envelope(data)
-            if envelope.id is not None and envelope.id == awaited:
-                raise
-            return None
+            envelope = self._envelope(unreadable)
+        except msgspec.MsgspecError:
+            return True
+        return envelope.id is not None and envelope.id == awaited
 
 
 SUBPROTOCOLS: dict[str, Encoding] = {"palmares.v1.msgpack": "msgpack", "palmares.v1.json": "json"}

@@ -186,36 +186,38 @@ class Link:
 
     def _exchange(self, request: Request, kind: type[Answer]) -> Answer:
         self._send(request)
-        transport, codec, request_id = self._transport, self._codec, request.id
+        transport, codec = self._transport, self._codec
         while True:
             try:
                 raw = transport.recv()
+                message = codec.message(raw)
             except TimeoutError:
                 raise ConnectionLostError(
                     f"no reply to `{_name(request)}` within {self._timeout_s:g} s from {self._http_url}"
                 ) from None
-            try:
-                message = codec.decode(raw, request_id)
             except msgspec.MsgspecError as unreadable:
-                raise ProtocolError(
-                    f"cannot read the server's reply to `{_name(request)}`: {unreadable}"
-                ) from unreadable
-            if message is None:
+                if codec.concerns(raw, request.id):
+                    raise ProtocolError(
+                        f"cannot read the server's reply to `{_name(request)}`: {unreadable}"
+                    ) from unreadable
                 continue
-            answers = message.reply_to
-            if answers == request_id and isinstance(message, kind):
+            if isinstance(message, kind) and message.reply_to == request.id:
                 return message
-            if isinstance(message, ErrorMessage):
-                if answers is None or answers == request_id:
-                    raise error_of(
-                        message.code,
-                        message.message,
-                        fatal=message.fatal,
-                        retry_after_s=message.retry_after_s,
-                    )
-            elif answers is None:
-                self._pass_on(message)
-            # Anything else is the reply to a request given up.
+            self._sort(message, request)
+
+    def _sort(self, message: Message, request: Request) -> None:
+        """Deal with a message that is not the answer to `request`; raise what the server refuses it with."""
+        if isinstance(message, ErrorMessage):
+            if message.reply_to is None or message.reply_to == request.id:
+                raise error_of(
+                    message.code,
+                    message.message,
+                    fatal=message.fatal,
+                    retry_after_s=message.retry_after_s,
+                )
+        elif message.reply_to is None:
+            self._pass_on(message)
+        # Anything else is the reply to a request given up.
 
     def _send(self, request: Request) -> None:
         self._last_id += 1
@@ -235,10 +237,12 @@ class Link:
 
     def _hear_one(self, raw: bytes | memoryview) -> None:
         try:
-            message = self._codec.decode(raw, None)
+            message = self._codec.message(raw)
         except msgspec.MsgspecError as unreadable:
-            raise ProtocolError(f"cannot read what the server sent: {unreadable}") from unreadable
-        if message is not None and message.reply_to is None:
+            if self._codec.concerns(raw, None):
+                raise ProtocolError(f"cannot read what the server sent: {unreadable}") from unreadable
+            return
+        if message.reply_to is None:
             self._pass_on(message)
 
     def _hear_last_words(self) -> None:

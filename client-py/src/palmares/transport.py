@@ -15,7 +15,7 @@ import ssl
 import struct
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from http.client import HTTPException
 from typing import Self
 
@@ -81,11 +81,10 @@ class Transport:
         self._start, self._end = 0, len(received)
         self.heard = time.monotonic()
         """When anything came last."""
-        self._masks = b""
-        self._masked = 0
-        """Bytes of masks used."""
+        self._masks = _masks()
         self._quick = False
-        """Whether the last answer came within `AWAKE_S`."""
+        """Whether the last answer came within `AWAKE_S`, and can be looked for."""
+        # With TLS, bytes may wait where nobody sees them.
         self._poll = _looking_at(sock) if AWAKE and not isinstance(sock, ssl.SSLSocket) else None
         self._timeout_s = timeout_s
         _set_timeout(sock, timeout_s)
@@ -156,11 +155,6 @@ class Transport:
         if self._closed is not None:
             raise self._closed
         size = len(message)
-        at = self._masked % MASKS_BYTES
-        if at == 0:
-            self._masks = os.urandom(MASKS_BYTES)
-        self._masked += 4
-        mask = self._masks[at : at + 4]
         first = 0x82 if binary else 0x81
         if size < 126:
             header = bytes((first, 0x80 | size))
@@ -168,7 +162,16 @@ class Transport:
             header = bytes((first, 0xFE)) + size.to_bytes(2, "big")
         else:
             header = bytes((first, 0xFF)) + size.to_bytes(8, "big")
-        self._write(header + mask + apply_mask(message, mask))
+        mask = next(self._masks)
+        try:
+            self._socket.sendall(header + mask + apply_mask(message, mask))
+        except (TimeoutError, BlockingIOError):
+            # Half a frame may be out: this connection is of no more use.
+            raise self._lost("the server does not take what is sent") from None
+        except OSError as broken:
+            # The close frame that tells why may have arrived before.
+            self._read_farewell()
+            raise self._lost(str(broken)) from broken
 
     def recv(self) -> bytes | memoryview:
         """Return the next message, which holds until the next call; wait for it for as long as allowed.
@@ -178,10 +181,9 @@ class Transport:
             Closed: The connection is gone.
 
         """
-        message = self._cut() if self._start < self._end else None
-        if message is None:
+        if self._start == self._end:
             self._read()
-            message = self._cut()
+        message = self._cut()
         if message is not None:
             return message
         # A large message, or pings: they do not count as an answer.
@@ -221,51 +223,38 @@ class Transport:
 
     # --- bytes ---
 
-    def _write(self, data: bytes) -> None:
-        try:
-            self._socket.sendall(data)
-        except (TimeoutError, BlockingIOError):
-            # Half a frame may be out: this connection is of no more use.
-            raise self._lost("the server does not take what is sent") from None
-        except OSError as broken:
-            # The close frame that tells why may have arrived before.
-            self._read_farewell()
-            raise self._lost(str(broken)) from broken
-
     def _read(self) -> None:
-        if self._closed is not None:
-            raise self._closed
-        if self._start == self._end:
-            self._start = self._end = 0
-        elif self._end == len(self._buffer):
-            self._make_room(READ_BYTES)
-        try:
-            count = self._receive(self._view[self._end :] if self._end else self._view)
-        except (TimeoutError, BlockingIOError):
-            raise TimeoutError from None  # It is an OSError, but nothing is broken.
-        except OSError as broken:
-            raise self._lost(str(broken)) from broken
-        if count == 0:
-            raise self._lost("the server hung up")
-        self._end += count
-
-    def _receive(self, room: memoryview) -> int:
-        """Read into `room`. If the last answer was quick, stay awake for this one.
+        """Read what comes next. If the last answer was quick, stay awake for this one.
 
         To put a thread to sleep and to wake it up again takes about as long as a tick computes, longest on a
         machine that has nothing else to do. A server or another program that wants the core gets it.
         """
+        if self._closed is not None:
+            raise self._closed
+        room = self._view
+        if self._start == self._end:
+            self._start = self._end = 0
+        else:
+            if self._end == len(self._buffer):
+                self._make_room(READ_BYTES)
+            room = self._view[self._end :]
         asked = time.monotonic()
-        if self._quick and self._poll is not None:
-            poll, give_up = self._poll, asked + AWAKE_S
-            while not poll(0):
-                os.sched_yield()
-                if time.monotonic() > give_up:
-                    break
-        count = self._socket.recv_into(room)
+        try:
+            if self._quick and (poll := self._poll) is not None:
+                while not poll(0):
+                    os.sched_yield()
+                    if time.monotonic() - asked > AWAKE_S:
+                        break
+            count = self._socket.recv_into(room)
+        except (TimeoutError, BlockingIOError):
+            raise TimeoutError from None  # It is an OSError, but nothing is broken.
+        except OSError as broken:
+            raise self._lost(str(broken)) from broken
         self.heard = time.monotonic()
-        self._quick = self.heard - asked < AWAKE_S
-        return count
+        self._quick = self._poll is not None and self.heard - asked < AWAKE_S
+        if count == 0:
+            raise self._lost("the server hung up")
+        self._end += count
 
     def _readable(self, wait_s: float) -> bool:
         if self._closed is not None:
@@ -362,6 +351,14 @@ class Transport:
         if protocol.parser_exc is not None:
             raise self._lost(str(protocol.parser_exc))
         return message
+
+
+def _masks() -> Iterator[bytes]:
+    """Yield the random masks of frames."""
+    while True:
+        random = os.urandom(MASKS_BYTES)
+        for at in range(0, MASKS_BYTES, 4):
+            yield random[at : at + 4]
 
 
 def _looking_at(sock: socket.socket) -> Callable[[int], list[tuple[int, int]]]:

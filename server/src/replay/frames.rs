@@ -4,36 +4,16 @@
 use palmares_models::hand::Link;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_tasks::Run;
-use prost::Message;
+use prost::{EncodeError, Message};
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet, Timestamp};
 
 /// The frame everything else stands in.
 pub(super) const WORLD: &str = "world";
 
-/// A frame and what it moves in.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Frame {
-    /// Its name.
-    pub(super) name: String,
-    /// Name of the frame that its poses are given in.
-    pub(super) parent: String,
-}
-
 /// The frame of a link of the hand.
 pub(super) fn link_frame(link: &Link) -> String {
     format!("hand/{}", link.name)
-}
-
-/// The frames of all bodies that can move: links first, then free objects.
-pub(super) fn frames(run: &Run) -> Vec<Frame> {
-    let all = &run.hand().links;
-    let links = all.iter().map(|link| Frame {
-        name: link_frame(link),
-        parent: link.parent.map_or(WORLD.into(), |parent| link_frame(&all[parent])),
-    });
-    let objects = run.scene().bodies.iter().filter(|body| body.free);
-    links.chain(objects.map(|body| Frame { name: body.name.clone(), parent: WORLD.into() })).collect()
 }
 
 #[derive(Clone, Copy, PartialEq, Message)]
@@ -79,21 +59,51 @@ pub(super) struct FrameTransforms {
     transforms: Vec<FrameTransform>,
 }
 
-impl FrameTransforms {
-    /// These frames at a time, ns since 1970 UTC.
-    pub(super) fn new<'a>(time_ns: u64, frames: impl Iterator<Item = (&'a Frame, Pose)>) -> Self {
-        let timestamp =
-            Timestamp { seconds: (time_ns / 1_000_000_000) as i64, nanos: (time_ns % 1_000_000_000) as i32 };
-        let transforms = frames.map(|(frame, pose)| FrameTransform {
-            timestamp,
-            parent_frame_id: frame.parent.clone(),
-            child_frame_id: frame.name.clone(),
-            translation: xyz(pose.translation),
-            rotation: xyzw(pose.rotation),
-        });
-        FrameTransforms { transforms: transforms.collect() }
+/// The bodies that can move, by their places: links first, then free objects.
+#[derive(Debug)]
+pub(super) struct Frames(Vec<FrameTransform>);
+
+impl Frames {
+    /// Those of a run: a link in the link before, the base and the objects in the world.
+    pub(super) fn of(run: &Run) -> Self {
+        let frame = |child: String, parent: String| FrameTransform {
+            parent_frame_id: parent,
+            child_frame_id: child,
+            ..FrameTransform::default()
+        };
+        let all = &run.hand().links;
+        let parent = |link: &Link| link.parent.map_or(WORLD.into(), |parent| link_frame(&all[parent]));
+        let links = all.iter().map(|link| frame(link_frame(link), parent(link)));
+        let objects = run.scene().bodies.iter().filter(|body| body.free);
+        Frames(links.chain(objects.map(|body| frame(body.name.clone(), WORLD.into()))).collect())
     }
 
+    /// Writes where the bodies of these places are at a time, ns since 1970 UTC: a `foxglove.FrameTransforms`.
+    pub(super) fn write(
+        &mut self,
+        time_ns: u64,
+        poses: &[(usize, Pose)],
+        buffer: &mut Vec<u8>,
+    ) -> Result<(), EncodeError> {
+        let timestamp =
+            Timestamp { seconds: (time_ns / 1_000_000_000) as i64, nanos: (time_ns % 1_000_000_000) as i32 };
+        // Names are lent to the message: there are thousands of them a second.
+        let lent = poses.iter().map(|(k, pose)| FrameTransform {
+            timestamp,
+            translation: xyz(pose.translation),
+            rotation: xyzw(pose.rotation),
+            ..std::mem::take(&mut self.0[*k])
+        });
+        let message = FrameTransforms { transforms: lent.collect() };
+        let written = message.encode(buffer);
+        for ((k, _), frame) in poses.iter().zip(message.transforms) {
+            self.0[*k] = frame;
+        }
+        written
+    }
+}
+
+impl FrameTransforms {
     /// Parent, name and pose of each.
     pub(super) fn poses(&self) -> impl Iterator<Item = (&str, &str, Pose)> {
         self.transforms.iter().map(|frame| {

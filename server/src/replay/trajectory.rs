@@ -56,7 +56,7 @@ impl Trajectory {
 
 #[cfg(test)]
 mod tests {
-    use super::super::frames::frames;
+    use super::super::frames::Frames;
     use super::super::poses::Shown;
     use super::super::recorder::picture;
     use super::*;
@@ -68,29 +68,32 @@ mod tests {
     fn every_link_is_where_it_was_through_pictures_of_what_moved() {
         let hand = Hand::builtin("softhand").expect("it is built in");
         let mut run = Run::new(Task::builtin().remove(0), hand.clone(), Seed::from_u64(5)).expect("scene");
-        let (frames, mut shown) = (frames(&run), Shown::new(hand.clone()));
+        let (mut frames, mut shown) = (Frames::of(&run), Shown::new(hand.clone()));
+        let links = hand.links.iter().map(|link| format!("hand/{}", link.name));
+        let balls = run.scene().bodies.iter().filter(|body| body.free).map(|body| body.name.clone());
+        let names: Vec<String> = links.chain(balls).collect();
         let (mut trajectory, mut world) = (Trajectory::default(), BTreeMap::new());
         let mut told = Vec::new();
         for tick in 0..90 {
             let now = picture(&run);
             let changes = shown.changes(&now);
             told.push(changes.len());
-            let changes = changes.into_iter().map(|(k, pose)| (&frames[k], pose));
-            let bytes = FrameTransforms::new(tick, changes).encode_to_vec();
+            let mut bytes = Vec::new();
+            frames.write(tick, &changes, &mut bytes).expect("memory grows");
             let moved = trajectory.next(&bytes).expect("it was just written");
             world.extend(moved.map(|(name, pose)| (name.to_owned(), pose)));
             let links = hand.base_from_links(&now.q).into_iter().map(|link| now.base * link);
-            for (frame, pose) in frames.iter().zip(links.chain(now.objects)) {
-                let seen = world[&frame.name];
-                assert!((seen.translation - pose.translation).length() < 1e-4, "{}", frame.name);
-                assert!(seen.rotation.dot(pose.rotation).abs() > 1.0 - 1e-6, "{}", frame.name);
+            for (name, pose) in names.iter().zip(links.chain(now.objects)) {
+                let seen = world[name];
+                assert!((seen.translation - pose.translation).length() < 1e-4, "{name}");
+                assert!(seen.rotation.dot(pose.rotation).abs() > 1.0 - 1e-6, "{name}");
             }
             // Down with an open hand, then it closes.
             let (z, sigma) = if tick < 45 { (0.7 - 0.002 * tick as f64, 0.0) } else { (0.6, 0.5) };
             let base = BaseTarget::Pose { position: [0.0, 0.0, z], quat_xyzw: [0.0, 1.0, 0.0, 0.0] };
             run.step(&Action { base: Some(base), hand: Some(vec![sigma]) }).expect("valid");
         }
-        assert_eq!(told[0], frames.len());
+        assert_eq!(told[0], names.len());
         assert!(told[60] >= 15, "the fingers move: {told:?}");
         assert!(told[20..40].iter().sum::<usize>() < told[60..80].iter().sum::<usize>() / 2, "{told:?}");
     }

@@ -2,7 +2,7 @@
 
 use super::chain::Chain;
 use super::foxglove::{SceneUpdate, Time, scene};
-use super::frames::{self, Frame, FrameTransforms};
+use super::frames::{self, Frames};
 use super::header::Header;
 use super::key::Signer;
 use super::messages::HashMessage;
@@ -18,7 +18,6 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, WriteOptions};
 use palmares_tasks::{Outcome, Run};
-use prost::Message;
 use serde::Serialize;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -37,7 +36,7 @@ pub(super) struct Plan {
     file: File,
     header: Header,
     scene: SceneUpdate,
-    frames: Vec<Frame>,
+    frames: Frames,
     shown: Shown,
     signer: Arc<Signer>,
     hand_files: Option<Arc<Vec<u8>>>,
@@ -54,7 +53,7 @@ impl Plan {
     ) -> Self {
         let start = Time::from_ns(start_ns(&header));
         let shown = Shown::new(run.hand().clone());
-        let (scene, frames) = (scene(run, start), frames::frames(run));
+        let (scene, frames) = (scene(run, start), Frames::of(run));
         Plan { file, scene, frames, shown, header, signer, hand_files }
     }
 }
@@ -94,7 +93,7 @@ struct Log {
     /// By topic: id and number of messages so far.
     channels: BTreeMap<&'static str, (u16, u32)>,
     chain: Chain,
-    frames: Vec<Frame>,
+    frames: Frames,
     shown: Shown,
     start_ns: u64,
     tick_s: f64,
@@ -105,7 +104,7 @@ impl Log {
     fn begin(
         file: File,
         header: &Header,
-        frames: Vec<Frame>,
+        frames: Frames,
         shown: Shown,
         hand_files: Option<Arc<Vec<u8>>>,
     ) -> Result<Self> {
@@ -195,10 +194,9 @@ impl Log {
         if changes.is_empty() {
             return Ok(());
         }
-        let poses = changes.iter().map(|(k, pose)| (&self.frames[*k], *pose));
-        let message = FrameTransforms::new(self.time_ns(picture.tick), poses);
+        let time_ns = self.time_ns(picture.tick);
         self.buffer.clear();
-        message.encode(&mut self.buffer).map_err(Error::other)?;
+        self.frames.write(time_ns, &changes, &mut self.buffer).map_err(Error::other)?;
         self.write_buffer(POSES, picture.tick)
     }
 
