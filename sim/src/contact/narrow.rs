@@ -65,6 +65,8 @@ pub struct Contacts {
     pub pairs: Vec<ContactPair>,
     /// Grouped by pair.
     pub points: Vec<ContactPoint>,
+    /// When a cached manifold of flat and of round shapes is re-used: cosine of the turn and square of the way.
+    reuse: Option<[(f64, f64); 2]>,
 }
 
 impl Contacts {
@@ -91,8 +93,10 @@ impl Contacts {
         self.pairs.clear();
         self.points.clear();
         let config = model.config();
-        let flat = (libm::cos(config.manifold_reuse_rad), config.manifold_reuse_m.powi(2));
-        let round = (libm::cos(config.round_reuse_rad), config.round_reuse_m.powi(2));
+        let [flat, round] = *self.reuse.get_or_insert_with(|| {
+            let flat = (libm::cos(config.manifold_reuse_rad), config.manifold_reuse_m.powi(2));
+            [flat, (libm::cos(config.round_reuse_rad), config.round_reuse_m.powi(2))]
+        });
         let mut next = 0;
         while let Some(index) = near.next(next) {
             next = index + 1;
@@ -146,7 +150,12 @@ impl Contacts {
             };
             let first = self.points.len();
             let relative = velocity(b.owner, origin) - velocity(a.owner, origin);
-            self.collect(pair, &poses[i], &poses[j], origin, relative, (from_rest, config));
+            // What no point between the shapes can use up in this step: twice the present approach speed, and what a step
+            // may add to it from rest.
+            let way = (poses[i].translation - origin).length() + a.reach + margin;
+            let fastest = relative.linear.length() + relative.angular.length() * way;
+            let farthest = 1.001 * (from_rest + 2.0 * config.step_s * fastest);
+            self.collect(pair, &poses[i], &poses[j], origin, relative, (from_rest, farthest, config));
             if self.points.len() > first {
                 self.pairs.push(ContactPair {
                     a: a.owner,
@@ -171,7 +180,7 @@ impl Contacts {
         pose_b: &Pose,
         origin: Vec3,
         relative: Motion,
-        (from_rest, config): (f64, &Config),
+        (from_rest, farthest, config): (f64, f64, &Config),
     ) {
         if !pair.manifold.points.iter().any(|point| point.data.loaded) {
             pair.mean = Anchor::default();
@@ -190,6 +199,10 @@ impl Contacts {
             // parry adds the closest points (without features) to those of the clipped faces, mostly where
             // one is already.
             if point.fid1 == PackedFeatureId::UNKNOWN && deepest <= point.dist + config.coincident_m {
+                point.data = Anchor::IDLE;
+                continue;
+            }
+            if point.dist > farthest {
                 point.data = Anchor::IDLE;
                 continue;
             }

@@ -2,7 +2,7 @@
 
 use super::cone::ConeHessian;
 use super::newton::Newton;
-use super::problem::{PairProblem, Problem};
+use super::problem::{Body, PairProblem, Problem};
 use crate::dynamics::spatial::{Motion, SpatialMatrix, cross_columns, outer};
 use crate::dynamics::tree::Kinematics;
 use crate::model::{Model, Owner};
@@ -38,7 +38,24 @@ impl LayOut {
 
 impl Newton {
     /// Blocks and their couplings: the hand's clusters, the objects, and the tendons last.
-    pub(super) fn lay_out(&mut self, model: &Model, problem: &Problem) {
+    pub(super) fn lay_out(&mut self, model: &Model, kin: &Kinematics, problem: &mut Problem) {
+        self.lay_out_blocks(model, problem);
+        let Problem { pairs, objects, .. } = problem;
+        for pair in pairs {
+            let body = |owner: Owner| match owner {
+                Owner::Static => Body::Fixed,
+                Owner::Link(i) => Body::Link(i, pair.origin - kin.origin),
+                Owner::Object(k) => {
+                    let slot = self.slot[k];
+                    let lever = pair.origin - objects[slot].center;
+                    if lever == Vec3::ZERO { Body::Centre(slot) } else { Body::Object(slot, lever) }
+                }
+            };
+            pair.bodies = [body(pair.a), body(pair.b)];
+        }
+    }
+
+    fn lay_out_blocks(&mut self, model: &Model, problem: &Problem) {
         self.inverse_diagonal.clear();
         let h = problem.hand_dofs;
         self.inverse_diagonal.extend((0..h).map(|i| 1.0 / problem.hand_matrix[i * h + i]));
@@ -152,7 +169,7 @@ impl Newton {
                 continue;
             }
             let k = self.pair_stiffness(pair, problem);
-            self.add_pair(model, kin, problem, pair, &k, hand_blocks);
+            self.add_pair(model, kin, pair, &k, hand_blocks);
         }
         if h > 0 {
             self.add_links(model, kin);
@@ -203,54 +220,57 @@ impl Newton {
         &mut self,
         model: &Model,
         kin: &Kinematics,
-        problem: &Problem,
         pair: &PairProblem,
         k: &SpatialMatrix,
         hand_blocks: usize,
     ) {
-        // Where body `owner` keeps its own origin, seen from there to the pair's.
-        let lever = |owner: Owner| match owner {
-            Owner::Static => Vec3::ZERO,
-            Owner::Link(_) => pair.origin - kin.origin,
-            Owner::Object(o) => pair.origin - problem.objects[self.slot[o]].center,
-        };
-        let (from_a, from_b) = (lever(pair.a), lever(pair.b));
-        for (owner, d) in [(pair.a, from_a), (pair.b, from_b)] {
-            // An object is its pair's origin: most levers are zero.
+        for body in pair.bodies {
+            let lever = body.lever();
             let moved;
-            let about = if d == Vec3::ZERO {
+            let about = if lever == Vec3::ZERO {
                 k
             } else {
-                moved = k.rows_moved(d).columns_moved(d);
+                moved = k.rows_moved(lever).columns_moved(lever);
                 &moved
             };
-            match owner {
-                Owner::Static => {}
-                Owner::Link(i) => {
+            match body {
+                Body::Fixed => {}
+                Body::Link(i, _) => {
                     self.link_stiffness[i] += about;
                     self.link_touched[i] = true;
                 }
-                Owner::Object(o) => self.add_square(hand_blocks + self.slot[o], about, 1.0),
+                Body::Centre(slot) | Body::Object(slot, _) => self.add_square(hand_blocks + slot, about, 1.0),
             }
         }
-        if pair.a == Owner::Static || pair.b == Owner::Static {
+        let [a, b] = pair.bodies;
+        if matches!(a, Body::Fixed) || matches!(b, Body::Fixed) {
             return;
         }
-        let across = if from_a == Vec3::ZERO { *k } else { k.rows_moved(from_a) };
-        let across = if from_b == Vec3::ZERO { across } else { across.columns_moved(from_b) };
-        match (pair.a, pair.b) {
-            (Owner::Object(a), Owner::Object(b)) => {
-                let (a, b) = (hand_blocks + self.slot[a], hand_blocks + self.slot[b]);
-                self.subtract_spatial(a, b, &across);
+        let (rows_moved, moved);
+        let across = if a.lever() == Vec3::ZERO {
+            k
+        } else {
+            rows_moved = k.rows_moved(a.lever());
+            &rows_moved
+        };
+        let across = if b.lever() == Vec3::ZERO {
+            across
+        } else {
+            moved = across.columns_moved(b.lever());
+            &moved
+        };
+        match (a, b) {
+            (Body::Fixed, _) | (_, Body::Fixed) => {}
+            (Body::Link(i, _), Body::Link(j, _)) => self.add_link_link(model, kin, i, j, across),
+            (Body::Link(i, _), Body::Centre(slot) | Body::Object(slot, _)) => {
+                self.add_link_object(model, kin, i, hand_blocks + slot, across);
             }
-            (Owner::Link(i), Owner::Object(o)) => {
-                self.add_link_object(model, kin, i, hand_blocks + self.slot[o], &across);
+            (Body::Centre(slot) | Body::Object(slot, _), Body::Link(i, _)) => {
+                self.add_link_object(model, kin, i, hand_blocks + slot, &across.transpose());
             }
-            (Owner::Object(o), Owner::Link(i)) => {
-                self.add_link_object(model, kin, i, hand_blocks + self.slot[o], &across.transpose());
+            (Body::Centre(a) | Body::Object(a, _), Body::Centre(b) | Body::Object(b, _)) => {
+                self.subtract_spatial(hand_blocks + a, hand_blocks + b, across);
             }
-            (Owner::Link(i), Owner::Link(j)) => self.add_link_link(model, kin, i, j, &across),
-            (Owner::Static, _) | (_, Owner::Static) => {}
         }
     }
 

@@ -8,10 +8,10 @@
 use super::assembly::LayOut;
 use super::cholesky::BlockCholesky;
 use super::cone::ConeHessian;
-use super::problem::{Problem, multiply};
+use super::problem::{Body, Problem, multiply};
 use crate::dynamics::spatial::{Force, Motion, SpatialMatrix};
 use crate::dynamics::tree::Kinematics;
-use crate::model::{Model, Owner};
+use crate::model::Model;
 use palmares_models::Vec3;
 
 /// The line search is content when the slope has fallen to this part of its first value: the whole step nearly
@@ -87,7 +87,7 @@ impl Newton {
         tolerance: f64,
         max_iterations: usize,
     ) -> SolveReport {
-        self.lay_out(model, problem);
+        self.lay_out(model, kin, problem);
         let n = v.len();
         for buffer in
             [&mut self.av, &mut self.a_direction, &mut self.gradient, &mut self.direction, &mut self.rhs]
@@ -188,20 +188,24 @@ impl Newton {
                 }
             }
         }
-        let Problem { hand_dofs, objects, pairs, points, .. } = problem;
+        let Problem { hand_dofs, pairs, points, .. } = problem;
+        let (objects, _) = x[*hand_dofs..].as_chunks::<6>();
+        let object = |slot: usize| {
+            let v = objects[slot];
+            Motion { linear: Vec3::new(v[0], v[1], v[2]), angular: Vec3::new(v[3], v[4], v[5]) }
+        };
         for pair in pairs {
-            let velocity = |owner: Owner| match owner {
-                Owner::Static => Motion::ZERO,
-                Owner::Link(i) => self.link_velocity[i].moved(pair.origin - kin.origin),
-                Owner::Object(k) => {
-                    let slot = self.slot[k];
-                    let Some(v) = x[*hand_dofs + 6 * slot..].first_chunk::<6>() else { return Motion::ZERO };
-                    let motion =
-                        Motion { linear: Vec3::new(v[0], v[1], v[2]), angular: Vec3::new(v[3], v[4], v[5]) };
-                    motion.moved(pair.origin - objects[slot].center)
-                }
+            let velocity = |body: Body| match body {
+                Body::Fixed => Motion::ZERO,
+                Body::Link(i, lever) => self.link_velocity[i].moved(lever),
+                Body::Centre(slot) => object(slot),
+                Body::Object(slot, lever) => object(slot).moved(lever),
             };
-            let relative = velocity(pair.b) - velocity(pair.a);
+            let [a, b] = pair.bodies;
+            let relative = match a {
+                Body::Fixed => velocity(b),
+                _ => velocity(b) - velocity(a),
+            };
             if direction {
                 pair.direction = relative;
             } else {
@@ -227,6 +231,7 @@ impl Newton {
         let links = if h > 0 { model.hand().map_or(0, |hand| hand.links.len()) } else { 0 };
         self.link_force.clear();
         self.link_force.resize(links, Force::ZERO);
+        let (objects, _) = self.gradient[h..].as_chunks_mut::<6>();
         for pair in &problem.pairs {
             let (mut wrench, mut acts) = (Force::ZERO, false);
             let points = &mut problem.points[pair.first..pair.end];
@@ -247,20 +252,19 @@ impl Newton {
             if !acts {
                 continue;
             }
-            for (owner, sign) in [(pair.a, -1.0), (pair.b, 1.0)] {
-                match owner {
-                    Owner::Static => {}
-                    Owner::Link(i) => {
-                        let f = wrench.moved(kin.origin - pair.origin);
+            for (body, sign) in pair.bodies.into_iter().zip([-1.0, 1.0]) {
+                let (slot, f) = match body {
+                    Body::Fixed => continue,
+                    Body::Link(i, lever) => {
+                        let f = wrench.moved(-lever);
                         self.link_force[i] += Force { moment: f.moment * sign, force: f.force * sign };
+                        continue;
                     }
-                    Owner::Object(k) => {
-                        let slot = self.slot[k];
-                        let f = wrench.moved(problem.objects[slot].center - pair.origin);
-                        for (gradient, x) in self.gradient[h + 6 * slot..].iter_mut().zip(f.components()) {
-                            *gradient -= sign * x;
-                        }
-                    }
+                    Body::Centre(slot) => (slot, wrench),
+                    Body::Object(slot, lever) => (slot, wrench.moved(-lever)),
+                };
+                for (gradient, x) in objects[slot].iter_mut().zip(f.components()) {
+                    *gradient -= sign * x;
                 }
             }
         }

@@ -36,6 +36,30 @@ impl Point {
     }
 }
 
+/// One of the two bodies of a pair, as the iteration sees it.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Body {
+    /// Furniture.
+    Fixed,
+    /// A link of the hand, and the way from the base's origin to the pair's, m.
+    Link(usize, Vec3),
+    /// An object, by its place in the island, whose centre is the pair's origin.
+    Centre(usize),
+    /// Another, and the way from its centre to the pair's origin, m.
+    Object(usize, Vec3),
+}
+
+impl Body {
+    /// The way from the body's own origin to the pair's, m.
+    #[inline]
+    pub(super) fn lever(self) -> Vec3 {
+        match self {
+            Body::Fixed | Body::Centre(_) => Vec3::ZERO,
+            Body::Link(_, lever) | Body::Object(_, lever) => lever,
+        }
+    }
+}
+
 /// Two bodies in contact.
 #[derive(Clone, Debug)]
 pub struct PairProblem {
@@ -51,6 +75,7 @@ pub struct PairProblem {
     pub first: usize,
     /// One past the last.
     pub end: usize,
+    pub(super) bodies: [Body; 2],
     pub(super) relative: Motion,
     pub(super) direction: Motion,
 }
@@ -58,7 +83,8 @@ pub struct PairProblem {
 impl PairProblem {
     /// A pair before its first iteration.
     pub fn new(a: Owner, b: Owner, origin: Vec3, rolling: RollingLaw, first: usize, end: usize) -> Self {
-        PairProblem { a, b, origin, rolling, first, end, relative: Motion::ZERO, direction: Motion::ZERO }
+        let (bodies, still) = ([Body::Fixed; 2], Motion::ZERO);
+        PairProblem { a, b, origin, rolling, first, end, bodies, relative: still, direction: still }
     }
 }
 
