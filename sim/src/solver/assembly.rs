@@ -3,7 +3,7 @@
 use super::cone::ConeHessian;
 use super::newton::Newton;
 use super::problem::{Body, PairProblem, Problem};
-use crate::dynamics::spatial::{Motion, SpatialMatrix, cross_columns, outer};
+use crate::dynamics::spatial::{SpatialMatrix, cross_columns, outer};
 use crate::dynamics::tree::Kinematics;
 use crate::model::{Model, Owner};
 use palmares_models::{Mat3, Vec3};
@@ -78,6 +78,7 @@ impl Newton {
                 self.dof_block.push((block, k));
             }
         }
+        self.list_joints(model, problem);
         for (k, object) in problem.objects.iter().enumerate() {
             self.slot[object.object] = k;
             self.sizes.push(6);
@@ -148,37 +149,18 @@ impl Newton {
                 }
             }
         }
-        for block in 0..hand_blocks {
-            let rows = model.clusters()[block].dofs.clone();
-            for other in (block > 0).then_some(0).into_iter().chain([block]) {
-                let columns = model.clusters()[other].dofs.clone();
-                let at = self.cholesky.at(block, other);
-                let data = &mut self.cholesky.data()[at.offset..];
-                for (i, row) in rows.clone().enumerate() {
-                    let line = &problem.hand_matrix[row * h..][columns.clone()];
-                    let to = data[i * at.row..].iter_mut().step_by(at.column);
-                    for (to, x) in to.zip(line) {
-                        *to = *x;
-                    }
-                }
-            }
-        }
+        self.put_hand(model, problem);
         for pair in &problem.pairs {
             let open = |hessian: &ConeHessian| matches!(hessian, ConeHessian::Open);
             if pair.rolling.limit == 0.0 && self.hessians[pair.first..pair.end].iter().all(open) {
                 continue;
             }
             let k = self.pair_stiffness(pair, problem);
-            self.add_pair(model, kin, pair, &k, hand_blocks);
+            self.add_pair(kin, pair, &k, hand_blocks);
         }
         if h > 0 {
-            self.add_links(model, kin);
-            for (term, &k) in problem.axis_terms.iter().zip(&self.axis_curvature) {
-                let (block, i) = self.dof_block[term.dof];
-                let at = self.cholesky.at(block, block);
-                self.cholesky.data()[at.offset + i * at.row + i * at.column] += k;
-            }
-            self.add_rows(problem);
+            self.add_links(kin);
+            self.add_terms(problem);
         }
     }
 
@@ -216,14 +198,7 @@ impl Newton {
         k
     }
 
-    fn add_pair(
-        &mut self,
-        model: &Model,
-        kin: &Kinematics,
-        pair: &PairProblem,
-        k: &SpatialMatrix,
-        hand_blocks: usize,
-    ) {
+    fn add_pair(&mut self, kin: &Kinematics, pair: &PairProblem, k: &SpatialMatrix, hand_blocks: usize) {
         for body in pair.bodies {
             let lever = body.lever();
             let moved;
@@ -261,12 +236,12 @@ impl Newton {
         };
         match (a, b) {
             (Body::Fixed, _) | (_, Body::Fixed) => {}
-            (Body::Link(i, _), Body::Link(j, _)) => self.add_link_link(model, kin, i, j, across),
+            (Body::Link(i, _), Body::Link(j, _)) => self.add_link_link(kin, i, j, across),
             (Body::Link(i, _), Body::Centre(slot) | Body::Object(slot, _)) => {
-                self.add_link_object(model, kin, i, hand_blocks + slot, across);
+                self.add_link_object(kin, i, hand_blocks + slot, across);
             }
             (Body::Centre(slot) | Body::Object(slot, _), Body::Link(i, _)) => {
-                self.add_link_object(model, kin, i, hand_blocks + slot, &across.transpose());
+                self.add_link_object(kin, i, hand_blocks + slot, &across.transpose());
             }
             (Body::Centre(a) | Body::Object(a, _), Body::Centre(b) | Body::Object(b, _)) => {
                 self.subtract_spatial(hand_blocks + a, hand_blocks + b, across);
@@ -277,7 +252,7 @@ impl Newton {
     /// Adds a spatial matrix to the diagonal block of the base or an object, whose order is (linear, angular). The lower
     /// half counts.
     #[inline]
-    fn add_square(&mut self, block: usize, k: &SpatialMatrix, sign: f64) {
+    pub(super) fn add_square(&mut self, block: usize, k: &SpatialMatrix, sign: f64) {
         let Some(block) = self.cholesky.square(block) else { return };
         for i in 0..3 {
             for j in 0..=i {
@@ -292,7 +267,7 @@ impl Newton {
 
     /// Subtracts a spatial matrix from the block of two objects, or of the base and an object.
     #[inline]
-    fn subtract_spatial(&mut self, a: usize, b: usize, k: &SpatialMatrix) {
+    pub(super) fn subtract_spatial(&mut self, a: usize, b: usize, k: &SpatialMatrix) {
         let at = self.cholesky.at(a, b);
         let Some(block) = self.cholesky.data()[at.offset..].first_chunk_mut::<36>() else { return };
         let (block, _) = block.as_chunks_mut::<6>();
@@ -313,142 +288,6 @@ impl Newton {
                     block[j][3 + i] -= k.al.col(j)[i];
                     block[3 + j][i] -= k.la.col(j)[i];
                     block[3 + j][3 + i] -= k.aa.col(j)[i];
-                }
-            }
-        }
-    }
-
-    /// Coupling −Sᵀ K of a link with an object; `k` has the link's rows about the base origin.
-    fn add_link_object(
-        &mut self,
-        model: &Model,
-        kin: &Kinematics,
-        link: usize,
-        object_block: usize,
-        k: &SpatialMatrix,
-    ) {
-        let Some(hand) = model.hand() else { return };
-        let columns = k.transpose();
-        let mut i = link;
-        while let (Some(parent), Some(joint)) = (hand.links[i].parent, &hand.links[i].joint) {
-            let f = columns.mul(kin.screw[i]);
-            let (block, row) = self.dof_block[6 + joint.coordinate];
-            let at = self.cholesky.at(block, object_block);
-            let data = self.cholesky.data();
-            for (c, x) in f.components().into_iter().enumerate() {
-                data[at.offset + row * at.row + c * at.column] -= x;
-            }
-            i = parent;
-        }
-        self.subtract_spatial(0, object_block, k);
-    }
-
-    /// Coupling −(Sᵢᵀ K Sⱼ + transpose) of two links of the hand; K is about the base origin on both sides. The base's
-    /// columns of S are unit motions, and each link's chain lies within one block.
-    fn add_link_link(&mut self, model: &Model, kin: &Kinematics, a: usize, b: usize, k: &SpatialMatrix) {
-        let Some(hand) = model.hand() else { return };
-        let dof_block = &self.dof_block;
-        let chain = |mut i: usize, out: &mut Vec<(usize, Motion)>| {
-            out.clear();
-            let mut block = 0;
-            while let (Some(parent), Some(joint)) = (hand.links[i].parent, &hand.links[i].joint) {
-                let (of, place) = dof_block[6 + joint.coordinate];
-                block = of;
-                out.push((place, kin.screw[i]));
-                i = parent;
-            }
-            block
-        };
-        let [mut rows, mut columns] = std::mem::take(&mut self.columns);
-        let (block_a, block_b) = (chain(a, &mut rows), chain(b, &mut columns));
-        // Fingers with each other, and that of B with the base.
-        if !columns.is_empty() {
-            let at = self.cholesky.at(0, block_b);
-            let across = (!rows.is_empty()).then(|| self.cholesky.at(block_a, block_b));
-            let data = self.cholesky.data();
-            for &(j, screw_b) in &columns {
-                let f = k.mul(screw_b);
-                if let Some(at) = across {
-                    for &(i, screw_a) in &rows {
-                        let x = screw_a.dot(f);
-                        data[at.offset + i * at.row + j * at.column] -= x;
-                        if block_a == block_b {
-                            data[at.offset + j * at.row + i * at.column] -= x;
-                        }
-                    }
-                }
-                for (i, x) in f.components().into_iter().enumerate() {
-                    data[at.offset + i * at.row + j * at.column] -= x;
-                }
-            }
-        }
-        // The base with the finger of A: Sᵀ K by the columns of K.
-        let transpose = k.transpose();
-        if !rows.is_empty() {
-            let at = self.cholesky.at(block_a, 0);
-            let data = self.cholesky.data();
-            for &(i, screw) in &rows {
-                let f = transpose.mul(screw);
-                for (j, x) in f.components().into_iter().enumerate() {
-                    data[at.offset + i * at.row + j * at.column] -= x;
-                }
-            }
-        }
-        self.add_square(0, k, -1.0);
-        self.add_square(0, &transpose, -1.0);
-        self.columns = [rows, columns];
-    }
-
-    /// `Sᵀ K S` of all links: composite stiffness, as in the composite-rigid-body algorithm.
-    fn add_links(&mut self, model: &Model, kin: &Kinematics) {
-        let Some(hand) = model.hand() else { return };
-        for i in (1..hand.links.len()).rev() {
-            let (Some(parent), Some(joint)) = (hand.links[i].parent, &hand.links[i].joint) else { continue };
-            if !self.link_touched[i] {
-                continue;
-            }
-            // A parent comes before its links.
-            let (before, own) = self.link_stiffness.split_at_mut(i);
-            before[parent] += &own[0];
-            self.link_touched[parent] = true;
-            let f = own[0].mul(kin.screw[i]);
-            let (block, row) = self.dof_block[6 + joint.coordinate];
-            let (square, at) = (self.cholesky.at(block, block), self.cholesky.at(block, 0));
-            let data = self.cholesky.data();
-            let mut j = i;
-            // Of diagonal blocks the lower half counts.
-            while let (Some(up), Some(joint)) = (hand.links[j].parent, &hand.links[j].joint) {
-                let (_, column) = self.dof_block[6 + joint.coordinate];
-                data[square.offset + row.max(column) * square.row + row.min(column)] += kin.screw[j].dot(f);
-                j = up;
-            }
-            for (c, x) in f.components().into_iter().enumerate() {
-                data[at.offset + row * at.row + c * at.column] += x;
-            }
-        }
-        if self.link_touched[0] {
-            let base = self.link_stiffness[0];
-            self.add_square(0, &base, 1.0);
-        }
-    }
-
-    /// Tendons as the last, negative block: rows R, diagonal −1/curvature. A slack or saturated tendon has
-    /// no curvature and stands apart.
-    fn add_rows(&mut self, problem: &Problem) {
-        if problem.rows == 0 {
-            return;
-        }
-        let last = self.sizes.len() - 1;
-        for (k, term) in problem.row_terms[..problem.rows].iter().enumerate() {
-            let curvature = self.row_curvature[k];
-            let at = self.cholesky.at(last, last);
-            let diagonal = if curvature > 0.0 { -1.0 / curvature } else { -1.0 };
-            self.cholesky.data()[at.offset + k * at.row + k * at.column] = diagonal;
-            if curvature > 0.0 {
-                for &(dof, r) in &term.row {
-                    let (block, i) = self.dof_block[dof];
-                    let at = self.cholesky.at(last, block);
-                    self.cholesky.data()[at.offset + k * at.row + i * at.column] = r;
                 }
             }
         }

@@ -9,6 +9,7 @@ mod assembly;
 pub mod cholesky;
 pub mod cone;
 mod dense;
+mod hand;
 pub mod island;
 pub mod newton;
 pub mod problem;

@@ -8,6 +8,7 @@
 use super::assembly::LayOut;
 use super::cholesky::BlockCholesky;
 use super::cone::ConeHessian;
+use super::hand::Joint;
 use super::problem::{Body, Problem, multiply};
 use crate::dynamics::spatial::{Force, Motion, SpatialMatrix};
 use crate::dynamics::tree::Kinematics;
@@ -55,6 +56,8 @@ pub struct Newton {
     pub(super) dof_block: Vec<(usize, usize)>,
     /// Of every object in the model: place in the island.
     pub(super) slot: Vec<usize>,
+    /// Of every link: where its joint stands; none of the base.
+    pub(super) joints: Vec<Option<Joint>>,
     pub(super) link_velocity: Vec<Motion>,
     pub(super) link_force: Vec<Force>,
     pub(super) link_stiffness: Vec<SpatialMatrix>,
