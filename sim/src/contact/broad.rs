@@ -49,6 +49,9 @@ impl BroadPhase {
         let mut old = self.old.drain(..).peekable();
         for i in 0..colliders.len() {
             for j in i + 1..colliders.len() {
+                if separation(&self.boxes[i], &self.boxes[j]) > 0.0 {
+                    continue;
+                }
                 let key = (i as u32, j as u32);
                 let possible = match (colliders[i].owner, colliders[j].owner) {
                     (Owner::Static, Owner::Static) => false,
@@ -59,7 +62,7 @@ impl BroadPhase {
                     }
                     _ => true,
                 };
-                if possible && separation(&self.boxes[i], &self.boxes[j]) <= 0.0 {
+                if possible {
                     while old.next_if(|pair| pair.key < key).is_some() {}
                     pairs.push(old.next_if(|pair| pair.key == key).unwrap_or_else(|| Pair::new(key)));
                 }

@@ -70,26 +70,24 @@ pub(super) fn factor_diagonal(a: &mut [f64], s: usize) -> bool {
     #[inline(always)]
     fn rows<const S: usize>(a: &mut [f64]) -> bool {
         let Some(a) = a.as_chunks_mut::<S>().0.first_chunk_mut::<S>() else { return false };
-        for i in 0..S {
-            let mut row = a[i];
-            for j in 0..i {
-                let mut x = row[j];
-                for k in 0..j {
-                    x -= row[k] * a[j][k];
-                }
-                row[j] = x * a[j][j];
+        let mut c = [[0.0; S]; S];
+        for j in 0..S {
+            for i in j..S {
+                c[j][i] = a[i][j];
             }
-            let mut d = row[i];
-            for &x in &row[..i] {
-                d -= x * x;
-            }
-            if d.is_nan() || d <= 0.0 {
-                return false;
-            }
-            row[i] = 1.0 / d.sqrt();
-            a[i] = row;
         }
-        true
+        let done = pivot::<S, 0>(&mut c)
+            && pivot::<S, 1>(&mut c)
+            && pivot::<S, 2>(&mut c)
+            && pivot::<S, 3>(&mut c)
+            && pivot::<S, 4>(&mut c)
+            && pivot::<S, 5>(&mut c);
+        for j in 0..S {
+            for i in j..S {
+                a[i][j] = c[j][i];
+            }
+        }
+        done
     }
     sized!(s, rows(a), {
         for i in 0..s {
@@ -112,6 +110,30 @@ pub(super) fn factor_diagonal(a: &mut [f64], s: usize) -> bool {
         }
         true
     })
+}
+
+/// The K-th pivot of a matrix given by columns: scales its column, and takes the column's square from the rest. What
+/// follows waits for the next pivot alone.
+#[inline(always)]
+fn pivot<const S: usize, const K: usize>(c: &mut [[f64; S]; S]) -> bool {
+    if K >= S {
+        return true;
+    }
+    let d = c[K][K];
+    if d.is_nan() || d <= 0.0 {
+        return false;
+    }
+    let scale = 1.0 / d.sqrt();
+    c[K][K] = scale;
+    for i in K + 1..S {
+        c[K][i] *= scale;
+    }
+    for j in K + 1..S {
+        for i in j..S {
+            c[j][i] -= c[K][i] * c[K][j];
+        }
+    }
+    true
 }
 
 /// `x := L⁻¹ x`
@@ -171,17 +193,24 @@ pub(super) fn backward(l: &[f64], x: &mut [f64]) {
 /// `B := B L⁻ᵀ` for a block of m rows below the diagonal one, whose size is s.
 #[inline]
 pub(super) fn forward_block(l: &[f64], s: usize, block: &mut [f64], m: usize) {
-    match (m, s) {
-        (6, 6) => forward_columns::<6, 6>(l, block),
-        (6, 4) => forward_columns::<6, 4>(l, block),
-        (6, 3) => forward_columns::<6, 3>(l, block),
-        (4, 6) => forward_columns::<4, 6>(l, block),
-        _ => {
-            for row in block.chunks_exact_mut(s) {
-                forward(l, row);
+    #[inline(always)]
+    fn rows<const S: usize>(l: &[f64], block: &mut [f64], m: usize) {
+        match m {
+            6 => forward_columns::<6, S>(l, block),
+            4 => forward_columns::<4, S>(l, block),
+            3 => forward_columns::<3, S>(l, block),
+            _ => {
+                for row in block.as_chunks_mut::<S>().0 {
+                    forward(l, row);
+                }
             }
         }
     }
+    sized!(s, rows(l, block, m), {
+        for row in block.chunks_exact_mut(s) {
+            forward(l, row);
+        }
+    })
 }
 
 /// As [`forward_block`], all M rows abreast.
