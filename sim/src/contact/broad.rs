@@ -16,6 +16,14 @@ const SLACK_M: f64 = 0.02;
 #[derive(Clone, Default)]
 pub struct BroadPhase {
     boxes: Vec<Aabb>,
+    /// Pairs of boxes that share a point, ascending.
+    keys: Vec<(u32, u32)>,
+    /// Those of them whose boxes are as they were, while a new list is made.
+    kept: Vec<(u32, u32)>,
+    /// The others.
+    found: Vec<(u32, u32)>,
+    /// Of every shape: whether its box is new.
+    renewed: Vec<bool>,
     /// Pairs from the last list, while a new one is made.
     old: Vec<Pair>,
 }
@@ -28,47 +36,77 @@ impl BroadPhase {
 
     /// Brings `pairs` up to date with the tight bounds of all shapes; false when they are still the same.
     pub fn update(&mut self, model: &Model, tight: &[Aabb], pairs: &mut Vec<Pair>) -> bool {
-        let fits = self.boxes.len() == tight.len()
-            && self.boxes.iter().zip(tight).all(|(outer, inner)| contains(outer, inner));
-        if fits {
+        let known = self.boxes.len() == tight.len();
+        if known && self.boxes.iter().zip(tight).all(|(outer, inner)| contains(outer, inner)) {
             return false;
         }
-        if self.boxes.len() == tight.len() {
+        self.renewed.clear();
+        if known {
             for (outer, inner) in self.boxes.iter_mut().zip(tight) {
-                if !contains(outer, inner) {
+                let left = !contains(outer, inner);
+                if left {
                     *outer = grown(inner, SLACK_M);
                 }
+                self.renewed.push(left);
             }
         } else {
-            self.boxes = tight.iter().map(|inner| grown(inner, SLACK_M)).collect();
+            self.boxes.clear();
+            self.boxes.extend(tight.iter().map(|inner| grown(inner, SLACK_M)));
+            self.renewed.resize(tight.len(), true);
+            self.keys.clear();
+        }
+        self.list(model);
+        if known && pairs.iter().map(|pair| pair.key).eq(self.keys.iter().copied()) {
+            return false;
         }
         std::mem::swap(pairs, &mut self.old);
         pairs.clear();
-        let colliders = model.colliders();
-        let mut self_pairs = model.self_pairs().iter().peekable();
         let mut old = self.old.drain(..).peekable();
-        for i in 0..colliders.len() {
-            for j in i + 1..colliders.len() {
-                if separation(&self.boxes[i], &self.boxes[j]) > 0.0 {
+        pairs.extend(self.keys.iter().map(|&key| {
+            while old.next_if(|pair| pair.key < key).is_some() {}
+            old.next_if(|pair| pair.key == key).unwrap_or_else(|| Pair::new(key))
+        }));
+        true
+    }
+
+    /// Lists the near pairs: those of renewed boxes are looked for, the others are as they were.
+    fn list(&mut self, model: &Model) {
+        let renewed = &self.renewed;
+        let as_was = |&(i, j): &(u32, u32)| !(renewed[i as usize] || renewed[j as usize]);
+        self.kept.clear();
+        self.kept.extend(self.keys.iter().copied().filter(as_was));
+        self.found.clear();
+        for i in (0..self.boxes.len()).filter(|&i| renewed[i]) {
+            for j in 0..self.boxes.len() {
+                // Of two renewed ones the first looks for the second.
+                if j == i || j < i && renewed[j] || separation(&self.boxes[i], &self.boxes[j]) > 0.0 {
                     continue;
                 }
-                let key = (i as u32, j as u32);
-                let possible = match (colliders[i].owner, colliders[j].owner) {
-                    (Owner::Static, Owner::Static) => false,
-                    (Owner::Object(a), Owner::Object(b)) => a != b,
-                    (Owner::Link(_), Owner::Link(_)) => {
-                        while self_pairs.next_if(|&&pair| pair < key).is_some() {}
-                        self_pairs.next_if_eq(&&key).is_some()
-                    }
-                    _ => true,
-                };
-                if possible {
-                    while old.next_if(|pair| pair.key < key).is_some() {}
-                    pairs.push(old.next_if(|pair| pair.key == key).unwrap_or_else(|| Pair::new(key)));
+                if may_touch(model, i.min(j), i.max(j)) {
+                    self.found.push((i.min(j) as u32, i.max(j) as u32));
                 }
             }
         }
-        true
+        self.found.sort_unstable();
+        self.keys.clear();
+        let (mut kept, mut found) = (self.kept.iter().peekable(), self.found.iter().peekable());
+        while let Some(next) = match (kept.peek(), found.peek()) {
+            (Some(a), Some(b)) if a > b => found.next(),
+            (Some(_), _) => kept.next(),
+            (None, _) => found.next(),
+        } {
+            self.keys.push(*next);
+        }
+    }
+}
+
+/// Whether two shapes, the lower place first, can be in contact.
+fn may_touch(model: &Model, i: usize, j: usize) -> bool {
+    match (model.colliders()[i].owner, model.colliders()[j].owner) {
+        (Owner::Static, Owner::Static) => false,
+        (Owner::Object(a), Owner::Object(b)) => a != b,
+        (Owner::Link(_), Owner::Link(_)) => model.self_pairs().binary_search(&(i as u32, j as u32)).is_ok(),
+        _ => true,
     }
 }
 

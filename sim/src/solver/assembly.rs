@@ -39,6 +39,9 @@ impl LayOut {
 impl Newton {
     /// Blocks and their couplings: the hand's clusters, the objects, and the tendons last.
     pub(super) fn lay_out(&mut self, model: &Model, kin: &Kinematics, problem: &mut Problem) {
+        if !std::mem::take(&mut problem.fresh) {
+            return;
+        }
         self.lay_out_blocks(model, problem);
         let Problem { pairs, objects, .. } = problem;
         for pair in pairs {

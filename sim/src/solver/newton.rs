@@ -70,6 +70,8 @@ pub struct Newton {
     pub(super) rhs: Vec<f64>,
     pub(super) scratch: Vec<f64>,
     pub(super) inverse_diagonal: Vec<f64>,
+    /// Square of the momenta in the metric of diag(A)⁻¹.
+    momentum: f64,
     pub(super) hessians: Vec<ConeHessian>,
     pub(super) axis_curvature: Vec<f64>,
     pub(super) row_curvature: Vec<f64>,
@@ -101,6 +103,10 @@ impl Newton {
         self.axis_curvature.resize(problem.axis_terms.len(), 0.0);
         for buffer in [&mut self.row_curvature, &mut self.row_velocity, &mut self.row_direction] {
             buffer.resize(problem.rows, 0.0);
+        }
+        self.momentum = 0.0;
+        for (w, p) in self.inverse_diagonal.iter().zip(&problem.momentum) {
+            self.momentum += w * p * p;
         }
         multiply(model, problem, v, &mut self.av);
         self.project(model, kin, problem, v, false);
@@ -299,17 +305,16 @@ impl Newton {
 
     /// Norm of the gradient relative to the momenta, in the metric of diag(A)⁻¹.
     fn residual(&self, problem: &Problem) -> f64 {
-        let (mut gradient, mut momentum, mut impulse) = (0.0, 0.0, 0.0);
+        let (mut gradient, mut impulse) = (0.0, 0.0);
         let known =
             self.inverse_diagonal.iter().zip(&self.gradient).zip(problem.momentum.iter().zip(&self.av));
         for ((w, g), (p, av)) in known {
             let j = av - p - g;
             gradient += w * g * g;
-            momentum += w * p * p;
             impulse += w * j * j;
         }
         // Below 1e-14 √J all velocities are rounding noise.
-        if gradient < 1e-28 { 0.0 } else { (gradient / f64::max(momentum, impulse)).sqrt() }
+        if gradient < 1e-28 { 0.0 } else { (gradient / f64::max(self.momentum, impulse)).sqrt() }
     }
 
     /// Root of ℓ' along the direction by safeguarded Newton, counted from the present point, which is the

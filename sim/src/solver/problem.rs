@@ -124,6 +124,8 @@ pub struct Problem {
     pub row_terms: Vec<RowTerm>,
     /// Number of `row_terms` in use.
     pub rows: usize,
+    /// Posed since the last solve: bodies, masses and places of pairs may be others.
+    pub fresh: bool,
 }
 
 /// `out = A x`

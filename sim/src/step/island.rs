@@ -67,7 +67,8 @@ impl World {
         self.pose_problem(island, problem, v, stride);
         self.minimise(problem, newton, v, self.model.config().tolerance);
         let harder = (self.model.config().contact_stiffness / HOVER_STIFFNESS).max(1.0);
-        let passes = GLIDE_PASSES + libm::log10(harder).ceil() as usize;
+        let more = if harder > 1.0 { libm::log10(harder).ceil() as usize } else { 0 };
+        let passes = GLIDE_PASSES + more;
         for pass in 0..if island.objects.len() <= 1 { passes } else { 0 } {
             // Slip that changes evenly is left to the lag, however hard the contact.
             if !self.correct_glide(island, problem, if pass == 0 { 1.0 } else { harder }) {

@@ -36,6 +36,7 @@ impl World {
         problem.objects.clear();
         problem.hand_dofs = 0;
         problem.rows = 0;
+        problem.fresh = true;
         if let (Some(hand), true) = (model.hand(), island.hand) {
             let n = model.hand_dofs();
             problem.hand_dofs = n;
