@@ -33,7 +33,7 @@ impl Stored {
             let (mut kin, mut inertias, mut velocity) =
                 (Kinematics::default(), Inertias::default(), Vec::new());
             kin.update(hand, state.base, &state.q);
-            inertias.update(hand, &kin);
+            inertias.update(hand, &kin, 0);
             kin.velocities(hand, &state.v[..model.hand_dofs()], &mut velocity);
             for (i, link) in hand.links.iter().enumerate() {
                 sum.kinetic += 0.5 * velocity[i].dot(inertias.link[i].mul(velocity[i]));

@@ -10,18 +10,9 @@ use palmares_sim::config::BaseConfig;
 /// Limits that are never reached, rad or m.
 pub const WIDE: f64 = 1e3;
 
-/// Constants under which the base is as good as welded: it yields 5e-9 m under 5 N, and takes no energy.
-pub fn welded(config: Config) -> Config {
-    let base = BaseConfig {
-        stiffness: 1e9,
-        damping: 0.0,
-        angular_stiffness: 1e7,
-        angular_damping: 0.0,
-        force_limit: 1e9,
-        torque_limit: 1e9,
-        ..config.base
-    };
-    Config { base, ..config }
+/// Constants under which the base is bolted to its set point.
+pub fn bolted(config: Config) -> Config {
+    Config { base: BaseConfig { bolted: true, ..config.base }, ..config }
 }
 
 /// The stock SoftHand as a bare chain: no shapes to touch with, no dampers, no limits, its weight not compensated,

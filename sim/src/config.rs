@@ -74,6 +74,9 @@ pub struct Config {
 /// The free-flying servo that carries the hand: the moving base of the 2016 challenge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseConfig {
+    /// Whether the base is bolted to its set point instead: no force moves it from there, and what is said here of
+    /// springs, dampers and their limits is of no matter.
+    pub bolted: bool,
     /// N/m
     pub stiffness: f64,
     /// N·s/m
@@ -99,6 +102,7 @@ pub struct BaseConfig {
 impl Default for BaseConfig {
     fn default() -> Self {
         BaseConfig {
+            bolted: false,
             stiffness: 2e4,
             damping: 4e2,
             angular_stiffness: 5e2,
@@ -191,6 +195,7 @@ impl Config {
             base,
         } = self;
         let BaseConfig {
+            bolted,
             stiffness,
             damping,
             angular_stiffness,
@@ -206,6 +211,7 @@ impl Config {
         hash.vector(*gravity);
         hash.count(*max_iterations);
         hash.flag(*sleeping);
+        hash.flag(*bolted);
         hash.floats(&[*step_s, *contact_stiffness, *anchor_stiffness, *contact_dissipation_s]);
         hash.floats(&[*contact_onset_m, *limit_onset_rad, *contact_margin_m, *approach_speed]);
         hash.floats(&[*self_approach_m, *hand_hover_m, *coincident_m]);

@@ -28,7 +28,7 @@ pub struct State {
     pub sleep: Vec<Sleep>,
     /// The hand one step earlier.
     pub(crate) earlier: Earlier,
-    /// Into how many substeps the free motion of an undamped hand is divided; 0 when it was not free.
+    /// Into how many substeps the next step of an undamped hand is divided; 0 when it was not free.
     pub(crate) substeps: u32,
     /// Contact memory of every pair of shapes that may touch, ascending by key.
     pub(crate) pairs: Vec<Pair>,

@@ -14,6 +14,7 @@ use crate::solver::newton::Newton;
 use crate::solver::problem::Problem;
 use crate::solver::terms::AxisTerm;
 use crate::state::{Earlier, State};
+use crate::step::Stages;
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::bounding_volume::Aabb;
 use std::sync::Arc;
@@ -146,6 +147,10 @@ pub(crate) struct Workspace {
     pub pushes: Vec<Push>,
     /// Whether the base servo acts in this step.
     pub servo_on: bool,
+    /// Whether it is bolted to its set point.
+    pub held: bool,
+    /// What the explicit method keeps of a step.
+    pub stages: Option<Box<Stages>>,
     /// Of every object: when in this step it rebounds, if it does.
     pub met: Vec<Option<f64>>,
     /// The hand at the start of a step.

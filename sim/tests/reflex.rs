@@ -194,7 +194,7 @@ fn kinetic(hand: &Hand, state: &State) -> f64 {
     let n = 6 + hand.coordinates.len();
     let (mut kin, mut inertias, mut m) = (Kinematics::default(), Inertias::default(), vec![0.0; n * n]);
     kin.update(hand, state.base, &state.q);
-    inertias.update(hand, &kin);
+    inertias.update(hand, &kin, 0);
     inertias.mass_matrix(hand, &kin, &mut m);
     (0..n * n).map(|k| 0.5 * state.v[k / n] * m[k] * state.v[k % n]).sum()
 }

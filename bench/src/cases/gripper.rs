@@ -4,7 +4,7 @@ use super::scene::{G, Scene, cuboid, rigid};
 use super::{Case, Finding, Setup, steps};
 use crate::recorder::Recorder;
 use crate::report::Figure;
-use crate::rigs::{Finger, fingers, welded};
+use crate::rigs::{Finger, bolted, fingers};
 use anyhow::Result;
 use palmares_models::hand::{Geom, Hand, HingeKind};
 use palmares_models::shape::Shape;
@@ -106,7 +106,7 @@ fn exact(t: f64) -> f64 {
 /// longer). Regularised convex contacts open the jaws at the stop, the more the longer the step. Contacts and stop are
 /// those of rigid bodies.
 pub fn gripper_analytic(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
-    let config = welded(rigid(setup.dt_s));
+    let config = bolted(rigid(setup.dt_s));
     let (mut engine, mut command) = Scene::with_hand(config, Arc::new(gripper()?), Pose::IDENTITY)?
         .fixed(&cuboid(0.02, 0.02, 0.02), Pose::translation(0.0, 0.0, -RADIUS_M - 0.01), 0.0)?
         .fixed(&plate(), Pose::translation(0.0, 0.0, TOP_M + 2.0 * HALF_PLATE_M + STROKE_M), 0.0)?

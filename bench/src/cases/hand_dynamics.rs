@@ -4,7 +4,7 @@ use super::{Case, Finding, Setup, ramp, steps};
 use crate::energy::Stored;
 use crate::recorder::Recorder;
 use crate::report::Figure;
-use crate::rigs::{Finger, bare_chain, fingers, welded};
+use crate::rigs::{Finger, bare_chain, bolted, fingers};
 use anyhow::Result;
 use palmares_models::hand::{Hand, HingeKind};
 use palmares_models::{Pose, Rotation};
@@ -43,7 +43,7 @@ pub const CASES: &[Case] = &[
 /// The hand released with its fingers level; nothing takes or gives energy.
 fn chain(setup: &Setup, recorder: &mut Recorder, springs: bool, bend: f64) -> Result<Finding> {
     let hand = Arc::new(bare_chain(springs)?);
-    let model = Arc::new(Model::new(welded(Config::with_step(setup.dt_s)), Some(hand))?);
+    let model = Arc::new(Model::new(bolted(Config::with_step(setup.dt_s)), Some(hand))?);
     let level = Pose::from_rotation(Rotation::from_rotation_y(std::f64::consts::FRAC_PI_2));
     let mut state = State::at_rest(&model, level, &[]);
     state.q.fill(bend);
@@ -92,7 +92,7 @@ pub fn stiff_joint(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         geoms: Vec::new(),
     };
     let hand = Arc::new(fingers("fingertip", Vec::new(), vec![tip])?);
-    let model = Model::new(welded(Config::with_step(setup.dt_s)), Some(hand))?;
+    let model = Model::new(bolted(Config::with_step(setup.dt_s)), Some(hand))?;
     let mut state = State::at_rest(&model, Pose::IDENTITY, &[]);
     state.q[0] = q0;
     let mut world = setup.start(model, state)?;

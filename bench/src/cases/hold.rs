@@ -6,7 +6,7 @@ use super::synergy::softhand;
 use super::{Case, Finding, Setup, ramp, steps};
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
-use crate::rigs::{Finger, fingers, welded};
+use crate::rigs::{Finger, bolted, fingers};
 use anyhow::{Context, Result};
 use palmares_models::hand::{Geom, HingeKind};
 use palmares_models::object::Object;
@@ -73,7 +73,7 @@ fn pinch(setup: &Setup, recorder: &mut Recorder, ratio: f64, rise: f64, time_s: 
         geoms: vec![pad([0.06, 0.03, 0.01], Pose::IDENTITY)],
     };
     let hand = Arc::new(fingers("pinch", vec![fixed], vec![finger])?);
-    let mut model = Model::new(welded(Config::with_step(setup.dt_s)), Some(hand))?;
+    let mut model = Model::new(bolted(Config::with_step(setup.dt_s)), Some(hand))?;
     let cube = Shape::Box { half_extents: [half; 3], rounding: 0.0 };
     model.add_object(Arc::new(Object::new("box", vec![(Pose::IDENTITY, cube)], mass, mu, 0.0)?))?;
     let state = State::at_rest(&model, Pose::IDENTITY, &[Pose::IDENTITY]);

@@ -8,14 +8,13 @@ use crate::audit::mechanical;
 use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
-use crate::rigs::welded;
+use crate::rigs::bolted;
 use anyhow::Result;
 use palmares_models::hand::{Coordinate, Hand, Hinge, HingeKind, Inertia, Joint, Link};
 use palmares_models::shape::Shape;
 use palmares_models::{Mat3, Pose, Vec3};
-use palmares_sim::config::BaseConfig;
+use palmares_sim::BaseCommand;
 use palmares_sim::dynamics::tree::Kinematics;
-use palmares_sim::{BaseCommand, Config};
 use std::sync::Arc;
 
 /// Cases of this file.
@@ -39,21 +38,6 @@ pub const CASES: &[Case] = &[
         run: momentum_inelastic_hit,
     },
 ];
-
-/// Constants under which the base does not move at all: what it gave way would be energy of its own.
-fn clamped(config: Config) -> Config {
-    let (stiffness, damping) = (1e12, 1e9);
-    let base = BaseConfig {
-        stiffness,
-        damping,
-        angular_stiffness: stiffness,
-        angular_damping: damping,
-        force_limit: f64::MAX,
-        torque_limit: f64::MAX,
-        ..welded(config.clone()).base
-    };
-    Config { base, ..config }
-}
 
 /// A hand without tendons: a base of 1 kg and `links` that hang from it.
 pub(crate) fn bare(name: &str, links: Vec<Link>, coordinates: Vec<Coordinate>) -> Arc<Hand> {
@@ -116,7 +100,7 @@ pub fn pendulum(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let start = 170f64.to_radians();
     let exact = 4.0 * (2.0 * ROD_M / (3.0 * G)).sqrt() * complete((0.5 * start).sin());
     let (mut engine, command) =
-        Scene::with_hand(clamped(awake(setup.dt_s)), rod(), Pose::IDENTITY)?.start(setup)?;
+        Scene::with_hand(bolted(awake(setup.dt_s)), rod(), Pose::IDENTITY)?.start(setup)?;
     engine.state_mut().q[0] = start;
     let about_pivot = ROD_KG * ROD_M * ROD_M / 3.0;
     let energy = |engine: &dyn Engine| {
@@ -183,7 +167,7 @@ pub fn heavy_top(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (a, b, c) = (TOP_ACROSS * lean.cos(), TOP_AXIAL * w3, TOP_KG * G * TOP_ARM_M);
     let exact = (b - (b * b - 4.0 * a * c).sqrt()) / (2.0 * a);
     let (mut engine, command) =
-        Scene::with_hand(clamped(awake(setup.dt_s)), top(), Pose::IDENTITY)?.start(setup)?;
+        Scene::with_hand(bolted(awake(setup.dt_s)), top(), Pose::IDENTITY)?.start(setup)?;
     let state = engine.state_mut();
     state.q[1] = lean;
     (state.v[6], state.v[8]) = (exact, w3 - exact * lean.cos());

@@ -5,7 +5,7 @@ use super::{Case, Finding, Setup, ramp, steps};
 use crate::energy::{Ledger, Stored};
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
-use crate::rigs::{Finger, fingers, welded};
+use crate::rigs::{Finger, bolted, fingers};
 use anyhow::{Context, Result};
 use palmares_models::hand::{Hand, HingeKind};
 use palmares_models::shape::Shape;
@@ -98,7 +98,7 @@ pub fn slack(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     };
     let hand = Arc::new(fingers("oscillator", Vec::new(), vec![finger])?);
     let stiffness = hand.tendons[0].stiffness;
-    let model = Model::new(welded(Config::with_step(setup.dt_s)), Some(hand))?;
+    let model = Model::new(bolted(Config::with_step(setup.dt_s)), Some(hand))?;
     // Held by the wound cable, at rest: K (s − q) = k q.
     let wound = 0.5;
     let q0 = wound * stiffness / (stiffness + k);

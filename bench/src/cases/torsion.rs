@@ -4,7 +4,7 @@ use super::scene::{G, Scene, awake, cuboid, set_velocity, velocity};
 use super::{Case, Finding, Setup, steps};
 use crate::recorder::Recorder;
 use crate::report::Figure;
-use crate::rigs::{Finger, fingers, welded};
+use crate::rigs::{Finger, bolted, fingers};
 use anyhow::Result;
 use palmares_models::hand::{Geom, HingeKind};
 use palmares_models::shape::Shape;
@@ -74,7 +74,7 @@ fn tilts(
         geoms: vec![pad(Pose::IDENTITY)],
     };
     let hand = Arc::new(fingers("pads", vec![pad(at(-half - 0.005))], vec![finger])?);
-    let (mut engine, mut command) = Scene::with_hand(welded(awake(setup.dt_s)), hand, Pose::IDENTITY)?
+    let (mut engine, mut command) = Scene::with_hand(bolted(awake(setup.dt_s)), hand, Pose::IDENTITY)?
         .body(cuboid(2.0 * half, 0.4, 2.0 * half), mass, mu, Pose::translation(0.0, offset, 0.0))?
         .start(setup)?;
     // The cable is wound far beyond its largest tension, which therefore acts all the time.

@@ -4,8 +4,8 @@ use super::{converged, error, report};
 
 #[test]
 fn a_pendulum_keeps_its_period_and_energy_for_a_hundred_periods() {
-    // Second order in h; it has 0.97 J, and energy breathes by as much as the step squared.
-    for (dt, percent, joule) in [(1e-3, 3e-4, 4e-6), (4e-3, 4e-3, 6e-5)] {
+    // Fifth order in h; it has 0.97 J.
+    for (dt, percent, joule) in [(1e-3, 1e-8, 1e-11), (4e-3, 3e-6, 4e-9), (16e-3, 1.8e-3, 4e-6)] {
         let report = report("pendulum", dt);
         converged(&report);
         assert!(error(&report) <= percent, "at {dt}: {} %", error(&report));
@@ -16,11 +16,11 @@ fn a_pendulum_keeps_its_period_and_energy_for_a_hundred_periods() {
 
 #[test]
 fn a_heavy_top_precesses_steadily() {
-    for dt in [0.25e-3, 1e-3, 8e-3] {
+    for dt in [0.25e-3, 1e-3, 8e-3, 16e-3] {
         let report = report("heavy_top", dt);
         converged(&report);
-        // A steady precession is a fixed point of the midpoint rule; what it settles to is left.
-        assert!(error(&report) <= 1e-8, "at {dt}: {:e} %", error(&report));
+        // Where accelerations are zero every stage says the same: rounding is left.
+        assert!(error(&report) <= 1e-9, "at {dt}: {:e} %", error(&report));
         let drift = report.invariants.energy_gain_j.expect("the change of energy is reported");
         assert!(drift <= 1e-8, "at {dt}: {drift:e} J");
     }

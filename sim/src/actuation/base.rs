@@ -3,7 +3,6 @@
 use crate::config::{BaseConfig, Config};
 use crate::solver::terms::{AxisTerm, ScalarLaw};
 use crate::state::BaseReference;
-use crate::step::Stride;
 use palmares_models::{Pose, Rotation, Vec3};
 
 /// What the base is told to do.
@@ -43,6 +42,11 @@ impl BaseCommand {
 /// waits where the servo's force is at its limit, or the base would be thrown when it comes free.
 pub fn advance(config: &Config, at: Pose, reference: &mut BaseReference, command: &BaseCommand) {
     let (h, base) = (config.step_s, &config.base);
+    // What is bolted to where it shall stay has no way to go.
+    let resting = BaseReference { pose: at, linear: Vec3::ZERO, angular: Vec3::ZERO };
+    if base.bolted && *reference == resting && *command == BaseCommand::stay(at) {
+        return;
+    }
     if matches!(command, BaseCommand::Pose { .. } | BaseCommand::Twist { .. }) {
         wait_for(at, reference, base);
     }
@@ -115,16 +119,21 @@ pub fn shortest_turn(from: Rotation, to: Rotation) -> Vec3 {
     turn.to_scaled_axis()
 }
 
+/// Translation and turn from where the base is to its set point.
+pub(crate) fn way(reference: &BaseReference, base: Pose) -> [f64; 6] {
+    let [x, y, z] = (reference.pose.translation - base.translation).to_array();
+    let [a, b, c] = shortest_turn(base.rotation, reference.pose.rotation).to_array();
+    [x, y, z, a, b, c]
+}
+
 /// The servo as six saturated spring-dampers along the world axes, implicit in the solve.
 pub(crate) fn servo(
     servo: &BaseConfig,
     reference: &BaseReference,
     base: Pose,
-    stride: Stride,
+    h: f64,
     terms: &mut Vec<AxisTerm>,
 ) {
-    let Stride { h, theta } = stride;
-    let reach = theta * h;
     let offset = (reference.pose.translation - base.translation).to_array();
     let turn = shortest_turn(base.rotation, reference.pose.rotation).to_array();
     let (linear, angular) = (reference.linear.to_array(), reference.angular.to_array());
@@ -135,11 +144,25 @@ pub(crate) fn servo(
     ];
     for (first, error, target, stiffness, damping, limit) in axes {
         for k in 0..3 {
-            let error = error[k] - (h - reach) * target[k];
-            let law = ScalarLaw::Servo { h, reach, stiffness, damping, error, target: target[k], limit };
+            let (error, target) = (error[k], target[k]);
+            let law = ScalarLaw::Servo { h, stiffness, damping, error, target, limit };
             terms.push(AxisTerm { dof: first + k, sign: 1.0, law });
         }
     }
+}
+
+/// The servo's force and torque at a moment, the base having velocity `v`.
+pub(crate) fn pull(servo: &BaseConfig, reference: &BaseReference, base: Pose, v: &[f64]) -> [f64; 6] {
+    let way = way(reference, base);
+    let (linear, angular) = (reference.linear.to_array(), reference.angular.to_array());
+    std::array::from_fn(|i| {
+        let (u, stiffness, damping, limit) = if i < 3 {
+            (linear[i], servo.stiffness, servo.damping, servo.force_limit)
+        } else {
+            (angular[i - 3], servo.angular_stiffness, servo.angular_damping, servo.torque_limit)
+        };
+        (stiffness * way[i] + damping * (u - v[i])).clamp(-limit, limit)
+    })
 }
 
 #[cfg(test)]

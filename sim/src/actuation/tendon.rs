@@ -35,7 +35,7 @@ pub fn terms(hand: &Hand, q: &[f64], motors: &[MotorState], h: f64, terms: &mut 
         let error = wound(&hand.motors[tendon.motor], motors[tendon.motor].position) - s;
         let (stiffness, damping, limit) = (tendon.stiffness, tendon.damping, tendon.force_limit);
         term.law = if tendon.both_ways {
-            ScalarLaw::Servo { h, reach: h, stiffness, damping, error, target: 0.0, limit }
+            ScalarLaw::Servo { h, stiffness, damping, error, target: 0.0, limit }
         } else {
             ScalarLaw::Tendon { h, stiffness, damping, error, limit }
         };

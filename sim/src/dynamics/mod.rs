@@ -5,6 +5,7 @@
 //! The hand's generalized velocity is `v = [ṗ_base (3), ω_base (3), q̇ (n)]`.
 
 pub mod crba;
+pub mod forward;
 pub mod jacobian;
 pub mod pattern;
 pub mod rnea;

@@ -18,8 +18,9 @@ pub struct Recursion {
 impl Recursion {
     /// Writes c so that `M v̇ + c = τ`: Coriolis, centrifugal and gravity forces.
     ///
-    /// Gravity is left out where the hand compensates it: the compensating torque is the exact G(q) of the
-    /// hand's own links (Rocchi & Hauser 2016, eq. 6), so the two cancel identically.
+    /// Where the inertias are those of the moving links alone, the base rests, and its rows are left out. So is gravity
+    /// where the hand compensates it: the compensating torque is the exact G(q) of the hand's own links (Rocchi & Hauser
+    /// 2016, eq. 6), so the two cancel identically.
     pub fn bias(
         &mut self,
         hand: &Hand,
@@ -29,7 +30,7 @@ impl Recursion {
         gravity: Vec3,
         c: &mut [f64],
     ) {
-        let n = hand.links.len();
+        let (n, first) = (hand.links.len(), inertias.first);
         let gravity = if hand.gravity_compensation { Vec3::ZERO } else { gravity };
         kin.velocities(hand, v, &mut self.velocity);
         self.acceleration.resize(n, Motion::ZERO);
@@ -38,13 +39,20 @@ impl Recursion {
         let base = self.velocity[0];
         self.acceleration[0] =
             Motion { angular: Vec3::ZERO, linear: -base.angular.cross(base.linear) - gravity };
-        for (i, link) in hand.links.iter().enumerate() {
+        for (i, link) in hand.links.iter().enumerate().skip(first) {
             if let (Some(parent), Some(joint)) = (link.parent, &link.joint) {
                 let rate = v[6 + joint.coordinate];
-                let (before, first) = (self.velocity[parent], kin.first_screw[i] * rate);
-                let second = kin.screw[i] * rate - first;
-                self.acceleration[i] =
-                    self.acceleration[parent] + before.cross(first) + (before + first).cross(second);
+                let mut acceleration = self.acceleration[parent];
+                let (mut before, mut way) = (self.velocity[parent], kin.screw[i] * rate);
+                if joint.hinges.len() > 1 {
+                    let inner = kin.first_screw[i] * rate;
+                    acceleration += before.cross(inner);
+                    (before, way) = (before + inner, way - inner);
+                }
+                if parent >= first || joint.hinges.len() > 1 {
+                    acceleration += before.cross(way);
+                }
+                self.acceleration[i] = acceleration;
             }
             let momentum = inertias.link[i].mul(self.velocity[i]);
             self.force[i] =
@@ -55,7 +63,12 @@ impl Recursion {
             let (Some(parent), Some(joint)) = (hand.links[i].parent, &hand.links[i].joint) else { continue };
             let f = self.force[i];
             c[6 + joint.coordinate] += kin.screw[i].dot(f);
-            self.force[parent] += f;
+            if parent >= first {
+                self.force[parent] += f;
+            }
+        }
+        if first > 0 {
+            return;
         }
         let f = self.force[0];
         for (k, x) in

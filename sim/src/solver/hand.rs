@@ -40,6 +40,9 @@ fn add_strided(to: &mut [f64], first: usize, step: usize, x: Force, sign: f64) {
     }
 }
 
+/// By how much heavier than it is a bolted base is in the Newton matrix.
+const HELD: f64 = 1e30;
+
 impl Newton {
     /// Of every link: its joint.
     pub(super) fn list_joints(&mut self, model: &Model, problem: &Problem) {
@@ -175,7 +178,7 @@ impl Newton {
         }
     }
 
-    /// Limits, servo and tendons.
+    /// Limits, servo, mount and tendons.
     pub(super) fn add_terms(&mut self, problem: &Problem) {
         for (term, &k) in problem.axis_terms.iter().zip(&self.axis_curvature) {
             let (block, i) = self.dof_block[term.dof];
@@ -183,6 +186,14 @@ impl Newton {
             self.cholesky.data()[at.offset + i * (at.row + at.column)] += k;
         }
         self.add_rows(problem);
+        if problem.held {
+            // As good as infinitely heavy: what the joints do does not depend on it, and its own way is left out.
+            if let Some(base) = self.cholesky.square(0) {
+                for (i, row) in base.iter_mut().enumerate() {
+                    row[i] *= HELD;
+                }
+            }
+        }
     }
 
     /// Tendons as the last, negative block: rows R, diagonal −1/curvature. A slack or saturated tendon has

@@ -66,6 +66,8 @@ pub struct Newton {
     pub(super) av: Vec<f64>,
     pub(super) a_direction: Vec<f64>,
     pub(super) gradient: Vec<f64>,
+    /// Impulse that holds a base whose velocities are given.
+    pub(super) mount: [f64; 6],
     pub(super) direction: Vec<f64>,
     pub(super) rhs: Vec<f64>,
     pub(super) scratch: Vec<f64>,
@@ -129,6 +131,9 @@ impl Newton {
             self.cholesky.solve(&mut self.rhs, &mut self.scratch);
             let mut direction = std::mem::take(&mut self.direction);
             direction.copy_from_slice(&self.rhs[..n]);
+            if problem.held {
+                direction[..6].fill(0.0);
+            }
             self.project(model, kin, problem, &direction, true);
             multiply(model, problem, &direction, &mut self.a_direction);
             let slope = dot(&direction, &self.gradient);
@@ -170,6 +175,11 @@ impl Newton {
         for k in 0..problem.rows {
             self.row_velocity[k] += step * self.row_direction[k];
         }
+    }
+
+    /// Impulse that holds a base whose velocities are given, at the solution.
+    pub fn mount_impulse(&self) -> [f64; 6] {
+        self.mount
     }
 
     /// Impulse of a tendon at the solution.
@@ -300,6 +310,10 @@ impl Newton {
             for &(dof, r) in &term.row {
                 self.gradient[dof] -= r * impulse;
             }
+        }
+        if problem.held {
+            self.mount.copy_from_slice(&self.gradient[..6]);
+            self.gradient[..6].fill(0.0);
         }
     }
 

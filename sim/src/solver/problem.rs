@@ -108,6 +108,8 @@ pub struct ObjectProblem {
 pub struct Problem {
     /// Length of the hand's part; 0 without the hand.
     pub hand_dofs: usize,
+    /// Whether the base's velocities are given.
+    pub held: bool,
     /// A of the hand, row-major.
     pub hand_matrix: Vec<f64>,
     /// The objects, in ascending order.

@@ -10,12 +10,10 @@ pub enum ScalarLaw {
         /// Velocity that brings the coordinate back to its limit.
         target: f64,
     },
-    /// Saturated spring-damper: `f = clamp(k (x − θh u) + b (u_t − u), ±limit)`.
+    /// Saturated spring-damper: `f = clamp(k (x − h u) + b (u_t − u), ±limit)`.
     Servo {
         /// Step h, s.
         h: f64,
-        /// When the spring's force is taken: θh, s.
-        reach: f64,
         /// Stiffness k.
         stiffness: f64,
         /// Damping b.
@@ -54,12 +52,12 @@ impl ScalarLaw {
                     (0.0, 0.0)
                 }
             }
-            ScalarLaw::Servo { h, reach, stiffness, damping, error, target, limit } => {
-                let f = stiffness * (error - reach * u) + damping * (target - u);
+            ScalarLaw::Servo { h, stiffness, damping, error, target, limit } => {
+                let f = stiffness * (error - h * u) + damping * (target - u);
                 if f.abs() >= limit {
                     (h * limit * f.signum(), 0.0)
                 } else {
-                    (h * f, h * (reach * stiffness + damping))
+                    (h * f, h * (h * stiffness + damping))
                 }
             }
             ScalarLaw::Tendon { h, stiffness, damping, error, limit } => {

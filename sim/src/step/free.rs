@@ -39,11 +39,10 @@ impl World {
         due
     }
 
-    /// Gives the freely flying hand the momentum that is due, about its base's origin before the step: the same
+    /// Gives the freely flying hand the momentum that is due about `from`, its base's origin before the step: the same
     /// velocities mean another momentum once the shape has changed. The base takes up the difference as if all
     /// joints were locked.
-    pub(super) fn keep_momentum(&mut self, due: Force) {
-        let from = self.work.kin.origin;
+    pub(super) fn keep_momentum(&mut self, due: Force, from: Vec3) {
         hand_dynamics(&self.model, &mut self.work, self.state.base, &self.state.q, &self.state.v);
         let now = self.hand_momentum(&self.state.v);
         let due = due.moved(self.work.kin.origin - from);
@@ -104,7 +103,7 @@ fn omega_at(rotation: Rotation, inverse: Mat3, momentum: Vec3) -> Vec3 {
 }
 
 /// Quaternion's derivative at angular velocity ω.
-fn rate(rotation: Rotation, omega: Vec3) -> Rotation {
+pub(super) fn rate(rotation: Rotation, omega: Vec3) -> Rotation {
     Rotation::from_xyzw(omega.x, omega.y, omega.z, 0.0) * rotation * 0.5
 }
 

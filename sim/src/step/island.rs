@@ -2,7 +2,6 @@
 
 use super::free::{advanced, turned};
 use super::mean::{Correction, correction};
-use super::midpoint::Stride;
 use super::pose::{glide, rebound_of, rest_target};
 use crate::contact::anchor::{Anchor, stretch_after};
 use crate::model::Owner;
@@ -28,16 +27,15 @@ impl World {
         if self.work.solvers.len() == slot {
             self.work.solvers.push(Default::default());
         }
+        let alone = island.hand && island.objects.is_empty();
+        let undamped = self.model.undamped_hand();
+        if alone && undamped && island.pairs.is_empty() && self.explicit_step() {
+            return;
+        }
         let mut solvers = std::mem::take(&mut self.work.solvers);
         let (problem, newton) = &mut solvers[slot];
         let mut v = std::mem::take(&mut self.work.velocity);
-        let alone = island.hand && island.objects.is_empty();
-        let done = alone
-            && if self.model.undamped_hand() {
-                island.pairs.is_empty() && self.conservative_step(island, problem, newton, &mut v)
-            } else {
-                self.smooth_step(island, problem, newton, &mut v)
-            };
+        let done = alone && !undamped && self.smooth_step(island, problem, newton, &mut v);
         if !done {
             let mut earlier = std::mem::take(&mut self.state.earlier);
             if island.hand {
@@ -47,7 +45,7 @@ impl World {
             if island.hand {
                 let touches = problem.points.iter().any(|point| point.impulse[2] > 0.0);
                 let smooth = alone && !touches && self.work.limits.is_empty() && self.work.servo_on;
-                earlier.smooth = smooth && !self.model.undamped_hand();
+                earlier.smooth = smooth && !undamped;
             }
             self.state.earlier = earlier;
         }
@@ -63,8 +61,8 @@ impl World {
         newton: &mut Newton,
         v: &mut Vec<f64>,
     ) {
-        let stride = Stride { h: self.model.config().step_s, theta: 1.0 };
-        self.pose_problem(island, problem, v, stride);
+        let h = self.model.config().step_s;
+        self.pose_problem(island, problem, v, h);
         self.minimise(problem, newton, v, self.model.config().tolerance);
         let harder = (self.model.config().contact_stiffness / HOVER_STIFFNESS).max(1.0);
         let more = if harder > 1.0 { libm::log10(harder).ceil() as usize } else { 0 };
@@ -77,12 +75,12 @@ impl World {
             self.minimise(problem, newton, v, self.model.config().tolerance);
         }
         self.remember(island, problem);
-        self.report_hand_forces(island, problem, newton, v, stride.h);
+        self.report_hand_forces(island, problem, newton, v, h);
         let floats = island.hand && !self.work.servo_on;
-        let due = floats.then(|| self.momentum_due(v));
+        let due = floats.then(|| (self.momentum_due(v), self.work.kin.origin));
         self.integrate(island, problem, v);
-        if let Some(due) = due {
-            self.keep_momentum(due);
+        if let Some((due, from)) = due {
+            self.keep_momentum(due, from);
         }
     }
 
@@ -114,7 +112,8 @@ impl World {
             for k in 0..problem.rows {
                 self.state.tension[k] = newton.row_impulse(problem, k) / h;
             }
-            self.work.servo_force = [0.0; 6];
+            self.work.servo_force =
+                if problem.held { newton.mount_impulse().map(|impulse| impulse / h) } else { [0.0; 6] };
             for term in &problem.axis_terms {
                 let force = term.sign * term.law.impulse(term.sign * v[term.dof]).0 / h;
                 if term.dof < 6 {
@@ -217,6 +216,9 @@ impl World {
         let (n, state) = (self.model.hand_dofs(), &mut self.state);
         state.v[..n].copy_from_slice(&v[..n]);
         state.base = advanced(state.base, &mut state.q, &v[..n], time_s);
+        if self.work.held {
+            state.base = state.reference.pose;
+        }
     }
 
     /// Positions move with the velocities of the end of the step, or with the mean where nothing is stiff.

@@ -1,13 +1,13 @@
 //! One step: forces and contacts at the start, one convex solve for the velocities at the end, integration.
 
+mod explicit;
 mod free;
 mod island;
 mod mean;
-mod midpoint;
 mod pose;
 mod smooth;
 
-pub(crate) use midpoint::Stride;
+pub(crate) use explicit::Stages;
 
 use crate::actuation::base::{self, BaseCommand};
 use crate::actuation::motor;
@@ -44,6 +44,7 @@ impl World {
         self.work.pushes.clear();
         self.work.pushes.extend_from_slice(&command.pushes);
         self.work.servo_on = command.base != BaseCommand::Free;
+        self.work.held = self.work.servo_on && self.model.config().base.bolted;
         if !self.work.servo_on {
             let (linear, angular) = (self.state.v[..3].as_chunks().0[0], self.state.v[3..6].as_chunks().0[0]);
             let (linear, angular) = (Vec3::from_array(linear), Vec3::from_array(angular));
@@ -193,7 +194,7 @@ fn hand_dynamics(model: &Model, work: &mut Workspace, base: Pose, q: &[f64], v: 
     work.mass.resize(n * n, 0.0);
     work.bias.resize(n, 0.0);
     work.kin.update(hand, base, q);
-    work.inertias.update(hand, &work.kin);
+    work.inertias.update(hand, &work.kin, 0);
     work.inertias.mass_matrix(hand, &work.kin, &mut work.mass);
     let gravity = model.config().gravity;
     work.recursion.bias(hand, &work.kin, &work.inertias, &v[..n], gravity, &mut work.bias);

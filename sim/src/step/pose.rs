@@ -1,7 +1,6 @@
 //! Poses an island's minimisation problem: A, A v*, contacts, limits, servo and tendons.
 
 use super::free::free_turn;
-use super::midpoint::Stride;
 use crate::actuation::{base, tendon};
 use crate::config::Config;
 use crate::contact::impact::{Rebound, rebound};
@@ -18,49 +17,42 @@ use crate::world::World;
 const REBOUND_STIFFNESS: f64 = 1e6;
 
 impl World {
-    /// Fills in A, A v*, contacts and terms; `v` becomes the starting point, the present velocities. The unknown
-    /// is the velocity `v₀ + θ (v₁ − v₀)` that moves the positions, and springs act as of θ h.
-    pub(super) fn pose_problem(
-        &self,
-        island: &Island,
-        problem: &mut Problem,
-        v: &mut Vec<f64>,
-        stride: Stride,
-    ) {
+    /// Fills in A, A v*, contacts and terms of a step of length h; `v` becomes the starting point, the present
+    /// velocities, but those of a bolted base, which are what they must be.
+    pub(super) fn pose_problem(&self, island: &Island, problem: &mut Problem, v: &mut Vec<f64>, h: f64) {
         let (model, state, work) = (&self.model, &self.state, &self.work);
         let config = model.config();
-        let Stride { h, theta } = stride;
         v.clear();
         problem.momentum.clear();
         problem.axis_terms.clear();
         problem.objects.clear();
         problem.hand_dofs = 0;
+        problem.held = false;
         problem.rows = 0;
         problem.fresh = true;
         if let (Some(hand), true) = (model.hand(), island.hand) {
             let n = model.hand_dofs();
             problem.hand_dofs = n;
             problem.hand_matrix.clear();
-            if theta == 1.0 {
-                problem.hand_matrix.extend_from_slice(&work.mass);
-            } else {
-                problem.hand_matrix.extend(work.mass.iter().map(|m| m / theta));
-            }
+            problem.hand_matrix.extend_from_slice(&work.mass);
             v.extend_from_slice(&state.v[..n]);
             for (block, cluster) in model.clusters()[..model.hand_clusters()].iter().enumerate() {
                 let columns = columns(model.clusters(), block, n);
                 for i in cluster.dofs.clone() {
                     let p = row_sum(&work.mass[i * n..][..n], v, &columns);
-                    problem.momentum.push(p / theta - h * work.bias[i]);
+                    problem.momentum.push(p - h * work.bias[i]);
                 }
             }
-            if work.servo_on {
-                base::servo(&config.base, &state.reference, state.base, stride, &mut problem.axis_terms);
+            problem.held = work.held;
+            if work.held {
+                v[..6].copy_from_slice(&base::way(&state.reference, state.base).map(|way| way / h));
+            } else if work.servo_on {
+                base::servo(&config.base, &state.reference, state.base, h, &mut problem.axis_terms);
             }
             for (i, coordinate) in hand.coordinates.iter().enumerate() {
                 let k = 6 + i;
                 let (e, d) = (coordinate.stiffness, coordinate.damping);
-                problem.hand_matrix[k * n + k] += h * (d + theta * h * e);
+                problem.hand_matrix[k * n + k] += h * (d + h * e);
                 problem.momentum[k] -= h * e * (state.q[i] - coordinate.rest);
                 let lower = state.q[i] - coordinate.lower;
                 let upper = coordinate.upper - state.q[i];
@@ -68,12 +60,9 @@ impl World {
                 push_limit(&mut problem.axis_terms, config, h, (k, -1.0), upper, -v[k]);
             }
             tendon::terms(hand, &state.q, &state.motors, h, &mut problem.row_terms);
-            // The midpoint rule is for slack tendons alone.
-            if theta == 1.0 {
-                tendon::geometric_stiffness(hand, &state.q, &state.tension, |c, k| {
-                    problem.hand_matrix[(6 + c) * (n + 1)] += h * h * k;
-                });
-            }
+            tendon::geometric_stiffness(hand, &state.q, &state.tension, |c, k| {
+                problem.hand_matrix[(6 + c) * (n + 1)] += h * h * k;
+            });
             problem.rows = hand.tendons.len();
         }
         for &k in &island.objects {

@@ -4,7 +4,6 @@
 //! damps what is stiff as Euler does, so that no finger rings, and its error is of the second order.
 
 use super::free::turned;
-use super::midpoint::Stride;
 use crate::actuation::base::shortest_turn;
 use crate::dynamics::pattern::{columns, row_sum};
 use crate::solver::island::Island;
@@ -54,9 +53,10 @@ impl World {
         for ((v, now), before) in state.v[..n].iter_mut().zip(&now.v).zip(&earlier.v) {
             *v = now + (now - before) * AHEAD;
         }
-        let stride = Stride { h: (1.0 - AHEAD) * self.model.config().step_s, theta: 1.0 };
-        self.pose_problem(island, problem, v, stride);
-        v[..n].copy_from_slice(&now.v);
+        let h = (1.0 - AHEAD) * self.model.config().step_s;
+        self.pose_problem(island, problem, v, h);
+        let first = if problem.held { 6 } else { 0 };
+        v[first..n].copy_from_slice(&now.v[first..]);
         self.minimise(problem, newton, v, self.model.config().tolerance);
         let limited = |term: &AxisTerm| term.dof >= 6 && term.law.impulse(term.sign * v[term.dof]).0 != 0.0;
         let late = self.late_energy(v, &now.v);
@@ -68,8 +68,8 @@ impl World {
             self.state.v[..n].copy_from_slice(&now.v);
         } else {
             self.remember(island, problem);
-            self.report_hand_forces(island, problem, newton, v, stride.h);
-            self.move_hand(v, stride.h);
+            self.report_hand_forces(island, problem, newton, v, h);
+            self.move_hand(v, h);
             std::mem::swap(&mut self.state.earlier, &mut now);
             self.state.earlier.smooth = true;
         }

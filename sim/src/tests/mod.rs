@@ -1,5 +1,6 @@
 //! Behaviour of whole steps.
 
+mod bolted;
 mod energy;
 mod overlap;
 mod rebound;

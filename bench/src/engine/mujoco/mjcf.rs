@@ -14,8 +14,6 @@ const CONTACT: &str = "solref='0.002 1' solimp='0.999 0.9999 0.001'";
 const COUPLING: &str = "solref='0.002 1' solimp='0.9999 0.99999 0.0001'";
 /// Ratio of frictional to normal constraint impedance. With 1 grasped objects creep by half a millimetre a second.
 const IMPRATIO: f64 = 100.0;
-/// A base servo stiffer than this, N/m, is a base bolted to the world.
-const BOLTED: f64 = 1e9;
 /// A fixed box this large in two directions, m, is a plane.
 const PLANE_M: f64 = 1.0;
 
@@ -36,7 +34,7 @@ impl Base {
     pub(super) fn of(model: &Model) -> Base {
         match model.hand() {
             None => Base::None,
-            Some(_) if model.config().base.stiffness >= BOLTED => Base::Bolted,
+            Some(_) if model.config().base.bolted => Base::Bolted,
             Some(_) if model.config().base.stiffness == 0.0 => Base::Free,
             Some(_) => Base::Servo,
         }

@@ -38,11 +38,18 @@ pub(super) struct HandBody {
     pub hinges: Vec<HingeDof>,
     /// The hinge that carries each coordinate; the others are coupled to it.
     pub masters: Vec<usize>,
+    /// Degrees of freedom of the base: none if it is bolted.
+    pub base_dofs: usize,
     hand: Arc<Hand>,
 }
 
 impl HandBody {
-    pub(super) fn build(world: &mut PhysicsWorld, hand: &Arc<Hand>, state: &State) -> Result<Self> {
+    pub(super) fn build(
+        world: &mut PhysicsWorld,
+        hand: &Arc<Hand>,
+        state: &State,
+        bolted: bool,
+    ) -> Result<Self> {
         let coupler = MassProperties::new(Vec3::ZERO, COUPLER_KG, Vec3::splat(COUPLER_KGM2));
         let weight = if hand.gravity_compensation { 0.0 } else { 1.0 };
         let dynamic = |mass: MassProperties| {
@@ -59,7 +66,8 @@ impl HandBody {
             let inertia = &link.inertia;
             let mass = MassProperties::with_inertia_matrix(inertia.com, inertia.mass, inertia.about_com);
             let (Some(parent), Some(joint)) = (link.parent, &link.joint) else {
-                bodies.push(world.insert_body(dynamic(mass)));
+                let body = if bolted { RigidBodyBuilder::fixed().pose(state.base) } else { dynamic(mass) };
+                bodies.push(world.insert_body(body));
                 continue;
             };
             let mut before = bodies[parent];
@@ -80,7 +88,8 @@ impl HandBody {
             .collect::<Option<Vec<usize>>>()
             .context("a coordinate moves no hinge")?;
         let joint = last.context("the hand has no joints")?;
-        let body = HandBody { joint, bodies, hinges, masters, hand: Arc::clone(hand) };
+        let base_dofs = if bolted { 0 } else { 6 };
+        let body = HandBody { joint, bodies, hinges, masters, base_dofs, hand: Arc::clone(hand) };
         body.equip(world.multibody_joints.get_mut(joint).context("the hand's multibody")?.0);
         Ok(body)
     }
@@ -147,7 +156,9 @@ impl HandBody {
                 body.add_force_at_point(push.force, at, true);
             }
         }
-        self.servo(world, model, state);
+        if self.base_dofs > 0 {
+            self.servo(world, model, state);
+        }
         let contact = tendon::contact_impulses(world, self.joint);
         let Some((multibody, _)) = world.multibody_joints.get_mut(self.joint) else { return };
         tendon::pull(self, &self.hand, multibody, state, config.step_s, &contact);
@@ -200,7 +211,7 @@ impl HandBody {
         }
         multibody.apply_displacements(&change);
         let mut velocity = vec![0.0; multibody.ndofs()];
-        velocity[..6].copy_from_slice(&state.v[..6]);
+        velocity[..self.base_dofs].copy_from_slice(&state.v[..self.base_dofs]);
         for hinge in &self.hinges {
             velocity[dof(multibody, hinge)] = hinge.ratio * state.v[6 + hinge.coordinate];
         }
@@ -214,7 +225,7 @@ impl HandBody {
         let Some((multibody, _)) = world.multibody_joints.get(self.joint) else { return };
         state.base = *multibody.root().local_to_world();
         let velocity = multibody.generalized_velocity();
-        state.v[..6].copy_from_slice(&velocity.as_slice()[..6]);
+        state.v[..self.base_dofs].copy_from_slice(&velocity.as_slice()[..self.base_dofs]);
         for (c, &master) in self.masters.iter().enumerate() {
             let hinge = &self.hinges[master];
             state.q[c] = self.coordinate(multibody, c);

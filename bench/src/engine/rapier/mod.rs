@@ -51,7 +51,9 @@ pub fn settings() -> Vec<String> {
              {CONTACT_DAMPING}; friction also in the bias pass"
         ),
         "contacts foreseen over 2 mm + h · 1 m/s, as ours do for bodies at rest".into(),
-        "hand: one multibody on a floating root; the base servo is spring and damper of the root, same gains".into(),
+        "hand: one multibody on a floating root; the base servo is spring and damper of the root, same gains; a bolted \
+         base is a fixed root"
+            .into(),
         "rolling joints: two hinges, a coupler of 0.1 g, MultibodyDofCoupling".into(),
         "tendon: implicit cable by the reduced inertia (couplings and last contact impulses included), applied \
          through set_spring"
@@ -101,7 +103,7 @@ impl Rapier {
         parameters.num_internal_pgs_iterations = sweeps;
 
         let hand = match model.hand() {
-            Some(hand) => Some(HandBody::build(&mut world, hand, &state)?),
+            Some(hand) => Some(HandBody::build(&mut world, hand, &state, model.config().base.bolted)?),
             None => None,
         };
         let objects = scene::add_objects(&mut world, &model);

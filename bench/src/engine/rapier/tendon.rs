@@ -115,7 +115,7 @@ fn foresee(
         impulse[at] -= h * (coordinate.stiffness * (stretch + h * v) + coordinate.damping * v) / square;
     }
     let root = multibody.root().joint;
-    for k in 0..6 {
+    for k in 0..body.base_dofs {
         let (stiffness, rest) = root.spring(k);
         let v = velocity[k];
         impulse[k] -= h * (stiffness * (root.coords()[k] - rest + h * v) + multibody.damping()[k] * v);
