@@ -84,6 +84,9 @@ enum What {
         /// Few cases and steps, coarse references: under three minutes.
         #[arg(long)]
         quick: bool,
+        /// Wall time of a peer's run, and of its reference, s; beyond it the run is listed as not finished.
+        #[arg(long, default_value_t = 60.0)]
+        run_limit_s: f64,
     },
     /// Read a report's JSON: is a peer ahead of ours anywhere at an equal or smaller error? Fails if so.
     Check {
@@ -115,9 +118,10 @@ fn main() -> Result<()> {
                 );
             }
         }
-        What::Report { out, engines, cases, steps_ms, repeats, quick } => {
+        What::Report { out, engines, cases, steps_ms, repeats, quick, run_limit_s } => {
             let engines = engines.iter().map(|name| EngineKind::from_name(name)).collect::<Result<_>>()?;
-            report::write(&report::Options { out, engines, cases, steps_ms, repeats, quick })?;
+            let options = report::Options { out, engines, cases, steps_ms, repeats, quick, run_limit_s };
+            report::write(&options)?;
         }
         What::Check { report } => report::runner::check(&report)?,
         What::Case { name, dt, engine, json, reference_dt } => {

@@ -28,6 +28,9 @@ pub(crate) struct Options {
     /// Timing runs, of which the median counts.
     #[arg(long, default_value_t = 5)]
     repeats: usize,
+    /// Wall time of a peer's run, and of its reference, s; beyond it the run is listed as not finished.
+    #[arg(long, default_value_t = 60.0)]
+    run_limit_s: f64,
 }
 
 /// Builds the bench, prepares MuJoCo if it can, and runs the comparison; its progress is shown as it goes.
@@ -39,6 +42,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let mut report = Command::new(&program);
     report.current_dir(crate::root()).arg("report").arg("--out").arg(out);
     report.args(["--engines", &options.engines, "--repeats", &options.repeats.to_string()]);
+    report.args(["--run-limit-s", &options.run_limit_s.to_string()]);
     for (flag, value) in [("--cases", &options.cases), ("--steps-ms", &options.steps_ms)] {
         if let Some(value) = value {
             report.args([flag, value]);

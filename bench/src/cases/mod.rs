@@ -25,6 +25,7 @@ pub mod synergy;
 pub mod tendon;
 pub mod torsion;
 
+use crate::engine::limit::{self, NotFinished};
 use crate::engine::{Engine, EngineKind};
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants, Report};
@@ -65,16 +66,25 @@ impl Setup {
         self.reference_dt_s.map(|dt_s| Setup { dt_s, reference_dt_s: None, ..*self })
     }
 
-    /// What `make` makes of this setup; made once for each `name`, engine and step, since reference runs are long.
+    /// What `make` makes of this setup; made once for each `name`, engine and step, since reference runs are long. Nor is
+    /// one begun again that did not come to an end in its time.
     pub fn once<T: Clone + 'static>(&self, name: &str, make: impl FnOnce(&Setup) -> Result<T>) -> Result<T> {
         let key = format!("{name} {} {:e}", self.engine.name(), self.dt_s);
-        let known = MADE.with_borrow(|made| made.get(&key).and_then(|it| it.downcast_ref::<T>()).cloned());
-        if let Some(known) = known {
-            return Ok(known);
-        }
-        let it = make(self)?;
-        MADE.with_borrow_mut(|made| made.insert(key, Box::new(it.clone())));
-        Ok(it)
+        let known = MADE.with_borrow(|made| {
+            made.get(&key).and_then(|it| it.downcast_ref::<Result<T, NotFinished>>()).cloned()
+        });
+        let made = match known {
+            Some(known) => known,
+            None => {
+                let made = match limit::apart(|| make(self)) {
+                    Ok(it) => Ok(it),
+                    Err(error) => Err(error.downcast::<NotFinished>()?),
+                };
+                MADE.with_borrow_mut(|all| all.insert(key, Box::new(made.clone())));
+                made
+            }
+        };
+        made.map_err(|error| anyhow::Error::new(error).context("its reference run"))
     }
 }
 

@@ -4,11 +4,13 @@
 //! that a case is written once and judged by the same code whoever steps it.
 
 mod clock;
+pub mod limit;
 pub mod mujoco;
 mod own;
 pub mod rapier;
 
 use anyhow::{Result, bail};
+use limit::Limited;
 use palmares_models::hand::Hand;
 use palmares_models::{Mat3, Vec3};
 use palmares_sim::world::Outcome;
@@ -101,8 +103,8 @@ impl EngineKind {
         }
         match self {
             EngineKind::Own => Ok(Box::new(own::Own::new(World::new(model, state)))),
-            EngineKind::Rapier => Ok(Box::new(rapier::Rapier::new(model, state)?)),
-            EngineKind::MuJoCo => Ok(Box::new(mujoco::MuJoCo::new(model, state)?)),
+            EngineKind::Rapier => Ok(Box::new(Limited(Box::new(rapier::Rapier::new(model, state)?)))),
+            EngineKind::MuJoCo => Ok(Box::new(Limited(Box::new(mujoco::MuJoCo::new(model, state)?)))),
         }
     }
 }

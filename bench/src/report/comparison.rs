@@ -22,6 +22,9 @@ pub struct Comparison {
     pub commit: String,
     /// Timing runs of which the median is given.
     pub repeats: usize,
+    /// Wall time that a run of a peer, or its reference, had at most, s.
+    #[serde(default)]
+    pub run_limit_s: f64,
     /// The engines.
     pub engines: Vec<EngineNote>,
     /// One per case, engine and step.
@@ -66,6 +69,9 @@ pub struct Run {
     pub invariants: Invariants,
     /// Why the run cannot be used; none when it can.
     pub trouble: Option<String>,
+    /// Whether it cannot be used because it did not come to an end in its time.
+    #[serde(default)]
+    pub unfinished: bool,
     /// Median over the timing runs of the CPU time for a second of simulated time, s.
     pub cpu_s: f64,
     /// Least and most of them.

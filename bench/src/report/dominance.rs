@@ -14,6 +14,9 @@ pub struct Verdict {
     pub usable: usize,
     /// Steps tried.
     pub tried: usize,
+    /// Steps of the peer with which it did not come to an end in its time: they say nothing.
+    #[serde(default)]
+    pub unfinished: usize,
     /// Steps of ours that did it.
     pub own_usable: usize,
     /// Steps of the peer, ms, at which no run of ours has at most its error in at most its time.
@@ -32,11 +35,16 @@ impl Verdict {
     /// In words.
     pub fn words(&self) -> String {
         let steps: Vec<String> = self.ahead_ms.iter().map(|ms| format!("{ms}")).collect();
-        match (self.usable, self.holds(), self.least_advantage) {
+        let words = match (self.usable, self.holds(), self.least_advantage) {
+            (0, ..) if self.unfinished == self.tried => "nothing is known".into(),
             (0, ..) => "the peer does it at no step".into(),
             (_, true, Some(ratio)) => format!("ours is never slower; at least {ratio:.1} times as fast"),
             (_, true, None) => "ours is never slower".into(),
             (_, false, _) => format!("**the peer is ahead** at {} ms", steps.join(", ")),
+        };
+        match self.unfinished {
+            0 => words,
+            n => format!("{words}; {n} of the peer's runs did not finish in time"),
         }
     }
 }
@@ -84,6 +92,7 @@ fn verdict(runs: &[Run], own: &str, case: &str, peer: &str) -> Option<Verdict> {
         peer: peer.to_owned(),
         usable: points.len(),
         tried: theirs.len(),
+        unfinished: theirs.iter().filter(|run| run.unfinished).count(),
         own_usable: own_points.len(),
         ahead_ms,
         least_advantage: least,
@@ -103,6 +112,7 @@ mod tests {
             error: Some(Figure::new("e", error, "mm")),
             invariants: Invariants::default(),
             trouble: None,
+            unfinished: false,
             cpu_s,
             cpu_s_between: [cpu_s; 2],
             us_per_step: Times::default(),
@@ -131,5 +141,20 @@ mod tests {
         lost.trouble = Some("object lost".into());
         let verdicts = verdicts(&[run("own", 1.0, 0.1, 0.1), lost], "own", &["peer"]);
         assert_eq!((verdicts[0].usable, verdicts[0].tried), (0, 1));
+    }
+
+    #[test]
+    fn a_run_that_did_not_finish_is_told_and_judged_by_nothing() {
+        let mut endless = run("peer", 1.0, 0.0, 0.0);
+        (endless.error, endless.trouble, endless.unfinished) = (None, Some("not finished".into()), true);
+        let alone = verdicts(&[run("own", 1.0, 0.1, 0.1), endless.clone()], "own", &["peer"]);
+        assert_eq!(alone[0].words(), "nothing is known; 1 of the peer's runs did not finish in time");
+        let ahead = run("peer", 2.0, 0.1, 0.01);
+        let both = verdicts(&[run("own", 1.0, 0.1, 0.1), endless, ahead], "own", &["peer"]);
+        assert_eq!((both[0].usable, both[0].tried, both[0].unfinished), (1, 2, 1));
+        assert_eq!(
+            both[0].words(),
+            "**the peer is ahead** at 2 ms; 1 of the peer's runs did not finish in time"
+        );
     }
 }

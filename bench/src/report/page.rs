@@ -53,8 +53,10 @@ fn head(page: &mut String, report: &Comparison) {
         writing commands and reading the clock; errors and timings come from separate passes, and a timing run ends after {LONGEST_S} s of CPU. MuJoCo's runs are played again in one \
         tight loop of its own, without the pipe. A run *can be used* if all numbers \
         stay finite, no step fails, an object that is to be held is held, and the error is below 0.2 rad, 30 mm or \
-        50 %. Errors below 1 nrad, 0.1 µm and 0.001 % count as equal.\n",
-        report.repeats
+        50 %. Errors below 1 nrad, 0.1 µm and 0.001 % count as equal. A run of a peer, or its \
+        reference, that takes more than {} s by the clock on the wall is *not finished* and judged by nothing.\n",
+        report.repeats,
+        report.run_limit_s
     );
     if report.quick {
         put!(page, "This is a quick report: few cases and steps, coarse references.\n");

@@ -5,6 +5,7 @@ use super::dominance::verdicts;
 use super::machine::{self, Machine};
 use super::{Figure, Invariants, Report, page, plots, ticks};
 use crate::cases::{self, Case, Setup};
+use crate::engine::limit::{self, NotFinished};
 use crate::engine::{EngineKind, mujoco, rapier};
 use crate::recorder::Recorder;
 use anyhow::{Context, Result, bail, ensure};
@@ -27,6 +28,8 @@ pub struct Options {
     pub repeats: usize,
     /// Fewer cases and steps, coarser references.
     pub quick: bool,
+    /// Wall time of a run of a peer, and of its reference, s; beyond it the run is listed as not finished.
+    pub run_limit_s: f64,
 }
 
 /// The steps of a report, ms.
@@ -48,6 +51,12 @@ fn left_out(name: &str) -> Option<&'static str> {
 pub(super) const LONGEST_S: f64 = 2.0;
 const QUICK_LONGEST_S: f64 = 0.5;
 
+/// ... and, of a peer, all of them after this much wall time, s: MuJoCo's steps wait for a pipe, ours for nothing.
+const TIMED_S: f64 = 20.0;
+
+/// No run's limit is longer than this, s.
+const LONGEST_LIMIT_S: f64 = 86400.0;
+
 /// Step of the reference runs of cases without an analytic answer, s. rapier takes half a millisecond of CPU a
 /// step with a hand, so that its reference is coarser: a tenth of its finest step is left.
 fn reference_s(engine: EngineKind, quick: bool) -> f64 {
@@ -62,6 +71,11 @@ fn reference_s(engine: EngineKind, quick: bool) -> f64 {
 /// Runs everything and writes the report.
 pub fn write(options: &Options) -> Result<Comparison> {
     ensure!(options.repeats > 0, "at least one timing run is needed");
+    ensure!(
+        options.run_limit_s > 0.0 && options.run_limit_s <= LONGEST_LIMIT_S,
+        "a limit of {} s is out of range; it must be positive and at most a day",
+        options.run_limit_s
+    );
     let begin = Instant::now();
     let (machine, commit) = (Machine::here(), machine::commit());
     let engines = notes(options);
@@ -86,7 +100,7 @@ pub fn write(options: &Options) -> Result<Comparison> {
     let mut progress = Progress { begin, done: 0, all: 2 * jobs.len() };
     let mut runs = Vec::new();
     for (case, kind, dt_ms) in &jobs {
-        let run = error_pass(case, *kind, *dt_ms, options.quick);
+        let run = limit::within(options.run_limit_s, || error_pass(case, *kind, *dt_ms, options.quick));
         progress.line("error", &run, &said(&run));
         runs.push(run);
     }
@@ -94,7 +108,9 @@ pub fn write(options: &Options) -> Result<Comparison> {
         // How long it takes to lose an object is of no interest.
         if run.trouble.is_none() {
             let longest_s = if options.quick { QUICK_LONGEST_S } else { LONGEST_S };
-            time_pass(case, *kind, *dt_ms, options.repeats, longest_s, run);
+            limit::within(options.run_limit_s.min(TIMED_S), || {
+                time_pass(case, *kind, *dt_ms, options.repeats, longest_s, run);
+            });
             progress.line("time", run, &format!("{:.3} ms of CPU a second", 1e3 * run.cpu_s));
         } else {
             progress.done += 1;
@@ -108,6 +124,7 @@ pub fn write(options: &Options) -> Result<Comparison> {
         machine,
         commit,
         repeats: options.repeats,
+        run_limit_s: options.run_limit_s,
         engines,
         verdicts: verdicts(&runs, EngineKind::Own.name(), &peers),
         runs,
@@ -186,6 +203,7 @@ fn error_pass(case: &Case, kind: EngineKind, dt_ms: f64, quick: bool) -> Run {
         error: None,
         invariants: Invariants::default(),
         trouble: None,
+        unfinished: false,
         cpu_s: 0.0,
         cpu_s_between: [0.0; 2],
         us_per_step: Default::default(),
@@ -195,7 +213,10 @@ fn error_pass(case: &Case, kind: EngineKind, dt_ms: f64, quick: bool) -> Run {
             run.trouble = trouble(&error, &invariants);
             (run.error, run.invariants) = (Some(Figure { value: finite(error.value), ..error }), invariants);
         }
-        Err(error) => run.trouble = Some(format!("{error:#}").lines().next().unwrap_or("failed").to_owned()),
+        Err(error) => {
+            run.unfinished = error.downcast_ref::<NotFinished>().is_some();
+            run.trouble = Some(format!("{error:#}").lines().next().unwrap_or("failed").to_owned());
+        }
     }
     run
 }
@@ -211,7 +232,7 @@ fn time_pass(case: &Case, kind: EngineKind, dt_ms: f64, repeats: usize, longest_
     let play = || {
         let mut recorder = Recorder::for_at_most(longest_s);
         let finished = (case.run)(&setup, &mut recorder).is_ok();
-        (finished || recorder.broke_off()).then(|| recorder.times())
+        (finished || recorder.broke_off() || limit::used_up()).then(|| recorder.times())
     };
     let mut times: Vec<_> = if kind == EngineKind::MuJoCo {
         let (first, totals) = mujoco::replayed(repeats, longest_s, play);
@@ -306,6 +327,7 @@ mod tests {
             steps_ms: vec![2.0, 8.0],
             repeats: 1,
             quick: true,
+            run_limit_s: 60.0,
         };
         let made = write(&options).expect("it runs");
         assert_eq!(made.runs.len(), 4);
@@ -335,6 +357,7 @@ mod tests {
             steps_ms: Vec::new(),
             repeats: 1,
             quick: true,
+            run_limit_s: 60.0,
         };
         let message = write(&options).expect_err("refused").to_string();
         assert!(message.contains("bowling"), "{message}");

@@ -1,0 +1,126 @@
+//! A limit on the wall time of a peer's runs: some would take an hour to say what shorter ones say.
+
+use super::{Cost, Engine};
+use anyhow::Result;
+use palmares_models::Vec3;
+use palmares_sim::world::Outcome;
+use palmares_sim::{Command, Model, State};
+use std::cell::Cell;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+thread_local! {
+    static LIMIT: Cell<Option<Limit>> = const { Cell::new(None) };
+}
+
+#[derive(Clone, Copy)]
+struct Limit {
+    allowed_s: f64,
+    end: Instant,
+}
+
+impl Limit {
+    fn new(allowed_s: f64) -> Self {
+        Limit { allowed_s, end: Instant::now() + Duration::from_secs_f64(allowed_s) }
+    }
+}
+
+/// A peer's run that came to no end in time: it says nothing, neither good nor bad.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NotFinished {
+    /// The time it had, s.
+    pub allowed_s: f64,
+}
+
+impl std::fmt::Display for NotFinished {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "not finished within {} s", self.allowed_s)
+    }
+}
+
+impl std::error::Error for NotFinished {}
+
+/// Runs `run`, in which steps of peers fail after so much wall time, s.
+pub fn within<T>(allowed_s: f64, run: impl FnOnce() -> T) -> T {
+    let before = LIMIT.replace(Some(Limit::new(allowed_s)));
+    let outcome = run();
+    LIMIT.set(before);
+    outcome
+}
+
+/// Runs `run` with a limit of its own of the same length, where there is one: a reference is not a part of the first
+/// run that needs it.
+pub fn apart<T>(run: impl FnOnce() -> T) -> T {
+    let Some(outer) = LIMIT.get() else { return run() };
+    let begin = Instant::now();
+    let outcome = within(outer.allowed_s, run);
+    LIMIT.set(Some(Limit { end: outer.end + begin.elapsed(), ..outer }));
+    outcome
+}
+
+/// Whether the present run has used up its time.
+pub fn used_up() -> bool {
+    LIMIT.get().is_some_and(|limit| Instant::now() > limit.end)
+}
+
+/// A peer that steps as long as there is time.
+pub(super) struct Limited(pub Box<dyn Engine>);
+
+impl Engine for Limited {
+    fn model(&self) -> &Arc<Model> {
+        self.0.model()
+    }
+
+    fn step(&mut self, command: &Command) -> Result<Cost> {
+        if let Some(limit) = LIMIT.get().filter(|_| used_up()) {
+            return Err(NotFinished { allowed_s: limit.allowed_s }.into());
+        }
+        self.0.step(command)
+    }
+
+    fn state(&self) -> &State {
+        self.0.state()
+    }
+
+    fn state_mut(&mut self) -> &mut State {
+        self.0.state_mut()
+    }
+
+    fn push(&mut self, object: usize, force: Vec3, torque: Vec3) {
+        self.0.push(object, force, torque);
+    }
+
+    fn outcome(&self) -> Outcome {
+        self.0.outcome()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cases::{self, Setup};
+    use crate::engine::EngineKind;
+
+    fn run(engine: EngineKind) -> Result<()> {
+        let setup = Setup { engine, dt_s: 8e-3, reference_dt_s: None };
+        cases::run("bowling", &setup).map(|_| ())
+    }
+
+    #[test]
+    fn a_peer_ends_with_its_time_and_ours_does_not() {
+        let error = within(0.0, || run(EngineKind::Rapier)).expect_err("there is no time");
+        assert_eq!(error.downcast_ref(), Some(&NotFinished { allowed_s: 0.0 }));
+        within(0.0, || run(EngineKind::Own)).expect("ours has no limit");
+        within(600.0, || run(EngineKind::Rapier)).expect("there is time");
+        run(EngineKind::Rapier).expect("there is no limit");
+    }
+
+    #[test]
+    fn what_runs_apart_takes_nothing_from_the_run_around_it() {
+        within(0.2, || {
+            apart(|| std::thread::sleep(Duration::from_millis(250)));
+            assert!(!used_up());
+        });
+        assert!(!used_up());
+    }
+}
