@@ -28,7 +28,7 @@ pub struct State {
     pub sleep: Vec<Sleep>,
     /// The hand one step earlier.
     pub(crate) earlier: Earlier,
-    /// Into how many substeps the next step of an undamped hand is divided; 0 when it was not free.
+    /// Into how many substeps an undamped hand's next step in the air is divided to begin with; 0 where nothing is known.
     pub(crate) substeps: u32,
     /// Contact memory of every pair of shapes that may touch, ascending by key.
     pub(crate) pairs: Vec<Pair>,
