@@ -10,7 +10,6 @@ use crate::solver::newton::Newton;
 use crate::solver::problem::Problem;
 use crate::world::{ContactForce, World};
 use palmares_models::Vec3;
-use std::sync::Arc;
 
 /// How often a step with a lone object, in the hand or out of it, is solved again because slip changed: each pass leaves
 /// a tenth of the error or so. With more objects something begins to slide at nearly every step: a hand among balls took
@@ -36,17 +35,15 @@ impl World {
         let (problem, newton) = &mut solvers[slot];
         let mut v = std::mem::take(&mut self.work.velocity);
         let done = alone && !undamped && self.smooth_step(island, problem, newton, &mut v);
-        if !done {
-            let mut earlier = std::mem::take(&mut self.state.earlier);
-            if island.hand {
-                self.write_hand(&mut earlier);
-            }
+        if !island.hand {
             self.implicit_step(island, problem, newton, &mut v);
-            if island.hand {
-                let touches = problem.points.iter().any(|point| point.impulse[2] > 0.0);
-                let smooth = alone && !touches && self.work.limits.is_empty() && self.work.servo_on;
-                earlier.smooth = smooth && !undamped;
-            }
+        } else if !done {
+            let mut earlier = std::mem::take(&mut self.state.earlier);
+            self.write_hand(&mut earlier);
+            self.implicit_step(island, problem, newton, &mut v);
+            let touches = problem.points.iter().any(|point| point.impulse[2] > 0.0);
+            let smooth = alone && !touches && self.work.limits.is_empty() && self.work.servo_on;
+            earlier.smooth = smooth && !undamped;
             self.state.earlier = earlier;
         }
         self.work.velocity = v;
@@ -91,9 +88,8 @@ impl World {
         v: &mut [f64],
         tolerance: f64,
     ) {
-        let model = Arc::clone(&self.model);
-        let config = model.config();
-        let report = newton.solve(&model, &self.work.kin, problem, v, tolerance, config.max_iterations);
+        let most = self.model.config().max_iterations;
+        let report = newton.solve(&self.model, &self.work.kin, problem, v, tolerance, most);
         self.outcome.iterations = self.outcome.iterations.max(report.iterations);
         self.outcome.evaluations += report.evaluations;
         self.outcome.converged &= report.converged;
