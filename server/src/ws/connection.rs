@@ -205,7 +205,8 @@ impl Connection {
                     self.expire().await
                 }
                 ordered = order(self.session.as_deref_mut()) => self.obey(ordered).await,
-                message = self.socket.recv() => self.receive(message).await,
+                // Whoever is in haste looks himself again at once, and need not be registered for waking.
+                message = self.socket.recv(), if !hasty => self.receive(message).await,
                 () = news(live.as_deref()) => self.stream().await,
                 () = ready(()), if hasty => ControlFlow::Continue(()),
             };
