@@ -1,6 +1,6 @@
 //! The shapes of a run as Foxglove shows them, in JSON.
 
-use super::frames::{WORLD, link_frame};
+use super::frames::{WORLD, Xyz, Xyzw, link_frame};
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_tasks::Run;
@@ -24,21 +24,6 @@ impl Time {
 }
 
 #[derive(Clone, Copy, Debug, Serialize)]
-struct Xyz {
-    x: f64,
-    y: f64,
-    z: f64,
-}
-
-#[derive(Clone, Copy, Debug, Serialize)]
-struct Xyzw {
-    x: f64,
-    y: f64,
-    z: f64,
-    w: f64,
-}
-
-#[derive(Clone, Copy, Debug, Serialize)]
 struct Place {
     position: Xyz,
     orientation: Xyzw,
@@ -53,21 +38,14 @@ struct Color {
 }
 
 /// To a hundredth of a millimetre: finer is not seen, and packs worse.
-fn rounded(x: f64) -> f64 {
-    // Adding zero makes -0 a 0.
-    (x * 1e5).round() / 1e5 + 0.0
-}
+const STEPS: f64 = 1e5;
 
 fn xyz(v: Vec3) -> Xyz {
-    Xyz { x: rounded(v.x), y: rounded(v.y), z: rounded(v.z) }
-}
-
-fn xyzw(q: Rotation) -> Xyzw {
-    Xyzw { x: rounded(q.x), y: rounded(q.y), z: rounded(q.z), w: rounded(q.w) }
+    Xyz::rounded(v, STEPS)
 }
 
 fn place(pose: Pose) -> Place {
-    Place { position: xyz(pose.translation), orientation: xyzw(pose.rotation) }
+    Place { position: xyz(pose.translation), orientation: Xyzw::rounded(pose.rotation, STEPS) }
 }
 
 #[derive(Debug, Serialize)]

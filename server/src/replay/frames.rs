@@ -7,6 +7,7 @@ use palmares_tasks::Run;
 use prost::{EncodeError, Message};
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet, Timestamp};
+use serde::Serialize;
 
 /// The frame everything else stands in.
 pub(super) const WORLD: &str = "world";
@@ -16,8 +17,18 @@ pub(super) fn link_frame(link: &Link) -> String {
     format!("hand/{}", link.name)
 }
 
-#[derive(Clone, Copy, PartialEq, Message)]
-struct Xyz {
+/// To 2⁻¹⁷, less than a hundredth of a millimetre: finer is not seen, and most bytes of such a number are zero.
+const STEPS: f64 = (1 << 17) as f64;
+
+/// The nearest of so many steps to one.
+fn rounded(x: f64, steps: f64) -> f64 {
+    // Adding zero makes -0 a 0.
+    (x * steps).round() / steps + 0.0
+}
+
+/// `foxglove.Vector3`
+#[derive(Clone, Copy, PartialEq, Message, Serialize)]
+pub(super) struct Xyz {
     #[prost(double, tag = "1")]
     x: f64,
     #[prost(double, tag = "2")]
@@ -26,8 +37,9 @@ struct Xyz {
     z: f64,
 }
 
-#[derive(Clone, Copy, PartialEq, Message)]
-struct Xyzw {
+/// `foxglove.Quaternion`
+#[derive(Clone, Copy, PartialEq, Message, Serialize)]
+pub(super) struct Xyzw {
     #[prost(double, tag = "1")]
     x: f64,
     #[prost(double, tag = "2")]
@@ -36,6 +48,22 @@ struct Xyzw {
     z: f64,
     #[prost(double, tag = "4")]
     w: f64,
+}
+
+impl Xyz {
+    /// A vector in such steps.
+    pub(super) fn rounded(v: Vec3, steps: f64) -> Self {
+        let [x, y, z] = v.to_array().map(|x| rounded(x, steps));
+        Xyz { x, y, z }
+    }
+}
+
+impl Xyzw {
+    /// An orientation in such steps.
+    pub(super) fn rounded(q: Rotation, steps: f64) -> Self {
+        let [x, y, z, w] = q.to_array().map(|x| rounded(x, steps));
+        Xyzw { x, y, z, w }
+    }
 }
 
 #[derive(Clone, PartialEq, Message)]
@@ -90,8 +118,8 @@ impl Frames {
         // Names are lent to the message: there are thousands of them a second.
         let lent = poses.iter().map(|(k, pose)| FrameTransform {
             timestamp,
-            translation: xyz(pose.translation),
-            rotation: xyzw(pose.rotation),
+            translation: Xyz::rounded(pose.translation, STEPS),
+            rotation: Xyzw::rounded(pose.rotation, STEPS),
             ..std::mem::take(&mut self.0[*k])
         });
         let message = FrameTransforms { transforms: lent.collect() };
@@ -113,21 +141,6 @@ impl FrameTransforms {
             (frame.parent_frame_id.as_str(), frame.child_frame_id.as_str(), pose)
         })
     }
-}
-
-/// To 2⁻¹⁷, less than a hundredth of a millimetre: finer is not seen, and most bytes of such a number are zero.
-fn rounded(x: f64) -> f64 {
-    const STEPS: f64 = (1 << 17) as f64;
-    // Adding zero makes -0 a 0.
-    (x * STEPS).round() / STEPS + 0.0
-}
-
-fn xyz(v: Vec3) -> Xyz {
-    Xyz { x: rounded(v.x), y: rounded(v.y), z: rounded(v.z) }
-}
-
-fn xyzw(q: Rotation) -> Xyzw {
-    Xyzw { x: rounded(q.x), y: rounded(q.y), z: rounded(q.z), w: rounded(q.w) }
 }
 
 /// The `FileDescriptorSet` that readers of `foxglove.FrameTransforms` need. Its fields are those of the published
