@@ -102,7 +102,7 @@ fn main() -> Result<()> {
                 println!("{:<24}{}", case.name, case.about);
             }
         }
-        What::Fingerprint => println!("{}", palmares_bench::fingerprint::balls()?),
+        What::Fingerprint => println!("{}", palmares_bench::fingerprint::balls(false)?),
         What::Robust { placements, every_step, grasps, piles, seed, dt, time } => {
             if placements {
                 robust_placements(every_step)?;

@@ -143,6 +143,8 @@ pub(crate) struct Workspace {
     pub forces: Vec<ContactForce>,
     pub limits: Vec<(AxisTerm, f64)>,
     pub servo_force: [f64; 6],
+    /// Whether the next step's dynamics and contacts are known already.
+    pub begun: bool,
     /// Forces from outside in this step.
     pub pushes: Vec<Push>,
     /// Whether the base servo acts in this step.
@@ -180,6 +182,7 @@ impl World {
     /// Goes back (or elsewhere) to a snapshot.
     pub fn restore(&mut self, state: State) {
         self.state = state;
+        self.work.begun = false;
         self.work.broad.invalidate();
         self.work.bounds.clear();
         self.work.speeds.clear();
@@ -189,6 +192,7 @@ impl World {
 
     /// Lets a test or a scene builder set velocities and poses by hand. Contact memory is kept.
     pub fn state_mut(&mut self) -> &mut State {
+        self.work.begun = false;
         self.work.broad.invalidate();
         self.work.bounds.clear();
         self.work.speeds.clear();
@@ -204,6 +208,7 @@ impl World {
         let load = &mut self.work.loads[object];
         *load = (load.0 + force, load.1 + torque);
         self.state.sleep[object] = crate::state::Sleep::default();
+        self.work.begun = false;
     }
 
     /// How the last step went.

@@ -45,11 +45,18 @@ proptest! {
     fn applied_actions_play_the_run_again(actions in actions()) {
         let (mut first, mut second) = (start(), start());
         for action in &actions {
+            let before = first.digest();
             first.step(action).expect("valid");
+            // Prepared, once or twice or not, is the same.
+            for _ in 0..first.tick() % 3 {
+                second.prepare();
+            }
+            prop_assert_eq!(second.digest(), before);
             second.step(first.applied()).expect("valid");
             prop_assert_eq!(bits(first.applied()), bits(second.applied()));
             prop_assert_eq!(first.state_hash(), second.state_hash());
         }
+        second.prepare();
         let end = first.finish(Reason::Stopped);
         prop_assert_eq!(end, second.finish(Reason::Stopped));
     }

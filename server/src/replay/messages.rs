@@ -30,7 +30,7 @@ pub(crate) struct StateHash(pub(crate) u64);
 impl StateHash {
     /// Of the state that a run is in.
     pub(super) fn of(run: &Run) -> Self {
-        StateHash(run.world().state().hash())
+        StateHash(run.digest())
     }
 }
 

@@ -285,6 +285,7 @@ impl Paced for Live {
         match seen {
             Ok((over, observation)) => {
                 self.push(Streamed { observation, due }, over);
+                world.tell();
                 over.is_none().then(|| pace.due())
             }
             Err(_) => {

@@ -192,6 +192,20 @@ impl Session {
         Ok(Reply::Obs(Box::new(obs)))
     }
 
+    /// Lets the witnesses of a lockstep run see what its controller has been told.
+    pub(crate) fn tell(&mut self) {
+        if let Stage::Lockstep(world) = &mut self.stage {
+            world.tell();
+        }
+    }
+
+    /// Computes what can be known of the next tick of a lockstep run while its controller thinks.
+    pub(crate) fn prepare(&mut self) {
+        if let Stage::Lockstep(world) = &mut self.stage {
+            world.prepare();
+        }
+    }
+
     /// Tells a realtime world what to do next.
     pub(crate) async fn act(&mut self, id: u64, act: Act) -> Result<Reply, Refusal> {
         self.close_if_over().await;

@@ -33,6 +33,8 @@ pub(crate) trait Witness: Send {
 /// What a world needs of a run. [`Run`] is the real one; tests bring worlds that break.
 pub(super) trait Playable: Send {
     fn step(&mut self, action: &Action) -> Result<(), ActionError>;
+    /// Does what the next step does before its action matters.
+    fn prepare(&mut self) {}
     fn observe(&self, sensing: Sensing) -> Observation;
     fn events(&self) -> &[Event];
     fn over(&self) -> Option<Reason>;
@@ -45,6 +47,9 @@ pub(super) trait Playable: Send {
 impl Playable for Run {
     fn step(&mut self, action: &Action) -> Result<(), ActionError> {
         Run::step(self, action)
+    }
+    fn prepare(&mut self) {
+        Run::prepare(self);
     }
     fn observe(&self, sensing: Sensing) -> Observation {
         Run::observe(self, sensing)
@@ -115,6 +120,10 @@ pub(crate) struct World {
     game: Option<Box<dyn Playable>>,
     sensing: Sensing,
     witnesses: Vec<Box<dyn Witness>>,
+    /// Whether the witnesses have not been told of the last tick.
+    untold: bool,
+    /// What was computed between the last tick and the next took so long.
+    between: Duration,
     /// Given back when the world is gone.
     _place: Place,
 }
@@ -150,10 +159,49 @@ impl World {
             let run = Run::new(task, hand, seed)?;
             let (scene, observation) = (run.scene().clone(), run.observe(sensing));
             let witnesses = witnesses(&run);
-            let world = World { game: Some(Box::new(run)), sensing, witnesses, _place: place };
+            let world = World::of(Box::new(run), sensing, witnesses, place);
             Ok(OpenedWorld { world, scene, observation })
         };
         background.run(Level::Awaited, build).await?
+    }
+
+    pub(super) fn of(
+        game: Box<dyn Playable>,
+        sensing: Sensing,
+        witnesses: Vec<Box<dyn Witness>>,
+        place: Place,
+    ) -> Self {
+        World { game: Some(game), sensing, witnesses, untold: false, between: Duration::ZERO, _place: place }
+    }
+
+    /// Tells the witnesses of the last tick. The controller need not wait for it.
+    pub(super) fn tell(&mut self) {
+        if std::mem::take(&mut self.untold) {
+            self.meanwhile(|game, witnesses| {
+                if let Some(run) = game.run() {
+                    witnesses.iter_mut().for_each(|witness| witness.ticked(run));
+                }
+            });
+        }
+    }
+
+    /// Does what the next tick does before its action matters. For when a core is free and the controller thinks.
+    pub(super) fn prepare(&mut self) {
+        self.tell();
+        self.meanwhile(|game, _| game.prepare());
+    }
+
+    /// What is computed between two ticks counts as part of the second.
+    fn meanwhile(&mut self, work: impl FnOnce(&mut dyn Playable, &mut [Box<dyn Witness>])) {
+        let (Some(game), witnesses) = (self.game.as_mut(), &mut self.witnesses) else { return };
+        let begun = Instant::now();
+        let done = catch_unwind(AssertUnwindSafe(|| {
+            work(game.as_mut(), witnesses);
+            Ok(())
+        }));
+        self.between += begun.elapsed();
+        // Of a fault the next tick tells.
+        let _ = self.fault_ends_it(done);
     }
 
     /// Advances the world by up to `repeat` ticks; fewer when the run is over before.
@@ -191,9 +239,10 @@ impl World {
     }
 
     /// Advances the world by one tick and says whether the run is over. A refused action changes nothing; a fault
-    /// is the world's end.
+    /// is the world's end. Whoever calls this tells the witnesses once the controller has been answered.
     pub(super) fn tick(&mut self, action: &Action, _permit: &Permit) -> Result<Option<Reason>, StepError> {
-        let witnesses = &mut self.witnesses;
+        self.tell();
+        let between = std::mem::take(&mut self.between);
         let game = self.game.as_mut().ok_or(StepError::Fault)?;
         let ticked = catch_unwind(AssertUnwindSafe(|| {
             let begun = Instant::now();
@@ -201,12 +250,10 @@ impl World {
             if !game.healthy() {
                 return Err(StepError::Fault);
             }
-            if let Some(run) = game.run() {
-                witnesses.iter_mut().for_each(|witness| witness.ticked(run));
-            }
-            METRICS.ticked(begun.elapsed());
+            METRICS.ticked(between + begun.elapsed());
             Ok(game.over())
         }));
+        self.untold = matches!(ticked, Ok(Ok(_)));
         self.fault_ends_it(ticked)
     }
 
@@ -231,6 +278,7 @@ impl World {
 
     /// Pushes the hand from the next tick on.
     pub(super) fn push(&mut self, link: &str, wrench: Wrench, duration_s: f64) -> Result<(), PushError> {
+        self.tell();
         let Some(run) = self.game.as_mut().and_then(|game| game.run()) else { return Ok(()) };
         run.push(link, wrench, duration_s)?;
         self.witnesses.iter_mut().for_each(|witness| witness.pushed(link, wrench, duration_s));
@@ -244,6 +292,7 @@ impl World {
 
     /// Lets the objects settle and counts, in the background. None when the world failed.
     pub(crate) async fn finish(mut self, background: &Background, reason: Reason) -> Option<Outcome> {
+        self.tell();
         let mut game = self.game.take()?;
         let settle = move || {
             let outcome = game.finish(reason);

@@ -126,6 +126,17 @@ pub(crate) fn way(reference: &BaseReference, base: Pose) -> [f64; 6] {
     [x, y, z, a, b, c]
 }
 
+/// The servo's spring along and about one of the world axes, numbered as velocities are: error, velocity of the set point,
+/// stiffness, damping and limit.
+fn axes(servo: &BaseConfig, reference: &BaseReference, base: Pose) -> [[f64; 5]; 6] {
+    let (linear, angular) = (reference.linear.to_array(), reference.angular.to_array());
+    let way = way(reference, base);
+    std::array::from_fn(|i| match i {
+        0..3 => [way[i], linear[i], servo.stiffness, servo.damping, servo.force_limit],
+        _ => [way[i], angular[i - 3], servo.angular_stiffness, servo.angular_damping, servo.torque_limit],
+    })
+}
+
 /// The servo as six saturated spring-dampers along the world axes, implicit in the solve.
 pub(crate) fn servo(
     servo: &BaseConfig,
@@ -134,34 +145,21 @@ pub(crate) fn servo(
     h: f64,
     terms: &mut Vec<AxisTerm>,
 ) {
-    let offset = (reference.pose.translation - base.translation).to_array();
-    let turn = shortest_turn(base.rotation, reference.pose.rotation).to_array();
-    let (linear, angular) = (reference.linear.to_array(), reference.angular.to_array());
     // The set point is that of the end of the step, and so is the implicit law: f = k (x_ref,1 − x_1) + …
-    let axes = [
-        (0, offset, linear, servo.stiffness, servo.damping, servo.force_limit),
-        (3, turn, angular, servo.angular_stiffness, servo.angular_damping, servo.torque_limit),
-    ];
-    for (first, error, target, stiffness, damping, limit) in axes {
-        for k in 0..3 {
-            let (error, target) = (error[k], target[k]);
-            let law = ScalarLaw::Servo { h, stiffness, damping, error, target, limit };
-            terms.push(AxisTerm { dof: first + k, sign: 1.0, law });
-        }
+    for (dof, [error, target, stiffness, damping, limit]) in
+        axes(servo, reference, base).into_iter().enumerate()
+    {
+        let law = ScalarLaw::Servo { h, stiffness, damping, error, target, limit };
+        terms.push(AxisTerm { dof, sign: 1.0, law });
     }
 }
 
 /// The servo's force and torque at a moment, the base having velocity `v`.
 pub(crate) fn pull(servo: &BaseConfig, reference: &BaseReference, base: Pose, v: &[f64]) -> [f64; 6] {
-    let way = way(reference, base);
-    let (linear, angular) = (reference.linear.to_array(), reference.angular.to_array());
+    let axes = axes(servo, reference, base);
     std::array::from_fn(|i| {
-        let (u, stiffness, damping, limit) = if i < 3 {
-            (linear[i], servo.stiffness, servo.damping, servo.force_limit)
-        } else {
-            (angular[i - 3], servo.angular_stiffness, servo.angular_damping, servo.torque_limit)
-        };
-        (stiffness * way[i] + damping * (u - v[i])).clamp(-limit, limit)
+        let [error, target, stiffness, damping, limit] = axes[i];
+        (stiffness * error + damping * (target - v[i])).clamp(-limit, limit)
     })
 }
 

@@ -198,11 +198,8 @@ impl Contacts {
         for (k, point) in pair.manifold.points.iter_mut().enumerate() {
             // parry adds the closest points (without features) to those of the clipped faces, mostly where
             // one is already.
-            if point.fid1 == PackedFeatureId::UNKNOWN && deepest <= point.dist + config.coincident_m {
-                point.data = Anchor::IDLE;
-                continue;
-            }
-            if point.dist > farthest {
+            let twice = point.fid1 == PackedFeatureId::UNKNOWN && deepest <= point.dist + config.coincident_m;
+            if twice || point.dist > farthest {
                 point.data = Anchor::IDLE;
                 continue;
             }

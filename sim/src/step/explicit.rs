@@ -4,14 +4,13 @@
 //! dynamics the step begins with anyway; the difference of two orders says into how many substeps a step is divided.
 
 use super::free::{rate, turned};
-use super::hand_dynamics;
+use super::{add_pushes, hand_dynamics};
 use crate::actuation::base;
 use crate::actuation::motor::wound;
 use crate::dynamics::forward::accelerations;
-use crate::dynamics::jacobian::add_point_force;
 use crate::dynamics::spatial::Force;
 use crate::state::BaseReference;
-use crate::world::{Workspace, World};
+use crate::world::World;
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Rotation, Vec3};
 use std::sync::Arc;
@@ -131,7 +130,8 @@ impl World {
             self.state.base = start.base;
             self.state.q.copy_from_slice(&start.q);
             self.state.v[..start.v.len()].copy_from_slice(&start.v);
-            hand_dynamics(&model, &mut self.work, start.base, &start.q, &start.v);
+            hand_dynamics(&model, &mut self.work, false, start.base, &start.q, &start.v);
+            add_pushes(&model, &mut self.work);
         }
         self.work.stages = Some(stages);
         done
@@ -161,7 +161,7 @@ impl World {
                 stages.from.set(self.state.base, &self.state.q, &self.state.v[..n]);
                 stages.at.set(self.state.base, &self.state.q, &self.state.v[..n]);
                 if done > 0 {
-                    self.stage_dynamics(hand, &stages.at, held);
+                    self.stage_dynamics(&stages.at, held);
                 }
                 if !self.stage_slopes(hand, stages, 0, left) {
                     return false;
@@ -173,7 +173,7 @@ impl World {
             let (mut weights, mut differences) = (&WEIGHTS[..], &DIFFERENCES[..]);
             for stage in 1..STAGES {
                 stages.reach(&COUPLINGS[stage][..stage], part, held);
-                self.stage_dynamics(hand, &stages.at, held);
+                self.stage_dynamics(&stages.at, held);
                 if !self.stage_slopes(hand, stages, stage, left - NODES[stage] * part) {
                     return false;
                 }
@@ -224,21 +224,10 @@ impl World {
             })
     }
 
-    /// Mass matrix and bias at a stage; of a bolted base's hand, of the joints alone.
-    fn stage_dynamics(&mut self, hand: &Hand, at: &Place, held: bool) {
-        let work = &mut self.work;
-        if !held {
-            return hand_dynamics(&self.model, work, at.base, &at.q, &at.v);
-        }
-        let Workspace { kin, inertias, recursion, mass, bias, .. } = work;
-        kin.update(hand, at.base, &at.q);
-        inertias.update(hand, kin, 1);
-        inertias.joint_matrix(hand, kin, mass);
-        recursion.bias(hand, kin, inertias, &at.v, self.model.config().gravity, bias);
-        for push in &work.pushes {
-            let point = work.kin.pose[push.link].transform_point(push.point);
-            add_point_force(hand, &work.kin, push.link, point, push.force, -1.0, &mut work.bias);
-        }
+    /// Mass matrix and bias at a stage.
+    fn stage_dynamics(&mut self, at: &Place, held: bool) {
+        hand_dynamics(&self.model, &mut self.work, held, at.base, &at.q, &at.v);
+        add_pushes(&self.model, &mut self.work);
     }
 
     /// Velocities and accelerations at a stage, `left` before the end of the step. False if there is no such thing.

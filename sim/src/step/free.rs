@@ -43,7 +43,7 @@ impl World {
     /// velocities mean another momentum once the shape has changed. The base takes up the difference as if all
     /// joints were locked.
     pub(super) fn keep_momentum(&mut self, due: Force, from: Vec3) {
-        hand_dynamics(&self.model, &mut self.work, self.state.base, &self.state.q, &self.state.v);
+        hand_dynamics(&self.model, &mut self.work, false, self.state.base, &self.state.q, &self.state.v);
         let now = self.hand_momentum(&self.state.v);
         let due = due.moved(self.work.kin.origin - from);
         let n = self.model.hand_dofs();

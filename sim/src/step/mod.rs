@@ -28,15 +28,32 @@ impl World {
 
     /// Advances the world by one step and tells `probe` when a phase is over.
     pub fn step_probed(&mut self, command: &Command, probe: &mut impl Probe) -> &Outcome {
+        self.begin(probe);
+        self.work.begun = false;
         self.actuate(command);
-        hand_dynamics(&self.model, &mut self.work, self.state.base, &self.state.q, &self.state.v);
-        probe.ended(Phase::Dynamics);
-        self.collide();
-        probe.ended(Phase::Collision);
+        add_pushes(&self.model, &mut self.work);
         self.solve();
         self.state.step += 1;
         probe.ended(Phase::Solver);
         &self.outcome
+    }
+
+    /// Does now what the next step does before its command matters: the hand's dynamics and the search for contacts. The
+    /// step that follows gives the same bits, sooner. Until then the state's contact memory is that of a step half done:
+    /// take snapshots and hashes before.
+    pub fn prepare(&mut self) {
+        self.begin(&mut ());
+    }
+
+    fn begin(&mut self, probe: &mut impl Probe) {
+        if self.work.begun {
+            return;
+        }
+        self.work.begun = true;
+        hand_dynamics(&self.model, &mut self.work, false, self.state.base, &self.state.q, &self.state.v);
+        probe.ended(Phase::Dynamics);
+        self.collide();
+        probe.ended(Phase::Collision);
     }
 
     fn actuate(&mut self, command: &Command) {
@@ -187,17 +204,28 @@ impl World {
     }
 }
 
-/// Kinematics, mass matrix and bias of the hand at a configuration, into the workspace.
-fn hand_dynamics(model: &Model, work: &mut Workspace, base: Pose, q: &[f64], v: &[f64]) {
+/// Kinematics, mass matrix and bias of the hand at a configuration, into the workspace; of a hand that is `held` by its
+/// base the joints' part of the mass matrix alone.
+fn hand_dynamics(model: &Model, work: &mut Workspace, held: bool, base: Pose, q: &[f64], v: &[f64]) {
     let Some(hand) = model.hand() else { return };
     let n = model.hand_dofs();
-    work.mass.resize(n * n, 0.0);
-    work.bias.resize(n, 0.0);
-    work.kin.update(hand, base, q);
-    work.inertias.update(hand, &work.kin, 0);
-    work.inertias.mass_matrix(hand, &work.kin, &mut work.mass);
-    let gravity = model.config().gravity;
-    work.recursion.bias(hand, &work.kin, &work.inertias, &v[..n], gravity, &mut work.bias);
+    let Workspace { kin, inertias, recursion, mass, bias, .. } = work;
+    mass.resize(n * n, 0.0);
+    bias.resize(n, 0.0);
+    kin.update(hand, base, q);
+    if held {
+        inertias.update(hand, kin, 1);
+        inertias.joint_matrix(hand, kin, mass);
+    } else {
+        inertias.update(hand, kin, 0);
+        inertias.mass_matrix(hand, kin, mass);
+    }
+    recursion.bias(hand, kin, inertias, &v[..n], model.config().gravity, bias);
+}
+
+/// Adds the forces from outside to the bias.
+fn add_pushes(model: &Model, work: &mut Workspace) {
+    let Some(hand) = model.hand() else { return };
     for push in &work.pushes {
         let point = work.kin.pose[push.link].transform_point(push.point);
         add_point_force(hand, &work.kin, push.link, point, push.force, -1.0, &mut work.bias);

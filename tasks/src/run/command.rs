@@ -74,6 +74,7 @@ impl Run {
     }
 
     pub(super) fn advance(&mut self) {
+        self.prepared = None;
         let steps = self.task.steps_per_tick();
         let mut command = Command {
             base: BaseCommand::stay(Pose::IDENTITY),

@@ -47,6 +47,8 @@ pub struct Run {
     pushing: Vec<Pushing>,
     news: Vec<Event>,
     history: Vec<Event>,
+    /// Digest of the state, if the next tick has been prepared since.
+    prepared: Option<u64>,
 }
 
 impl Run {
@@ -75,6 +77,7 @@ impl Run {
             pushing: Vec::new(),
             news: Vec::new(),
             history: Vec::new(),
+            prepared: None,
             task,
             hand,
             seed,
@@ -159,9 +162,23 @@ impl Run {
         sightings(&self.world)
     }
 
-    /// Hash of the present state, 16 hexadecimal digits.
+    /// Does now what the next tick does before its action matters, for those who have the time while they wait for it. The
+    /// tick gives the same bits, sooner.
+    pub fn prepare(&mut self) {
+        if self.prepared.is_none() {
+            self.prepared = Some(self.world.state().hash());
+            self.world.prepare();
+        }
+    }
+
+    /// Digest of the state after the last tick.
+    pub fn digest(&self) -> u64 {
+        self.prepared.unwrap_or_else(|| self.world.state().hash())
+    }
+
+    /// The same as 16 hexadecimal digits.
     pub fn state_hash(&self) -> String {
-        format!("{:016x}", self.world.state().hash())
+        format!("{:016x}", self.digest())
     }
 
     /// Whether the world is still sound. A run that is not must be voided.

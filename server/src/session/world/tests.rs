@@ -45,6 +45,46 @@ async fn a_refused_action_changes_nothing() {
     assert_eq!(stage.step(Action::default(), 1).await.expect("steps").tick, 1);
 }
 
+/// Writes down what it is told.
+struct Diary(std::sync::mpsc::Sender<String>);
+
+impl Witness for Diary {
+    fn ticked(&mut self, run: &Run) {
+        self.0.send(format!("tick {}", run.tick())).expect("somebody reads");
+    }
+    fn pushed(&mut self, link: &str, _: Wrench, _: f64) {
+        self.0.send(format!("push {link}")).expect("somebody reads");
+    }
+    fn finished(&mut self, _: &Run, outcome: &Outcome) {
+        self.0.send(format!("end {}", outcome.ticks)).expect("somebody reads");
+    }
+}
+
+#[tokio::test]
+async fn witnesses_see_every_tick_once_and_before_what_follows() {
+    let task = Task::builtin().into_iter().find(|task| task.name == "grasp").expect("built in");
+    let hand = Hand::builtin("pinch").expect("built in");
+    let link = hand.links[0].name.clone();
+    let run = Run::new(task, hand, Seed::from_u64(1)).expect("the scene builds");
+    let places = Places::default();
+    let place = places.take(crate::protocol::Mode::Lockstep, false, |_| Ok(())).expect("free");
+    let (diary, told) = std::sync::mpsc::channel();
+    let witnesses: Vec<Box<dyn Witness>> = vec![Box::new(Diary(diary))];
+    let world = World::of(Box::new(run), Sensing::Sensors, witnesses, place);
+    let mut stage = Stage { world, places, scheduler: Scheduler::new(1), background: Background::new(1) };
+    let news = || told.try_iter().collect::<Vec<_>>();
+    stage.step(Action::default(), 2).await.expect("steps");
+    assert_eq!(news(), ["tick 1"], "the controller does not wait for the last");
+    stage.world.prepare();
+    stage.world.tell();
+    assert_eq!(news(), ["tick 2"]);
+    stage.step(Action::default(), 1).await.expect("steps");
+    stage.world.push(&link, Wrench { force: [1.0, 0.0, 0.0], torque: [0.0; 3] }, 0.1).expect("a valid push");
+    stage.step(Action::default(), 1).await.expect("steps");
+    stage.finish().await.expect("it is counted");
+    assert_eq!(news(), ["tick 3".to_owned(), format!("push {link}"), "tick 4".into(), "end 4".into()]);
+}
+
 #[tokio::test]
 async fn an_unsound_or_panicking_world_is_a_fault_and_frees_its_place() {
     for toy in [Toy { unsound_at: 2, ..Toy::default() }, Toy { panic_at: 2, ..Toy::default() }] {

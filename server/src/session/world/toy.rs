@@ -89,6 +89,5 @@ impl Playable for Toy {
 pub(crate) fn toy_world(toy: Toy) -> (World, Places) {
     let places = Places::default();
     let place = places.take(Mode::Lockstep, false, |_| Ok(())).expect("free");
-    let (sensing, witnesses) = (Sensing::Truth, vec![]);
-    (World { game: Some(Box::new(toy)), sensing, witnesses, _place: place }, places)
+    (World::of(Box::new(toy), Sensing::Truth, vec![], place), places)
 }
