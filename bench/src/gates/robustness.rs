@@ -19,8 +19,8 @@ fn five_kilograms_lie_on_four_grams() {
     for dt in STEPS {
         let report = report("heavy_on_grams", dt);
         converged(&report);
-        // m g/(4 k) = 0.0613 mm.
-        assert!(error(&report) <= 0.062, "at {dt}: {} mm", error(&report));
+        // m g/(4 k) = 1.23e-5 mm.
+        assert!(error(&report) <= 1.24e-5, "at {dt}: {} mm", error(&report));
     }
 }
 

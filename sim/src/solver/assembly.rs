@@ -8,6 +8,10 @@ use crate::dynamics::tree::Kinematics;
 use crate::model::{Model, Owner};
 use palmares_models::{Mat3, Vec3};
 
+/// From so many objects on only the pairs that act couple their bodies in the matrix: much of what a step could bring to
+/// touch in a heap does not, and the matrix of what does falls apart. With few it would not pay for the new order.
+const MANY_OBJECTS: usize = 20;
+
 /// What determines the blocks and their couplings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct LayOut {
@@ -34,6 +38,12 @@ impl LayOut {
         self.pairs.clear();
         self.pairs.extend(problem.pairs.iter().map(|pair| (pair.a, pair.b)));
     }
+}
+
+/// Whether a pair adds to the matrix.
+fn acts(pair: &PairProblem, hessians: &[ConeHessian]) -> bool {
+    let open = |hessian: &ConeHessian| matches!(hessian, ConeHessian::Open);
+    pair.rolling.limit > 0.0 || !hessians[pair.first..pair.end].iter().all(open)
 }
 
 impl Newton {
@@ -86,6 +96,17 @@ impl Newton {
             self.slot[object.object] = k;
             self.sizes.push(6);
         }
+        if problem.rows > 0 && hand_blocks > 0 {
+            self.sizes.push(problem.rows);
+        }
+        if problem.objects.len() < MANY_OBJECTS {
+            self.couple_blocks(model, problem, false);
+        }
+    }
+
+    /// Couplings of the blocks, by all pairs or by those alone that act at the last gradient.
+    fn couple_blocks(&mut self, model: &Model, problem: &Problem, acting: bool) {
+        let hand_blocks = if problem.hand_dofs > 0 { model.hand_clusters() } else { 0 };
         let tendons = problem.rows > 0 && hand_blocks > 0;
         self.pattern.clear();
         let mut couple = |a: usize, b: usize| self.pattern.push((a.min(b) as u32, a.max(b) as u32));
@@ -100,6 +121,9 @@ impl Newton {
             }
         };
         for pair in &problem.pairs {
+            if acting && !acts(pair, &self.hessians) {
+                continue;
+            }
             let block = |owner: Owner| match owner {
                 Owner::Static => None,
                 Owner::Link(link) => Some(link_block(link)),
@@ -117,8 +141,7 @@ impl Newton {
             }
         }
         if tendons {
-            let block = self.sizes.len();
-            self.sizes.push(problem.rows);
+            let block = self.sizes.len() - 1;
             for term in &problem.row_terms[..problem.rows] {
                 for &(dof, _) in &term.row {
                     couple(self.dof_block[dof].0, block);
@@ -132,6 +155,9 @@ impl Newton {
 
     /// Fills in the matrix at the curvatures of the last gradient.
     pub(super) fn assemble(&mut self, model: &Model, kin: &Kinematics, problem: &Problem) {
+        if problem.objects.len() >= MANY_OBJECTS {
+            self.couple_blocks(model, problem, true);
+        }
         self.cholesky.clear();
         let h = problem.hand_dofs;
         let hand_blocks = if h > 0 { model.hand_clusters() } else { 0 };
@@ -154,8 +180,7 @@ impl Newton {
         }
         self.put_hand(model, problem);
         for pair in &problem.pairs {
-            let open = |hessian: &ConeHessian| matches!(hessian, ConeHessian::Open);
-            if pair.rolling.limit == 0.0 && self.hessians[pair.first..pair.end].iter().all(open) {
+            if !acts(pair, &self.hessians) {
                 continue;
             }
             let k = self.pair_stiffness(pair, problem);

@@ -10,6 +10,7 @@ use super::dense::{
     backward, columns, factor_diagonal, forward, forward_block, subtract_block, subtract_product,
     subtract_square, subtract_transposed,
 };
+use super::ordering::Ordering;
 
 const NONE: u32 = u32::MAX;
 
@@ -22,10 +23,7 @@ pub struct BlockCholesky {
     sizes: Vec<usize>,
     pattern: Vec<(u32, u32)>,
     negative_last: bool,
-    /// Block eliminated k-th.
-    order: Vec<usize>,
-    /// Inverse of `order`.
-    rank: Vec<usize>,
+    ordering: Ordering,
     /// Where the rows of the right-hand side stand in elimination order.
     row: Vec<u32>,
     /// The block columns in elimination order.
@@ -38,8 +36,8 @@ pub struct BlockCholesky {
     place: Vec<u32>,
     data: Vec<f64>,
     transposed: Vec<f64>,
-    adjacency: Vec<bool>,
-    neighbours: Vec<Vec<usize>>,
+    /// Ranks of the blocks below the diagonal of the column at hand.
+    ranks: Vec<usize>,
 }
 
 /// A block column.
@@ -90,57 +88,8 @@ impl BlockCholesky {
         self.pattern.clear();
         self.pattern.extend_from_slice(pattern);
         self.negative_last = negative_last;
-        let n = sizes.len();
-        self.adjacency.clear();
-        self.adjacency.resize(n * n, false);
-        for &(a, b) in pattern {
-            self.adjacency[a as usize * n + b as usize] = true;
-            self.adjacency[b as usize * n + a as usize] = true;
-        }
-        self.order.clear();
-        self.rank.clear();
-        self.rank.resize(n, usize::MAX);
-        self.neighbours.resize(n, Vec::new());
-        for k in 0..n {
-            let next = self.min_degree(k);
-            self.rank[next] = k;
-            self.order.push(next);
-            self.neighbours[k].clear();
-            for i in 0..n {
-                if self.rank[i] == usize::MAX && self.adjacency[next * n + i] {
-                    self.neighbours[k].push(i);
-                }
-            }
-            let (below, adjacency) = (&self.neighbours[k], &mut self.adjacency);
-            for &i in below {
-                for &j in below {
-                    adjacency[i * n + j] = i != j;
-                }
-            }
-        }
-        self.place_blocks(n);
-    }
-
-    /// The block left whose elimination touches the fewest rows; ties go to the first.
-    fn min_degree(&self, eliminated: usize) -> usize {
-        let n = self.sizes.len();
-        let last = usize::from(self.negative_last && eliminated + 1 < n);
-        let mut best = (usize::MAX, 0);
-        for i in 0..n - last {
-            if self.rank[i] != usize::MAX {
-                continue;
-            }
-            let mut degree = 0;
-            for j in 0..n {
-                if self.rank[j] == usize::MAX && self.adjacency[i * n + j] {
-                    degree += self.sizes[j];
-                }
-            }
-            if degree < best.0 {
-                best = (degree, i);
-            }
-        }
-        best.1
+        self.ordering.find(sizes, pattern, negative_last);
+        self.place_blocks(sizes.len());
     }
 
     fn place_blocks(&mut self, n: usize) {
@@ -149,41 +98,38 @@ impl BlockCholesky {
         self.columns.clear();
         self.below.clear();
         let mut row = 0;
-        for &block in &self.order {
+        for &block in &self.ordering.order {
             let size = self.sizes[block];
             self.columns.push(Column { size, start: row, diagonal: 0, below: 0..0 });
             row += size;
         }
+        self.place.clear();
+        self.place.resize(n * n, NONE);
         let mut offset = 0;
         for k in 0..n {
-            let neighbours = &mut self.neighbours[k];
-            for i in neighbours.iter_mut() {
-                *i = self.rank[*i];
-            }
-            neighbours.sort_unstable();
+            let block = self.ordering.order[k];
+            self.ranks.clear();
+            self.ranks.extend(self.ordering.below(block).map(|other| self.ordering.rank[other]));
+            self.ranks.sort_unstable();
             let (size, first) = (self.columns[k].size, self.below.len());
             self.columns[k].diagonal = offset;
+            self.place[block * n + block] = offset as u32;
             self.offset[k * n + k] = offset as u32;
             offset += size * size;
-            for &rank in neighbours.iter() {
-                let Column { size: rows, start, .. } = self.columns[rank];
+            for &rank in &self.ranks {
+                let (column, other) = (&self.columns[rank], self.ordering.order[rank]);
+                let (rows, start) = (column.size, column.start);
                 self.below.push(Below { rank, size: rows, start, offset });
                 self.offset[rank * n + k] = offset as u32;
+                self.place[other * n + block] = offset as u32;
+                self.place[block * n + other] = offset as u32 | TRANSPOSED;
                 offset += rows * size;
             }
             self.columns[k].below = first..self.below.len();
         }
-        self.place.clear();
-        for a in 0..n {
-            for b in 0..n {
-                let (ra, rb) = (self.rank[a], self.rank[b]);
-                let stored = self.offset[ra.max(rb) * n + ra.min(rb)];
-                self.place.push(if ra >= rb { stored } else { stored | TRANSPOSED });
-            }
-        }
         self.row.clear();
         for block in 0..n {
-            let start = self.columns[self.rank[block]].start;
+            let start = self.columns[self.ordering.rank[block]].start;
             self.row.extend((start..start + self.sizes[block]).map(|row| row as u32));
         }
         self.data.clear();

@@ -12,5 +12,6 @@ mod dense;
 mod hand;
 pub mod island;
 pub mod newton;
+mod ordering;
 pub mod problem;
 pub mod terms;
