@@ -36,6 +36,11 @@ impl Kinematics {
         self.origin = world_from_base.translation;
         self.pose[0] = world_from_base;
         self.rotation[0] = Mat3::from_quat(world_from_base.rotation);
+        self.update_joints(hand, q);
+    }
+
+    /// The same where the base is where it was.
+    pub fn update_joints(&mut self, hand: &Hand, q: &[f64]) {
         for (i, link) in hand.links.iter().enumerate().skip(1) {
             let (Some(parent), Some(joint)) = (link.parent, &link.joint) else { continue };
             let mut pose = self.pose[parent];

@@ -21,12 +21,19 @@ pub struct Islands {
     island_of: Vec<usize>,
     islands: Vec<Island>,
     len: usize,
+    /// Whether everybody is alone.
+    apart: bool,
 }
 
 impl Islands {
     /// Partitions the bodies by the step's contact pairs.
     pub fn update(&mut self, model: &Model, contacts: &Contacts) {
         let nodes = model.objects().len() + 1;
+        let apart = contacts.pairs.is_empty();
+        if apart && self.apart && self.parent.len() == nodes {
+            return;
+        }
+        self.apart = apart;
         self.parent.clear();
         self.parent.extend(0..nodes);
         for pair in &contacts.pairs {

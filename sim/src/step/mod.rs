@@ -78,6 +78,9 @@ impl World {
 
     /// Bounds, near pairs, contact points; sleepers that are touched wake, and with them what they touch.
     fn collide(&mut self) {
+        if self.model.colliders().is_empty() {
+            return;
+        }
         let (model, state, work) = (&self.model, &mut self.state, &mut self.work);
         let (h, margin) = (model.config().step_s, 0.5 * model.config().margin(false));
         let fresh = work.bounds.len() != model.colliders().len();
@@ -204,19 +207,20 @@ impl World {
     }
 }
 
-/// Kinematics, mass matrix and bias of the hand at a configuration, into the workspace; of a hand that is `held` by its
-/// base the joints' part of the mass matrix alone.
+/// Kinematics, mass matrix and bias of the hand at a configuration, into the workspace. Of a hand that is `held` by its
+/// base, which is where it was, the joints' part of the mass matrix alone.
 fn hand_dynamics(model: &Model, work: &mut Workspace, held: bool, base: Pose, q: &[f64], v: &[f64]) {
     let Some(hand) = model.hand() else { return };
     let n = model.hand_dofs();
     let Workspace { kin, inertias, recursion, mass, bias, .. } = work;
     mass.resize(n * n, 0.0);
     bias.resize(n, 0.0);
-    kin.update(hand, base, q);
     if held {
+        kin.update_joints(hand, q);
         inertias.update(hand, kin, 1);
         inertias.joint_matrix(hand, kin, mass);
     } else {
+        kin.update(hand, base, q);
         inertias.update(hand, kin, 0);
         inertias.mass_matrix(hand, kin, mass);
     }
