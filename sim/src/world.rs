@@ -2,6 +2,7 @@
 
 use crate::actuation::base::BaseCommand;
 use crate::contact::broad::BroadPhase;
+use crate::contact::cascade::Cascade;
 use crate::contact::narrow::Contacts;
 use crate::contact::near::Near;
 use crate::dynamics::crba::Inertias;
@@ -14,7 +15,7 @@ use crate::solver::newton::Newton;
 use crate::solver::problem::Problem;
 use crate::solver::terms::AxisTerm;
 use crate::state::{Earlier, State};
-use crate::step::Stages;
+use crate::step::{Met, Stages};
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::bounding_volume::Aabb;
 use std::sync::Arc;
@@ -154,7 +155,9 @@ pub(crate) struct Workspace {
     /// What the explicit method keeps of a step.
     pub stages: Option<Box<Stages>>,
     /// Of every object: when in this step it rebounds, if it does.
-    pub met: Vec<Option<f64>>,
+    pub met: Vec<Option<Met>>,
+    /// Impacts of several bodies in this step.
+    pub cascade: Cascade,
     /// The hand at the start of a step.
     pub now: Earlier,
     /// By how much the hand's velocities change more than in the step before.

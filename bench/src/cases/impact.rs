@@ -32,7 +32,7 @@ pub const CASES: &[Case] = &[
     },
     Case {
         name: "newton_cradle_touching",
-        about: "five equal elastic spheres that touch: which leave is up to the model of impact",
+        about: "five equal elastic spheres that touch: by impacts of two the last takes the speed",
         peers: true,
         run: newton_cradle_touching,
     },
@@ -136,7 +136,8 @@ pub fn newton_cradle(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> 
     cradle(setup, recorder, 1e-4)
 }
 
-/// The same without gaps; rigid bodies leave open what happens.
+/// The same without gaps. Rigid bodies that touch leave open what happens; the answer asked for is that of impacts of two,
+/// one after another, which is what a cradle does.
 pub fn newton_cradle_touching(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     cradle(setup, recorder, 0.0)
 }

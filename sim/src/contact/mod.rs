@@ -2,6 +2,8 @@
 
 pub mod anchor;
 pub mod broad;
+pub mod cascade;
 pub mod impact;
 pub mod narrow;
 pub mod near;
+pub mod touch;

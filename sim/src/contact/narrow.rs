@@ -2,6 +2,7 @@
 
 use super::anchor::{Anchor, Pair};
 use super::broad::separation;
+use super::impact::Rebound;
 use super::near::Near;
 use crate::config::Config;
 use crate::dynamics::spatial::Motion;
@@ -32,6 +33,8 @@ pub struct ContactPoint {
     pub point: u32,
     /// Normal velocity of B against A at the start of the step, m/s; negative when they approach.
     pub approach: f64,
+    /// The rebound that it makes in this step; found before its island is solved.
+    pub rebound: Option<Rebound>,
 }
 
 /// The contact points of two bodies' shapes.
@@ -223,6 +226,7 @@ impl Contacts {
                 anchor: Anchor { stretch: pose_a.rotation * point.data.stretch, ..point.data },
                 point: k as u32,
                 approach,
+                rebound: None,
             });
         }
     }

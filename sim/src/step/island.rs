@@ -1,8 +1,9 @@
 //! Solves an island and takes over the result: velocities, positions, contact memory, forces, sleep.
 
 use super::free::{advanced, turned};
+use super::impacts::Met;
 use super::mean::{Correction, correction};
-use super::pose::{glide, rebound_of, rest_target};
+use super::pose::{glide, rest_target};
 use crate::contact::anchor::{Anchor, stretch_after};
 use crate::model::Owner;
 use crate::solver::island::Island;
@@ -59,8 +60,13 @@ impl World {
         v: &mut Vec<f64>,
     ) {
         let h = self.model.config().step_s;
+        let cascade = self.find_rebounds(island);
         self.pose_problem(island, problem, v, h);
         self.minimise(problem, newton, v, self.model.config().tolerance);
+        if cascade && !self.keep_cascade(island, problem) {
+            self.pose_problem(island, problem, v, h);
+            self.minimise(problem, newton, v, self.model.config().tolerance);
+        }
         let harder = (self.model.config().contact_stiffness / HOVER_STIFFNESS).max(1.0);
         let more = if harder > 1.0 { libm::log10(harder).ceil() as usize } else { 0 };
         let passes = GLIDE_PASSES + more;
@@ -135,7 +141,7 @@ impl World {
                 // What carries nothing is right to, unless it goes on into the other surface: it has been thought to slip
                 // faster than it does.
                 let open = point.impulse[2] <= 0.0;
-                if open && point.velocity[2] >= rest || rebound_of(&self.model, found, seen).is_some() {
+                if open && point.velocity[2] >= rest || seen.rebound.is_some() {
                     continue;
                 }
                 let slip = point.law.slip_speed(point.velocity, point.impulse);
@@ -169,12 +175,13 @@ impl World {
                     continue;
                 }
                 // What a rebound exchanges in an instant says nothing about the next step.
-                if let Some(rebound) = rebound_of(&self.model, found, seen) {
+                if let Some(rebound) = seen.rebound {
                     *data = Anchor::IDLE;
-                    for owner in [found.a, found.b] {
+                    // One that was only not to be braked met nothing.
+                    for owner in [found.a, found.b].into_iter().filter(|_| rebound.time_s.is_finite()) {
                         if let Owner::Object(k) = owner {
                             let met = &mut self.work.met[k];
-                            *met = Some(met.map_or(rebound.time_s, |t: f64| t.min(rebound.time_s)));
+                            *met = Some(met.map_or(Met::at(rebound.time_s), |met| met.or_at(rebound.time_s)));
                         }
                     }
                     continue;
@@ -253,9 +260,10 @@ impl World {
                     pose.translation += after * h + more.linear;
                 }
                 // A rebound at time t: ballistic before and after it.
-                Some(t) => {
+                Some(Met { time_s: t, detour }) => {
                     let rest = h - t;
-                    pose.translation += before * t + after * rest + gravity * (0.5 * (t * t - rest * rest));
+                    pose.translation +=
+                        before * t + after * rest + gravity * (0.5 * (t * t - rest * rest)) + detour;
                 }
             }
             state.v[to..to + 6].copy_from_slice(own);

@@ -2,12 +2,14 @@
 
 mod explicit;
 mod free;
+mod impacts;
 mod island;
 mod mean;
 mod pose;
 mod smooth;
 
 pub(crate) use explicit::Stages;
+pub(crate) use impacts::Met;
 
 use crate::actuation::base::{self, BaseCommand};
 use crate::actuation::motor;

@@ -3,7 +3,6 @@
 use super::free::free_turn;
 use crate::actuation::{base, tendon};
 use crate::config::Config;
-use crate::contact::impact::{Rebound, rebound};
 use crate::contact::narrow::{ContactPair, ContactPoint};
 use crate::dynamics::pattern::{columns, row_sum};
 use crate::model::{Model, Owner};
@@ -111,7 +110,7 @@ impl World {
                     rest - glide(config, pair, point.anchor.slip),
                 ];
                 let normal = h * config.contact_stiffness * (h + tau_n);
-                let law = match rebound_of(model, pair, point) {
+                let law = match point.rebound {
                     None => ConeLaw::new(pair.friction, tangential, normal, target),
                     Some(rebound) => {
                         let rigid = REBOUND_STIFFNESS * heavier(model, pair);
@@ -176,16 +175,4 @@ fn heavier(model: &Model, pair: &ContactPair) -> f64 {
         Owner::Static | Owner::Link(_) => 0.0,
     };
     mass(pair.a).max(mass(pair.b))
-}
-
-/// The rebound of a contact point in this step, if it makes one. Gravity accelerates free objects alone.
-pub(super) fn rebound_of(model: &Model, pair: &ContactPair, point: &ContactPoint) -> Option<Rebound> {
-    if pair.restitution == 0.0 || point.anchor.loaded {
-        return None;
-    }
-    let config = model.config();
-    let falls = |owner: Owner| f64::from(u8::from(matches!(owner, Owner::Object(_))));
-    let acceleration = config.gravity.dot(point.normal) * (falls(pair.b) - falls(pair.a));
-    let gap = point.distance + pair.excess;
-    rebound(pair.restitution, gap, point.approach, acceleration, config.step_s, config.rebound_speed)
 }

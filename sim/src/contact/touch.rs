@@ -1,0 +1,158 @@
+//! Free bodies and the points at which they could meet, as a cascade of impacts sees them.
+
+use palmares_models::{Mat3, Vec3};
+
+/// Furniture's place among the bodies.
+pub const FIXED: usize = usize::MAX;
+
+/// What presses on a contact in a step less than this part of an impact's impulse is rounding, no load.
+const NO_LOAD: f64 = 1e-6;
+
+/// A free body.
+#[derive(Clone, Copy, Debug)]
+pub struct Body {
+    /// Centre of mass in the world, m.
+    pub center: Vec3,
+    /// 1/kg
+    pub inverse_mass: f64,
+    /// Inverse of the inertia in world axes, 1/(kg m²).
+    pub inverse_inertia: Mat3,
+    /// Velocities at the start of the step: linear in m/s, angular in rad/s.
+    pub start: [Vec3; 2],
+    /// The same now, without what gravity has added since.
+    pub(super) now: [Vec3; 2],
+    /// When it was hit first and last, s.
+    pub(super) hit: Option<(f64, f64)>,
+    /// Way until it was hit last, without what gravity adds, m.
+    pub(super) way: Vec3,
+}
+
+impl Body {
+    /// A body that has not been hit.
+    pub fn new(center: Vec3, inverse_mass: f64, inverse_inertia: Mat3, start: [Vec3; 2]) -> Self {
+        Body { center, inverse_mass, inverse_inertia, start, now: start, hit: None, way: Vec3::ZERO }
+    }
+
+    /// When it was hit first, and how much farther it comes than with the velocity of the start until then and with that
+    /// of the end from then on, m.
+    pub fn detour(&self) -> Option<(f64, Vec3)> {
+        let (first, last) = self.hit?;
+        Some((first, self.way - self.start[0] * first - self.now[0] * (last - first)))
+    }
+
+    pub(super) fn advance(&mut self, time: f64) {
+        let (first, last) = self.hit.unwrap_or((time, 0.0));
+        self.way += self.now[0] * (time - last);
+        self.hit = Some((first, time));
+    }
+}
+
+/// A contact point at which two bodies could meet.
+#[derive(Clone, Copy, Debug)]
+pub struct Touch {
+    /// Bodies A and B, or [`FIXED`].
+    pub bodies: [usize; 2],
+    /// Unit normal from A to B.
+    pub normal: Vec3,
+    /// From the bodies' centres of mass to the point, m.
+    pub arms: [Vec3; 2],
+    /// Gap, m.
+    pub gap: f64,
+    /// Gravity on B against A, m/s².
+    pub gravity: Vec3,
+    /// Coefficient of restitution.
+    pub restitution: f64,
+    /// What it carried in the last step, N s.
+    pub load: f64,
+    /// The caller's name for the point.
+    pub place: usize,
+    /// Change of the bodies' angular velocities per impulse.
+    pub(super) turns: [Vec3; 2],
+    /// Change of the normal velocity per impulse, 1/kg.
+    pub(super) yielding: f64,
+    /// Impulse so far, N s, ...
+    pub(super) impulse: f64,
+    /// ... and the sum of its parts times their times.
+    pub(super) timed: f64,
+    /// Whether it takes part in the next impact of its bodies, ...
+    pub(super) due: bool,
+    /// ... or would if the step were longer.
+    pub(super) misses: bool,
+    /// Normal velocity to reach in the present impact, m/s, ...
+    pub(super) wanted: f64,
+    /// ... and the impulse that does, N s.
+    pub(super) given: f64,
+}
+
+impl Touch {
+    /// A point that has not been hit.
+    pub fn new(bodies: [usize; 2], normal: Vec3, arms: [Vec3; 2], gap: f64, place: usize) -> Self {
+        Touch {
+            bodies,
+            normal,
+            arms,
+            gap,
+            gravity: Vec3::ZERO,
+            restitution: 0.0,
+            load: 0.0,
+            place,
+            turns: [Vec3::ZERO; 2],
+            yielding: 0.0,
+            impulse: 0.0,
+            timed: 0.0,
+            due: false,
+            misses: false,
+            wanted: 0.0,
+            given: 0.0,
+        }
+    }
+
+    /// When it was hit, s: the mean over its impulses.
+    pub fn hit(&self) -> Option<f64> {
+        (self.impulse > 0.0).then(|| self.timed / self.impulse)
+    }
+
+    /// Whether its surfaces come nearer at the end, fast enough to rebound, but do not meet in the step.
+    pub fn misses(&self) -> bool {
+        self.misses
+    }
+
+    pub(super) fn key(&self) -> (usize, usize, usize) {
+        let [a, b] = self.bodies;
+        (a.min(b), a.max(b), self.place)
+    }
+
+    /// Normal velocity now, with what gravity has added until `time`.
+    pub(super) fn velocity(&self, bodies: &[Body], time: f64) -> f64 {
+        self.normal.dot(self.relative(bodies, |body| body.now) + self.gravity * time)
+    }
+
+    pub(super) fn relative(&self, bodies: &[Body], of: impl Fn(&Body) -> [Vec3; 2]) -> Vec3 {
+        let at = |side: usize| {
+            bodies.get(self.bodies[side]).map_or(Vec3::ZERO, |body| {
+                let [linear, angular] = of(body);
+                linear + angular.cross(self.arms[side])
+            })
+        };
+        at(1) - at(0)
+    }
+
+    /// When the surfaces meet if nothing else happens and they come nearer fast enough, and whether that is within the step.
+    pub(super) fn meets(&self, bodies: &[Body], time: f64, h: f64, least: f64) -> Option<(f64, bool)> {
+        let (velocity, rest) = (self.velocity(bodies, time), h - time);
+        if velocity >= -least || self.load * self.yielding > -velocity * NO_LOAD {
+            return None;
+        }
+        let within = self.gap + rest * (velocity + rest * self.gravity.dot(self.normal)) < 0.0;
+        Some(((time + self.gap.max(0.0) / -velocity).min(h), within))
+    }
+
+    pub(super) fn push(&self, bodies: &mut [Body], impulse: f64) {
+        for (side, sign) in [(0, -impulse), (1, impulse)] {
+            if let Some(body) = bodies.get_mut(self.bodies[side]) {
+                body.now[0] += self.normal * (sign * body.inverse_mass);
+                body.now[1] += self.turns[side] * sign;
+            }
+        }
+    }
+}
