@@ -192,17 +192,14 @@ impl Session {
         Ok(Reply::Obs(Box::new(obs)))
     }
 
-    /// Lets the witnesses of a lockstep run see what its controller has been told.
-    pub(crate) fn tell(&mut self) {
+    /// While the controller of a lockstep run thinks: its witnesses see what it has been told, and on a free core what can
+    /// be known of the next tick is computed.
+    pub(crate) fn answered(&mut self) {
         if let Stage::Lockstep(world) = &mut self.stage {
             world.tell();
-        }
-    }
-
-    /// Computes what can be known of the next tick of a lockstep run while its controller thinks.
-    pub(crate) fn prepare(&mut self) {
-        if let Stage::Lockstep(world) = &mut self.stage {
-            world.prepare();
+            if self.host.scheduler.is_idle() {
+                world.prepare();
+            }
         }
     }
 

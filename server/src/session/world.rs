@@ -185,9 +185,8 @@ impl World {
         }
     }
 
-    /// Does what the next tick does before its action matters. For when a core is free and the controller thinks.
+    /// Does what the next tick does before its action matters. The witnesses have been told: they see a whole state.
     pub(super) fn prepare(&mut self) {
-        self.tell();
         self.meanwhile(|game, _| game.prepare());
     }
 

@@ -221,11 +221,6 @@ impl Connection {
         let span = self.gaps.worth()?;
         let (host, scheduler) = (self.host.clone(), &self.host.scheduler);
         let _leave = host.awake.leave(scheduler.cores())?;
-        if scheduler.is_idle()
-            && let Some(session) = &mut self.session
-        {
-            session.prepare();
-        }
         let _attentive = self.attention.attentive();
         let end = std::time::Instant::now() + span;
         while scheduler.is_idle() && !host.is_stopping() && std::time::Instant::now() < end {
@@ -341,7 +336,7 @@ impl Connection {
                 self.send(&reply).await?;
                 self.gaps.replied(std::time::Instant::now());
                 if let Some(session) = &mut self.session {
-                    session.tell();
+                    session.answered();
                 }
                 ControlFlow::Continue(())
             }

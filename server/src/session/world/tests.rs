@@ -75,6 +75,7 @@ async fn witnesses_see_every_tick_once_and_before_what_follows() {
     let news = || told.try_iter().collect::<Vec<_>>();
     stage.step(Action::default(), 2).await.expect("steps");
     assert_eq!(news(), ["tick 1"], "the controller does not wait for the last");
+    stage.world.tell();
     stage.world.prepare();
     stage.world.tell();
     assert_eq!(news(), ["tick 2"]);
