@@ -143,11 +143,7 @@ fn case(setup: &Setup, recorder: &mut Recorder, grasp: &Grasp) -> Result<Finding
         }
     };
     Ok(Finding {
-        error: Figure {
-            name: "largest object error until the end of the hold".into(),
-            value: error,
-            unit: "mm".into(),
-        },
+        error: Figure::of("largest object error until the end of the hold", error, "mm"),
         invariants: run.invariants,
     })
 }

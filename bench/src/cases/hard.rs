@@ -1,11 +1,12 @@
 //! Scenes that break simulators: light fingers against heavy objects, stiff cables and springs, commands that jump,
-//! hands that start inside of things. Each reports the fastest speed that was seen; what is asked is that nothing
+//! hands that start inside of things. Each reports the fastest speed that was seen, and how fast anything may be: nothing
 //! explodes.
 
 use super::grasp::{CHOSEN, Grasp, scene};
 use super::synergy::softhand;
 use super::{Case, Finding, Setup, ramp, steps};
 use crate::energy::Stored;
+use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
 use crate::watch::Watch;
@@ -78,6 +79,16 @@ pub const CASES: &[Case] = &[
     },
 ];
 
+/// What was seen of a scene.
+struct Seen {
+    /// The fastest that an object or the base ever was, m/s.
+    fastest_m_s: f64,
+    /// The books of energy; only our own engine keeps those of its forces.
+    watch: Option<Watch>,
+    invariants: Invariants,
+    end: State,
+}
+
 /// Steps a scene under commands that depend on time, and watches it.
 fn play(
     setup: &Setup,
@@ -85,25 +96,37 @@ fn play(
     (model, state): (Model, State),
     time_s: f64,
     mut tell: impl FnMut(f64, &mut Command),
-) -> Result<(Watch, State)> {
+) -> Result<Seen> {
     let start = state.base;
-    let mut world = setup.start(model, state)?;
-    let mut command = Command::stay(world.model(), start);
-    let alone = "only our own engine keeps books of its forces";
-    let mut watch = Watch::new(world.world().context(alone)?);
+    let mut engine = setup.start(model, state)?;
+    let mut command = Command::stay(engine.model(), start);
+    let mut watch = engine.world().map(Watch::new);
+    let mut fastest_m_s: f64 = 0.0;
     for k in 0..steps(time_s, setup.dt_s) {
         tell((k + 1) as f64 * setup.dt_s, &mut command);
-        recorder.step(&mut *world, &command)?;
-        watch.step(world.world().context(alone)?, &command);
+        recorder.step(&mut *engine, &command)?;
+        fastest_m_s = fastest_m_s.max(fastest(&*engine));
+        if let Some((watch, world)) = watch.as_mut().zip(engine.world()) {
+            watch.step(world, &command);
+        }
     }
-    Ok((watch, world.state().clone()))
+    let invariants = watch.as_ref().map_or_else(|| recorder.invariants(), Watch::invariants);
+    Ok(Seen { fastest_m_s, watch, invariants, end: engine.state().clone() })
 }
 
-fn finding(watch: &Watch, held: Option<bool>) -> Finding {
-    let speed = watch.object_speed.max(watch.base_speed);
+/// Speed of the fastest object, or of the base, m/s.
+fn fastest(engine: &dyn Engine) -> f64 {
+    let (model, state) = (engine.model(), engine.state());
+    let objects = (0..model.objects().len()).map(|k| state.object_velocity(model, k).0.length());
+    let base = model.hand().map(|_| Vec3::from_slice(&state.v[..3]).length());
+    objects.chain(base).fold(0.0, f64::max)
+}
+
+/// Nothing may get faster than what is there can make it.
+fn finding(seen: &Seen, held: Option<bool>, within_m_s: f64) -> Finding {
     Finding {
-        error: Figure::new("fastest body", speed, "m/s"),
-        invariants: Invariants { held, ..watch.invariants() },
+        error: Figure::bounded("fastest body", seen.fastest_m_s, "m/s", within_m_s),
+        invariants: Invariants { held, ..seen.invariants },
     }
 }
 
@@ -128,25 +151,26 @@ fn close_and_lift(
     recorder: &mut Recorder,
     hand: &Arc<Hand>,
     grasp: &Grasp,
-) -> Result<(Watch, bool)> {
+) -> Result<(Seen, bool)> {
     let (mut model, state, start) = scene(hand, Config::with_step(setup.dt_s), grasp, CHOSEN)?;
     add_floor(&mut model, -0.3)?;
     let before = state.objects[0].translation.z;
-    let (watch, end) = play(setup, recorder, (model, state), 3.0, |t, command| {
+    let seen = play(setup, recorder, (model, state), 3.0, |t, command| {
         command.sigma[0] = ramp(t / 0.5).0;
         command.base = lift(start, t);
     })?;
-    Ok((watch, end.objects[0].translation.z > before + 0.05))
+    let lifted = seen.end.objects[0].translation.z > before + 0.05;
+    Ok((seen, lifted))
 }
 
-/// The cylinder of the grasps at 5 kg. The hand need not be able to lift it.
+/// The cylinder of the grasps at 5 kg. The hand need not be able to lift it; it may drop it from 0.4 m.
 pub fn heavy_object(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let grasp = Grasp { mass: 5.0, ..Grasp::cylinder() };
-    let (watch, held) = close_and_lift(setup, recorder, &softhand()?, &grasp)?;
-    Ok(finding(&watch, Some(held)))
+    let (seen, _) = close_and_lift(setup, recorder, &softhand()?, &grasp)?;
+    Ok(finding(&seen, None, 3.0))
 }
 
-/// The hand lies palm up on the floor; the ball falls by 10 cm.
+/// The hand lies palm up on the floor; the ball falls by 11 cm.
 pub fn pressed_fingers(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut model = Model::new(Config::with_step(setup.dt_s), Some(softhand()?))?;
     // The palm's back reaches 4 cm behind the base frame.
@@ -157,36 +181,31 @@ pub fn pressed_fingers(setup: &Setup, recorder: &mut Recorder) -> Result<Finding
     let up = Pose::from_rotation(Rotation::from_rotation_y(-FRAC_PI_2));
     let over_fingers = up.transform_point(Vec3::new(0.17, 0.0, 0.22));
     let state = State::at_rest(&model, up, &[Pose::from_translation(over_fingers)]);
-    let (watch, _) = play(setup, recorder, (model, state), 2.0, |t, command| {
+    let seen = play(setup, recorder, (model, state), 2.0, |t, command| {
         command.sigma[0] = ramp((t - 0.8) / 0.5).0;
     })?;
-    Ok(finding(&watch, None))
+    Ok(finding(&seen, None, 1.55))
 }
 
 /// The worst of five cables.
 pub fn tendons(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
-    let mut worst: Option<Watch> = None;
+    let mut worst: Option<Seen> = None;
     let mut held = true;
     for stiffness in [50.0, 1e3, 1e4, 1e5, 1e6] {
         let mut hand = Hand::clone(&*softhand()?);
         hand.tendons[0].stiffness = stiffness;
-        let (watch, lifted) = close_and_lift(setup, recorder, &Arc::new(hand), &Grasp::cylinder())?;
+        let (seen, lifted) = close_and_lift(setup, recorder, &Arc::new(hand), &Grasp::cylinder())?;
         held &= lifted;
-        if worst.as_ref().is_none_or(|worst| watch.object_speed > worst.object_speed) {
-            worst = Some(watch);
+        if worst.as_ref().is_none_or(|worst| seen.fastest_m_s > worst.fastest_m_s) {
+            worst = Some(seen);
         }
     }
-    let worst = worst.context("there are cables")?;
-    Ok(Finding {
-        invariants: Invariants {
-            newton_unconverged: recorder.invariants().newton_unconverged,
-            ..finding(&worst, Some(held)).invariants
-        },
-        ..finding(&worst, Some(held))
-    })
+    let mut worst = worst.context("there are cables")?;
+    worst.invariants.newton_unconverged = recorder.invariants().newton_unconverged;
+    Ok(finding(&worst, Some(held), 1.0))
 }
 
-/// Springs of 60 to 100 N m/rad, a cable of 200 N m.
+/// Springs of 60 to 100 N m/rad, a cable of 200 N m, which closes on 0.1 kg; what is thrown falls 0.3 m.
 pub fn springs(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut hand = Hand::clone(&*softhand()?);
     for c in &mut hand.coordinates {
@@ -194,8 +213,8 @@ pub fn springs(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     }
     hand.tendons[0].force_limit *= 100.0;
     hand.tendons[0].stiffness *= 100.0;
-    let (watch, held) = close_and_lift(setup, recorder, &Arc::new(hand), &Grasp::cylinder())?;
-    Ok(finding(&watch, Some(held)))
+    let (seen, held) = close_and_lift(setup, recorder, &Arc::new(hand), &Grasp::cylinder())?;
+    Ok(finding(&seen, Some(held), 6.0))
 }
 
 /// Fingers down, the set point goes 15 cm under the floor, then 20 cm into a wall, the hand closing meanwhile.
@@ -207,14 +226,14 @@ pub fn pressed_base(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     model.add_static("wall", &slab, Pose::from_parts(Vec3::new(0.3, 0.0, 0.0), upright), 0.6)?;
     let top = Pose::from_parts(Vec3::new(0.0, 0.0, 0.32), Rotation::from_rotation_y(PI));
     let state = State::at_rest(&model, top, &[]);
-    let (watch, end) = play(setup, recorder, (model, state), 3.0, |t, command| {
+    let seen = play(setup, recorder, (model, state), 3.0, |t, command| {
         let at = if t < 1.2 { Vec3::new(0.0, 0.0, -0.15) } else { Vec3::new(0.4, 0.0, 0.1) };
         command.base = BaseCommand::stay(Pose::from_parts(at, top.rotation));
         command.sigma[0] = if t < 2.0 { 0.0 } else { 1.0 };
     })?;
     // Neither the wrist nor the palm may have gone through.
-    let through = end.base.translation.z < 0.0 || end.base.translation.x > 0.2;
-    Ok(finding(&watch, Some(!through)))
+    let at = seen.end.base.translation;
+    Ok(finding(&seen, Some(at.z >= 0.0 && at.x <= 0.2), 10.0))
 }
 
 /// A ball of 5 cm radius and 0.5 kg whose surface reaches 3 cm into the palm and the roots of the fingers.
@@ -224,25 +243,26 @@ pub fn overlap(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let ball = Shape::Sphere { radius: 0.05 };
     model.add_object(Arc::new(Object::new("ball", vec![(Pose::IDENTITY, ball)], 0.5, 0.8, 1e-3)?))?;
     let state = State::at_rest(&model, Pose::IDENTITY, &[Pose::translation(0.033, 0.0, 0.16)]);
-    let (watch, end) = play(setup, recorder, (model, state), 2.0, |_, _| {})?;
-    let apart = end.objects[0].translation.x > 0.05;
-    Ok(finding(&watch, Some(apart)))
+    let seen = play(setup, recorder, (model, state), 2.0, |_, _| {})?;
+    let apart = seen.end.objects[0].translation.x > 0.05;
+    Ok(finding(&seen, Some(apart), 1.0))
 }
 
-/// The set point jumps there and back, each time for 0.4 s, past all limits of speed.
+/// The set point jumps there and back, each time for 0.4 s, past all limits of speed. 500 N an axis over 0.5 m on 0.7 kg:
+/// 27 m/s.
 pub fn teleport(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let config = Config::with_step(setup.dt_s);
     let (mut model, state, start) = scene(&softhand()?, config, &Grasp::cylinder(), CHOSEN)?;
     add_floor(&mut model, -0.3)?;
     let turned = Rotation::from_rotation_x(FRAC_PI_2) * start.rotation;
     let far = Pose::from_parts(start.translation + Vec3::new(0.3, 0.3, 0.3), turned);
-    let (watch, _) = play(setup, recorder, (model, state), 3.0, |t, command| {
+    let seen = play(setup, recorder, (model, state), 3.0, |t, command| {
         command.sigma[0] = ramp(t / 0.5).0;
         let there = t > 0.8 && (((t - 0.8) / 0.4) as u64).is_multiple_of(2);
         let pose = if there { far } else { start };
         command.base = BaseCommand::Exact(BaseReference { pose, linear: Vec3::ZERO, angular: Vec3::ZERO });
     })?;
-    Ok(finding(&watch, None))
+    Ok(finding(&seen, None, 27.0))
 }
 
 /// The motor itself is made fast enough to follow.
@@ -252,10 +272,10 @@ pub fn flip(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let config = Config::with_step(setup.dt_s);
     let (mut model, state, _) = scene(&Arc::new(hand), config, &Grasp::cylinder(), CHOSEN)?;
     add_floor(&mut model, -0.3)?;
-    let (watch, _) = play(setup, recorder, (model, state), 3.0, |t, command| {
+    let seen = play(setup, recorder, (model, state), 3.0, |t, command| {
         command.sigma[0] = if ((t / 0.02) as u64).is_multiple_of(2) { 1.0 } else { 0.0 };
     })?;
-    Ok(finding(&watch, None))
+    Ok(finding(&seen, None, 5.0))
 }
 
 /// Falls 5 mm and tumbles for 3 s. It holds 2 J of rotation at the start; touching may take of it, never add. The
@@ -270,7 +290,8 @@ pub fn spin(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut state = State::at_rest(&model, Pose::IDENTITY, &[Pose::from_parts(at, leaning)]);
     state.v[3..].copy_from_slice(&[30.0, 20.0, 95.0]);
     let kinetic = Stored::of(&model, &state).kinetic;
-    let (watch, _) = play(setup, recorder, (model, state), 3.0, |_, _| {})?;
+    let seen = play(setup, recorder, (model, state), 3.0, |_, _| {})?;
+    let watch = seen.watch.context("only our own engine keeps books of its forces")?;
     Ok(Finding {
         error: Figure::new("energy from nowhere", 100.0 * watch.excess_j / kinetic, "%"),
         invariants: watch.invariants(),

@@ -98,7 +98,7 @@ pub fn free(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             Some(difference(&trace, &reference))
         }
     };
-    let error = Figure { name: "largest joint error".into(), value: error, unit: "rad".into() };
+    let error = Figure::of("largest joint error", error, "rad");
     Ok(Finding { error, invariants: recorder.invariants() })
 }
 

@@ -1,17 +1,17 @@
 //! Nothing explodes.
 
-use super::{converged, error, report};
+use super::{converged, error, report, within};
 use crate::report::Report;
 
 /// Runs a case at short and long steps: every step converges, no number breaks, no energy appears and no body gets
 /// faster than what is there can make it.
-fn sound(case: &str, fastest_m_s: f64, from_nowhere_j: f64) -> Vec<Report> {
+fn sound(case: &str, from_nowhere_j: f64) -> Vec<Report> {
     [0.5e-3, 1e-3, 4e-3, 16e-3]
         .into_iter()
         .map(|dt| {
             let report = report(case, dt);
             converged(&report);
-            assert!(error(&report) <= fastest_m_s, "{case} at {dt}: {} m/s", error(&report));
+            within(&report);
             let gain = report.invariants.energy_gain_j.expect("the gain is reported");
             assert!(gain <= from_nowhere_j, "{case} at {dt}: {gain} J from nowhere");
             report
@@ -21,44 +21,40 @@ fn sound(case: &str, fastest_m_s: f64, from_nowhere_j: f64) -> Vec<Report> {
 
 #[test]
 fn light_fingers_meet_a_heavy_object() {
-    // Dropped from 0.4 m at most.
-    sound("hard_heavy_object", 3.0, 1e-6);
-    // It falls 0.11 m.
-    sound("hard_pressed_fingers", 1.55, 1e-6);
+    sound("hard_heavy_object", 1e-6);
+    sound("hard_pressed_fingers", 1e-6);
 }
 
 #[test]
 fn any_cable_holds() {
-    for report in sound("hard_tendons", 1.0, 1e-6) {
+    for report in sound("hard_tendons", 1e-6) {
         assert_eq!(report.invariants.held, Some(true), "at {}", report.dt_s);
     }
 }
 
 #[test]
 fn stiff_springs_are_no_trouble() {
-    // 200 N m close on 0.1 kg; what is thrown falls 0.3 m.
-    sound("hard_springs", 6.0, 1e-6);
+    sound("hard_springs", 1e-6);
 }
 
 #[test]
 fn a_hand_pressed_against_floor_and_wall_stays_outside() {
-    for report in sound("hard_pressed_base", 10.0, 1e-6) {
+    for report in sound("hard_pressed_base", 1e-6) {
         assert_eq!(report.invariants.held, Some(true), "at {}", report.dt_s);
     }
 }
 
 #[test]
 fn overlapping_bodies_are_led_apart() {
-    for report in sound("hard_overlap", 1.0, 0.5) {
+    for report in sound("hard_overlap", 0.5) {
         assert_eq!(report.invariants.held, Some(true), "at {}", report.dt_s);
     }
 }
 
 #[test]
 fn commands_may_jump() {
-    // 500 N an axis over 0.5 m on 0.7 kg: 27 m/s.
-    sound("hard_teleport", 27.0, 1e-6);
-    sound("hard_flip", 5.0, 1e-6);
+    sound("hard_teleport", 1e-6);
+    sound("hard_flip", 1e-6);
 }
 
 #[test]

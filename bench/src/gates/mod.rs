@@ -37,6 +37,12 @@ pub(crate) fn error(report: &Report) -> f64 {
     report.error.value.expect("the case has an analytic answer")
 }
 
+/// What the case bounds kept to it.
+pub(crate) fn within(report: &Report) {
+    let most = report.error.within.expect("the case has a bound");
+    assert!(error(report) <= most, "{} at {}: {} of {most}", report.case, report.dt_s, error(report));
+}
+
 /// Every step of the run converged and stayed finite.
 pub(crate) fn converged(report: &Report) {
     assert_eq!(report.invariants.newton_unconverged, Some(0), "{}", report.case);

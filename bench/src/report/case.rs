@@ -45,12 +45,25 @@ pub struct Figure {
     pub value: Option<f64>,
     /// Its unit.
     pub unit: String,
+    /// The most it may be, where no smaller value is any better: it tells what happened, not how wrong that is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within: Option<f64>,
 }
 
 impl Figure {
-    /// A figure with a value.
+    /// An error: the nearer to zero the better.
     pub fn new(name: &str, value: f64, unit: &str) -> Self {
-        Figure { name: name.to_owned(), value: Some(value), unit: unit.to_owned() }
+        Figure::of(name, Some(value), unit)
+    }
+
+    /// An error that is not known when the reference run was left out.
+    pub fn of(name: &str, value: Option<f64>, unit: &str) -> Self {
+        Figure { name: name.to_owned(), value, unit: unit.to_owned(), within: None }
+    }
+
+    /// Something that must stay `within` a bound; below it, no value is better than another.
+    pub fn bounded(name: &str, value: f64, unit: &str, within: f64) -> Self {
+        Figure { within: Some(within), ..Figure::new(name, value, unit) }
     }
 }
 

@@ -81,15 +81,24 @@ pub struct Run {
 }
 
 impl Run {
-    /// The error, if the run can be used.
+    /// The error without its sign, at least the [`floor`] of its unit, if the run can be used. What lies within a bound is
+    /// no error: see [`Run::judged`].
     pub fn usable_error(&self) -> Option<f64> {
         let figure = self.error.as_ref().filter(|_| self.trouble.is_none())?;
-        figure.value.filter(|x| x.is_finite())
+        let value = figure.value.filter(|x| x.is_finite())?;
+        let size = if figure.within.is_some() { value } else { value.abs() };
+        Some(size.max(floor(&figure.unit)))
+    }
+
+    /// The error as verdicts compare it: all that stays within a bound is equal.
+    pub fn judged(&self) -> Option<f64> {
+        let bounded = self.error.as_ref().is_some_and(|figure| figure.within.is_some());
+        self.usable_error().map(|error| if bounded { 0.0 } else { error })
     }
 }
 
 /// Why a run that came to an end is of no use, if so: numbers that are not finite, steps that failed, an object
-/// that was lost, or an error beyond any use.
+/// that was lost, a bound that was broken, or an error beyond any use.
 pub fn trouble(error: &Figure, seen: &Invariants) -> Option<String> {
     if error.value.is_some_and(|x| !x.is_finite()) {
         return Some("not finite".into());
@@ -100,8 +109,11 @@ pub fn trouble(error: &Figure, seen: &Invariants) -> Option<String> {
     if seen.held == Some(false) {
         return Some("object lost".into());
     }
-    let value = error.value?.abs();
-    (value > useless(&error.unit)).then(|| format!("error {value:.2} {}", error.unit))
+    let value = error.value?;
+    if let Some(most) = error.within {
+        return (value > most).then(|| format!("more than {most} {}", error.unit));
+    }
+    (value.abs() > useless(&error.unit)).then(|| format!("error {:.2} {}", value.abs(), error.unit))
 }
 
 /// From which error on nothing of a run is left.

@@ -1,6 +1,6 @@
 //! Is a peer ever faster than ours at an error that is not larger?
 
-use super::comparison::{Run, floor};
+use super::comparison::Run;
 use serde::{Deserialize, Serialize};
 
 /// The answer for one case and one peer.
@@ -69,10 +69,7 @@ fn verdict(runs: &[Run], own: &str, case: &str, peer: &str) -> Option<Verdict> {
     if theirs.is_empty() {
         return None;
     }
-    let point = |run: &Run| {
-        let unit = run.error.as_ref().map_or("", |figure| figure.unit.as_str());
-        run.usable_error().map(|error| (error.abs().max(floor(unit)), run.cpu_s, run.dt_ms))
-    };
+    let point = |run: &Run| run.judged().map(|error| (error, run.cpu_s, run.dt_ms));
     let own_points: Vec<_> = ours.iter().filter_map(|run| point(run)).collect();
     let points: Vec<_> = theirs.iter().filter_map(|run| point(run)).collect();
     let (mut ahead_ms, mut least): (Vec<f64>, Option<f64>) = (Vec::new(), None);
@@ -102,6 +99,7 @@ fn verdict(runs: &[Run], own: &str, case: &str, peer: &str) -> Option<Verdict> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::comparison::trouble;
     use crate::report::{Figure, Invariants, Times};
 
     fn run(engine: &str, dt_ms: f64, error: f64, cpu_s: f64) -> Run {
@@ -133,6 +131,23 @@ mod tests {
         let runs = [run("own", 1.0, 0.1, 0.1), run("own", 4.0, 0.3, 0.03), run("peer", 4.0, 0.4, 0.05)];
         let verdicts = verdicts(&runs, "own", &["peer"]);
         assert!(verdicts[0].holds(), "{verdicts:?}");
+    }
+
+    #[test]
+    fn within_a_bound_speed_alone_decides_and_beyond_it_nothing_counts() {
+        let bounded = |mut run: Run, value: f64| {
+            run.error = Some(Figure::bounded("fastest body", value, "m/s", 1.0));
+            run.trouble = trouble(run.error.as_ref().expect("set"), &run.invariants);
+            run
+        };
+        let own = bounded(run("own", 4.0, 0.0, 0.01), 0.9);
+        let slower = bounded(run("peer", 1.0, 0.0, 0.05), 0.1);
+        let faster = bounded(run("peer", 2.0, 0.0, 0.005), -0.2);
+        let thrown = bounded(run("peer", 4.0, 0.0, 0.001), 1.1);
+        let verdicts = verdicts(&[own, slower, faster, thrown.clone()], "own", &["peer"]);
+        assert_eq!(thrown.trouble.as_deref(), Some("more than 1 m/s"));
+        assert_eq!((verdicts[0].usable, verdicts[0].tried), (2, 3));
+        assert_eq!(verdicts[0].ahead_ms, [2.0]);
     }
 
     #[test]

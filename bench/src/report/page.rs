@@ -53,7 +53,9 @@ fn head(page: &mut String, report: &Comparison) {
         writing commands and reading the clock; errors and timings come from separate passes, and a timing run ends after {LONGEST_S} s of CPU. MuJoCo's runs are played again in one \
         tight loop of its own, without the pipe. A run *can be used* if all numbers \
         stay finite, no step fails, an object that is to be held is held, and the error is below 0.2 rad, 30 mm or \
-        50 %. Errors below 1 nrad, 0.1 µm and 0.001 % count as equal. A run of a peer, or its \
+        50 %. Errors below 1 nrad, 0.1 µm and 0.001 % count as equal. Where a scene only asks that \
+        something stays within a bound (*at most* in its table), a run beyond it cannot be used, and within it speed \
+        alone decides. A run of a peer, or its \
         reference, that takes more than {} s by the clock on the wall is *not finished* and judged by nothing.\n",
         report.repeats,
         report.run_limit_s
@@ -158,9 +160,11 @@ fn scene(page: &mut String, report: &Comparison, case: &str) {
     let runs: Vec<&Run> = report.runs.iter().filter(|run| run.case == case).collect();
     let figure = runs.iter().find_map(|run| run.error.as_ref());
     let (name, unit) = figure.map_or(("error", ""), |figure| (&figure.name, &figure.unit));
+    let most =
+        figure.and_then(|figure| figure.within).map_or(String::new(), |most| format!(", at most {most}"));
     put!(
         page,
-        "| engine | step | {name} [{unit}] | CPU ms a second | between | times real time | deepest overlap |"
+        "| engine | step | {name} [{unit}]{most} | CPU ms a second | between | times real time | deepest overlap |"
     );
     put!(page, "|---|---|---|---|---|---|---|");
     for engine in &engines {

@@ -1,6 +1,6 @@
 //! The pictures of a report, as SVG.
 
-use super::comparison::{Comparison, Run, floor};
+use super::comparison::{Comparison, Run};
 use anyhow::{Result, anyhow};
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -84,9 +84,8 @@ fn around(values: impl Iterator<Item = f64>) -> Option<std::ops::Range<f64>> {
 /// Error against CPU time, one curve an engine, every point with its step.
 fn errors(area: &Area, case: &str, runs: &[&Run]) -> Result<()> {
     let point = |run: &&Run| {
-        let unit = run.error.as_ref().map_or("", |figure| figure.unit.as_str());
         let error = run.usable_error().filter(|_| run.cpu_s > 0.0)?;
-        Some((run.cpu_s * 1e3, error.abs().max(floor(unit)), run.dt_ms))
+        Some((run.cpu_s * 1e3, error, run.dt_ms))
     };
     let points: Vec<_> = runs.iter().filter_map(point).collect();
     let axes = (around(points.iter().map(|p| p.0)), around(points.iter().map(|p| p.1)));

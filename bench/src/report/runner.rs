@@ -168,7 +168,7 @@ fn own_settings() -> Vec<String> {
     vec![
         "the constants of `sim/src/config.rs`, the same at every step, and in every case but those named next".into(),
         "contact stiffness: in mass_ratio in proportion to the load, in sphere_stack, incline_sphere, bowling, \
-         gripper_analytic, heavy_on_grams and six_cubed 1e9 N/m (their bodies are rigid), in spring_cylinder the published one"
+         gripper_analytic, rolling_box_balls, heavy_on_grams and six_cubed 1e9 N/m (their bodies are rigid), in spring_cylinder the published one"
             .into(),
     ]
 }
