@@ -5,8 +5,8 @@ or by 0, a length and a message. Then, each led by one byte:
 
     P  qpos, qvel          set the state; no answer
     S  ctrl                one step; answered by CPU seconds, deepest overlap, warnings, qpos, qvel, actuator forces
-    R  repeats, longest    play everything since the start again, each time for at most so many CPU seconds;
-                           answered by CPU seconds per step of each repeat
+    R  longest             play everything since the start again, for at most so many CPU seconds; answered by CPU
+                           seconds per step
 
 CPU time is that of this thread around mj_step alone, less what reading the clock and calling MuJoCo cost.
 """
@@ -100,8 +100,8 @@ def main():
             warnings = sum(warning.number for warning in data.warning)
             answer(spent, overlap, warnings, data.qpos, data.qvel, data.actuator_force)
         elif op == b"R":
-            repeats, longest = floats(source, 2)
-            answer([replay(model, start, log, longest * 1e9) for _ in range(int(repeats))])
+            (longest,) = floats(source, 1)
+            answer(replay(model, start, log, longest * 1e9))
 
 
 # A diverging run is told by the count of warnings; thousands of lines about it help nobody.

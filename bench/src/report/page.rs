@@ -50,7 +50,7 @@ fn head(page: &mut String, report: &Comparison) {
         that against the analytic answer or, where there is none, against the same scene on the same engine with a \
         far smaller step: then it says how much an engine's outcome depends on the step, not who is right. *CPU \
         time* is that of the stepping thread for one simulated second, the median of {} runs, without reading poses, \
-        writing commands and reading the clock; errors and timings come from separate passes, and a timing run ends after {LONGEST_S} s of CPU. MuJoCo's runs are played again in one \
+        writing commands and reading the clock; errors and timings come from separate passes; in the latter the engines take turns, and a run ends after {LONGEST_S} s of CPU. MuJoCo's runs are played again in one \
         tight loop of its own, without the pipe. A run *can be used* if all numbers \
         stay finite, no step fails, an object that is to be held is held, and the error is below 0.2 rad, 30 mm or \
         50 %. Errors below 1 nrad, 0.1 µm and 0.001 % count as equal. Where a scene only asks that \

@@ -3,7 +3,7 @@
 use super::comparison::{Comparison, EngineNote, FORMAT, Run, trouble};
 use super::dominance::verdicts;
 use super::machine::{self, Machine};
-use super::{Figure, Invariants, Report, page, plots, ticks};
+use super::{Figure, Invariants, Report, Times, page, plots, ticks};
 use crate::cases::{self, Case, Setup};
 use crate::engine::limit::{self, NotFinished};
 use crate::engine::{EngineKind, mujoco, rapier};
@@ -51,7 +51,7 @@ fn left_out(name: &str) -> Option<&'static str> {
 pub(super) const LONGEST_S: f64 = 2.0;
 const QUICK_LONGEST_S: f64 = 0.5;
 
-/// ... and, of a peer, all of them after this much wall time, s: MuJoCo's steps wait for a pipe, ours for nothing.
+/// ... and, of a peer, after this much wall time, s: MuJoCo's steps wait for a pipe, ours for nothing.
 const TIMED_S: f64 = 20.0;
 
 /// No run's limit is longer than this, s.
@@ -104,16 +104,17 @@ pub fn write(options: &Options) -> Result<Comparison> {
         progress.line("error", &run, &said(&run));
         runs.push(run);
     }
-    for ((case, kind, dt_ms), run) in jobs.iter().zip(&mut runs) {
-        // How long it takes to lose an object is of no interest.
-        if run.trouble.is_none() {
-            let longest_s = if options.quick { QUICK_LONGEST_S } else { LONGEST_S };
-            limit::within(options.run_limit_s.min(TIMED_S), || {
-                time_pass(case, *kind, *dt_ms, options.repeats, longest_s, run);
-            });
-            progress.line("time", run, &format!("{:.3} ms of CPU a second", 1e3 * run.cpu_s));
-        } else {
-            progress.done += 1;
+    let longest_s = if options.quick { QUICK_LONGEST_S } else { LONGEST_S };
+    for case in &chosen {
+        for dt_ms in &steps {
+            let here = |run: &&mut Run| run.case == case.name && run.dt_ms == *dt_ms;
+            // How long it takes to lose an object is of no interest.
+            let (timed, others): (Vec<_>, Vec<_>) =
+                runs.iter_mut().filter(here).partition(|run| run.trouble.is_none());
+            progress.done += others.len();
+            for run in time_pass(case, *dt_ms, timed, &kinds, (options, longest_s)) {
+                progress.line("time", run, &format!("{:.3} ms of CPU a second", 1e3 * run.cpu_s));
+            }
         }
     }
     let peers: Vec<&str> =
@@ -226,31 +227,52 @@ fn finite(value: Option<f64>) -> Option<f64> {
     value.filter(|x| x.is_finite())
 }
 
-/// Runs for the clock alone, after the error pass has warmed everything up.
-fn time_pass(case: &Case, kind: EngineKind, dt_ms: f64, repeats: usize, longest_s: f64, run: &mut Run) {
-    let setup = Setup { engine: kind, dt_s: 1e-3 * dt_ms, reference_dt_s: None };
-    let play = || {
-        let mut recorder = Recorder::for_at_most(longest_s);
-        let finished = (case.run)(&setup, &mut recorder).is_ok();
-        (finished || recorder.broke_off() || limit::used_up()).then(|| recorder.times())
-    };
-    let mut times: Vec<_> = if kind == EngineKind::MuJoCo {
-        let (first, totals) = mujoco::replayed(repeats, longest_s, play);
-        let first = first.unwrap_or_default();
-        totals.iter().map(|total| super::Times { total: total * 1e6, ..first }).collect()
-    } else {
-        (0..repeats).filter_map(|_| play()).collect()
-    };
-    if times.is_empty() {
-        run.trouble = Some("did not run a second time".into());
-        return;
+/// Runs for the clock alone, after the error pass has warmed everything up. The engines take turns: where the machine is
+/// slower for a while, it is so for all.
+fn time_pass<'a>(
+    case: &Case,
+    dt_ms: f64,
+    mut runs: Vec<&'a mut Run>,
+    kinds: &[EngineKind],
+    (options, longest_s): (&Options, f64),
+) -> Vec<&'a mut Run> {
+    let within =
+        |run: &mut dyn FnMut() -> Option<Times>| limit::within(options.run_limit_s.min(TIMED_S), run);
+    let mut clocks = Vec::new();
+    for run in &runs {
+        let Some(kind) = kinds.iter().copied().find(|kind| kind.name() == run.engine) else { continue };
+        let setup = Setup { engine: kind, dt_s: 1e-3 * dt_ms, reference_dt_s: None };
+        let mut play = move || {
+            let mut recorder = Recorder::for_at_most(longest_s);
+            let finished = (case.run)(&setup, &mut recorder).is_ok();
+            (finished || recorder.broke_off() || limit::used_up()).then(|| recorder.times())
+        };
+        let clock: Box<dyn FnMut() -> Option<Times>> = if kind == EngineKind::MuJoCo {
+            let (first, mut recording) = mujoco::Recording::of(|| within(&mut play));
+            Box::new(move || Some(Times { total: 1e6 * recording.replay(longest_s).ok()?, ..first? }))
+        } else {
+            Box::new(move || within(&mut play))
+        };
+        clocks.push((clock, Vec::new()));
     }
-    times.sort_by(|a, b| a.total.total_cmp(&b.total));
-    // µs a step are ms of CPU a simulated second at 1 ms.
-    let cpu = |total_us: f64| total_us * 1e-3 / dt_ms;
-    run.us_per_step = times[times.len() / 2];
-    run.cpu_s = cpu(run.us_per_step.total);
-    run.cpu_s_between = [cpu(times[0].total), cpu(times[times.len() - 1].total)];
+    for _ in 0..options.repeats {
+        for (clock, times) in &mut clocks {
+            times.extend(clock());
+        }
+    }
+    for (run, (_, mut times)) in runs.iter_mut().zip(clocks) {
+        if times.is_empty() {
+            run.trouble = Some("did not run a second time".into());
+            continue;
+        }
+        times.sort_by(|a, b| a.total.total_cmp(&b.total));
+        // µs a step are ms of CPU a simulated second at 1 ms.
+        let cpu = |total_us: f64| total_us * 1e-3 / dt_ms;
+        run.us_per_step = times[times.len() / 2];
+        run.cpu_s = cpu(run.us_per_step.total);
+        run.cpu_s_between = [cpu(times[0].total), cpu(times[times.len() - 1].total)];
+    }
+    runs
 }
 
 fn said(run: &Run) -> String {

@@ -12,6 +12,7 @@ use palmares_sim::world::Outcome;
 use palmares_sim::{BaseCommand, Command, Model, State};
 use parry3d_f64::glamx::EulerRot;
 use std::cell::RefCell;
+use std::rc::Rc;
 use std::sync::Arc;
 use worker::Worker;
 pub use worker::{python, version};
@@ -21,38 +22,36 @@ pub fn settings() -> Vec<String> {
     mjcf::settings()
 }
 
-/// How often a scene is played again when it ends, for how much CPU time each, s, and what came of it: steps, then
-/// CPU time per step, s.
-type Replays = (usize, f64, Vec<(u64, Vec<f64>)>);
-
 thread_local! {
-    static REPLAYS: RefCell<Replays> = const { RefCell::new((0, 0.0, Vec::new())) };
+    static STARTED: RefCell<Option<Vec<SharedWorker>>> = const { RefCell::new(None) };
 }
 
-/// Runs a case whose scenes MuJoCo plays again `repeats` times in a tight loop of its own: between two steps on
-/// request a process goes cold, which would be held against it. A repeat ends after `longest_s` of CPU time. CPU time per step, s, of each repeat, averaged
-/// over the scenes of the case by their steps.
-pub fn replayed<T>(repeats: usize, longest_s: f64, case: impl FnOnce() -> T) -> (T, Vec<f64>) {
-    REPLAYS.with_borrow_mut(|slot| *slot = (repeats, longest_s, Vec::new()));
-    let outcome = case();
-    let (_, _, scenes) = REPLAYS.take();
-    let steps: u64 = scenes.iter().map(|(steps, _)| steps).sum();
-    let mean = |k: usize| {
-        let sum: f64 = scenes.iter().filter_map(|(steps, times)| Some(*steps as f64 * times.get(k)?)).sum();
-        sum / steps.max(1) as f64
-    };
-    (outcome, (0..repeats).map(mean).collect())
-}
+type SharedWorker = Rc<RefCell<Worker>>;
 
-impl Drop for MuJoCo {
-    fn drop(&mut self) {
-        REPLAYS.with_borrow_mut(|(repeats, longest_s, scenes)| {
-            if *repeats > 0
-                && let Ok(times) = self.worker.replay(*repeats, *longest_s)
-            {
-                scenes.push((self.state.step, times));
-            }
-        });
+/// The scenes that MuJoCo has played in a case, to be played again in a tight loop of its own: between two steps on
+/// request a process goes cold, which would be held against it.
+pub struct Recording(Vec<SharedWorker>);
+
+impl Recording {
+    /// Runs a case and keeps its scenes.
+    pub fn of<T>(case: impl FnOnce() -> T) -> (T, Self) {
+        STARTED.set(Some(Vec::new()));
+        let outcome = case();
+        (outcome, Recording(STARTED.take().unwrap_or_default()))
+    }
+
+    /// Plays all scenes again, each for at most `longest_s` of CPU time. CPU time per step, s, averaged by their steps.
+    ///
+    /// # Errors
+    /// MuJoCo has stopped.
+    pub fn replay(&mut self, longest_s: f64) -> Result<f64> {
+        let (mut sum, mut steps) = (0.0, 0);
+        for worker in &self.0 {
+            let mut worker = worker.borrow_mut();
+            sum += worker.steps as f64 * worker.replay(longest_s)?;
+            steps += worker.steps;
+        }
+        Ok(sum / steps.max(1) as f64)
     }
 }
 
@@ -60,7 +59,7 @@ impl Drop for MuJoCo {
 pub(super) struct MuJoCo {
     model: Arc<Model>,
     state: State,
-    worker: Worker,
+    worker: SharedWorker,
     document: Document,
     base: Base,
     /// World pose of the base at the joints' zero.
@@ -72,7 +71,7 @@ pub(super) struct MuJoCo {
 impl MuJoCo {
     pub(super) fn new(model: Arc<Model>, state: State) -> Result<Self> {
         let document = mjcf::document(&model, &state).context("this scene has no MuJoCo equivalent")?;
-        let worker = Worker::start(&document.xml)?;
+        let worker = Rc::new(RefCell::new(Worker::start(&document.xml)?));
         let base = Base::of(&model);
         let start = state.base;
         let outcome = Outcome { converged: true, ..Outcome::default() };
@@ -80,9 +79,11 @@ impl MuJoCo {
         let tendons = mujoco.model.hand().map_or(0, |hand| hand.tendons.len());
         let servo = if base == Base::Servo { 6 } else { 0 };
         let expected = [mujoco.positions().0.len(), mujoco.positions().1.len(), servo + tendons];
-        if mujoco.worker.sizes != expected {
-            bail!("MuJoCo made nq, nv, nu = {:?} of a scene of {expected:?}", mujoco.worker.sizes);
+        let sizes = mujoco.worker.borrow().sizes;
+        if sizes != expected {
+            bail!("MuJoCo made nq, nv, nu = {sizes:?} of a scene of {expected:?}");
         }
+        STARTED.with_borrow_mut(|all| all.iter_mut().for_each(|all| all.push(Rc::clone(&mujoco.worker))));
         Ok(mujoco)
     }
 
@@ -222,12 +223,14 @@ impl Engine for MuJoCo {
         }
         if self.touched {
             let (q, v) = self.positions();
-            self.worker.push(&q, &v)?;
+            self.worker.borrow_mut().push(&q, &v)?;
             self.touched = false;
         }
         let control = self.control(command);
-        let frame = self.worker.step(&control)?;
-        let [nq, nv, _] = self.worker.sizes;
+        let mut worker = self.worker.borrow_mut();
+        let frame = worker.step(&control)?;
+        let [nq, nv, _] = worker.sizes;
+        drop(worker);
         let (q, rest) = frame.numbers.split_at(nq);
         let (v, forces) = rest.split_at(nv);
         self.pull(q, v, forces);

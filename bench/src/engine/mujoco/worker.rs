@@ -34,6 +34,8 @@ pub(super) struct Worker {
     from: BufReader<ChildStdout>,
     /// nq, nv, nu.
     pub sizes: [usize; 3],
+    /// Steps so far.
+    pub steps: u64,
 }
 
 /// The answer to a step.
@@ -58,7 +60,7 @@ impl Worker {
         to.write_all(&(document.len() as u64).to_le_bytes())?;
         to.write_all(document.as_bytes())?;
         to.flush()?;
-        let mut worker = Worker { child, to: Some(to), from, sizes: [0; 3] };
+        let mut worker = Worker { child, to: Some(to), from, sizes: [0; 3], steps: 0 };
         let fine = worker.read(1)?[0];
         if fine != 1.0 {
             let length = worker.read(1)?[0];
@@ -77,16 +79,17 @@ impl Worker {
 
     pub(super) fn step(&mut self, control: &[f64]) -> Result<Frame> {
         self.write(b'S', &[control])?;
+        self.steps += 1;
         let [nq, nv, nu] = self.sizes;
         let mut numbers = self.read(3 + nq + nv + nu)?;
         let rest = numbers.split_off(3);
         Ok(Frame { spent_s: numbers[0], overlap_m: numbers[1], warnings: numbers[2] as u64, numbers: rest })
     }
 
-    /// CPU time per step, s, of each of `repeats` runs of all steps so far, each of at most `longest_s`.
-    pub(super) fn replay(&mut self, repeats: usize, longest_s: f64) -> Result<Vec<f64>> {
-        self.write(b'R', &[&[repeats as f64, longest_s]])?;
-        self.read(repeats)
+    /// CPU time per step, s, of a run of all steps so far, of at most `longest_s`.
+    pub(super) fn replay(&mut self, longest_s: f64) -> Result<f64> {
+        self.write(b'R', &[&[longest_s]])?;
+        Ok(self.read(1)?[0])
     }
 
     fn write(&mut self, op: u8, parts: &[&[f64]]) -> Result<()> {
