@@ -145,7 +145,7 @@ impl Default for Config {
             limit_stiffness: 1e3,
             rolling_deadband: 1e-2,
             tolerance: 1e-6,
-            max_iterations: 100,
+            max_iterations: 200,
             sleeping: true,
             sleep_linear: 2e-3,
             sleep_angular: 4e-2,

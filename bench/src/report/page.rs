@@ -81,8 +81,8 @@ fn dominance(page: &mut String, report: &Comparison) {
     put!(
         page,
         "For every usable run of a peer: is there a run of ours with at most its error in at most its time? \
-        In {} of {} comparisons there always is. `palmares-bench check docs/report/report.json` prints this table \
-        and fails where there is not.\n",
+        In {} of {} comparisons there always is. `palmares-bench check` with the path of this folder's `report.json` \
+        prints this table and fails where there is not.\n",
         report.verdicts.len() - ahead,
         report.verdicts.len()
     );

@@ -70,6 +70,8 @@ pub struct Contacts {
     pub points: Vec<ContactPoint>,
     /// When a cached manifold of flat and of round shapes is re-used: cosine of the turn and square of the way.
     reuse: Option<[(f64, f64); 2]>,
+    /// The points of a manifold before they are found anew.
+    before: Vec<TrackedContact<Anchor>>,
 }
 
 impl Contacts {
@@ -135,7 +137,11 @@ impl Contacts {
             let first_sight = pair.manifold.points.is_empty();
             let on_furniture = a.owner == Owner::Static || b.owner == Owner::Static;
             let reuse = if on_furniture && (a.is_round || b.is_round) { round } else { flat };
-            update_manifold(pair, a, b, &a_from_b, (margin, config.coincident_m), reuse);
+            if !still_valid(pair, a, b, &a_from_b, reuse) {
+                self.before.clone_from(&pair.manifold.points);
+                find_points(pair, a, b, &a_from_b, (margin, config.coincident_m));
+                remember(&mut pair.manifold.points, &self.before, config.manifold_reuse_m.powi(2));
+            }
             let deepest = pair.manifold.points.iter().map(|point| point.dist).fold(f64::INFINITY, f64::min);
             // What was not overlapping cannot come to overlap far within a step: it was put there.
             let taken_back = pair.excess - config.separation_speed * config.step_s;
@@ -259,22 +265,28 @@ fn still_apart(pair: &mut Pair, a: &Collider, b: &Collider, a_from_b: &Pose, rea
     (pair.gap > reachable).then_some(pair.gap)
 }
 
-/// Lets parry find the points. Its own re-use of old points (up to 1 mm and 1°) gives a rolling cylinder
-/// energy; with none at all polyhedra flicker. So we decide on re-use, much more strictly, and otherwise
-/// have the points found anew but matched with the old ones.
-fn update_manifold(
+/// Whether the points of a pair can be used again as they are. parry's own re-use of old points (up to 1 mm and 1°) gives a
+/// rolling cylinder energy; with none at all polyhedra flicker. So it is decided here, much more strictly.
+fn still_valid(
+    pair: &mut Pair,
+    a: &Collider,
+    b: &Collider,
+    a_from_b: &Pose,
+    (cosine, squared): (f64, f64),
+) -> bool {
+    !(a.is_ball || b.is_ball) && pair.manifold.try_update_contacts_eps(a_from_b, cosine, squared)
+}
+
+/// Lets parry find the points anew, which matches them with the old ones by their features.
+fn find_points(
     pair: &mut Pair,
     a: &Collider,
     b: &Collider,
     a_from_b: &Pose,
     (margin, coincident_m): (f64, f64),
-    (reuse_cosine, reuse_squared): (f64, f64),
 ) {
     let manifold = &mut pair.manifold;
     if !(a.is_ball || b.is_ball) {
-        if manifold.try_update_contacts_eps(a_from_b, reuse_cosine, reuse_squared) {
-            return;
-        }
         manifold.mark_shapes_deformed();
     }
     let supported = DefaultQueryDispatcher
@@ -286,6 +298,24 @@ fn update_manifold(
         contact_manifold_pfm_pfm_shapes(a_from_b, &*a.shape, &*b.shape, None, None, margin, manifold);
     }
     merge_coincident(manifold, coincident_m.powi(2));
+}
+
+/// Gives points that parry takes for new the memory of the nearest old one, if it was in the same place of a shape. Of
+/// points that share a place only one is kept, whose features may be others the next time, as rounding decides: a hold would
+/// lose its friction with them.
+fn remember(points: &mut [TrackedContact<Anchor>], before: &[TrackedContact<Anchor>], within_squared: f64) {
+    for point in points.iter_mut().filter(|point| !point.data.known) {
+        let moved = |old: &TrackedContact<Anchor>| {
+            let on_a = old.local_p1.distance_squared(point.local_p1);
+            on_a.min(old.local_p2.distance_squared(point.local_p2))
+        };
+        let known = before.iter().filter(|old| old.data.known).map(|old| (moved(old), old));
+        if let Some((squared, old)) = known.min_by(|a, b| a.0.total_cmp(&b.0))
+            && squared < within_squared
+        {
+            point.data = old.data;
+        }
+    }
 }
 
 /// Leaves one of the points that share a place: the first, with the memory of any. Where a line passes over a corner it is
@@ -310,4 +340,26 @@ fn merge_coincident(manifold: &mut ContactManifold<(), Anchor>, within_squared: 
         }
     }
     points.truncate(kept);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(x: f64, stretch: f64, known: bool) -> TrackedContact<Anchor> {
+        let place = Vec3::new(x, 0.0, 0.0);
+        let mut point =
+            TrackedContact::new(place, place, PackedFeatureId::UNKNOWN, PackedFeatureId::UNKNOWN, 0.0);
+        point.data = Anchor { known, stretch: Vec3::new(0.0, stretch, 0.0), ..Anchor::default() };
+        point
+    }
+
+    #[test]
+    fn a_point_with_other_features_in_the_place_of_an_old_one_remembers() {
+        let before = [point(0.0, 1.0, true), point(0.01, 2.0, true), point(0.02, 3.0, false)];
+        let mut points = [point(0.01, 0.0, false), point(0.0, 5.0, true), point(0.02, 0.0, false)];
+        remember(&mut points, &before, 1e-10);
+        assert_eq!(points.map(|point| point.data.stretch.y), [2.0, 5.0, 0.0]);
+        assert_eq!(points.map(|point| point.data.known), [true, true, false]);
+    }
 }
