@@ -3,10 +3,10 @@
 //! explodes.
 
 use super::grasp::{CHOSEN, Grasp, scene};
+use super::scene::fastest;
 use super::synergy::softhand;
 use super::{Case, Finding, Setup, ramp, steps};
 use crate::energy::Stored;
-use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
 use crate::watch::Watch;
@@ -112,14 +112,6 @@ fn play(
     }
     let invariants = watch.as_ref().map_or_else(|| recorder.invariants(), Watch::invariants);
     Ok(Seen { fastest_m_s, watch, invariants, end: engine.state().clone() })
-}
-
-/// Speed of the fastest object, or of the base, m/s.
-fn fastest(engine: &dyn Engine) -> f64 {
-    let (model, state) = (engine.model(), engine.state());
-    let objects = (0..model.objects().len()).map(|k| state.object_velocity(model, k).0.length());
-    let base = model.hand().map(|_| Vec3::from_slice(&state.v[..3]).length());
-    objects.chain(base).fold(0.0, f64::max)
 }
 
 /// Nothing may get faster than what is there can make it.

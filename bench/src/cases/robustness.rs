@@ -1,9 +1,8 @@
 //! Scenes that break simulators: deep overlaps, heavy on light, fast spin, wedges, paradoxes.
 
-use super::scene::{Scene, awake, cuboid, push, rigid, set_velocity, velocity, weightless};
+use super::scene::{Scene, awake, cuboid, fastest, push, rigid, set_velocity, velocity, weightless};
 use super::{Case, Finding, Setup, steps};
 use crate::audit::{Audit, mechanical};
-use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
 use anyhow::Result;
@@ -44,10 +43,6 @@ pub const CASES: &[Case] = &[
         run: painleve_rod,
     },
 ];
-
-fn fastest(engine: &dyn Engine) -> f64 {
-    (0..engine.model().objects().len()).map(|k| velocity(engine, k).0.length()).fold(0.0, f64::max)
-}
 
 /// Fastest body, m/s, within a second in which bodies that start in each other part: spheres and boxes by half their
 /// size, a capsule across a cylinder, a sphere and a box half in the floor, a box in a corner of walls. Nothing

@@ -94,6 +94,13 @@ pub(crate) fn velocity(engine: &dyn Engine, body: usize) -> (Vec3, Vec3) {
     engine.state().object_velocity(engine.model(), body)
 }
 
+/// Speed of the fastest object, or of the hand's base, m/s.
+pub(crate) fn fastest(engine: &dyn Engine) -> f64 {
+    let objects = (0..engine.model().objects().len()).map(|k| velocity(engine, k).0.length());
+    let base = engine.model().hand().map(|_| Vec3::from_slice(&engine.state().v[..3]).length());
+    objects.chain(base).fold(0.0, f64::max)
+}
+
 /// Sets them.
 pub(crate) fn set_velocity(engine: &mut dyn Engine, body: usize, linear: Vec3, angular: Vec3) {
     let at = engine.model().object_dofs(body);

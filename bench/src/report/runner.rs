@@ -107,12 +107,13 @@ pub fn write(options: &Options) -> Result<Comparison> {
     let longest_s = if options.quick { QUICK_LONGEST_S } else { LONGEST_S };
     for case in &chosen {
         for dt_ms in &steps {
-            let here = |run: &&mut Run| run.case == case.name && run.dt_ms == *dt_ms;
+            let here = jobs.iter().zip(&mut runs);
+            let here = here.filter(|((other, _, dt), _)| other.name == case.name && dt == dt_ms);
             // How long it takes to lose an object is of no interest.
             let (timed, others): (Vec<_>, Vec<_>) =
-                runs.iter_mut().filter(here).partition(|run| run.trouble.is_none());
+                here.map(|((_, kind, _), run)| (*kind, run)).partition(|(_, run)| run.trouble.is_none());
             progress.done += others.len();
-            for run in time_pass(case, *dt_ms, timed, &kinds, (options, longest_s)) {
+            for run in time_pass(case, *dt_ms, timed, (options, longest_s)) {
                 progress.line("time", run, &format!("{:.3} ms of CPU a second", 1e3 * run.cpu_s));
             }
         }
@@ -232,15 +233,13 @@ fn finite(value: Option<f64>) -> Option<f64> {
 fn time_pass<'a>(
     case: &Case,
     dt_ms: f64,
-    mut runs: Vec<&'a mut Run>,
-    kinds: &[EngineKind],
+    runs: Vec<(EngineKind, &'a mut Run)>,
     (options, longest_s): (&Options, f64),
 ) -> Vec<&'a mut Run> {
     let within =
         |run: &mut dyn FnMut() -> Option<Times>| limit::within(options.run_limit_s.min(TIMED_S), run);
     let mut clocks = Vec::new();
-    for run in &runs {
-        let Some(kind) = kinds.iter().copied().find(|kind| kind.name() == run.engine) else { continue };
+    for (kind, run) in runs {
         let setup = Setup { engine: kind, dt_s: 1e-3 * dt_ms, reference_dt_s: None };
         let mut play = move || {
             let mut recorder = Recorder::for_at_most(longest_s);
@@ -253,17 +252,17 @@ fn time_pass<'a>(
         } else {
             Box::new(move || within(&mut play))
         };
-        clocks.push((clock, Vec::new()));
+        clocks.push((run, clock, Vec::new()));
     }
     for _ in 0..options.repeats {
-        for (clock, times) in &mut clocks {
+        for (_, clock, times) in &mut clocks {
             times.extend(clock());
         }
     }
-    for (run, (_, mut times)) in runs.iter_mut().zip(clocks) {
+    let finish = |(run, _, mut times): (&'a mut Run, _, Vec<Times>)| {
         if times.is_empty() {
             run.trouble = Some("did not run a second time".into());
-            continue;
+            return run;
         }
         times.sort_by(|a, b| a.total.total_cmp(&b.total));
         // µs a step are ms of CPU a simulated second at 1 ms.
@@ -271,8 +270,9 @@ fn time_pass<'a>(
         run.us_per_step = times[times.len() / 2];
         run.cpu_s = cpu(run.us_per_step.total);
         run.cpu_s_between = [cpu(times[0].total), cpu(times[times.len() - 1].total)];
-    }
-    runs
+        run
+    };
+    clocks.into_iter().map(finish).collect()
 }
 
 fn said(run: &Run) -> String {
