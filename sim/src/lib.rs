@@ -5,6 +5,7 @@
 //! Units are SI; a pose is written `a_from_b` and maps coordinates in `b` to coordinates in `a`.
 
 pub mod actuation;
+pub mod bounds;
 pub mod config;
 pub mod contact;
 pub mod dynamics;
@@ -18,6 +19,7 @@ pub mod world;
 mod tests;
 
 pub use actuation::base::BaseCommand;
+pub use bounds::Fault;
 pub use config::Config;
 pub use model::{Model, Owner};
 pub use state::State;

@@ -4,7 +4,7 @@ use crate::config::Config;
 use palmares_models::hand::Hand;
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
-use palmares_models::{Mat3, Pose};
+use palmares_models::{Mat3, Pose, Vec3};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::shape::SharedShape;
 use std::ops::Range;
@@ -32,7 +32,7 @@ pub struct Collider {
     pub shape: SharedShape,
     /// Bounds in the shape's own frame; parry would compute a hull's from all its vertices every time.
     pub local_bounds: Aabb,
-    /// Largest distance of a point of the shape from its own origin, m.
+    /// Largest distance of a point of the shape from its own origin, m; infinite of a ground.
     pub reach: f64,
     /// Coulomb friction coefficient.
     pub friction: f64,
@@ -45,6 +45,9 @@ pub struct Collider {
     /// A cylinder or capsule: it rolls off a contact point that is kept for long.
     pub is_round: bool,
 }
+
+/// Bounds of a ground, m: farther than anything may be ([`crate::bounds::FARTHEST`]).
+const END_M: f64 = 1e9;
 
 #[derive(Clone, Copy, Default)]
 struct Surface {
@@ -145,6 +148,23 @@ impl Model {
     ) -> Result<(), ModelError> {
         let surface = Surface { friction, ..Surface::default() };
         self.add_collider(Owner::Static, name, 0, shape, world_from_shape, surface)
+    }
+
+    /// Adds a horizontal ground without end, whose surface is at `height`, m.
+    pub fn add_ground(&mut self, height: f64, friction: f64) {
+        let below = Vec3::new(END_M, END_M, 0.0);
+        self.colliders.push(Collider {
+            owner: Owner::Static,
+            body_from_shape: Pose::translation(0.0, 0.0, height),
+            shape: SharedShape::halfspace(Vec3::Z),
+            local_bounds: Aabb { mins: Vec3::splat(-END_M), maxs: below },
+            reach: f64::INFINITY,
+            friction,
+            rolling_friction: 0.0,
+            restitution: 0.0,
+            is_ball: false,
+            is_round: false,
+        });
     }
 
     /// Adds a free object; returns its index.

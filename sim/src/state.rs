@@ -1,5 +1,6 @@
 //! All that changes while a world moves. Cloning it is a snapshot; a world given a clone goes on bit for bit.
 
+use crate::bounds::{FARTHEST, FASTEST, Fault};
 use crate::contact::anchor::Pair;
 use crate::model::Model;
 use palmares_models::Pose;
@@ -125,6 +126,19 @@ impl State {
         (Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]))
     }
 
+    /// What is wrong with the state, if anything is: a number is not finite, or beyond its bound.
+    pub fn fault(&self) -> Option<Fault> {
+        let within = |x: &f64| x.abs() <= FARTHEST;
+        let slow = self.v.iter().all(|v| v.abs() <= FASTEST);
+        let near = |pose: &Pose| pose.translation.to_array().iter().all(within) && pose.rotation.is_finite();
+        let tensions = self.tension.iter().all(|f| f.is_finite());
+        if slow && tensions && self.q.iter().all(within) && near(&self.base) && self.objects.iter().all(near)
+        {
+            return None;
+        }
+        Some(if self.is_finite() { Fault::OutOfBounds } else { Fault::NotFinite })
+    }
+
     /// Whether every number is finite.
     pub fn is_finite(&self) -> bool {
         self.base.is_finite()
@@ -132,35 +146,51 @@ impl State {
             && self.objects.iter().all(|pose| pose.is_finite())
     }
 
-    /// A 64-bit digest of every bit of the state: equal states give equal digests on every machine.
+    /// A 64-bit digest of every bit of the state: equal states give equal digests on every machine. Taken apart by name,
+    /// so that nothing can be forgotten.
     pub fn hash(&self) -> u64 {
+        let State {
+            step,
+            base,
+            q,
+            v,
+            objects,
+            reference: BaseReference { pose, linear, angular },
+            motors,
+            tension,
+            sleep,
+            earlier,
+            substeps,
+            pairs,
+        } = self;
         let mut h = Digest::default();
-        h.word(self.step);
-        h.pose(&self.base);
-        h.floats(&self.q);
-        h.floats(&self.v);
-        for pose in &self.objects {
+        h.word(*step);
+        h.pose(base);
+        h.floats(q);
+        h.floats(v);
+        for pose in objects {
             h.pose(pose);
         }
-        h.pose(&self.reference.pose);
-        h.vector(self.reference.linear);
-        h.vector(self.reference.angular);
-        for motor in &self.motors {
-            h.floats(&[motor.command, motor.position, motor.velocity]);
+        h.pose(pose);
+        h.vector(*linear);
+        h.vector(*angular);
+        for MotorState { command, position, velocity } in motors {
+            h.floats(&[*command, *position, *velocity]);
         }
-        h.floats(&self.tension);
-        for sleep in &self.sleep {
-            h.word(u64::from(sleep.still_steps) << 1 | u64::from(sleep.asleep));
+        h.floats(tension);
+        for Sleep { still_steps, asleep } in sleep {
+            h.word(u64::from(*still_steps) << 1 | u64::from(*asleep));
         }
-        if self.earlier.smooth {
-            h.pose(&self.earlier.base);
-            h.floats(&self.earlier.q);
-            h.floats(&self.earlier.v);
+        // What was before counts only where it was smooth.
+        let Earlier { smooth, base, q, v } = earlier;
+        h.word(u64::from(*smooth));
+        if *smooth {
+            h.pose(base);
+            h.floats(q);
+            h.floats(v);
         }
-        if self.substeps > 0 {
-            h.word(u64::from(self.substeps));
-        }
-        for pair in self.pairs.iter().filter(|pair| pair.active) {
+        h.word(u64::from(*substeps));
+        for pair in pairs {
             pair.digest(&mut h);
         }
         h.finish()

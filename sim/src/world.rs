@@ -1,6 +1,7 @@
 //! A world: an immutable model, a state, and the scratch memory of a step.
 
 use crate::actuation::base::BaseCommand;
+use crate::bounds::Fault;
 use crate::contact::broad::BroadPhase;
 use crate::contact::cascade::Cascade;
 use crate::contact::narrow::Contacts;
@@ -70,6 +71,8 @@ pub struct Outcome {
     pub islands: usize,
     /// Bodies asleep at the end of the step.
     pub asleep: usize,
+    /// What the step computed, in the unit of [`crate::bounds`].
+    pub work: u64,
 }
 
 /// A touching contact as the last step solved it.
@@ -117,6 +120,7 @@ pub struct World {
     pub(crate) model: Arc<Model>,
     pub(crate) state: State,
     pub(crate) outcome: Outcome,
+    pub(crate) fault: Option<Fault>,
     pub(crate) work: Workspace,
 }
 
@@ -144,8 +148,10 @@ pub(crate) struct Workspace {
     pub forces: Vec<ContactForce>,
     pub limits: Vec<(AxisTerm, f64)>,
     pub servo_force: [f64; 6],
-    /// Whether the next step's dynamics and contacts are known already.
+    /// Whether the next step's dynamics and contacts are known already, ...
     pub begun: bool,
+    /// ... and what they took to compute.
+    pub spent: u64,
     /// Forces from outside in this step.
     pub pushes: Vec<Push>,
     /// Whether the base servo acts in this step.
@@ -169,7 +175,7 @@ pub(crate) struct Workspace {
 impl World {
     /// A world of `model` in `state`.
     pub fn new(model: Arc<Model>, state: State) -> Self {
-        World { model, state, outcome: Outcome::default(), work: Workspace::default() }
+        World { model, state, outcome: Outcome::default(), fault: None, work: Workspace::default() }
     }
 
     /// The model.
@@ -185,7 +191,9 @@ impl World {
     /// Goes back (or elsewhere) to a snapshot.
     pub fn restore(&mut self, state: State) {
         self.state = state;
+        self.fault = None;
         self.work.begun = false;
+        self.work.met.clear();
         self.work.broad.invalidate();
         self.work.bounds.clear();
         self.work.speeds.clear();
@@ -195,6 +203,7 @@ impl World {
 
     /// Lets a test or a scene builder set velocities and poses by hand. Contact memory is kept.
     pub fn state_mut(&mut self) -> &mut State {
+        self.fault = None;
         self.work.begun = false;
         self.work.broad.invalidate();
         self.work.bounds.clear();
@@ -212,6 +221,11 @@ impl World {
         *load = (load.0 + force, load.1 + torque);
         self.state.sleep[object] = crate::state::Sleep::default();
         self.work.begun = false;
+    }
+
+    /// Why the world stands still, if it does: steps no longer change it until it is given another state.
+    pub fn fault(&self) -> Option<Fault> {
+        self.fault.or_else(|| self.state.fault())
     }
 
     /// How the last step went.

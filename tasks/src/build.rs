@@ -3,7 +3,7 @@
 use crate::place::{Dice, Placed, place};
 use crate::scene::{Region, Scene, SceneBody, ScenePart};
 use crate::seed::Seed;
-use crate::task::{Slab, Task};
+use crate::task::{Ground, Slab, Task};
 use palmares_models::hand::Hand;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
@@ -14,6 +14,9 @@ use std::sync::Arc;
 const REST_S: f64 = 3.0;
 /// Placements tried before a scene is given up.
 const DRAWS: usize = 20;
+
+/// The most that coming to rest may compute over all placements, in the unit of [`palmares_sim::bounds`]: some seconds.
+pub const SCENE_WORK: u64 = 5_000_000_000;
 
 /// Why a scene could not be built.
 #[derive(Debug, thiserror::Error)]
@@ -47,6 +50,7 @@ pub fn build(task: &Task, hand: Option<Arc<Hand>>, seed: Seed) -> Result<Built, 
     let failed = |message: String| SceneError { task: task.name.clone(), message };
     let mut dice = Dice::new(seed);
     let mut last = String::new();
+    let mut work = 0;
     for _ in 0..DRAWS {
         let placed = match place(task, &mut dice) {
             Ok(placed) => placed,
@@ -55,7 +59,14 @@ pub fn build(task: &Task, hand: Option<Arc<Hand>>, seed: Seed) -> Result<Built, 
                 continue;
             }
         };
-        let built = assemble(task, hand.clone(), &placed).map_err(|e| failed(e.to_string()))?;
+        let built = assemble(task, hand.clone(), &placed, &mut work).map_err(|e| failed(e.to_string()))?;
+        // Another placement would be as dear, or fail as this one: it is the hand's doing.
+        if let Some(fault) = built.world.fault() {
+            return Err(failed(format!("the world fails before the run begins: {fault}")));
+        }
+        if work > SCENE_WORK {
+            return Err(failed("the world needs more computing to come to rest than it may".to_owned()));
+        }
         match unsound(task, &built) {
             None => return Ok(built),
             Some(why) => last = why,
@@ -85,6 +96,7 @@ fn assemble(
     task: &Task,
     hand: Option<Arc<Hand>>,
     placed: &[Placed],
+    work: &mut u64,
 ) -> Result<Built, palmares_sim::model::ModelError> {
     let config = Config::with_step(task.step_s);
     let mut model = Model::new(config.clone(), hand.clone())?;
@@ -96,6 +108,7 @@ fn assemble(
             id: k,
             name: object.name.clone(),
             free: true,
+            endless: false,
             mass: object.mass,
             com: object.com.to_array(),
             friction: object.friction,
@@ -112,19 +125,21 @@ fn assemble(
     // What was placed by other means than this world's contact law must find its rest in it.
     let wait = Command::stay(&model, base);
     for _ in 0..(REST_S / task.step_s) as u64 {
-        if world.outcome().asleep == placed.len() {
+        if world.outcome().asleep == placed.len() || world.fault().is_some() || *work > SCENE_WORK {
             break;
         }
-        world.step(&wait);
+        *work += world.step(&wait).work;
     }
     for (k, body) in bodies.iter_mut().enumerate() {
         let pose = world.state().object_pose(&model, k);
         body.position = pose.translation.to_array();
         body.quat_xyzw = pose.rotation.to_array();
     }
-    let mut state = world.state().clone();
-    state.step = 0;
-    world.restore(state);
+    if world.fault().is_none() {
+        let mut state = world.state().clone();
+        state.step = 0;
+        world.restore(state);
+    }
     let first_static = bodies.len();
     for (k, mut body) in furniture.into_iter().enumerate() {
         body.id = first_static + k;
@@ -143,7 +158,12 @@ fn assemble(
 }
 
 fn add_furniture(task: &Task, model: &mut Model) -> Result<Vec<SceneBody>, palmares_sim::model::ModelError> {
-    let mut bodies = Vec::new();
+    let (ground, Slab { position, half_extents }) = (&task.ground, task.ground.slab());
+    model.add_ground(ground.height, ground.friction);
+    let at = Pose::from_translation(Vec3::from_array(position));
+    let drawn = part(at, Shape::Box { half_extents, rounding: 0.0 });
+    let endless = fixed_body(Ground::NAME, ground.friction, ground.color, vec![drawn]);
+    let mut bodies = vec![SceneBody { endless: true, ..endless }];
     let fixed = task
         .furniture
         .iter()
@@ -156,20 +176,25 @@ fn add_furniture(task: &Task, model: &mut Model) -> Result<Vec<SceneBody>, palma
             model.add_static(name, &shape, Pose::from_translation(at), friction)?;
             parts.push(part(Pose::from_translation(at), shape));
         }
-        bodies.push(SceneBody {
-            id: 0,
-            name: name.clone(),
-            free: false,
-            mass: 0.0,
-            com: [0.0; 3],
-            friction,
-            position: [0.0; 3],
-            quat_xyzw: [0.0, 0.0, 0.0, 1.0],
-            parts,
-            color,
-        });
+        bodies.push(fixed_body(name, friction, color, parts));
     }
     Ok(bodies)
+}
+
+fn fixed_body(name: &str, friction: f64, color: [f64; 3], parts: Vec<ScenePart>) -> SceneBody {
+    SceneBody {
+        id: 0,
+        name: name.to_owned(),
+        free: false,
+        endless: false,
+        mass: 0.0,
+        com: [0.0; 3],
+        friction,
+        position: [0.0; 3],
+        quat_xyzw: [0.0, 0.0, 0.0, 1.0],
+        parts,
+        color,
+    }
 }
 
 fn part(at: Pose, shape: Shape) -> ScenePart {

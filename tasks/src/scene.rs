@@ -24,6 +24,9 @@ pub struct SceneBody {
     pub name: String,
     /// False for furniture.
     pub free: bool,
+    /// A horizontal ground that goes on for ever: its surface is the top of its one part, which shows some of it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub endless: bool,
     /// kg; 0 for furniture.
     pub mass: f64,
     /// Centre of mass in the body frame, m.

@@ -82,6 +82,8 @@ class SceneBody(Placed, kw_only=True):
     """Coulomb coefficient of two such surfaces; a pair of bodies has the geometric mean of theirs"""
     com: Vec3 = (0.0, 0.0, 0.0)
     """Centre of mass in the body frame, m"""
+    endless: bool = False
+    """A horizontal ground that goes on for ever; its surface is the top of its one part, which shows some of it"""
     parts: list[ScenePart]
     color: Vec3
     """sRGB, 0 to 1"""

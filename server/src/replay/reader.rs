@@ -108,7 +108,8 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Replay, Refused> {
         .unwrap_or_else(|_| Err(Refused::ChainBroken("a damaged record brings the reader down".into())))
 }
 
-fn read_all(bytes: &[u8]) -> Result<Replay, Refused> {
+/// The same without a net.
+pub(super) fn read_all(bytes: &[u8]) -> Result<Replay, Refused> {
     let mut reading = Reading::default();
     let mut unpacked = 0;
     for frame in records::frames(bytes)? {

@@ -301,7 +301,8 @@ impl World {
             outcome
         };
         let outcome = background.run(Level::Awaited, settle).await;
-        outcome.inspect_err(|error| tracing::error!(%error, "a run could not be counted")).ok()
+        let outcome = outcome.inspect_err(|error| tracing::error!(%error, "a run could not be counted")).ok();
+        outcome.filter(|outcome| outcome.reason != Reason::WorldFault)
     }
 }
 

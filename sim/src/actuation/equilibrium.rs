@@ -113,6 +113,10 @@ pub struct NoRest {
     pub residual: f64,
 }
 
+/// The most that a search may compute, in the unit of [`crate::bounds`]: for the hands that come with the program a
+/// thousandth is enough.
+const MOST_WORK: u64 = 50_000_000;
+
 /// Newton's method ends when the torques balance to this part of their sizes.
 const BALANCE: f64 = 1e-13;
 
@@ -134,13 +138,15 @@ enum Pull {
 /// in which the energy is not convex is stiffened until it is.
 ///
 /// # Errors
-/// No balance was reached, as with a coordinate that has neither spring nor taut tendon but a torque.
+/// No balance was reached, as with a coordinate that has neither spring nor taut tendon but a torque, or not within the
+/// computing that a search may take.
 pub fn rest(hand: &Hand, s: &[f64], tau: &[f64], start: &[f64]) -> Result<Rest, NoRest> {
+    let mut left = MOST_WORK;
     let mut pulls = vec![Pull::Taut; hand.tendons.len()];
     let mut q = start.to_vec();
     // Each tendon may come loose, saturate and tighten again; more than that is a circle.
     for _ in 0..4 * (1 + pulls.len()) {
-        let found = minimise(hand, s, tau, &pulls, &mut q);
+        let found = minimise(hand, s, tau, &pulls, &mut q, &mut left);
         let mut right = true;
         for (t, tendon) in hand.tendons.iter().enumerate() {
             let f = tendon.stiffness * (s[t] - tendon.length(&q));
@@ -149,8 +155,11 @@ pub fn rest(hand: &Hand, s: &[f64], tau: &[f64], start: &[f64]) -> Result<Rest, 
             right &= now == pulls[t];
             pulls[t] = now;
         }
+        if !right && left == 0 {
+            break;
+        }
         if right {
-            if found.residual > 1e-9 * found.size.max(1e-3) {
+            if found.residual > 1e-9 * found.size.max(1e-3) || q.iter().any(|q| q.is_nan()) {
                 return Err(NoRest { residual: found.residual });
             }
             let coordinates = hand.coordinates.iter().zip(&q).enumerate();
@@ -182,20 +191,34 @@ fn least(tendon: &Tendon) -> f64 {
     if tendon.both_ways { -tendon.force_limit } else { 0.0 }
 }
 
-/// Moves q to the nearest minimum of the energy and returns the balance there, as good as it gets.
-fn minimise(hand: &Hand, s: &[f64], tau: &[f64], pulls: &[Pull], q: &mut Vec<f64>) -> Balance {
+/// Moves q to the nearest minimum of the energy and returns the balance there, as good as it gets with the work that is
+/// left.
+fn minimise(
+    hand: &Hand,
+    s: &[f64],
+    tau: &[f64],
+    pulls: &[Pull],
+    q: &mut Vec<f64>,
+    left: &mut u64,
+) -> Balance {
+    let n = q.len() as u64;
+    let (balance_work, factor_work) = (n * n * (1 + pulls.len() as u64), n * n * n / 6);
     let mut here = Balance::at(hand, s, tau, pulls, q);
+    *left = left.saturating_sub(balance_work);
     for _ in 0..200 {
-        if here.residual <= BALANCE * here.size {
+        if here.residual <= BALANCE * here.size || *left == 0 {
             break;
         }
         let gradient = DVector::from_column_slice(&here.gradient);
-        let Some(step) = here.newton_step(&gradient) else { break };
+        let (step, factors) = here.newton_step(&gradient);
+        *left = left.saturating_sub(factors * factor_work);
+        let Some(step) = step else { break };
         let slope = -gradient.dot(&step);
         let mut part = 1.0;
         loop {
             let moved: Vec<f64> = q.iter().zip(step.iter()).map(|(q, d)| q - part * d).collect();
             let there = Balance::at(hand, s, tau, pulls, &moved);
+            *left = left.saturating_sub(balance_work);
             // Near the minimum the energy is all rounding; the torques still tell.
             if there.energy <= here.energy + 1e-4 * part * slope
                 || (part == 1.0 && there.residual < 0.5 * here.residual)
@@ -205,7 +228,7 @@ fn minimise(hand: &Hand, s: &[f64], tau: &[f64], pulls: &[Pull], q: &mut Vec<f64
                 break;
             }
             part *= 0.5;
-            if part < 1e-12 {
+            if part < 1e-12 || *left == 0 {
                 return here;
             }
         }
@@ -268,20 +291,22 @@ impl Balance {
         Balance { energy, gradient, hessian, tension, residual, size }
     }
 
-    /// `H⁻¹ g`, with H stiffened until it is positive definite; `None` when no stiffening helps.
-    fn newton_step(&self, gradient: &DVector<f64>) -> Option<DVector<f64>> {
-        let mut stiffening = 0.0;
+    /// `H⁻¹ g`, with H stiffened until it is positive definite, and how many factorisations that took; `None` when no
+    /// stiffening helps.
+    fn newton_step(&self, gradient: &DVector<f64>) -> (Option<DVector<f64>>, u64) {
+        let (mut stiffening, mut factors) = (0.0, 0);
         while stiffening < 1e9 {
+            factors += 1;
             let mut h = self.hessian.clone();
             for i in 0..h.nrows() {
                 h[(i, i)] += stiffening;
             }
             if let Some(l) = h.cholesky() {
-                return Some(l.solve(gradient));
+                return (Some(l.solve(gradient)), factors);
             }
             stiffening = f64::max(4.0 * stiffening, 1e-3);
         }
-        None
+        (None, factors)
     }
 }
 

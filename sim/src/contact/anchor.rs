@@ -6,8 +6,8 @@
 //! matching of points by feature.
 
 use crate::state::Digest;
-use palmares_models::{Pose, Vec3};
-use parry3d_f64::query::ContactManifold;
+use palmares_models::Vec3;
+use parry3d_f64::query::{ContactManifold, TrackedContact};
 
 /// Memory of one contact point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -29,16 +29,10 @@ pub struct Anchor {
 pub struct Pair {
     /// Collider indices, the lower one first.
     pub key: (u32, u32),
-    /// The shapes' bounds overlapped in the last step; otherwise the rest is blank.
-    pub active: bool,
     /// parry's contact points.
     pub manifold: ContactManifold<(), Anchor>,
     /// What a newly found point starts from: the mean over the pair's loaded points.
     pub mean: Anchor,
-    /// The shapes were known to be this far apart, m, ...
-    pub gap: f64,
-    /// ... when B stood here in A's frame. No gap is known at first.
-    pub gap_pose: Pose,
     /// Overlap that the contact did not bring about, m: the shapes were first seen in each other. It counts as
     /// touching and is taken back slowly.
     pub excess: f64,
@@ -48,45 +42,61 @@ impl Anchor {
     /// Of a point that carries nothing.
     pub const IDLE: Anchor =
         Anchor { known: true, loaded: false, stretch: Vec3::ZERO, slip: 0.0, normal_force: 0.0 };
+
+    fn digest(&self, h: &mut Digest) {
+        let Anchor { known, loaded, stretch, slip, normal_force } = self;
+        h.word(u64::from(*known) << 1 | u64::from(*loaded));
+        h.vector(*stretch);
+        h.floats(&[*slip, *normal_force]);
+    }
 }
 
 impl Pair {
     /// A pair that has not touched yet.
     pub fn new(key: (u32, u32)) -> Self {
-        Pair {
-            key,
-            active: false,
-            manifold: ContactManifold::new(),
-            mean: Anchor::default(),
-            gap: 0.0,
-            gap_pose: Pose::IDENTITY,
-            excess: 0.0,
-        }
+        Pair { key, manifold: ContactManifold::new(), mean: Anchor::default(), excess: 0.0 }
     }
 
-    /// Forgets everything: the shapes have parted.
+    /// Forgets everything: the shapes are apart. From the normals parry begins its search, so that they count.
     pub fn clear(&mut self) {
-        if self.active {
-            self.active = false;
-            self.manifold.points.clear();
-            self.manifold.local_n1 = Vec3::ZERO;
-            self.manifold.local_n2 = Vec3::ZERO;
-            self.mean = Anchor::default();
-            self.gap = 0.0;
-            self.excess = 0.0;
-        }
+        self.manifold.points.clear();
+        self.manifold.local_n1 = Vec3::ZERO;
+        self.manifold.local_n2 = Vec3::ZERO;
+        self.mean = Anchor::default();
+        self.excess = 0.0;
+    }
+
+    /// Whether there is nothing to remember. Which of the pairs that never touched are listed says nothing.
+    fn is_blank(&self) -> bool {
+        let Pair { key: _, manifold, mean, excess } = self;
+        manifold.points.is_empty()
+            && manifold.local_n1 == Vec3::ZERO
+            && manifold.local_n2 == Vec3::ZERO
+            && *mean == Anchor::default()
+            && *excess == 0.0
     }
 
     pub(crate) fn digest(&self, h: &mut Digest) {
-        h.word(u64::from(self.key.0) << 32 | u64::from(self.key.1));
-        h.vector(self.manifold.local_n1);
-        h.floats(&[self.excess]);
-        for point in &self.manifold.points {
-            h.vector(point.local_p1);
-            h.vector(point.local_p2);
-            h.vector(point.data.stretch);
-            h.floats(&[point.dist, point.data.slip, point.data.normal_force]);
-            h.word(u64::from(point.data.known) << 1 | u64::from(point.data.loaded));
+        if self.is_blank() {
+            return;
+        }
+        // Taken apart by name, so that nothing can be forgotten; of convex shapes the rest is empty.
+        let Pair { key, manifold, mean, excess } = self;
+        let ContactManifold { points, local_n1, local_n2, subshape1, subshape2, subshape_poses: _, data: () } =
+            manifold;
+        h.word(u64::from(key.0) << 32 | u64::from(key.1));
+        h.word(u64::from(*subshape1) << 32 | u64::from(*subshape2));
+        h.vector(*local_n1);
+        h.vector(*local_n2);
+        h.float(*excess);
+        mean.digest(h);
+        h.word(points.len() as u64);
+        for TrackedContact { local_p1, local_p2, dist, fid1, fid2, data } in points {
+            h.vector(*local_p1);
+            h.vector(*local_p2);
+            h.float(*dist);
+            h.word(u64::from(fid1.0) << 32 | u64::from(fid2.0));
+            data.digest(h);
         }
     }
 }

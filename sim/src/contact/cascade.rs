@@ -9,11 +9,15 @@
 //! of the points asks for the normal velocity that it ended with.
 
 use super::touch::{Body, FIXED, Touch};
+use crate::bounds::{POINT_WORK, STEP_WORK};
 use palmares_models::Vec3;
 use std::ops::Range;
 
 /// So many impacts for each two bodies, and the play is given up: something rattles.
 const MOST: usize = 16;
+
+/// So much computing, in the unit of [`crate::bounds`], and it is given up too.
+const MOST_WORK: u64 = STEP_WORK / 4;
 
 /// The points between two bodies share their impulse in so many sweeps at most ...
 const SWEEPS: usize = 200;
@@ -46,6 +50,8 @@ pub struct Cascade {
     /// The points; sorted by bodies once played.
     pub touches: Vec<Touch>,
     meetings: Vec<Meeting>,
+    /// What the last play computed.
+    pub work: u64,
 }
 
 impl Cascade {
@@ -60,15 +66,17 @@ impl Cascade {
     /// impact, and the number of impacts was reasonable.
     pub fn play(&mut self, h: f64, least: f64) -> bool {
         self.arrange();
+        self.work = POINT_WORK * self.touches.len() as u64;
         for k in 0..self.meetings.len() {
             self.look_ahead(k, h, least);
         }
         let mut impacts = 0;
         while let Some((next, time)) = self.earliest() {
-            if impacts == MOST * self.meetings.len() {
+            if impacts == MOST * self.meetings.len() || self.work > MOST_WORK {
                 return false;
             }
             impacts += 1;
+            self.work += self.meetings.len() as u64;
             self.meet(next, time, h, least);
         }
         impacts > 1 || impacts == 1 && self.touches.iter().any(Touch::misses)
@@ -170,6 +178,7 @@ impl Cascade {
                 touch.push(bodies, more);
                 touch.given += more;
                 change = change.max((more * touch.yielding).abs());
+                self.work += POINT_WORK / 2;
             }
             if change <= SETTLED * fastest {
                 break;

@@ -4,6 +4,7 @@ use super::anchor::{Anchor, Pair};
 use super::broad::separation;
 use super::impact::Rebound;
 use super::near::Near;
+use crate::bounds::{DISTANCE_WORK, MANIFOLD_WORK, POINT_WORK};
 use crate::config::Config;
 use crate::dynamics::spatial::Motion;
 use crate::model::{Collider, Model, Owner, pair_friction};
@@ -80,7 +81,7 @@ impl Contacts {
     /// `poses`, `bounds` and `speeds` (upper bounds over the shape's points) are those of the colliders in the world,
     /// `near` knows which pairs are apart; `centers[k]` is the centre of mass of
     /// object k; `awake(owner)` tells whether a body may move in this step, `velocity(owner, origin)` how it
-    /// moves, about a point of the world.
+    /// moves, about a point of the world. Returns what it took to compute; beyond `allowed` the search ends.
     #[allow(clippy::too_many_arguments)]
     pub fn find(
         &mut self,
@@ -94,9 +95,11 @@ impl Contacts {
         awake: impl Fn(Owner) -> bool,
         velocity: impl Fn(Owner, Vec3) -> Motion,
         pairs: &mut [Pair],
-    ) {
+        allowed: u64,
+    ) -> u64 {
         self.pairs.clear();
         self.points.clear();
+        let mut spent = pairs.len() as u64;
         let config = model.config();
         let [flat, round] = *self.reuse.get_or_insert_with(|| {
             let flat = (libm::cos(config.manifold_reuse_rad), config.manifold_reuse_m.powi(2));
@@ -105,6 +108,9 @@ impl Contacts {
         let mut next = 0;
         while let Some(index) = near.next(next) {
             next = index + 1;
+            if spent > allowed {
+                return spent;
+            }
             let pair = &mut pairs[index];
             let (i, j) = (pair.key.0 as usize, pair.key.1 as usize);
             let (a, b) = (&model.colliders()[i], &model.colliders()[j]);
@@ -127,9 +133,10 @@ impl Contacts {
                 near.learn(index, parted + approach + from_rest);
                 continue;
             }
-            pair.active = true;
+            spent += DISTANCE_WORK;
             let a_from_b = poses[i].inv_mul(&poses[j]);
-            if let Some(apart) = still_apart(pair, a, b, &a_from_b, reachable) {
+            if let Some(apart) = still_apart(pair, (&mut *near, index), (a, b), &a_from_b, reachable) {
+                pair.clear();
                 near.learn(index, apart);
                 continue;
             }
@@ -138,6 +145,7 @@ impl Contacts {
             let on_furniture = a.owner == Owner::Static || b.owner == Owner::Static;
             let reuse = if on_furniture && (a.is_round || b.is_round) { round } else { flat };
             if !still_valid(pair, a, b, &a_from_b, reuse) {
+                spent += MANIFOLD_WORK;
                 self.before.clone_from(&pair.manifold.points);
                 find_points(pair, a, b, &a_from_b, (margin, config.coincident_m));
                 remember(&mut pair.manifold.points, &self.before, config.manifold_reuse_m.powi(2));
@@ -147,8 +155,7 @@ impl Contacts {
             let taken_back = pair.excess - config.separation_speed * config.step_s;
             pair.excess = if first_sight && deepest < -config.overlap_m { -deepest } else { taken_back };
             pair.excess = pair.excess.min(-deepest).max(0.0);
-            pair.gap = if deepest.is_finite() { deepest } else { 0.0 };
-            pair.gap_pose = a_from_b;
+            near.remember(index, if deepest.is_finite() { deepest } else { 0.0 }, a_from_b);
             if pair.manifold.points.is_empty() {
                 pair.mean = Anchor::default();
                 continue;
@@ -161,10 +168,12 @@ impl Contacts {
             let relative = velocity(b.owner, origin) - velocity(a.owner, origin);
             // What no point between the shapes can use up in this step: twice the present approach speed, and what a step
             // may add to it from rest.
-            let way = (poses[i].translation - origin).length() + a.reach + margin;
+            let (bounded, reach) = if a.reach.is_finite() { (i, a.reach) } else { (j, b.reach) };
+            let way = (poses[bounded].translation - origin).length() + reach + margin;
             let fastest = relative.linear.length() + relative.angular.length() * way;
             let farthest = 1.001 * (from_rest + 2.0 * config.step_s * fastest);
             self.collect(pair, &poses[i], &poses[j], origin, relative, (from_rest, farthest, config));
+            spent += POINT_WORK * pair.manifold.points.len() as u64;
             if self.points.len() > first {
                 self.pairs.push(ContactPair {
                     a: a.owner,
@@ -179,6 +188,7 @@ impl Contacts {
                 });
             }
         }
+        spent
     }
 
     /// Takes over the points that the step can bring to touch.
@@ -240,19 +250,25 @@ impl Contacts {
 
 /// How far apart the shapes are, if it is more than what is `reachable` in this step. Their exact distance is found
 /// once; until their relative motion could have used it up, nothing needs to be computed.
-fn still_apart(pair: &mut Pair, a: &Collider, b: &Collider, a_from_b: &Pose, reachable: f64) -> Option<f64> {
+fn still_apart(
+    pair: &Pair,
+    (near, index): (&mut Near, usize),
+    (a, b): (&Collider, &Collider),
+    a_from_b: &Pose,
+    reachable: f64,
+) -> Option<f64> {
     if pair.manifold.points.iter().any(|point| point.data.loaded) {
         return None;
     }
-    if pair.gap > reachable {
-        let travel = a_from_b.translation.distance(pair.gap_pose.translation);
+    let (gap, there) = near.gap(index);
+    // A shape without end comes nearer by any turn.
+    if gap > reachable && b.reach.is_finite() {
+        let travel = a_from_b.translation.distance(there.translation);
         // Chord of the turn: 2 sin(θ/2), from the quaternions' dot product cos(θ/2).
-        let cosine = a_from_b.rotation.dot(pair.gap_pose.rotation);
+        let cosine = a_from_b.rotation.dot(there.rotation);
         let chord = 2.0 * (1.0 - cosine * cosine).max(0.0).sqrt();
-        let left = pair.gap - travel - chord * b.reach;
+        let left = gap - travel - chord * b.reach;
         if left > reachable {
-            pair.manifold.points.clear();
-            pair.mean = Anchor::default();
             return Some(left);
         }
     }
@@ -260,9 +276,9 @@ fn still_apart(pair: &mut Pair, a: &Collider, b: &Collider, a_from_b: &Pose, rea
         return None;
     }
     let found = DefaultQueryDispatcher.distance(a_from_b, &*a.shape, &*b.shape);
-    pair.gap = found.map_or(0.0, |found| found.distance);
-    pair.gap_pose = *a_from_b;
-    (pair.gap > reachable).then_some(pair.gap)
+    let gap = found.map_or(0.0, |found| found.distance);
+    near.remember(index, gap, *a_from_b);
+    (gap > reachable).then_some(gap)
 }
 
 /// Whether the points of a pair can be used again as they are. parry's own re-use of old points (up to 1 mm and 1°) gives a

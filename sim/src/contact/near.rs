@@ -5,6 +5,7 @@
 //! cost one comparison. A cache: no result depends on it.
 
 use super::anchor::Pair;
+use palmares_models::Pose;
 
 /// A pair and when to look at it.
 #[derive(Clone, Copy, Debug)]
@@ -21,6 +22,10 @@ pub struct Near {
     watches: Vec<Watch>,
     /// The same before the list of pairs changed.
     old: Vec<Watch>,
+    /// Of every pair: the distance that its shapes were found to have, m, and where B then stood in A's frame.
+    gaps: Vec<(f64, Pose)>,
+    /// The same before the list of pairs changed.
+    old_gaps: Vec<(f64, Pose)>,
     /// Of every shape: the way so far, m.
     odometer: Vec<f64>,
     /// ... and with it what may count against a distance in this step.
@@ -49,13 +54,17 @@ impl Near {
     /// Follows a new list of pairs.
     pub fn follow(&mut self, pairs: &[Pair]) {
         std::mem::swap(&mut self.watches, &mut self.old);
-        let mut old = self.old.drain(..).peekable();
+        std::mem::swap(&mut self.gaps, &mut self.old_gaps);
+        let mut old = self.old.drain(..).zip(self.old_gaps.drain(..)).peekable();
         self.watches.clear();
-        self.watches.extend(pairs.iter().map(|pair| {
-            while old.next_if(|watch| watch.key < pair.key).is_some() {}
-            let known = old.next_if(|watch| watch.key == pair.key);
-            known.unwrap_or(Watch { key: pair.key, until: f64::NEG_INFINITY })
-        }));
+        self.gaps.clear();
+        for pair in pairs {
+            while old.next_if(|(watch, _)| watch.key < pair.key).is_some() {}
+            let unknown = (Watch { key: pair.key, until: f64::NEG_INFINITY }, (0.0, Pose::IDENTITY));
+            let (watch, gap) = old.next_if(|(watch, _)| watch.key == pair.key).unwrap_or(unknown);
+            self.watches.push(watch);
+            self.gaps.push(gap);
+        }
     }
 
     /// The next pair from `from` on that may have come near.
@@ -76,6 +85,16 @@ impl Near {
     /// The shapes of pair `index` are this far apart, m.
     pub fn learn(&mut self, index: usize, distance: f64) {
         self.watches[index].until = distance + self.ways(index);
+    }
+
+    /// What is known of the distance of pair `index`, m, and where B then stood in A's frame; 0 if nothing is.
+    pub fn gap(&self, index: usize) -> (f64, Pose) {
+        self.gaps[index]
+    }
+
+    /// The shapes of pair `index` have this distance, m, where B stands there in A's frame.
+    pub fn remember(&mut self, index: usize, gap: f64, a_from_b: Pose) {
+        self.gaps[index] = (gap, a_from_b);
     }
 
     fn ways(&self, index: usize) -> f64 {

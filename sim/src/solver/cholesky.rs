@@ -38,6 +38,8 @@ pub struct BlockCholesky {
     transposed: Vec<f64>,
     /// Ranks of the blocks below the diagonal of the column at hand.
     ranks: Vec<usize>,
+    /// Multiply-adds of a factorisation and of the ordering before it.
+    work: u64,
 }
 
 /// A block column.
@@ -106,6 +108,7 @@ impl BlockCholesky {
         self.place.clear();
         self.place.resize(n * n, NONE);
         let mut offset = 0;
+        self.work = (n * n) as u64;
         for k in 0..n {
             let block = self.ordering.order[k];
             self.ranks.clear();
@@ -126,6 +129,8 @@ impl BlockCholesky {
                 offset += rows * size;
             }
             self.columns[k].below = first..self.below.len();
+            let rows: usize = self.below[first..].iter().map(|below| below.size).sum();
+            self.work += (size * size * size / 3 + size * size * rows + size * rows * rows / 2) as u64;
         }
         self.row.clear();
         for block in 0..n {
@@ -134,6 +139,11 @@ impl BlockCholesky {
         }
         self.data.clear();
         self.data.resize(offset, 0.0);
+    }
+
+    /// Multiply-adds of a factorisation.
+    pub fn work(&self) -> u64 {
+        self.work
     }
 
     /// Sets every stored element to zero.

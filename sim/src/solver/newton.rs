@@ -10,6 +10,7 @@ use super::cholesky::BlockCholesky;
 use super::cone::ConeHessian;
 use super::hand::Joint;
 use super::problem::{Body, Problem, multiply};
+use crate::bounds::{POINT_WORK, hand_work};
 use crate::dynamics::spatial::{Force, Motion, SpatialMatrix};
 use crate::dynamics::tree::Kinematics;
 use crate::model::Model;
@@ -42,6 +43,10 @@ pub struct SolveReport {
     pub residual: f64,
     /// Whether the tolerance was reached.
     pub converged: bool,
+    /// The matrix is not positive definite: there is no solution.
+    pub unsolvable: bool,
+    /// What the solve computed, in the unit of [`crate::bounds`].
+    pub work: u64,
 }
 
 /// Workspace of the solver; one per island, so that orderings are re-used from step to step.
@@ -84,7 +89,8 @@ pub struct Newton {
 
 impl Newton {
     /// Minimises over `v`, which holds the start and then the solution. Impulses stay in the problem's
-    /// points and are returned for tendons by [`Newton::row_impulse`].
+    /// points and are returned for tendons by [`Newton::row_impulse`]. Ends without a solution once more than `allowed`
+    /// has been computed.
     pub fn solve(
         &mut self,
         model: &Model,
@@ -93,6 +99,7 @@ impl Newton {
         v: &mut [f64],
         tolerance: f64,
         max_iterations: usize,
+        allowed: u64,
     ) -> SolveReport {
         self.lay_out(model, kin, problem);
         let n = v.len();
@@ -114,13 +121,22 @@ impl Newton {
         self.project(model, kin, problem, v, false);
         self.gradient_at(model, kin, problem, v);
         let mut report = SolveReport { residual: self.residual(problem), ..SolveReport::default() };
+        // All laws at one velocity, and products with A.
+        let evaluation = POINT_WORK * (problem.points.len() + problem.objects.len() + problem.rows) as u64
+            + hand_work(self.link_force.len(), problem.hand_dofs);
+        // Of the line search: laws alone.
+        let scalars = problem.axis_terms.len() + problem.rows;
+        let look = POINT_WORK * problem.points.len() as u64 + 10 * scalars as u64;
+        report.work = evaluation;
         // What is all but balanced already is at rest: there a coarse balance would show as creep.
         let tolerance = if report.residual < AT_REST { REST_TOLERANCE * tolerance } else { tolerance };
-        while report.residual >= tolerance && report.iterations < max_iterations {
+        while report.residual >= tolerance && report.iterations < max_iterations && report.work <= allowed {
             report.iterations += 1;
             self.assemble(model, kin, problem);
+            report.work += 2 * evaluation + self.cholesky.work();
             if !self.cholesky.factor() {
                 report.residual = f64::NAN;
+                report.unsolvable = true;
                 return report;
             }
             self.rhs.clear();
@@ -145,7 +161,9 @@ impl Newton {
             let content = slope.abs() * if fine { FINE_LINE_TOLERANCE } else { LINE_TOLERANCE };
             let enough = dot(&direction, &self.gradient).abs() <= content;
             if report.residual >= tolerance && !enough {
+                let before = report.evaluations;
                 let more = self.line_search(problem, v, &direction, content, &mut report);
+                report.work += evaluation + look * (report.evaluations - before) as u64;
                 self.advance(problem, v, &direction, more);
                 self.gradient_at(model, kin, problem, v);
                 report.residual = self.residual(problem);

@@ -7,6 +7,7 @@ use super::free::{rate, turned};
 use super::{add_pushes, hand_dynamics};
 use crate::actuation::base;
 use crate::actuation::motor::wound;
+use crate::bounds::{STEP_WORK, hand_work};
 use crate::dynamics::forward::accelerations;
 use crate::dynamics::spatial::Force;
 use crate::state::BaseReference;
@@ -66,8 +67,11 @@ const AMPLE: f64 = 1.0 / 64.0;
 /// A bolted base that is not farther from its set point than this, m or rad, and not faster, is there.
 const STANDS: f64 = 1e-12;
 
-/// What needs more substeps is stiff, and a case for implicit Euler.
+/// What needs more substeps, ...
 const MOST_PARTS: u32 = 1024;
+
+/// ... or more computing, is stiff, and a case for implicit Euler.
+const MOST_WORK: u64 = STEP_WORK / 2;
 
 /// Memory of the method.
 #[derive(Default)]
@@ -173,6 +177,10 @@ impl World {
             let (mut weights, mut differences) = (&WEIGHTS[..], &DIFFERENCES[..]);
             for stage in 1..STAGES {
                 stages.reach(&COUPLINGS[stage][..stage], part, held);
+                self.outcome.work += hand_work(hand.links.len(), n) + (n * n * n / 6) as u64;
+                if self.outcome.work > MOST_WORK {
+                    return false;
+                }
                 self.stage_dynamics(&stages.at, held);
                 if !self.stage_slopes(hand, stages, stage, left - NODES[stage] * part) {
                     return false;

@@ -110,6 +110,10 @@ pub(super) fn rate(rotation: Rotation, omega: Vec3) -> Rotation {
 /// The largest turn of a substep, rad: beyond it the fourth order means little.
 const LARGEST_TURN: f64 = 0.2;
 
+/// ... and so many are enough: what turns twice in a step is turned by larger ones, without its exact orientation but
+/// with its angular momentum.
+const MOST_PARTS: f64 = 64.0;
+
 /// Turns below this, rad, are exact to rounding by the midpoint method.
 const SMALL_TURN: f64 = 1e-4;
 
@@ -151,7 +155,7 @@ pub(super) fn torque_free(
         let half = rotation + slope(rotation) * (0.5 * h);
         next = (rotation + slope(half) * h).normalize();
     } else {
-        let parts = (turn / LARGEST_TURN).ceil();
+        let parts = (turn / LARGEST_TURN).ceil().min(MOST_PARTS);
         let h = h / parts;
         for _ in 0..parts as u32 {
             let k1 = slope(next);

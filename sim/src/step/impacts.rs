@@ -89,6 +89,7 @@ impl World {
             }
         }
         let several = cascade.play(h, config.rebound_speed);
+        self.outcome.work += cascade.work;
         // Back in the order of the contacts.
         cascade.touches.sort_unstable_by_key(|touch| touch.place);
         let mut touches = cascade.touches.iter();

@@ -4,6 +4,7 @@ use super::free::{advanced, turned};
 use super::impacts::Met;
 use super::mean::{Correction, correction};
 use super::pose::{glide, rest_target};
+use crate::bounds::{Fault, STEP_WORK};
 use crate::contact::anchor::{Anchor, stretch_after};
 use crate::model::Owner;
 use crate::solver::island::Island;
@@ -95,7 +96,12 @@ impl World {
         tolerance: f64,
     ) {
         let most = self.model.config().max_iterations;
-        let report = newton.solve(&self.model, &self.work.kin, problem, v, tolerance, most);
+        let left = STEP_WORK.saturating_sub(self.outcome.work);
+        let report = newton.solve(&self.model, &self.work.kin, problem, v, tolerance, most, left);
+        self.outcome.work += report.work;
+        if report.unsolvable {
+            self.fault = Some(Fault::Unsolvable);
+        }
         self.outcome.iterations = self.outcome.iterations.max(report.iterations);
         self.outcome.evaluations += report.evaluations;
         self.outcome.converged &= report.converged;

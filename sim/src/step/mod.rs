@@ -13,6 +13,7 @@ pub(crate) use impacts::Met;
 
 use crate::actuation::base::{self, BaseCommand};
 use crate::actuation::motor;
+use crate::bounds::{Fault, STEP_WORK, hand_work};
 use crate::contact::broad::tight_bounds;
 use crate::dynamics::jacobian::add_point_force;
 use crate::dynamics::spatial::Motion;
@@ -28,13 +29,20 @@ impl World {
         self.step_probed(command, &mut ())
     }
 
-    /// Advances the world by one step and tells `probe` when a phase is over.
+    /// Advances the world by one step and tells `probe` when a phase is over. A world with a [`Fault`] stands still.
     pub fn step_probed(&mut self, command: &Command, probe: &mut impl Probe) -> &Outcome {
         self.begin(probe);
         self.work.begun = false;
+        if self.fault.is_some() {
+            self.outcome = Outcome::default();
+            return &self.outcome;
+        }
         self.actuate(command);
         add_pushes(&self.model, &mut self.work);
         self.solve();
+        if self.outcome.work > STEP_WORK {
+            self.fault = Some(Fault::WorkExhausted);
+        }
         self.state.step += 1;
         probe.ended(Phase::Solver);
         &self.outcome
@@ -52,9 +60,18 @@ impl World {
             return;
         }
         self.work.begun = true;
+        self.fault = self.fault();
+        if self.fault.is_some() {
+            return;
+        }
+        let links = self.model.hand().map_or(0, |hand| hand.links.len());
+        self.work.spent = hand_work(links, self.model.hand_dofs());
         hand_dynamics(&self.model, &mut self.work, false, self.state.base, &self.state.q, &self.state.v);
         probe.ended(Phase::Dynamics);
         self.collide();
+        if self.work.spent > STEP_WORK {
+            self.fault = Some(Fault::WorkExhausted);
+        }
         probe.ended(Phase::Collision);
     }
 
@@ -114,14 +131,19 @@ impl World {
                 Owner::Link(i) => work.kin.pose[i] * collider.body_from_shape,
                 Owner::Object(k) => centers[k] * collider.body_from_shape,
             };
-            let motion = velocity(collider.owner, pose.translation);
-            let speed = motion.linear.length() + motion.angular.length() * collider.reach;
+            let speed = if collider.owner == Owner::Static {
+                0.0
+            } else {
+                let motion = velocity(collider.owner, pose.translation);
+                motion.linear.length() + motion.angular.length() * collider.reach
+            };
             work.bounds[i] = tight_bounds(&collider.local_bounds, &pose, margin + h * speed);
             work.poses[i] = pose;
             work.speeds.push(speed);
         }
         if work.broad.update(model, &work.bounds, &mut state.pairs) {
             work.near.follow(&state.pairs);
+            work.spent += (model.colliders().len() * model.colliders().len()) as u64;
         }
         // Nothing moved farther in the last step than at the faster of its two speeds, but for what gravity adds
         // to a ballistic way and rounding.
@@ -143,9 +165,10 @@ impl World {
         let from_rest = model.config().from_rest(false);
         let reach = work.speeds.iter().map(|speed| 2.0 * h * speed + 0.5 * from_rest);
         work.near.travel(if known { &work.paths } else { &[] }, reach);
+        // Every round but the last wakes an object at least.
         loop {
             let sleep = &state.sleep;
-            work.contacts.find(
+            work.spent += work.contacts.find(
                 model,
                 &work.poses,
                 &work.bounds,
@@ -160,6 +183,7 @@ impl World {
                 },
                 velocity,
                 &mut state.pairs,
+                STEP_WORK.saturating_sub(work.spent),
             );
             let mut woken = false;
             for pair in &work.contacts.pairs {
@@ -170,7 +194,7 @@ impl World {
                     }
                 }
             }
-            if !woken {
+            if !woken || work.spent > STEP_WORK {
                 break;
             }
         }
@@ -182,8 +206,12 @@ impl World {
         self.work.forces.clear();
         self.work.limits.clear();
         self.work.met.resize(self.model.objects().len(), None);
-        self.outcome =
-            Outcome { converged: true, points: self.work.contacts.points.len(), ..Outcome::default() };
+        self.outcome = Outcome {
+            converged: true,
+            points: self.work.contacts.points.len(),
+            work: self.work.spent,
+            ..Outcome::default()
+        };
         for point in &self.work.contacts.points {
             self.outcome.penetration_m = self.outcome.penetration_m.max(-point.distance);
         }
@@ -193,6 +221,9 @@ impl World {
                 && self.state.sleep[*object].asleep
             {
                 continue;
+            }
+            if self.outcome.work > STEP_WORK {
+                break;
             }
             if !island.hand && island.pairs.is_empty() {
                 self.fly(island.objects[0]);

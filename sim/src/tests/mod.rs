@@ -1,6 +1,7 @@
 //! Behaviour of whole steps.
 
 mod bolted;
+mod digest;
 mod energy;
 mod friction;
 mod overlap;

@@ -7,8 +7,9 @@ use super::{Dice, Placed};
 use crate::task::{Pour, Task};
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3, inertia};
-use rapier3d_f64::dynamics::{FrictionModel, RigidBodyBuilder};
+use parry3d_f64::shape::SharedShape;
 use rapier3d_f64::dynamics::CoefficientCombineRule;
+use rapier3d_f64::dynamics::{FrictionModel, RigidBodyBuilder};
 use rapier3d_f64::geometry::ColliderBuilder;
 use rapier3d_f64::pipeline::PhysicsWorld;
 
@@ -51,6 +52,9 @@ pub(super) fn pour(task: &Task, pour: &Pour, objects: &[Placed], dice: &mut Dice
     parameters.length_unit = 0.1;
     parameters.friction_model = FrictionModel::Coulomb;
     parameters.contact_recycling = false;
+    let ground =
+        ColliderBuilder::new(SharedShape::halfspace(Vec3::Z)).translation(Vec3::Z * task.ground.height);
+    world.insert_collider(surface(ground, task.ground.friction), None);
     let slabs = task
         .furniture
         .iter()
@@ -73,9 +77,8 @@ pub(super) fn pour(task: &Task, pour: &Pour, objects: &[Placed], dice: &mut Dice
                 // The object's mass by the parts' shares of its volume.
                 let share = inertia::volume(shape)
                     / object.parts.iter().map(|(_, s)| inertia::volume(s)).sum::<f64>();
-                let collider = ColliderBuilder::new(parry)
-                    .position(*body_from_part * upright)
-                    .mass(object.mass * share);
+                let collider =
+                    ColliderBuilder::new(parry).position(*body_from_part * upright).mass(object.mass * share);
                 world.insert_collider(surface(collider, object.friction), Some(body));
             }
             body

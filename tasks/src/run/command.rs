@@ -73,8 +73,10 @@ impl Run {
         }
     }
 
-    pub(super) fn advance(&mut self) {
+    /// Plays a tick; returns what it computed.
+    pub(super) fn advance(&mut self) -> u64 {
         self.prepared = None;
+        let mut work = 0;
         let steps = self.task.steps_per_tick();
         let mut command = Command {
             base: BaseCommand::stay(Pose::IDENTITY),
@@ -95,7 +97,7 @@ impl Run {
                     angular: Vec3::ZERO,
                 });
                 self.pushes_into(&mut command.pushes);
-                self.world.step(&command);
+                work += self.world.step(&command).work;
                 continue;
             }
             command.base = match self.target {
@@ -113,8 +115,9 @@ impl Run {
                 Target::Twist { linear, angular } => BaseCommand::Twist { linear, angular },
             };
             self.pushes_into(&mut command.pushes);
-            self.world.step(&command);
+            work += self.world.step(&command).work;
         }
+        work
     }
 }
 

@@ -21,10 +21,14 @@ use crate::task::Task;
 use command::Target;
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
-use palmares_sim::World;
 use palmares_sim::actuation::equilibrium::ClosedForm;
+use palmares_sim::{Fault, World};
 use push::Pushing;
 use std::sync::Arc;
+
+/// The most that the settling after a run may compute, in the unit of [`palmares_sim::bounds`]: some seconds. Then the
+/// referee counts what it sees.
+pub const SETTLING_WORK: u64 = 5_000_000_000;
 
 /// Slower than this an object counts as at rest, m/s; carried objects move with the hand.
 const REST_SPEED: f64 = 5e-3;
@@ -183,26 +187,35 @@ impl Run {
 
     /// Whether the world is still sound. A run that is not must be voided.
     pub fn healthy(&self) -> bool {
-        self.world.state().is_finite()
+        self.fault().is_none()
     }
 
-    /// Ends the run: freezes the hand, lets the objects settle, counts.
+    /// What ails the world, if anything does: it stands still then.
+    pub fn fault(&self) -> Option<Fault> {
+        self.world.fault()
+    }
+
+    /// Ends the run: freezes the hand, lets the objects settle, counts. If the world fails meanwhile, the outcome's reason
+    /// is `WorldFault`.
     pub fn finish(&mut self, reason: Reason) -> Outcome {
         let (ticks, sim_time_s) = (self.tick, self.sim_time_s());
         let here = self.world.state().reference.pose;
         self.target = Target::Pose { from: here, to: here };
         self.pushing.clear();
+        let mut work = 0;
         if reason != Reason::WorldFault {
             for _ in 0..(self.task.rules.settle_s() / self.task.tick_s).ceil() as u64 {
-                if self.sightings().iter().all(|seen| seen.at_rest) && self.tick > ticks {
+                let still = self.sightings().iter().all(|seen| seen.at_rest) && self.tick > ticks;
+                if still || work > SETTLING_WORK || !self.healthy() {
                     break;
                 }
-                self.advance();
+                work += self.advance();
                 self.tick += 1;
                 let news = self.referee.watch(self.tick, &self.sightings());
                 self.history.extend(news);
             }
         }
+        let reason = if self.healthy() { reason } else { Reason::WorldFault };
         let (count, score) = match reason {
             Reason::WorldFault => (Count::default(), 0.0),
             _ => self.referee.verdict(&self.sightings()),

@@ -126,6 +126,9 @@ impl Run {
                 }
             }
         };
+        if q.iter().any(|q| q.is_nan()) {
+            return Vec::new();
+        }
         q.iter().zip(&self.hand.coordinates).map(|(q, c)| q.clamp(c.lower, c.upper)).collect()
     }
 }

@@ -12,6 +12,48 @@ pub struct Start {
     pub quat_xyzw: [f64; 4],
 }
 
+/// A horizontal ground without end.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ground {
+    /// Height of its surface, m.
+    pub height: f64,
+    /// Coulomb friction coefficient.
+    pub friction: f64,
+    /// sRGB
+    pub color: [f64; 3],
+    /// x, y of the middle of the part that is drawn, m.
+    pub center: [f64; 2],
+    /// Width and depth of that part, m.
+    pub size: [f64; 2],
+}
+
+impl Ground {
+    /// Name of the body in the scene.
+    pub const NAME: &str = "ground";
+
+    /// Thickness of what is drawn, m.
+    const THICKNESS_M: f64 = 0.1;
+
+    /// What is drawn of it.
+    pub fn slab(&self) -> Slab {
+        let ([x, y], [width, depth], half) = (self.center, self.size, 0.5 * Self::THICKNESS_M);
+        Slab { position: [x, y, self.height - half], half_extents: [0.5 * width, 0.5 * depth, half] }
+    }
+
+    /// What is wrong with the numbers.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let numbers = [self.height, self.center[0], self.center[1], self.size[0], self.size[1]];
+        if !numbers.iter().all(|x| x.abs() <= 1e3) || self.size.iter().any(|x| *x <= 0.0) {
+            return Err("ground: height, center and size must be within 1000 m, the size positive".to_owned());
+        }
+        if !(0.0..=1e3).contains(&self.friction) {
+            return Err(format!("ground.friction = {}; it must be in [0, 1000]", self.friction));
+        }
+        Ok(())
+    }
+}
+
 /// A fixed body.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

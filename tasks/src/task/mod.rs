@@ -6,7 +6,7 @@ mod rules;
 
 pub(crate) use objects::Kind;
 
-pub use furniture::{Furniture, OpenBox, Side, Slab, Space, Start};
+pub use furniture::{Furniture, Ground, OpenBox, Side, Slab, Space, Start};
 pub use objects::{Equal, Objects, Placing, Pour, Scatter};
 pub use rules::{Collect, Hold, HoldPoints, Rules, Shake};
 
@@ -30,6 +30,8 @@ pub struct Task {
     pub time_limit_s: f64,
     /// Where the hand starts.
     pub hand: Start,
+    /// What everything falls on in the end.
+    pub ground: Ground,
     /// Fixed bodies made of boxes.
     #[serde(default)]
     pub furniture: Vec<Furniture>,
@@ -78,6 +80,7 @@ impl Task {
         }
         task.objects.resolve().map_err(error)?;
         task.rules.check().map_err(error)?;
+        task.ground.check().map_err(error)?;
         task.check_regions().map_err(error)?;
         let table: toml::Table = toml::from_str(text).map_err(|e| error(e.to_string()))?;
         let mut hash = ContentHash::of("palmares task 1");
@@ -231,6 +234,8 @@ mod tests {
             (balls.replace("mass = 1.0", "mass = -1.0"), "objects.equal"),
             (balls.replace("layer = 16", "layer = 0"), "layer must be at least 1"),
             (grasp.replace("count = 1", "count = 2"), "need objects.count = 1"),
+            (grasp.replace("height = -0.74", "height = nan"), "ground: height"),
+            (shelf.replace("[ground]", "[floor]"), "floor"),
             (grasp.replace("hold_s = 2.0", "hold_s = 0.0"), "rules.hold_s = 0"),
             (grasp.replace("slip_m = 0.03", "slip_m = 0.03\ncolour = 1"), "colour"),
             (grasp.replace("max = [0.12, 0.12, 0.4]", "max = [-0.2, 0.12, 0.4]"), "has no size"),

@@ -253,7 +253,9 @@ impl Writer<'_> {
             }
             let surface = self.surface(Owner::Static, collider.friction, 0.0);
             let pose = collider.body_from_shape;
-            if let Some(cuboid) = collider.shape.as_cuboid() {
+            if collider.shape.as_halfspace().is_some() {
+                write!(self.out, "<geom type='plane' size='0 0 1' {} {surface}/>", place(&pose)).ok()?;
+            } else if let Some(cuboid) = collider.shape.as_cuboid() {
                 let half = cuboid.half_extents.to_array();
                 let thin = (0..3).min_by(|a, b| half[*a].total_cmp(&half[*b]))?;
                 let wide = (0..3).all(|k| k == thin || half[k] >= PLANE_M);

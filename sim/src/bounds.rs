@@ -1,0 +1,49 @@
+//! What a world may not go beyond: how far, how fast, and how much a step may compute.
+//!
+//! Computing is counted, not timed, so that every machine stops at the same step. The unit is a multiply-add or what
+//! takes as long, about a nanosecond on a present core; what a piece of the step costs is estimated from its sizes.
+
+/// The most that a step may compute. A step of a hand with thirty objects takes a hundredth of it, ten steps of a tick
+/// at this limit stay below half a second.
+pub const STEP_WORK: u64 = 20_000_000;
+
+/// Nothing may be farther from the origin, m, nor a joint coordinate larger, m or rad: at this distance contacts are
+/// still exact to a nanometre.
+pub const FARTHEST: f64 = 1e6;
+
+/// No component of a velocity may be larger, m/s or rad/s.
+pub const FASTEST: f64 = 1e5;
+
+/// Finding the distance of two shapes.
+pub(crate) const DISTANCE_WORK: u64 = 1_000;
+
+/// Finding the contact points of two shapes.
+pub(crate) const MANIFOLD_WORK: u64 = 2_000;
+
+/// A contact point in an iteration, or in an evaluation of the line search.
+pub(crate) const POINT_WORK: u64 = 100;
+
+/// A link in a recursion over the hand.
+pub(crate) const LINK_WORK: u64 = 300;
+
+/// Why a world cannot go on. It stands still from then on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Fault {
+    /// A number of the state is infinite or none.
+    #[error("a number of the state is not finite")]
+    NotFinite,
+    /// Something is too fast or too far away.
+    #[error("something is faster than {FASTEST:e} m/s or rad/s, or farther than {FARTHEST:e} m or rad")]
+    OutOfBounds,
+    /// The matrix of a step is not positive definite, so that the step has no solution.
+    #[error("a step has no solution")]
+    Unsolvable,
+    /// A step needs more computing than it may.
+    #[error("a step needs more computing than it may")]
+    WorkExhausted,
+}
+
+/// What a recursion over the hand's links and its dense matrix of n rows cost.
+pub(crate) fn hand_work(links: usize, n: usize) -> u64 {
+    LINK_WORK * links as u64 + 4 * (n * n) as u64
+}
