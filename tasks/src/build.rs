@@ -16,7 +16,7 @@ const REST_S: f64 = 3.0;
 const DRAWS: usize = 20;
 
 /// The most that coming to rest may compute over all placements, in the unit of [`palmares_sim::bounds`]: some seconds.
-pub const SCENE_WORK: u64 = 5_000_000_000;
+pub const SCENE_WORK: u64 = 2_000_000_000;
 
 /// Why a scene could not be built.
 #[derive(Debug, thiserror::Error)]

@@ -172,6 +172,17 @@ pub(super) fn torque_free(
 mod tests {
     use super::*;
 
+    /// It took one part for every 0.2 rad.
+    #[test]
+    fn an_absurd_spin_takes_no_longer_than_a_fast_one_and_keeps_its_momentum() {
+        let inertia = Mat3::from_diagonal(Vec3::new(1.0, 2.0, 3.0));
+        let (before, turn) = (Rotation::IDENTITY, Vec3::new(0.3, 0.5, 0.7) * 1e15);
+        let (q, w) = torque_free(before, turn, inertia, inertia.inverse(), 1e-3);
+        let r = Mat3::from_quat(q);
+        let (now, momentum) = (r * inertia * r.transpose() * w, inertia * turn);
+        assert!((now - momentum).length() < 1e-9 * momentum.length(), "{now}");
+    }
+
     #[test]
     fn torque_free_rotation_keeps_angular_momentum() {
         let inertia = Mat3::from_diagonal(Vec3::new(1.0, 2.0, 3.0));

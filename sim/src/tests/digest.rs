@@ -45,6 +45,7 @@ fn scene() -> (World, Command) {
 #[test]
 fn a_restored_snapshot_goes_on_bit_for_bit() {
     let (mut world, command) = scene();
+    let mut points = 0;
     for round in 0..60 {
         let mut other = World::new(Arc::clone(world.model()), world.state().clone());
         for step in 0..20 {
@@ -52,8 +53,9 @@ fn a_restored_snapshot_goes_on_bit_for_bit() {
             other.step(&command);
             assert_eq!(world.state().hash(), other.state().hash(), "round {round}, step {step}");
         }
+        points = points.max(world.outcome().points);
     }
-    assert!(world.outcome().points > 10, "things touch");
+    assert!(points > 10, "things touch");
 }
 
 fn loaded(pairs: &mut [Pair]) -> &mut Pair {

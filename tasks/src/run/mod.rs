@@ -28,7 +28,7 @@ use std::sync::Arc;
 
 /// The most that the settling after a run may compute, in the unit of [`palmares_sim::bounds`]: some seconds. Then the
 /// referee counts what it sees.
-pub const SETTLING_WORK: u64 = 5_000_000_000;
+pub const SETTLING_WORK: u64 = 2_000_000_000;
 
 /// Slower than this an object counts as at rest, m/s; carried objects move with the hand.
 const REST_SPEED: f64 = 5e-3;
