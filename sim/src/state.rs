@@ -109,7 +109,7 @@ impl State {
 
     /// The hand of one world beside the objects of another, in a world of `model` that has both: the hand as it
     /// is in `hand`, objects, their sleep and their contacts as in `objects`, which has no hand.
-    pub fn joined(model: &Model, hand: &State, objects: &State) -> Self {
+    pub(crate) fn joined(model: &Model, hand: &State, objects: &State) -> Self {
         let shift = model.hand_colliders() as u32;
         // The hand's shapes come first: within each part the pairs keep their order.
         let own = hand.pairs.iter().filter(|pair| pair.key.1 < shift).cloned();

@@ -91,13 +91,12 @@ fn joined(task: &Task, scene: &Built, hand: Arc<Hand>) -> Result<(World, Vec<Str
         return Err(unsound(&format!("hand `{}` finds no rest where it starts", hand.name)));
     }
     let model = scene.world.model().with_hand(Arc::clone(&hand)).map_err(|e| unsound(&e))?;
-    let state = State::joined(&model, waiting.state(), scene.world.state());
     let links = alone.colliders().iter().map(|collider| match collider.owner {
         Owner::Link(i) => hand.links[i].name.clone(),
         Owner::Static | Owner::Object(_) => String::new(),
     });
     let names = links.chain(scene.body_names.iter().cloned()).collect();
-    Ok((World::new(Arc::new(model), state), names))
+    Ok((World::joined(Arc::new(model), &waiting, &scene.world), names))
 }
 
 /// A shape where it stands.

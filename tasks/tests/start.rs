@@ -6,7 +6,7 @@ use palmares_models::{Pose, Vec3};
 use palmares_tasks::build::{Built, build};
 use palmares_tasks::run::Run;
 use palmares_tasks::start::{Obstacle, overlaps, start_pose};
-use palmares_tasks::{SceneError, Seed, Task};
+use palmares_tasks::{SceneError, Seed, Sensing, Task};
 use std::sync::Arc;
 
 /// A hand with a plate fixed to its palm, which at the task's start is at `at` in the world.
@@ -69,11 +69,16 @@ fn the_hand_is_at_rest_and_wakes_nothing_in_the_first_tick() {
         for hand in hands() {
             let mut run = Run::new(task.clone(), hand.clone(), Seed::from_u64(2)).expect("the scene builds");
             let before = run.world().state().clone();
+            let wrist = run.observe(Sensing::Sensors).hand.wrist;
             assert_eq!(before.step, 0);
             run.step(&palmares_tasks::Action::default()).expect("valid");
             let after = run.world().state();
             assert_eq!(before.objects, after.objects, "{} {}", task.name, hand.name);
             assert!(after.sleep.iter().all(|sleep| sleep.asleep), "{} {}", task.name, hand.name);
+            let now = run.observe(Sensing::Sensors).hand.wrist;
+            for (a, b) in wrist.force.iter().chain(&wrist.torque).zip(now.force.iter().chain(&now.torque)) {
+                assert!((a - b).abs() < 1e-3, "{} {}: {wrist:?} {now:?}", task.name, hand.name);
+            }
             let moved = (after.base.translation - before.base.translation).length();
             assert!(moved < 1e-5, "{} {}: the base moves by {moved} m", task.name, hand.name);
             for (q, earlier) in after.q.iter().zip(&before.q) {
