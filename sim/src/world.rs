@@ -178,6 +178,15 @@ impl World {
         World { model, state, outcome: Outcome::default(), fault: None, work: Workspace::default() }
     }
 
+    /// The hand of one world beside the objects of another, in a world of `model` that has both; with the force
+    /// that the base servo acts with.
+    pub fn joined(model: Arc<Model>, hand: &World, objects: &World) -> Self {
+        let state = State::joined(&model, &hand.state, &objects.state);
+        let mut world = World::new(model, state);
+        world.work.servo_force = hand.work.servo_force;
+        world
+    }
+
     /// The model.
     pub fn model(&self) -> &Arc<Model> {
         &self.model
