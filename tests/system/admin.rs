@@ -142,7 +142,10 @@ async fn a_list_of_sessions_tells_their_clocks_as_they_stand() {
         let output = cup.admin(&["session", "list"]);
         let said = String::from_utf8(output.stdout).expect("text");
         let line = said.lines().nth(1).expect("a session");
-        assert!(line.contains(" crabs ") && line.contains(" paused since 20") && line.contains(&left), "{said}");
+        assert!(
+            line.contains(" crabs ") && line.contains(" paused since 20") && line.contains(&left),
+            "{said}"
+        );
         let json = cup.admin(&["session", "list", "--json"]).stdout;
         let listed: Value = serde_json::from_slice(&json).expect("JSON");
         assert_eq!(listed["sessions"][0]["team"], "crabs");
