@@ -146,7 +146,7 @@ def timed(client: palmares.Client, case: Case, ticks: int) -> tuple[dict[str, li
     tick, size = client.tick or 0, 0
     for count in range(ticks):
         marks = [time.perf_counter()]
-        action = action_of(palmares.pose(case.base, PALM_DOWN), target(count))
+        action = action_of(palmares.pose(case.base, PALM_DOWN), target(count), 1)
         request = codec.encode(Step(id=1_000_000 + count, tick=tick, action=action))
         marks.append(time.perf_counter())
         transport.send(request, binary=codec.binary)

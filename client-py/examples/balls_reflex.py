@@ -18,9 +18,9 @@ import time
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from balls_softhand import Mover, RunOverError, ball_radius, count_inside, middle_of, true_positions
 
 import palmares
+from palmares.motion import Mover, RunOverError
 from palmares.rotation import Array, quat_of, rot_y, rot_z
 
 PRESHAPE = 0.4
@@ -61,18 +61,28 @@ MOVED = 0.01
 class Reflex(Mover):
     """Sends the same command to the three fingers and keeps the preshape."""
 
-    def _step(self) -> None:
-        hand = [self.sigma, self.sigma, self.sigma, PRESHAPE]
-        self.obs = self.client.step(base=palmares.pose(self.position, self.quat), hand=hand)
-        self.watch(self.obs)
-        if self.obs.done:
-            raise RunOverError(self.obs.reason)
+    def command(self) -> list[float]:
+        """Return σ of the four motors."""
+        return [self.sigma, self.sigma, self.sigma, PRESHAPE]
 
 
 def rotation_of(yaw: float) -> Array:
     """World-from-hand rotation: palm down, turned by `yaw` (rad) about the vertical."""
     rotation: Array = rot_z(yaw) @ rot_y(math.pi)
     return rotation
+
+
+def positions(obs: palmares.Observation) -> Array:
+    """Centres of the balls, shape (n, 3), m."""
+    if obs.truth is None:
+        raise SystemExit('this controller needs sensing="truth"')
+    return obs.truth.positions
+
+
+def ball_radius(scene: palmares.Scene) -> float:
+    """Return the largest radius among the free spheres of the scene, m."""
+    radii = [part.shape.radius for body in scene.free for part in body.parts]
+    return max((radius for radius in radii if radius is not None), default=0.05)
 
 
 @dataclass(frozen=True)
@@ -111,13 +121,13 @@ def pick_and_carry(mover: Reflex, target: Attempt, box_b: palmares.Region) -> No
     rotation = rotation_of(target.yaw)
     at = target.position - rotation @ BALL_IN_HAND
     above = np.array([at[0], at[1], HIGH])
-    x, y, _ = middle_of(box_b) - rotation @ BALL_IN_HAND
+    x, y, _ = box_b.center - rotation @ BALL_IN_HAND
     mover.to(1.0, above, quat_of(rotation), sigma=SIGMA_OPEN)
     mover.to(0.7, at)
     mover.to(0.9, sigma=SIGMA_CLOSED)
     mover.wait(0.3)
     mover.to(0.9, above)
-    if np.any(true_positions(mover.obs)[:, 2] > LOW):
+    if np.any(positions(mover.obs)[:, 2] > LOW):
         mover.to(1.2, np.array([x, y, HIGH]))
         mover.to(0.6, np.array([x, y, LOW]))
     mover.to(0.6, sigma=0.0)
@@ -145,19 +155,19 @@ def run(client: palmares.Client, seed: int | None, picks: int) -> Summary:
     seed = seed if obs.run is None else obs.run.seed
     box_a, box_b = client.scene.region("box_a"), client.scene.region("box_b")
     radius = ball_radius(client.scene)
-    mover = Reflex(client, obs, lambda _: None)
+    mover = Reflex(client, obs)
     attempts: list[Attempt] = []
     started = time.monotonic()
     try:
         while len(attempts) < picks:
-            balls = true_positions(mover.obs)
+            balls = positions(mover.obs)
             in_a = [ball for ball in range(len(balls)) if box_a.contains(balls[ball])]
             target = choose(balls, in_a, radius, box_a, attempts)
             if target is None:
                 break
             attempts.append(target)
             pick_and_carry(mover, target, box_b)
-            now = count_inside(true_positions(mover.obs), box_b)
+            now = sum(box_b.contains(ball) for ball in positions(mover.obs))
             print(f"pick {len(attempts):2d}   balls in B {now:2d}", file=sys.stderr)
     except RunOverError:
         pass  # Complete, or out of time: `stop` tells which.

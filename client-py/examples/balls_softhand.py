@@ -20,13 +20,14 @@ import json
 import math
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
 import numpy as np
 
 import palmares
-from palmares.rotation import Array, angle_between, quat_of, rot_y, rot_z, slerp
+from palmares.motion import Mover, RunOverError
+from palmares.rotation import Array, quat_of, rot_y, rot_z
+from palmares.softhand import CAPSULE_A, CAPSULE_B, CAPSULE_RADIUS
 
 # --------------------------------------------------------------------------------------------------------
 # What to tune
@@ -116,38 +117,9 @@ PICKS = 25
 YAWS = np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False)
 """Directions tried for every ball, rad"""
 
-# What the base can do: 2 m/s and 4 m/s², 3 rad/s and 4 rad/s². A target within is followed without lag.
-BASE_SPEED = 0.95 * 2.0
-BASE_ACCELERATION = 0.95 * 4.0
-BASE_TURN_SPEED = 0.95 * 3.0
-BASE_TURN_ACCELERATION = 0.95 * 4.0
-
-TICK_S = 0.01
-
 # --------------------------------------------------------------------------------------------------------
 # How much room the hand has
 
-
-# The preshaped hand as capsules: two end points in the hand frame and a radius, all in m.
-HAND_CAPSULES: list[tuple[tuple[float, float, float], tuple[float, float, float], float]] = [
-    ((0.000, 0.000, 0.045), (0.000, 0.000, 0.080), 0.042),  # wrist
-    ((-0.006, 0.027, 0.100), (-0.006, 0.027, 0.170), 0.019),  # palm, thumb side
-    ((-0.006, 0.005, 0.100), (-0.006, 0.005, 0.185), 0.019),  # palm, middle
-    ((-0.006, -0.020, 0.100), (-0.006, -0.022, 0.170), 0.019),  # palm, little finger's side
-    ((0.008, 0.037, 0.146), (0.014, 0.069, 0.160), 0.011),  # thumb
-    ((0.014, 0.069, 0.160), (0.021, 0.102, 0.181), 0.009),
-    ((-0.001, 0.026, 0.184), (0.006, 0.031, 0.227), 0.009),  # index
-    ((0.006, 0.031, 0.227), (0.022, 0.034, 0.263), 0.009),
-    ((-0.001, 0.007, 0.191), (0.006, 0.007, 0.234), 0.009),  # middle
-    ((0.006, 0.007, 0.234), (0.022, 0.007, 0.270), 0.009),
-    ((-0.001, -0.013, 0.184), (0.006, -0.015, 0.227), 0.009),  # ring
-    ((0.006, -0.015, 0.227), (0.022, -0.018, 0.263), 0.009),
-    ((-0.001, -0.032, 0.174), (0.006, -0.037, 0.217), 0.009),  # little
-    ((0.006, -0.037, 0.217), (0.022, -0.041, 0.253), 0.009),
-]
-CAPSULE_A = np.array([a for a, _, _ in HAND_CAPSULES])
-CAPSULE_B = np.array([b for _, b, _ in HAND_CAPSULES])
-CAPSULE_RADIUS = np.array([r for _, _, r in HAND_CAPSULES])
 
 # The hand is checked at these distances before the end of its approach, m.
 APPROACH_SAMPLES = (0.0, 0.05, 0.12)
@@ -245,81 +217,7 @@ def choose(
 
 
 # --------------------------------------------------------------------------------------------------------
-# How the hand moves
-
-
-class RunOverError(Exception):
-    """The server ended the run: nothing more to gain, or a limit reached."""
-
-
-def smoothstep(x: float) -> float:
-    """Quintic from 0 to 1 with zero velocity and acceleration at both ends."""
-    x = min(max(x, 0.0), 1.0)
-    return x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
-
-
-def duration(distance: float, angle: float, at_least: float) -> float:
-    """Return a time (s) in which a smoothstep over `distance` (m) and `angle` (rad) stays within the limits.
-
-    The quintic's greatest velocity is 15/8 of distance per time, its greatest acceleration 10/√3 of distance
-    per time squared.
-    """
-    speed, acceleration = 15 / 8, 10 / math.sqrt(3)
-    return max(
-        at_least,
-        speed * distance / BASE_SPEED,
-        speed * angle / BASE_TURN_SPEED,
-        math.sqrt(acceleration * distance / BASE_ACCELERATION),
-        math.sqrt(acceleration * angle / BASE_TURN_ACCELERATION),
-    )
-
-
-class Mover:
-    """Streams targets tick by tick and remembers the last one."""
-
-    def __init__(
-        self,
-        client: palmares.Client,
-        first: palmares.Observation,
-        watch: Callable[[palmares.Observation], None],
-    ) -> None:
-        self.client = client
-        self.obs = first
-        self.watch = watch
-        self.position: Array = first.hand.base.xyz
-        self.quat: Array = np.array(first.hand.base.quat_xyzw)
-        self.sigma = first.hand.actuators[0].position
-
-    def to(
-        self,
-        seconds: float,
-        position: Array | None = None,
-        quat: Array | None = None,
-        sigma: float | None = None,
-    ) -> None:
-        """Move base and fingers there together, in `seconds` or as fast as the base may."""
-        p0, q0, s0 = self.position, self.quat, self.sigma
-        p1 = p0 if position is None else position
-        q1 = q0 if quat is None else quat
-        s1 = s0 if sigma is None else sigma
-        total = duration(float(np.linalg.norm(p1 - p0)), angle_between(q0, q1), seconds)
-        ticks = max(1, math.ceil(total / TICK_S))
-        for tick in range(ticks):
-            x = smoothstep((tick + 1) / ticks)
-            self.position, self.quat = p0 + x * (p1 - p0), slerp(q0, q1, x)
-            self.sigma = s0 + x * (s1 - s0)
-            self._step()
-
-    def wait(self, seconds: float) -> None:
-        """Hold still."""
-        for _ in range(round(seconds / TICK_S)):
-            self._step()
-
-    def _step(self) -> None:
-        self.obs = self.client.step(base=palmares.pose(self.position, self.quat), hand=[self.sigma])
-        self.watch(self.obs)
-        if self.obs.done:
-            raise RunOverError(self.obs.reason)
+# How a ball is taken
 
 
 def pick_and_carry(mover: Mover, target: Candidate, box_b: palmares.Region) -> bool:

@@ -3,6 +3,7 @@
 Start a server with `cargo run --release -p palmares -- serve`, then run this file.
 """
 
+import argparse
 import sys
 
 import palmares
@@ -12,8 +13,13 @@ TICKS_PER_SECOND = 100
 
 def main() -> None:
     """Connect, reset, close the hand in one second, print the tension, stop."""
-    url = sys.argv[1] if len(sys.argv) > 1 else "http://127.0.0.1:8080"
-    with palmares.Client(url) as client:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--url", default="http://127.0.0.1:8080", help="where the server listens")
+    parser.add_argument("--team", default="example", help="name on a practice server's leaderboard")
+    args = parser.parse_args()
+    with palmares.Client(args.url, team=args.team) as client:
         obs = client.reset("balls", "softhand", seed=1)
         print(f"run {obs.run_id}: {len(client.scene.bodies)} bodies in the scene")
 

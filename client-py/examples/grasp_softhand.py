@@ -16,14 +16,41 @@ import time
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from balls_softhand import Mover, RunOverError
-from shelf_softhand import Grasp, look
 
 import palmares
-from palmares.rotation import quat_of
+from palmares.bounds import look
+from palmares.motion import Mover, RunOverError
+from palmares.rotation import Array, quat_of, rot_y, rot_z
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """How the SoftHand takes an object from above. Hand frame: fingers +z, palm normal +x, thumb +y."""
+
+    pitch: float
+    """rad; π/2 holds the fingers level, more points them down"""
+    roll: float
+    """rad; turns the palm about the fingers' axis"""
+    above: float
+    """Where the hand's origin is above the object's top, along the palm normal, m"""
+    aside: float
+    """Where the object's middle is in the hand frame along y, m"""
+    along: float
+    """Where the object's middle is in the hand frame along the fingers, m"""
+    sigma_open: float
+    """Motor command on the way down"""
+    sigma_closed: float
+    """Motor command of the grasp"""
+    sink: float
+    """The hand comes down over this height, m"""
+
+    def rotation(self, yaw: float) -> Array:
+        """World-from-hand rotation when the fingers point along +y turned by `yaw` (rad)."""
+        turned: Array = rot_z(math.pi / 2 + yaw) @ rot_y(self.pitch) @ rot_z(self.roll)
+        return turned
+
 
 GRASP = Grasp(
-    name="palm down",
     pitch=1.6182,
     roll=0.3491,
     above=0.0068,
@@ -84,7 +111,7 @@ def grasp(client: palmares.Client, seed: int | None) -> Summary:
     in_hand = np.array([height / 2 + GRASP.above, GRASP.aside, GRASP.along])
     at = thing.middle - rotation @ in_hand
 
-    mover = Mover(client, obs, lambda _: None)
+    mover = Mover(client, obs)
     up = np.array([0.0, 0.0, 1.0])
     try:
         mover.to(1.0, at + GRASP.sink * up, quat_of(rotation), sigma=GRASP.sigma_open)

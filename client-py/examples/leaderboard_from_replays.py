@@ -13,12 +13,11 @@ from __future__ import annotations
 
 import argparse
 import hashlib
+import importlib
 import json
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
-
-from mcap.reader import make_reader
 
 P = 2**255 - 19
 ORDER = 2**252 + 27742317777372353535851937790883648493
@@ -68,6 +67,8 @@ def signed(key: bytes, message: bytes, signature: bytes) -> bool:
 def read(path: Path, key: str | None) -> tuple[dict[str, str], dict[str, str]]:
     """Return a replay's metadata on run and result; complain when the signature is not that of `key`."""
     data = path.read_bytes()
+    from mcap.reader import make_reader
+
     with path.open("rb") as stream:
         records = {record.name: record.metadata for record in make_reader(stream).iter_metadata()}
     proof = records["palmares.signature"]
@@ -105,12 +106,16 @@ class Team:
 
 def main() -> int:
     """Print the leaderboard as JSON."""
-    parser = argparse.ArgumentParser(description="Leaderboard from a folder of replays.")
-    parser.add_argument("folder", type=Path)
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("folder", type=Path, help="where the files *.mcap are")
     parser.add_argument("--key", help="public key of the server: replay_key in GET /v1/competition")
     parser.add_argument("--practice", action="store_true", help="practice runs instead of official ones")
     parser.add_argument("--void", nargs="*", default=[], metavar="RUN", help="runs that do not count")
     options = parser.parse_args()
+    try:
+        importlib.import_module("mcap")
+    except ImportError:
+        sys.exit("this needs the package mcap: pip install mcap")
     teams: dict[str, Team] = {}
     refused = {}
     for path in sorted(options.folder.glob("*.mcap")):

@@ -4,6 +4,7 @@ Nothing waits here: the world ticks a hundred times a second, whatever the contr
 with `cargo run --release -p palmares -- serve`, then run this file.
 """
 
+import argparse
 import math
 import sys
 import time
@@ -17,8 +18,13 @@ THINK_S = 0.5
 
 def main() -> None:
     """Play three seconds, think for half a second in the middle, tell what that cost."""
-    url = sys.argv[1] if len(sys.argv) > 1 else "http://127.0.0.1:8080"
-    with palmares.Client(url) as client:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--url", default="http://127.0.0.1:8080", help="where the server listens")
+    parser.add_argument("--team", default="example", help="name on a practice server's leaderboard")
+    args = parser.parse_args()
+    with palmares.Client(args.url, team=args.team) as client:
         obs = client.reset("balls", "softhand", mode="realtime", seed=1)
         print(f"run {obs.run_id}: the world runs from now on")
 

@@ -23,10 +23,12 @@ import time
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from balls_softhand import CAPSULE_A, CAPSULE_B, CAPSULE_RADIUS, Mover, RunOverError, middle_of
 
 import palmares
-from palmares.rotation import Array, matrix_of, quat_of, rot_y, rot_z
+from palmares.bounds import Thing, look
+from palmares.motion import Mover, RunOverError
+from palmares.rotation import Array, quat_of, rot_y, rot_z
+from palmares.softhand import CAPSULE_A, CAPSULE_B, CAPSULE_RADIUS
 
 # --------------------------------------------------------------------------------------------------------
 # What to tune
@@ -82,56 +84,6 @@ WAIT_AT = np.array([0.0, -0.12, 0.95])
 IN_S, SINK_S, CLOSE_S, SQUEEZE_S, LIFT_S, OUT_S, OPEN_S, FALL_S = 0.9, 0.25, 0.6, 0.2, 0.3, 1.1, 0.4, 0.3
 LIFT = 0.02
 """How far an object is lifted before it is drawn out, m"""
-
-# --------------------------------------------------------------------------------------------------------
-# Where things are
-
-
-@dataclass(frozen=True)
-class Thing:
-    """A free object as it stands now: bounds in the world frame and centre of mass, m."""
-
-    index: int
-    name: str
-    low: Array
-    high: Array
-    com: Array
-
-    @property
-    def middle(self) -> Array:
-        """Middle of the bounds, m."""
-        middle: Array = (self.low + self.high) / 2
-        return middle
-
-
-def half_extents(shape: palmares.Shape, rotation: Array) -> Array:
-    """Half the extents along the world's axes of a shape turned by `rotation`, (3,), m."""
-    radius = shape.radius or 0.0
-    if shape.type == "box" and shape.half_extents is not None:
-        extents: Array = np.abs(rotation) @ np.array(shape.half_extents)
-        return extents
-    axis = np.abs(rotation[:, 2]) * (shape.half_length or 0.0)
-    round_part = np.sqrt(np.clip(1.0 - rotation[:, 2] ** 2, 0.0, 1.0)) if shape.type == "cylinder" else 1.0
-    sum_: Array = axis + radius * round_part
-    return sum_
-
-
-def look(scene: palmares.Scene, obs: palmares.Observation) -> list[Thing]:
-    """Return every free object where it is now."""
-    if obs.truth is None:
-        raise SystemExit('this controller needs sensing="truth"')
-    things = []
-    for body, state in zip([b for b in scene.bodies if b.free], obs.truth.objects, strict=True):
-        rotation, origin = state.rotation, state.xyz
-        low, high = np.full(3, np.inf), np.full(3, -np.inf)
-        for part in body.parts:
-            middle = origin + rotation @ np.array(part.position)
-            half = half_extents(part.shape, rotation @ matrix_of(part.quat_xyzw))
-            low, high = np.minimum(low, middle - half), np.maximum(high, middle + half)
-        com = origin + rotation @ np.array(body.com)
-        things.append(Thing(state.id, state.name, low, high, com))
-    return things
-
 
 # --------------------------------------------------------------------------------------------------------
 # Which object, and how
@@ -250,7 +202,7 @@ def fetch(mover: Mover, plan: Plan, scene: palmares.Scene) -> None:
     # Out along the way in, until the whole hand is before the shelf; then the object over the box's middle.
     out = mover.position - plan.into * (plan.thing.high[1] - shelf.min[1] + 0.05) / plan.into[1]
     mover.to(OUT_S * 0.6, out)
-    middle = middle_of(box)
+    middle = box.center
     aside = plan.at - plan.thing.middle
     over = np.array([middle[0] + aside[0], middle[1] + aside[1], out[2]])
     mover.to(OUT_S * 0.6, over)
@@ -289,7 +241,7 @@ def run(client: palmares.Client, seed: int | None, picks: int, quiet: bool) -> S
     seed = seed if obs.run is None else obs.run.seed
     scene = client.scene
     shelf, box = scene.region("shelf"), scene.region("box")
-    mover = Mover(client, obs, lambda _: None)
+    mover = Mover(client, obs)
     attempts: list[Attempt] = []
     done = caught = 0
 

@@ -36,6 +36,8 @@ class FakeServer:
     token: str | None = None
     """What a client must show; ``None`` lets anybody in."""
     ping_interval_s: float | None = 20.0
+    note: str | None = None
+    """What it says about the team's name."""
     forget: bool = False
     """Tell who comes back that its run is gone, as after a restart."""
     closed_meanwhile: bool = False
@@ -161,6 +163,7 @@ class FakeServer:
                         "resume_grace_s": 30.0,
                     },
                     "run": run if self.running and not self.forget else None,
+                    **({} if self.note is None else {"note": self.note}),
                 }
             case "reset" if self.running:
                 return {"op": "error", "code": "wrong_state", "message": "stop the open run first"}

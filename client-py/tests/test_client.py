@@ -54,6 +54,15 @@ def test_the_truth_is_the_same_in_both_encodings(
         assert truth.positions[0].tolist() == [1.0, 1.0, 1.05]
 
 
+def test_what_the_server_says_about_the_name_is_logged(
+    server: FakeServer, caplog: pytest.LogCaptureFixture
+) -> None:
+    server.note = "`crаbs` looks like the team `crabs`"
+    with palmares.Client(server.url, team="crаbs"):
+        pass
+    assert "`crаbs` looks like the team `crabs`" in caplog.text
+
+
 def test_a_run_from_reset_to_result(server: FakeServer) -> None:
     with palmares.Client(server.url) as client:
         obs = client.reset("balls", "softhand", seed=3)

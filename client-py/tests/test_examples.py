@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import palmares
+from palmares.motion import TICK_S
 from palmares.rotation import angle_between
 from tests.fake_server import FakeServer
 
@@ -36,14 +37,14 @@ balls = load("balls_softhand")
 
 def test_first_steps_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     with FakeServer() as server:
-        monkeypatch.setattr(sys, "argv", ["first_steps.py", server.url])
+        monkeypatch.setattr(sys, "argv", ["first_steps.py", "--url", server.url])
         load("first_steps").main()
     assert "score 0 (practice, stopped)" in capsys.readouterr().out
 
 
 def test_realtime_hello_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     with FakeServer(ticks=250) as server:
-        monkeypatch.setattr(sys, "argv", ["realtime_hello.py", server.url])
+        monkeypatch.setattr(sys, "argv", ["realtime_hello.py", "--url", server.url])
         load("realtime_hello").main()
     said = capsys.readouterr().out
     assert "of 250 observations" in said
@@ -101,10 +102,10 @@ def test_targets_stay_within_the_base_limits() -> None:
             if request["op"] == "step" and "base" in request["action"]
         ]
     position = np.array([target["position"] for target in targets])
-    velocity = np.diff(position, axis=0) / balls.TICK_S
-    acceleration = np.diff(velocity, axis=0) / balls.TICK_S
+    velocity = np.diff(position, axis=0) / TICK_S
+    acceleration = np.diff(velocity, axis=0) / TICK_S
     assert np.linalg.norm(velocity, axis=1).max() < 2.0
     assert np.linalg.norm(acceleration, axis=1).max() < 4.0
     quats = [target["quat_xyzw"] for target in targets]
     turns = [angle_between(a, b) for a, b in itertools.pairwise(quats)]
-    assert max(turns) / balls.TICK_S < 3.0
+    assert max(turns) / TICK_S < 3.0

@@ -119,6 +119,56 @@ async fn every_deed_is_recorded_and_what_was_refused_is_not() {
 }
 
 #[tokio::test]
+async fn a_list_of_sessions_tells_their_clocks_as_they_stand() {
+    for cup in Official::each().await {
+        let token = cup.team("crabs");
+        cup.open();
+        let (mut client, welcome, _) = cup.playing(&token).await;
+        client.ask(json!({"op": "step", "tick": 0, "action": {}, "repeat": 100})).await;
+        // A run is open: the database knows the clock as it was before.
+        let session = |cup: &Official| cup.get("/v1/sessions", &cup.organizer).json()["sessions"][0].clone();
+        let row = session(&cup);
+        let number = |name: &str| row[name].as_f64().expect(name);
+        assert!((number("clock_simulated_s") - 1.0).abs() < 1e-9, "{row}");
+        assert!(number("clock_wall_s") > 0.0, "{row}");
+        assert_eq!(number("elapsed_s"), number("clock_wall_s").max(number("clock_simulated_s")));
+        assert_eq!(number("left_s"), 600.0 - number("elapsed_s"));
+        let id = json!({"session_id": welcome["session_id"]});
+        cup.order("session/pause", id.clone());
+        assert_eq!(session(&cup)["pauses"], 1);
+        let left_s = session(&cup)["left_s"].as_f64().expect("a number");
+        assert_eq!(session(&cup)["left_s"], left_s, "it stands still");
+        let left = format!(" {}:{:02} ", left_s as u64 / 60, left_s as u64 % 60);
+        let output = cup.admin(&["session", "list"]);
+        let said = String::from_utf8(output.stdout).expect("text");
+        let line = said.lines().nth(1).expect("a session");
+        assert!(
+            line.contains(" crabs ") && line.contains(" paused since 20") && line.contains(&left),
+            "{said}"
+        );
+        let json = cup.admin(&["session", "list", "--json"]).stdout;
+        let listed: Value = serde_json::from_slice(&json).expect("JSON");
+        assert_eq!(listed["sessions"][0]["team"], "crabs");
+        let csv = cup.get("/v1/admin/export/sessions?format=csv", &cup.organizer).body;
+        assert!(csv.starts_with("session_id,team,mode,status,created_utc,ended_utc,limit_s,"), "{csv}");
+        assert!(csv.contains(",official,open,20") && csv.contains("Z,,600.0,"), "{csv}");
+        cup.order("session/end", id);
+        assert!((session(&cup)["clock_simulated_s"].as_f64().expect("s") - 1.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn what_is_final_is_not_done_unasked() {
+    let cup = Official::start();
+    let output = cup.admin(&["reveal"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success() && said.contains("Test Cup") && said.contains("--yes"), "{said}");
+    assert_eq!(get(&cup.server, "/v1/competition").json()["phase"], "closed");
+    assert!(cup.admin(&["reveal", "--yes"]).status.success());
+    assert_eq!(get(&cup.server, "/v1/competition").json()["phase"], "revealed");
+}
+
+#[tokio::test]
 async fn the_command_line_does_it_all() {
     let cup = Official::start();
     let run = |arguments: &[&str]| {
@@ -142,7 +192,7 @@ async fn the_command_line_does_it_all() {
     cup.verified(&result["run_id"]).await;
     assert!(run(&["session", "list"]).contains(&session));
     let table = run(&["export", "leaderboard"]);
-    assert!(table.starts_with("rank,") || table.contains(",team"), "{table}");
+    assert!(table.starts_with("rank,team,total,balls,balls_status,balls_run_id,"), "{table}");
     assert!(table.contains("crabs") && table.contains(&run_id), "{table}");
     assert_eq!(get(&cup.server, "/v1/leaderboard.csv").body, table);
     assert_eq!(json(run(&["export", "runs", "--format", "json"]))[0]["k"], 1);
@@ -150,7 +200,7 @@ async fn the_command_line_does_it_all() {
     assert_eq!(json(run(&["run", "show", &run_id]))["status"], "verified");
     run(&["run", "void", &run_id, "--reason", "mistake"]);
     assert!(!run(&["export", "leaderboard"]).contains("crabs"));
-    let records = json(run(&["audit"]))["records"].clone();
+    let records = json(run(&["audit", "--json"]))["records"].clone();
     assert!(records.as_array().expect("records").iter().any(|r| r["action"] == "session.grant"), "{records}");
     run(&["token", "add", "viewer", "--label", "screen"]);
     assert!(run(&["token", "list"]).contains("screen"));

@@ -16,6 +16,7 @@ mod lifecycle;
 mod limits;
 mod messages;
 mod msgpack;
+mod names;
 mod observed;
 mod official;
 mod order;

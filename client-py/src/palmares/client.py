@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from types import TracebackType
 from typing import Any, Literal, Self, TypeVar
 from urllib.parse import urlsplit
@@ -24,7 +24,7 @@ from palmares.errors import (
 from palmares.link import Link, Returned, raise_if_fatal
 from palmares.messages import (
     Ack,
-    BaseTarget,
+    Action,
     Competition,
     LeaderboardRow,
     Observation,
@@ -37,7 +37,7 @@ from palmares.requests import Act, Hello, Perturb, Request, Reset, Step, Stop, W
 from palmares.requests import Time as AskTime
 from palmares.scene import Scene
 from palmares.stream import Stream
-from palmares.targets import action_of
+from palmares.targets import Base, Hand, Numbers, action_of, vector
 from palmares.transport import Closed
 from palmares.version import VERSION
 
@@ -92,6 +92,7 @@ class Client:
         self._run_id: str | None = None
         self._scene: Scene | None = None
         self._names: list[str] = []
+        self._motors = 0
         self._newest: Observation | None = None
         self._stream = Stream()
         self._unasked: Result | None = None
@@ -106,6 +107,8 @@ class Client:
             reconnect_s=reconnect_s,
             news=self._hear,
         )
+        if self.welcome.note is not None:
+            LOG.warning("%s", self.welcome.note)
 
     # --- what a controller calls ---
 
@@ -135,6 +138,7 @@ class Client:
         obs = self._ask(Reset(task=task, hand=hand, mode=mode, sensing=sensing, seed=seed), Observation)
         self._tick, self._scene, self._run_id = obs.tick, obs.scene, obs.run_id
         self._names = [body.name for body in obs.scene.free] if obs.scene is not None else []
+        self._motors = len(obs.hand.actuators)
         self._newest = self._named(obs)
         self._stream.open(obs.run_id)
         self._link.keep_up(mode == "realtime")
@@ -142,21 +146,26 @@ class Client:
 
     def step(
         self,
-        base: BaseTarget | None = None,
-        hand: Iterable[float] | None = None,
+        base: Base | None = None,
+        hand: Hand | None = None,
         repeat: int = 1,
     ) -> Observation:
         """Advance the world by `repeat` ticks (of 10 ms) under one action; return what follows.
 
         Args:
-            base: `palmares.pose(…)` or `palmares.twist(…)`; left out, the last target stands.
-            hand: σ of every motor in [0, 1]; left out, the last command stands.
+            base: `palmares.pose(…)` or `palmares.twist(…)`, or a pose as ``(position, quat_xyzw)`` or seven
+                numbers; left out, the last target stands.
+            hand: σ of every motor in [0, 1], of a single motor also as a number; left out, the last command
+                stands.
             repeat: How many ticks; fewer are taken when the run ends before.
+
+        Raises:
+            BadActionError: `base` or `hand` has another shape; nothing was sent.
 
         """
         if self._tick is None:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
-        request = Step(tick=self._tick, action=action_of(base, hand), repeat=repeat)
+        request = Step(tick=self._tick, action=action_of(base, hand, self._motors), repeat=repeat)
         try:
             obs = self._ask(request, Observation)
         except (WrongStateError, SessionOverError):
@@ -168,18 +177,18 @@ class Client:
         self._tick, self._newest = obs.tick, self._named(obs)
         return obs
 
-    def act(self, base: BaseTarget | None = None, hand: Iterable[float] | None = None) -> int:
+    def act(self, base: Base | None = None, hand: Hand | None = None) -> int:
         """Set the targets of a run in real time, from the next tick on; return that tick.
 
         Args:
-            base: `palmares.pose(…)` or `palmares.twist(…)`; left out, the last target stands.
-            hand: σ of every motor in [0, 1]; left out, the last command stands.
+            base: As in `step`; left out, the last target stands.
+            hand: As in `step`; left out, the last command stands.
 
         """
         if self._tick is None:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
         try:
-            return self._ask(Act(action=action_of(base, hand)), Ack).tick
+            return self._ask(Act(action=action_of(base, hand, self._motors)), Ack).tick
         except WrongStateError:
             # The world ran on while this was under way: the next observation tells that it is over.
             if self._stream.over:
@@ -215,8 +224,8 @@ class Client:
     def perturb(
         self,
         link: str,
-        force: Iterable[float] = (0.0, 0.0, 0.0),
-        torque: Iterable[float] = (0.0, 0.0, 0.0),
+        force: Numbers = (0.0, 0.0, 0.0),
+        torque: Numbers = (0.0, 0.0, 0.0),
         duration_s: float = 0.1,
     ) -> int:
         """Push a link of the hand, in practice; return the tick at which it begins.
@@ -228,9 +237,7 @@ class Client:
             duration_s: How long, s of simulated time.
 
         """
-        fx, fy, fz = map(float, force)
-        tx, ty, tz = map(float, torque)
-        wrench = Wrench(force=(fx, fy, fz), torque=(tx, ty, tz))
+        wrench = Wrench(force=vector("force", force), torque=vector("torque", torque))
         return self._ask(Perturb(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
 
     def stop(self) -> Result:
@@ -357,7 +364,7 @@ class Client:
             self._stream.put(closed)
         elif isinstance(request, Step) and run.tick != request.tick:
             # The step was taken but its observation is lost: one tick more, with the same targets, shows it.
-            return Step(tick=run.tick, action=action_of(None, None))
+            return Step(tick=run.tick, action=Action())
         return request
 
     def _run_lost(self) -> RunLostError:

@@ -269,6 +269,8 @@ class Welcome(Reply, kw_only=True, tag="welcome"):
     specs: dict[str, Any] = {}
     run: RunInfo | None = None
     """The run that goes on, when a session is taken up again"""
+    note: str | None = None
+    """For people: what is odd about the team's name; `Client` logs it"""
 
 
 class TaskBest(msgspec.Struct, kw_only=True):

@@ -1,26 +1,92 @@
-"""Where the base should go."""
+"""What a controller asks for: where the base should go, how far the motors should be."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any, TypeAlias
 
+import numpy as np
+
+from palmares.errors import BadActionError
 from palmares.messages import Action, BaseTarget
+from palmares.rotation import Array
+from palmares.scene import Vec3
+
+Numbers: TypeAlias = Iterable[float] | Array
+"""A list, a tuple, an array: any numbers one after the other"""
+Base: TypeAlias = BaseTarget | Numbers | tuple[Numbers, Numbers]
+"""A target, or a pose as ``(position, quat_xyzw)`` or as seven numbers"""
+Hand: TypeAlias = float | Numbers
+"""σ of every motor; of the only one also as a number"""
 
 
-def pose(position: Iterable[float], quat_xyzw: Iterable[float]) -> BaseTarget:
+def pose(position: Numbers, quat_xyzw: Numbers) -> BaseTarget:
     """Return a base target: be at `position` (m) with orientation `quat_xyzw`, world frame."""
-    x, y, z = map(float, position)
-    qx, qy, qz, qw = map(float, quat_xyzw)
-    return BaseTarget(position=(x, y, z), quat_xyzw=(qx, qy, qz, qw))
+    qx, qy, qz, qw = numbers("quat_xyzw", quat_xyzw, 4, "x, y, z, w")
+    return BaseTarget(position=vector("position", position), quat_xyzw=(qx, qy, qz, qw))
 
 
-def twist(linear: Iterable[float], angular: Iterable[float]) -> BaseTarget:
+def twist(linear: Numbers, angular: Numbers) -> BaseTarget:
     """Return a base target: move with `linear` (m/s) and `angular` (rad/s), world frame."""
-    vx, vy, vz = map(float, linear)
-    wx, wy, wz = map(float, angular)
-    return BaseTarget(linear=(vx, vy, vz), angular=(wx, wy, wz))
+    return BaseTarget(linear=vector("linear", linear), angular=vector("angular", angular))
 
 
-def action_of(base: BaseTarget | None, hand: Iterable[float] | None) -> Action:
-    """Return the action with these targets; ``None`` keeps the last one."""
-    return Action(base=base, hand=None if hand is None else list(map(float, hand)))
+def action_of(base: Base | None, hand: Hand | None, motors: int) -> Action:
+    """Return the action with these targets for a hand of so many motors; ``None`` keeps the last one."""
+    return Action(
+        base=base if base is None or isinstance(base, BaseTarget) else _pose_of(base),
+        hand=None if hand is None else _sigmas(hand, motors),
+    )
+
+
+def vector(field: str, value: Numbers) -> Vec3:
+    """Return three numbers."""
+    x, y, z = numbers(field, value, 3, "x, y, z")
+    return (x, y, z)
+
+
+def numbers(field: str, value: Any, count: int, meaning: str) -> list[float]:
+    """Return so many numbers as floats.
+
+    Raises:
+        BadActionError: It is something else. It names the field, what was found and what is wanted.
+
+    """
+    if type(value) in (list, tuple) and len(value) == count and all(type(x) is float for x in value):
+        return list(value)  # As most controllers have it, at every tick.
+    wanted = f"shape ({count},): {meaning}"
+    if not isinstance(value, str | bytes | np.ndarray) and isinstance(value, Iterable):
+        value = list(value)
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        array = np.array(None)  # Lists of different lengths.
+    if array.dtype.kind not in "fiub":
+        found = f"{type(value).__name__} {_short(value)}"
+        raise BadActionError(f"{field}: found {found}, which are not numbers; wanted {wanted}")
+    if array.shape != (count,):
+        found = f"the single number {array}" if array.ndim == 0 else f"shape {array.shape}"
+        raise BadActionError(f"{field}: found {found}; wanted {wanted}")
+    listed: list[float] = array.astype(np.float64).tolist()
+    return listed
+
+
+def _sigmas(hand: Hand, motors: int) -> list[float]:
+    single = hand.ndim == 0 if isinstance(hand, np.ndarray) else isinstance(hand, int | float | np.number)
+    meaning = "σ of the motor" if motors == 1 else "σ of every motor"
+    return numbers("hand", [hand] if motors == 1 and single else hand, motors, meaning)
+
+
+def _pose_of(base: Numbers | tuple[Numbers, Numbers]) -> BaseTarget:
+    parts: Any = list(base) if isinstance(base, Iterable) else base
+    if isinstance(parts, list) and len(parts) == 2:
+        quat_xyzw = numbers("base: quat_xyzw", parts[1], 4, "x, y, z, w")
+        return pose(vector("base: position", parts[0]), quat_xyzw)
+    meaning = "position and quat_xyzw; or palmares.pose(…), or palmares.twist(…) for a velocity"
+    seven = numbers("base", parts, 7, meaning)
+    return pose(seven[:3], seven[3:])
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 40 else f"{text[:39]}…"

@@ -1,12 +1,106 @@
 //! Tables as CSV (RFC 4180), from the same JSON that the other format sends.
+//!
+//! Columns stand in the order in which people read them, always all of them, also when no row has anything there.
+//! Beside every time in ms since 1970 (`…_unix_ms`) stands the same in ISO 8601 (`…_utc`).
 
-use crate::store::LeaderboardRow;
+use crate::store::{LeaderboardRow, utc};
 use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse, Response};
 use serde_json::{Map, Value, json};
 
-/// The leaderboard as flat rows: one column per task.
-pub(super) fn leaderboard_rows(rows: &[LeaderboardRow], tasks: &[String]) -> Value {
+/// Columns of the sessions.
+pub(super) const SESSIONS: [&str; 19] = [
+    "session_id",
+    "team",
+    "mode",
+    "status",
+    "created_utc",
+    "ended_utc",
+    "limit_s",
+    "elapsed_s",
+    "left_s",
+    "clock_wall_s",
+    "clock_simulated_s",
+    "refunded_s",
+    "pauses",
+    "paused_utc",
+    "runs",
+    "client_version",
+    "created_unix_ms",
+    "ended_unix_ms",
+    "paused_unix_ms",
+];
+
+/// Columns of the runs.
+pub(super) const RUNS: [&str; 31] = [
+    "run_id",
+    "team",
+    "task",
+    "k",
+    "hand",
+    "mode",
+    "sensing",
+    "status",
+    "score",
+    "in_goal",
+    "outside",
+    "reason",
+    "note",
+    "started_utc",
+    "ended_utc",
+    "ticks",
+    "sim_time_s",
+    "missed_ticks",
+    "verified_utc",
+    "verify_note",
+    "session_id",
+    "seed",
+    "seed_hex",
+    "state_hash",
+    "replay_sha256",
+    "events",
+    "server_version",
+    "build_hash",
+    "started_unix_ms",
+    "ended_unix_ms",
+    "verified_unix_ms",
+];
+
+/// Columns of the audit.
+pub(super) const AUDIT: [&str; 7] = ["seq", "utc", "actor", "action", "subject", "reason", "unix_ms"];
+
+/// Rows and the order of their columns.
+pub(super) struct Table {
+    columns: Vec<String>,
+    /// A list of objects.
+    pub(super) rows: Value,
+}
+
+impl Table {
+    /// A list of objects with these columns first. Fields that are not among them follow by name.
+    pub(super) fn new(columns: &[&str], mut rows: Value) -> Self {
+        let mut columns: Vec<String> = columns.iter().map(|name| (*name).to_owned()).collect();
+        for row in rows.as_array_mut().into_iter().flatten().filter_map(Value::as_object_mut) {
+            for (name, value) in row.clone() {
+                if let Some(stem) = name.strip_suffix("unix_ms") {
+                    row.insert(format!("{stem}utc"), value.as_i64().map(utc).into());
+                }
+            }
+            for name in row.keys().filter(|name| !columns.contains(name)).cloned().collect::<Vec<_>>() {
+                columns.push(name);
+            }
+        }
+        Table { columns, rows }
+    }
+}
+
+/// The leaderboard as flat rows: three columns per task.
+pub(super) fn leaderboard(rows: &[LeaderboardRow], tasks: &[String]) -> Table {
+    let of_task = |task: &String| [task.clone(), format!("{task}_status"), format!("{task}_run_id")];
+    let names: Vec<String> = tasks.iter().flat_map(of_task).collect();
+    let mut columns = vec!["rank", "team", "total"];
+    columns.extend(names.iter().map(String::as_str));
+    columns.extend(["runs", "sensors_only", "sensors_rank", "reached_utc", "reached_unix_ms"]);
     let flat = |row: &LeaderboardRow| {
         let mut cells = Map::new();
         let mut put = |name: &str, value: Value| cells.insert(name.to_owned(), value);
@@ -15,9 +109,10 @@ pub(super) fn leaderboard_rows(rows: &[LeaderboardRow], tasks: &[String]) -> Val
         put("total", json!(row.total));
         for task in tasks {
             let best = row.tasks.get(task);
-            put(task, json!(best.map(|best| best.score)));
-            put(&format!("{task}_status"), json!(best.map(|best| &best.status)));
-            put(&format!("{task}_run_id"), json!(best.map(|best| &best.run_id)));
+            let [score, status, run_id] = of_task(task);
+            put(&score, json!(best.map(|best| best.score)));
+            put(&status, json!(best.map(|best| &best.status)));
+            put(&run_id, json!(best.map(|best| &best.run_id)));
         }
         put("runs", json!(row.runs));
         put("sensors_only", json!(row.sensors_only));
@@ -25,31 +120,22 @@ pub(super) fn leaderboard_rows(rows: &[LeaderboardRow], tasks: &[String]) -> Val
         put("reached_unix_ms", json!(row.reached_unix_ms));
         Value::Object(cells)
     };
-    rows.iter().map(flat).collect()
+    Table::new(&columns, rows.iter().map(flat).collect())
 }
 
-/// Rows as an answer.
-pub(super) fn response(rows: &Value) -> Response {
-    ([(CONTENT_TYPE, "text/csv; charset=utf-8")], write(rows)).into_response()
+/// A table as an answer.
+pub(super) fn response(table: &Table) -> Response {
+    ([(CONTENT_TYPE, "text/csv; charset=utf-8")], write(table)).into_response()
 }
 
-/// A list of objects as text, one column per field of the rows, in alphabetic order. Lists in a cell stay JSON.
-fn write(rows: &Value) -> String {
+/// As text. Lists in a cell stay JSON.
+fn write(table: &Table) -> String {
     let empty = Vec::new();
-    let rows = rows.as_array().unwrap_or(&empty);
-    // A field that is left out of one row may stand in another.
-    let mut names: Vec<&str> = Vec::new();
-    for row in rows.iter().filter_map(Value::as_object) {
-        for name in row.keys() {
-            if !names.contains(&name.as_str()) {
-                names.push(name);
-            }
-        }
-    }
-    let mut text = names.iter().map(|name| cell(&Value::from(*name))).collect::<Vec<_>>().join(",");
+    let rows = table.rows.as_array().unwrap_or(&empty);
+    let mut text = table.columns.iter().map(|name| cell(&json!(name))).collect::<Vec<_>>().join(",");
     text.push_str("\r\n");
     for row in rows {
-        let cells: Vec<String> = names.iter().map(|name| cell(&row[*name])).collect();
+        let cells: Vec<String> = table.columns.iter().map(|name| cell(&row[name.as_str()])).collect();
         text.push_str(&cells.join(","));
         text.push_str("\r\n");
     }
@@ -79,13 +165,22 @@ mod tests {
             {"team": "a,\"b\"\nc", "total": -1.5, "k": null},
             {"team": "=HYPERLINK(1)", "total": 2, "events": [1, 2]},
         ]);
-        let text = write(&rows);
+        let text = write(&Table::new(&["total", "team"], rows));
         let quoted = "\"a,\"\"b\"\"\nc\"";
         assert!(text.contains(quoted) && text.contains("-1.5"), "{text}");
         assert!(text.contains("'=HYPERLINK(1)") && text.contains("\"[1,2]\""), "{text}");
-        let head = text.split("\r\n").next().expect("a line");
-        let mut names: Vec<&str> = head.split(',').collect();
-        names.sort_unstable();
-        assert_eq!(names, ["events", "k", "team", "total"]);
+        assert!(text.starts_with("total,team,k,events\r\n"), "{text}");
+    }
+
+    #[test]
+    fn times_stand_there_for_people_too_and_columns_also_without_rows() {
+        let rows = json!([{"seq": 1, "unix_ms": 1_795_238_560_323_i64, "ended_unix_ms": null}]);
+        let text = write(&Table::new(&AUDIT, rows));
+        assert_eq!(
+            text,
+            "seq,utc,actor,action,subject,reason,unix_ms,ended_unix_ms,ended_utc\r\n\
+             1,2026-11-21T05:22:40Z,,,,,1795238560323,,\r\n"
+        );
+        assert_eq!(write(&leaderboard(&[], &["balls".into()])).lines().count(), 1);
     }
 }

@@ -4,9 +4,9 @@ use super::Problem;
 use crate::auth::{Identity, Role};
 use crate::hands::largest;
 use crate::protocol::reply::HandInfo;
-use crate::protocol::request::{ClientInfo, shortened};
+use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
-use crate::session::Host;
+use crate::session::{Host, practice_team};
 use axum::Json;
 use axum::body::Bytes;
 use axum::extract::rejection::BytesRejection;
@@ -32,10 +32,7 @@ async fn team(host: &Host, headers: &HeaderMap, whose: Whose) -> Result<Option<S
         Some(Identity { role: Role::Team, team, .. }) => Ok(team),
         _ if host.rules.official() => Ok(None),
         _ => match whose.team {
-            Some(name) => {
-                let full = ClientInfo::Full { name, version: None };
-                Ok(Some(full.checked().map_err(Problem)?.0))
-            }
+            Some(name) => Ok(Some(practice_team(host, &name).await.map_err(Problem)?.0)),
             None => Ok(None),
         },
     }

@@ -2,6 +2,8 @@
 
 use super::Problem;
 use super::rest::store_failed;
+use crate::names::printable;
+use crate::rules::Phase;
 use crate::session::Host;
 use crate::store::LeaderboardRow;
 use axum::extract::State;
@@ -22,15 +24,21 @@ pub(super) async fn leaderboard(
     let rows = host.store.leaderboard(host.rules.official()).await.map_err(|error| store_failed(&error))?;
     let here = headers.get(HOST).and_then(|value| value.to_str().ok()).unwrap_or("127.0.0.1:8080");
     let tasks: Vec<&str> = host.tasks.iter().map(|task| task.name.as_str()).collect();
-    let title = if host.rules.official() { host.rules.name.as_str() } else { "Practice leaderboard" };
-    let page = render(&rows, &tasks, here, title);
+    let phase = host.rules.official().then(|| host.rules.phase());
+    let title = if phase.is_some() { host.rules.name.as_str() } else { "Practice leaderboard" };
+    let page = render(&rows, &tasks, here, title, phase);
     let policy = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; frame-ancestors 'none'";
     Ok(([(CACHE_CONTROL, "no-store"), (CONTENT_SECURITY_POLICY, policy)], Html(page)))
 }
 
-fn render(rows: &[LeaderboardRow], tasks: &[&str], here: &str, title: &str) -> String {
-    let title = escape(title);
-    let body = if rows.is_empty() { empty(here) } else { table(rows, tasks) };
+/// `phase`: of an official competition.
+fn render(rows: &[LeaderboardRow], tasks: &[&str], here: &str, title: &str, phase: Option<Phase>) -> String {
+    let title = name(title);
+    let body = match (rows.is_empty(), phase) {
+        (false, _) => table(rows, tasks),
+        (true, None) => empty(here),
+        (true, Some(phase)) => empty_official(here, phase),
+    };
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
@@ -53,6 +61,23 @@ fn empty(here: &str) -> String {
     )
 }
 
+fn empty_official(here: &str, phase: Phase) -> String {
+    let here = escape(here);
+    let now = match phase {
+        Phase::Closed => "The competition is not open: sessions can begin when the organizer opens it.",
+        Phase::Open => "The competition is open.",
+        Phase::Revealed => "The competition is over.",
+    };
+    format!(
+        "<section class=\"empty\"><h2>No finished run yet</h2><p>{now}</p><p>A team needs its token: the organizer \
+         makes it and gives it to the team. Keep it out of programs and addresses; the Python client reads it from the \
+         environment:</p><pre>export PALMARES_TOKEN=plm_…   # your team's\n\
+         python client-py/examples/balls_softhand.py --url http://{here}</pre><p>A WebSocket of your own to \
+         <code>ws://{here}/v1/control</code>, subprotocol <code>palmares.v1.json</code>, sends it in the header \
+         <code>Authorization: Bearer plm_…</code>.</p></section>"
+    )
+}
+
 fn table(rows: &[LeaderboardRow], tasks: &[&str]) -> String {
     // Tasks of today first, then those that only old runs know.
     let old: BTreeSet<&str> = rows.iter().flat_map(|row| row.tasks.keys().map(String::as_str)).collect();
@@ -63,8 +88,8 @@ fn table(rows: &[LeaderboardRow], tasks: &[&str]) -> String {
          <th scope=\"col\">Team</th><th scope=\"col\" class=\"n\">Total</th>",
     );
     // Writing into a string cannot fail.
-    for name in &columns {
-        let _ = write!(html, "<th scope=\"col\" class=\"n\">{}</th>", escape(name));
+    for task in &columns {
+        let _ = write!(html, "<th scope=\"col\" class=\"n\">{}</th>", escape(task));
     }
     html.push_str(
         "<th scope=\"col\" class=\"n\">Sensors</th><th scope=\"col\" class=\"n\">Runs</th></tr></thead><tbody>",
@@ -72,26 +97,31 @@ fn table(rows: &[LeaderboardRow], tasks: &[&str]) -> String {
     for row in rows {
         let _ = write!(
             html,
-            "\n<tr><td class=\"n\">{}</td><th scope=\"row\">{}</th><td class=\"n total\">{}</td>",
+            "\n<tr><td class=\"n rank\">{}</td><th scope=\"row\">{}</th><td class=\"n total\">{}</td>",
             row.rank,
-            escape(&row.team),
+            name(&row.team),
             points(row.total)
         );
-        for name in &columns {
-            let _ = match row.tasks.get(*name) {
+        for task in &columns {
+            let label = escape(task);
+            let _ = match row.tasks.get(*task) {
                 Some(best) => write!(
                     html,
-                    "<td class=\"n\"><a href=\"/v1/runs/{}\" title=\"{}\">{}{}</a></td>",
+                    "<td class=\"n\" data-label=\"{label}\"><a href=\"/v1/runs/{}\" title=\"{}\">{}{}</a></td>",
                     escape(&best.run_id),
                     escape(&best.status),
                     points(best.score),
                     if best.status == "provisional" { " …" } else { "" }
                 ),
-                None => write!(html, "<td class=\"n none\">–</td>"),
+                None => write!(html, "<td class=\"n none\" data-label=\"{label}\">–</td>"),
             };
         }
         let place = row.sensors_rank.map_or("–".to_owned(), |place| place.to_string());
-        let _ = write!(html, "<td class=\"n\">{place}</td><td class=\"n\">{}</td></tr>", row.runs);
+        let runs = row.runs;
+        let _ = write!(
+            html,
+            "<td class=\"n\" data-label=\"Sensors\">{place}</td><td class=\"n\" data-label=\"Runs\">{runs}</td></tr>"
+        );
     }
     html.push_str("</tbody></table></div>");
     html
@@ -101,6 +131,11 @@ fn table(rows: &[LeaderboardRow], tasks: &[&str]) -> String {
 fn points(score: f64) -> String {
     // Adding zero turns −0 into 0.
     format!("{:.1}", score + 0.0).replace('-', "−")
+}
+
+/// A name as HTML: its direction of writing is its own, and what cannot be seen in it is spelt.
+fn name(text: &str) -> String {
+    format!("<bdi>{}</bdi>", escape(&printable(text)))
 }
 
 /// Text as HTML, in elements and in quoted attributes.
@@ -141,16 +176,16 @@ mod tests {
 
     #[test]
     fn what_a_team_calls_itself_is_text() {
-        let page = render(&[row("<script>alert('x')</script>\"&")], &["balls"], "h", "t");
+        let page = render(&[row("<script>alert('x')</script>\"&")], &["balls"], "h", "t", None);
         assert!(page.contains("&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt;&quot;&amp;"));
         assert!(!page.contains("<script"));
     }
 
     #[test]
     fn every_task_has_a_column_also_when_only_old_runs_know_it() {
-        let page = render(&[row("a")], &["shelf"], "h", "t");
+        let page = render(&[row("a")], &["shelf"], "h", "t", None);
         assert!(page.contains(">shelf</th>") && page.contains(">balls</th>"));
-        assert!(page.contains("class=\"n none\">–<") && page.contains("−0.5"));
+        assert!(page.contains("class=\"n none\" data-label=\"shelf\">–<") && page.contains("−0.5"));
     }
 
     #[test]
@@ -161,14 +196,36 @@ mod tests {
             "shelf".into(),
             TaskBest { status: "provisional".into(), ..early.tasks["balls"].clone() },
         );
-        let page = render(&[early], &["balls", "shelf"], "h", "t");
+        let page = render(&[early], &["balls", "shelf"], "h", "t", None);
         assert!(page.contains("title=\"provisional\">3.5 …<") && page.contains(">7</td>"), "{page}");
     }
 
     #[test]
     fn an_empty_leaderboard_tells_how_to_fill_it() {
-        let page = render(&[], &["balls"], "host:1\"><script>", "<i>");
+        let page = render(&[], &["balls"], "host:1\"><script>", "<i>", None);
         assert!(page.contains("ws://host:1&quot;&gt;&lt;script&gt;/v1/control"));
-        assert!(page.contains("<p>&lt;i&gt;</p>"));
+        assert!(page.contains("<p><bdi>&lt;i&gt;</bdi></p>"));
+        assert!(!page.contains("PALMARES_TOKEN"));
+    }
+
+    #[test]
+    fn an_empty_official_one_says_that_a_token_is_needed_and_whether_it_is_open() {
+        let said = [(Phase::Closed, "is not open"), (Phase::Open, "is open."), (Phase::Revealed, "is over")];
+        for (phase, words) in said {
+            let page = render(&[], &["balls"], "host:1", "Cup", Some(phase));
+            for part in [words, "PALMARES_TOKEN=", "Authorization: Bearer"] {
+                assert!(page.contains(part), "{part}: {page}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_name_keeps_its_direction_to_itself_and_hides_nothing() {
+        let page = render(&[row("\u{202e}sbarc"), row("\u{200b}")], &["balls"], "h", "t", None);
+        assert!(
+            page.contains("<bdi>\\u{202E}sbarc</bdi>") && page.contains("<bdi>\\u{200B}</bdi>"),
+            "{page}"
+        );
+        assert!(!page.contains('\u{202e}'));
     }
 }

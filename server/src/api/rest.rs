@@ -116,7 +116,7 @@ pub(super) async fn leaderboard(State(host): State<Arc<Host>>) -> Result<impl In
 /// The ranking as a table.
 pub(super) async fn leaderboard_csv(State(host): State<Arc<Host>>) -> Result<Response, Problem> {
     let rows = host.store.leaderboard(host.rules.official()).await.map_err(|error| store_failed(&error))?;
-    Ok(csv::response(&csv::leaderboard_rows(&rows, &host.task_names())))
+    Ok(csv::response(&csv::leaderboard(&rows, &host.task_names())))
 }
 
 /// Anything else.

@@ -53,10 +53,38 @@ pub(super) async fn run(
     }
 }
 
+/// A session, its clock as it stands now.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "Session")]
+pub(super) struct SessionNow {
+    #[serde(flatten)]
+    row: SessionRow,
+    /// What the clock counts: the greater of its two times, s.
+    elapsed_s: f64,
+    /// Time left, s; null without a limit.
+    left_s: Option<f64>,
+}
+
+impl SessionNow {
+    /// While somebody holds a session, or waits for its client, its clock is ahead of the database: while a run is
+    /// open there stands from where a crash would go on.
+    pub(super) fn of(mut row: SessionRow, host: &Host) -> Self {
+        if let Some(clock) = host.registry.clock(&row.session_id) {
+            let spent = clock.spent(host.now());
+            (row.clock_wall_s, row.clock_simulated_s) = (spent.wall_s, spent.simulated_s);
+            row.refunded_s = clock.refunded_s();
+        }
+        let most_s = row.limit_s.unwrap_or(f64::INFINITY);
+        let elapsed_s = row.clock_wall_s.max(row.clock_simulated_s).min(most_s);
+        let left_s = row.limit_s.map(|limit_s| limit_s - elapsed_s);
+        SessionNow { row, elapsed_s, left_s }
+    }
+}
+
 /// The newest first.
 #[derive(Serialize, JsonSchema)]
 pub(super) struct Sessions {
-    sessions: Vec<SessionRow>,
+    sessions: Vec<SessionNow>,
 }
 
 /// The sessions: all of them for organizers, its own for a team.
@@ -71,5 +99,6 @@ pub(super) async fn sessions(
         _ => return Err(Problem(forbidden("an organizer's or a team's token"))),
     };
     let sessions = host.store.sessions(team).await.map_err(|error| store_failed(&error))?;
+    let sessions = sessions.into_iter().map(|row| SessionNow::of(row, &host)).collect();
     Ok(Json(Sessions { sessions }))
 }

@@ -7,6 +7,7 @@ mod list;
 mod replay;
 mod schema;
 mod serve;
+mod table;
 mod verify;
 
 use crate::config::ServeOptions;
@@ -68,7 +69,8 @@ enum Command {
     /// Run an official competition: teams, tokens, sessions, verdicts, exports, backups
     ///
     /// Sends commands to a running server as an organizer. The first organizer's token lies in the server's data
-    /// directory, in organizer.token. Answers are JSON. The guide: docs/organizers.md.
+    /// directory, in organizer.token. Lists are tables, and JSON with --json; other answers are JSON. The guide:
+    /// docs/organizers.md.
     #[command(after_help = ADMIN_HELP)]
     Admin(admin::AdminOptions),
     /// List the hands that come with the program

@@ -1,7 +1,9 @@
 //! `palmares replay`: what is in a replay, without simulating it.
 
 use super::verify::load;
+use crate::names::printable;
 use crate::replay::{self, Replay, Trajectory, word};
+use crate::store::utc;
 use clap::Args;
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
@@ -44,7 +46,8 @@ fn summary(replay: &Replay) -> std::io::Result<()> {
     let mut out = BufWriter::new(std::io::stdout().lock());
     let mut line = |name: &str, value: String| writeln!(out, "{name:<10} {value}");
     line("run", format!("{} ({}, {})", header.run_id, word(&header.kind), word(&header.pacing)))?;
-    line("team", header.team.clone())?;
+    line("team", printable(&header.team).into_owned())?;
+    line("started", utc(i64::try_from(header.started_unix_ms).unwrap_or(i64::MAX)))?;
     line("task", format!("{} {}", header.task, header.task_hash))?;
     let attached = if header.hand_attached { ", attached" } else { "" };
     line("hand", format!("{} {}{attached}", header.hand, header.hand_hash))?;

@@ -3,6 +3,7 @@
 use crate::api;
 use crate::auth::{self, Role};
 use crate::config::{Config, Mode, ServeOptions};
+use crate::names;
 use crate::replay;
 use crate::rules::{Phase, Rules, write_secret};
 use crate::session::{self, Host, STACK, Session};
@@ -187,6 +188,7 @@ fn hands(config: &Config) -> anyhow::Result<Vec<Arc<Hand>>> {
         for warning in &warnings {
             tracing::warn!("{warning}");
         }
+        names::hand(&hand.name).map_err(|error| anyhow!("{}: name in hand.toml: {error}", path.display()))?;
         if hands.iter().any(|known| known.name == hand.name) {
             bail!(
                 "{}: there is a hand named `{}` already; give this one a name of its own in hand.toml: \

@@ -68,6 +68,9 @@ pub(crate) struct Welcome {
     pub(crate) specs: Specs,
     /// The run that goes on, when a session is taken up again; else null.
     pub(crate) run: Option<RunInfo>,
+    /// For people: what is odd about the team's name. Absent when nothing is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) note: Option<String>,
 }
 
 /// The competition.

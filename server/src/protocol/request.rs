@@ -3,6 +3,7 @@
 use super::action::parse_action;
 use super::fast;
 use super::{Code, MAX_SAFE_INTEGER, Refusal};
+use crate::names::printable;
 use palmares_tasks::{Action, Sensing};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
@@ -69,7 +70,7 @@ pub(crate) enum ClientInfo {
     /// In full.
     #[serde(rename_all = "snake_case")]
     Full {
-        /// 1 to 64 characters.
+        /// 1 to 64 characters that can be seen: see the section Names of the protocol.
         name: String,
         /// Version of the client program.
         #[serde(default)]
@@ -78,9 +79,9 @@ pub(crate) enum ClientInfo {
 }
 
 impl ClientInfo {
-    /// Name and version, checked.
-    pub(crate) fn checked(&self) -> Result<(String, Option<String>), Refusal> {
-        let (name, version) = match self {
+    /// Name and version as they were sent. What a name may consist of: [`crate::names`].
+    pub(crate) fn parts(&self) -> (&str, Option<&str>) {
+        match self {
             // A slash may also stand in a name; a version begins with a digit.
             ClientInfo::Short(text) => match text.rsplit_once('/') {
                 Some((name, version)) if version.starts_with(|c: char| c.is_ascii_digit()) => {
@@ -89,17 +90,7 @@ impl ClientInfo {
                 _ => (text.as_str(), None),
             },
             ClientInfo::Full { name, version } => (name.as_str(), version.as_deref()),
-        };
-        let valid = |text: &str| text.chars().count() <= 64 && !text.chars().any(char::is_control);
-        let name = name.trim();
-        if name.is_empty() || !valid(name) || !version.is_none_or(valid) {
-            return Err(Refusal::new(
-                Code::BadRequest,
-                "client: the name must have 1 to 64 characters, the version at most 64, none of them a control \
-                 character",
-            ));
         }
-        Ok((name.to_owned(), version.map(str::to_owned)))
     }
 }
 
@@ -372,12 +363,12 @@ pub(super) fn kind_of(value: &Value) -> &'static str {
     }
 }
 
-/// The client's own words, short enough to be quoted.
+/// The client's own words, short enough to be quoted, and nothing in them that cannot be seen.
 pub(crate) fn shortened(text: &str) -> String {
     const LONGEST: usize = 64;
     match text.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{}…", &text[..end]),
-        None => text.to_owned(),
+        Some((end, _)) => format!("{}…", printable(&text[..end])),
+        None => printable(text).into_owned(),
     }
 }
 

@@ -44,6 +44,8 @@ pub(crate) struct Session {
     /// Void runs whose time the clock has back, and whose rows do not say so yet.
     pub(super) paid: Vec<String>,
     saved: Instant,
+    /// What the team is told about its name, once.
+    note: Option<String>,
 }
 
 /// Where the open run is played.
@@ -105,7 +107,8 @@ impl Session {
             tracing::info!(session = session.session_id, "session taken up again by its team's token");
             return Ok(session);
         }
-        let Entry { team, client_version, limit_s, mode, most } = official::entry(host, hello, identity)?;
+        let Entry { team, client_version, limit_s, mode, most, note } =
+            official::entry(host, hello, identity).await?;
         let session_id = format!("ses_{}", random_hex(8)?);
         let resume_token = random_hex(16)?;
         let token_hash = hash_of(&resume_token);
@@ -138,6 +141,7 @@ impl Session {
             orders,
             paid: Vec::new(),
             saved: Instant::now(),
+            note,
         });
         tracing::info!(session = session.session_id, team = session.team, "session opened");
         Ok(session)
@@ -165,6 +169,9 @@ impl Session {
         let state = ClockState::of(&clock);
         let Some(orders) = host.registry.insert_once(&token_hash, &session_id) else { return };
         tracing::info!(session = session_id, team, left_s = ?limit_s.map(|s| s - state.spent.counts_s()), "session restored");
+        let machine = Machine::restored(limit_s, &state, paused, host.now())
+            .with_reset_cost(host.rules.reset_cost_s);
+        host.registry.show(&session_id, machine.clock());
         registry::park(Box::new(Session {
             host: host.clone(),
             session_id,
@@ -173,8 +180,7 @@ impl Session {
             token_hash,
             team,
             official: true,
-            machine: Machine::restored(limit_s, &state, paused, host.now())
-                .with_reset_cost(host.rules.reset_cost_s),
+            machine,
             stage: Stage::Empty,
             stream: None,
             recording: None,
@@ -182,6 +188,7 @@ impl Session {
             orders,
             paid: Vec::new(),
             saved: Instant::now(),
+            note: None,
         }));
     }
 
@@ -252,6 +259,7 @@ impl Session {
             hands,
             specs: Specs::new(),
             run: self.machine.run_info(),
+            note: self.note.take(),
         }))
     }
 
@@ -291,8 +299,10 @@ impl Session {
         None
     }
 
-    /// Saves the clock, so that the session outlives the server; `now` or when it is time again.
+    /// Shows the clock to organizers, and saves it, so that the session outlives the server; `now` or when it is time
+    /// again.
     pub(super) async fn save(&mut self, now: bool) {
+        self.host.registry.show(&self.session_id, self.machine.clock());
         let due = self.official && (now || self.saved.elapsed() >= SAVE_INTERVAL);
         if !due && self.paid.is_empty() {
             return;

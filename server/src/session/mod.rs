@@ -28,6 +28,7 @@ mod world;
 pub(crate) use background::{Background, Level, STACK};
 pub(crate) use driver::Session;
 pub(crate) use host::{Host, MESSAGE_BYTES, Settings};
+pub(crate) use official::practice_team;
 pub(crate) use orders::{Order, Ordered};
 pub(crate) use refunds::{give_back, give_back_all};
 pub(crate) use registry::news;

@@ -5,6 +5,7 @@ use super::Host;
 use super::driver::{Session, hash_of, random_hex, store_failed};
 use super::host::LONGEST_SESSION_S;
 use crate::auth::Identity;
+use crate::names::{self, printable};
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Hello, Refusal};
 use crate::rules::Phase;
@@ -20,6 +21,8 @@ pub(super) struct Entry {
     pub(super) mode: &'static str,
     /// How many sessions the team may have had, this one included.
     pub(super) most: Option<u32>,
+    /// What the team is told about its name.
+    pub(super) note: Option<String>,
 }
 
 /// Where a run's scene comes from.
@@ -37,9 +40,31 @@ fn random_seed() -> Result<u64, Refusal> {
     Ok(u64::from_str_radix(&hex, 16).unwrap_or_default())
 }
 
+/// The team of somebody without a token, by the name it gives itself; and what it is told about it. A name that has been
+/// here before stays as it is.
+pub(crate) async fn practice_team(host: &Host, name: &str) -> Result<(String, Option<String>), Refusal> {
+    let failed = |error| store_failed("the session", &error);
+    let name = name.trim();
+    if host.store.knows_team(name).await.map_err(failed)? {
+        return Ok((name.to_owned(), None));
+    }
+    let name = names::team(name).map_err(|error| error.of("the team's name"))?;
+    let others = host.store.practice_teams().await.map_err(failed)?;
+    let others = others.iter().map(String::as_str).filter(|other| *other != name);
+    let note = names::like(&name, others).map(|other| {
+        format!(
+            "`{name}` looks like the team `{}`, which was here before; spectators may mistake them",
+            printable(other)
+        )
+    });
+    Ok((name, note))
+}
+
 /// Whether this client may begin a session, and which.
-pub(super) fn entry(host: &Host, hello: &Hello, identity: Option<&Identity>) -> Result<Entry, Refusal> {
-    let (name, client_version) = hello.client.checked()?;
+pub(super) async fn entry(host: &Host, hello: &Hello, identity: Option<&Identity>) -> Result<Entry, Refusal> {
+    let (name, version) = hello.client.parts();
+    let client_version =
+        version.map(names::label).transpose().map_err(|error| error.of("client: the version"))?;
     let team = identity.and_then(|identity| identity.team.clone());
     let bad = |message: String| Refusal::new(Code::BadRequest, message);
     if !host.rules.official() {
@@ -48,8 +73,18 @@ pub(super) fn entry(host: &Host, hello: &Hello, identity: Option<&Identity>) -> 
         {
             return Err(bad(format!("session_s: expected more than 0 and at most {LONGEST_SESSION_S} s")));
         }
-        let team = team.unwrap_or(name);
-        return Ok(Entry { team, client_version, limit_s: hello.session_s, mode: "practice", most: None });
+        let (team, note) = match team {
+            Some(team) => (team, None),
+            None => practice_team(host, name).await?,
+        };
+        return Ok(Entry {
+            team,
+            client_version,
+            limit_s: hello.session_s,
+            mode: "practice",
+            most: None,
+            note,
+        });
     }
     // The handshake has seen to it; whoever has no team has no session.
     let team = team.ok_or_else(|| Refusal::new(Code::NotAuthorized, "this needs a team's token"))?;
@@ -67,7 +102,7 @@ pub(super) fn entry(host: &Host, hello: &Hello, identity: Option<&Identity>) -> 
         Phase::Revealed => return Err(Refusal::new(Code::WrongState, "the competition is over")),
     }
     let (limit_s, most) = (host.rules.session_s, Some(host.rules.sessions_per_team));
-    Ok(Entry { team, client_version, limit_s, mode: "official", most })
+    Ok(Entry { team, client_version, limit_s, mode: "official", most, note: None })
 }
 
 /// A session is taken up by its own team only. To others it does not exist.

@@ -1,6 +1,7 @@
 //! Where sessions wait for clients that lost their connection.
 
 use super::Session;
+use super::clock::SessionClock;
 use super::live::Live;
 use super::orders::{Order, Ordered};
 use crate::protocol::request::shortened;
@@ -32,6 +33,8 @@ const ORDERS: usize = 8;
 pub(crate) struct Registry {
     slots: Mutex<HashMap<String, Slot>>,
     orders: Mutex<HashMap<String, mpsc::Sender<Ordered>>>,
+    /// Clocks by session id, as they stood when something last happened; they run on by themselves.
+    clocks: Mutex<HashMap<String, SessionClock>>,
 }
 
 impl Registry {
@@ -42,6 +45,10 @@ impl Registry {
 
     fn ways(&self) -> MutexGuard<'_, HashMap<String, mpsc::Sender<Ordered>>> {
         self.orders.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn clocks(&self) -> MutexGuard<'_, HashMap<String, SessionClock>> {
+        self.clocks.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Sessions now.
@@ -72,6 +79,21 @@ impl Registry {
     pub(super) fn remove(&self, token_hash: &str, session_id: &str) {
         self.slots().remove(token_hash);
         self.ways().remove(session_id);
+        self.clocks().remove(session_id);
+    }
+
+    /// Lets organizers see a session's clock.
+    pub(super) fn show(&self, session_id: &str, clock: &SessionClock) {
+        let mut clocks = self.clocks();
+        match clocks.get_mut(session_id) {
+            Some(shown) => shown.clone_from(clock),
+            None => drop(clocks.insert(session_id.to_owned(), clock.clone())),
+        }
+    }
+
+    /// The clock of a session that somebody holds.
+    pub(crate) fn clock(&self, session_id: &str) -> Option<SessionClock> {
+        self.clocks().get(session_id).cloned()
     }
 
     /// Asks something of a session and waits until it is done.

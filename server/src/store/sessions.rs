@@ -55,7 +55,7 @@ pub(crate) struct SessionRow {
     pub(crate) client_version: Option<String>,
     /// Its length, s.
     pub(crate) limit_s: Option<f64>,
-    /// Its clock when it was saved last, s.
+    /// Its clock: wall-clock time without pauses, s.
     pub(crate) clock_wall_s: f64,
     /// The same, simulated time, s.
     pub(crate) clock_simulated_s: f64,
@@ -63,6 +63,8 @@ pub(crate) struct SessionRow {
     pub(crate) refunded_s: f64,
     /// Since when an organizer holds it, ms since 1970 UTC.
     pub(crate) paused_unix_ms: Option<i64>,
+    /// How often an organizer has held it.
+    pub(crate) pauses: i64,
     /// When it began.
     pub(crate) created_unix_ms: i64,
     /// When it ended.
@@ -82,6 +84,7 @@ from_row!(SessionRow {
     clock_simulated_s: "clock_simulated_s",
     refunded_s: "refunded_s",
     paused_unix_ms: "paused_at",
+    pauses: "pauses",
     created_unix_ms: "created_at",
     ended_unix_ms: "ended_at",
     runs: "runs"
@@ -89,6 +92,7 @@ from_row!(SessionRow {
 
 const SESSION_ROW: &str = "SELECT session_id, team, mode, status, client_version, limit_s, clock_wall_s, \
      clock_simulated_s, refunded_s, paused_at, created_at, ended_at, \
+     (SELECT COUNT(*) FROM audit WHERE action = 'session.pause' AND subject = sessions.session_id) AS pauses, \
      (SELECT COUNT(*) FROM runs WHERE runs.session_id = sessions.session_id) AS runs FROM sessions ";
 
 impl Store {

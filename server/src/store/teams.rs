@@ -1,6 +1,7 @@
 //! Teams of an official competition.
 
 use super::{Deed, Store, StoreError, unix_ms};
+use crate::names;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -25,21 +26,41 @@ from_row!(TeamRow {
 });
 
 impl Store {
-    /// Adds a team; false when there is one of that name.
-    pub(crate) async fn add_team(&self, team: &str, deed: &Deed<'_>) -> Result<bool, StoreError> {
+    /// Adds a team, unless there is one that is called so, or so that people take one for the other: then its name is
+    /// returned, and nothing is recorded.
+    pub(crate) async fn add_team(&self, team: &str, deed: &Deed<'_>) -> Result<Option<String>, StoreError> {
+        // One record at a time: nobody else adds a team meanwhile.
         let mut recorded = self.recorded(deed).await?;
-        let added =
-            sqlx::query("INSERT INTO teams (team, created_at) VALUES ($1, $2) ON CONFLICT (team) DO NOTHING")
-                .bind(team)
-                .bind(unix_ms())
-                .execute(&mut *recorded.transaction)
-                .await?
-                .rows_affected();
-        // Without a team nothing happened, and nothing is recorded.
-        if added == 1 {
-            recorded.commit().await?;
+        let had: Vec<(String,)> = sqlx::query_as("SELECT team FROM teams ORDER BY team")
+            .fetch_all(&mut *recorded.transaction)
+            .await?;
+        let had: Vec<&str> = had.iter().map(|(team,)| team.as_str()).collect();
+        let same = had.iter().copied().find(|had| *had == team);
+        if let Some(other) = same.or_else(|| names::like(team, had)) {
+            return Ok(Some(other.to_owned()));
         }
-        Ok(added == 1)
+        sqlx::query("INSERT INTO teams (team, created_at) VALUES ($1, $2)")
+            .bind(team)
+            .bind(unix_ms())
+            .execute(&mut *recorded.transaction)
+            .await?;
+        recorded.commit().await?;
+        Ok(None)
+    }
+
+    /// Whether a team of exactly this name has played here or sent in a hand.
+    pub(crate) async fn knows_team(&self, team: &str) -> Result<bool, StoreError> {
+        let query = sqlx::query(
+            "SELECT team FROM sessions WHERE team = $1 UNION SELECT team FROM hands WHERE team = $1",
+        );
+        Ok(query.bind(team.to_owned()).fetch_optional(&self.pool).await?.is_some())
+    }
+
+    /// The names of all that have played here.
+    pub(crate) async fn practice_teams(&self) -> Result<Vec<String>, StoreError> {
+        let query = sqlx::query_as("SELECT DISTINCT team FROM sessions ORDER BY team");
+        let rows: Vec<(String,)> = query.fetch_all(&self.pool).await?;
+        Ok(rows.into_iter().map(|(team,)| team).collect())
     }
 
     /// All teams by name.

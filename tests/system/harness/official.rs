@@ -7,7 +7,7 @@ use super::server::{Server, program};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 use tempfile::TempDir;
 use tokio_tungstenite::connect_async;
@@ -113,7 +113,7 @@ impl Official {
     pub(crate) fn admin(&self, arguments: &[&str]) -> Output {
         let mut command = Command::new(program());
         command.args(["admin", "--url", &format!("http://{}", self.server.address())]).args(arguments);
-        command.env_remove("DATABASE_URL").env("PALMARES_TOKEN", &self.organizer);
+        command.env_remove("DATABASE_URL").env("PALMARES_TOKEN", &self.organizer).stdin(Stdio::null());
         command.output().expect("palmares runs")
     }
 

@@ -2,7 +2,8 @@
 
 use super::{not_found, store_failed};
 use crate::api::Problem;
-use crate::api::csv;
+use crate::api::csv::{self, Table};
+use crate::api::runs::SessionNow;
 use crate::auth::Identity;
 use crate::backup;
 use crate::protocol::{Code, Refusal};
@@ -67,19 +68,29 @@ pub(super) async fn export(
         tracing::error!(%error, "export");
         Problem(Refusal::new(Code::Internal, "the table cannot be written"))
     };
-    let rows = match what.as_str() {
+    let table = match what.as_str() {
         "leaderboard" => {
             let rows = host.store.leaderboard(host.rules.official()).await.map_err(failed)?;
-            csv::leaderboard_rows(&rows, &host.task_names())
+            csv::leaderboard(&rows, &host.task_names())
         }
-        "sessions" => serde_json::to_value(host.store.sessions(None).await.map_err(failed)?).map_err(bad)?,
-        "runs" => serde_json::to_value(host.store.runs().await.map_err(failed)?).map_err(bad)?,
-        "audit" => serde_json::to_value(host.store.audit(0, u32::MAX).await.map_err(failed)?).map_err(bad)?,
+        "sessions" => {
+            let rows = host.store.sessions(None).await.map_err(failed)?.into_iter();
+            let rows: Vec<SessionNow> = rows.map(|row| SessionNow::of(row, &host)).collect();
+            Table::new(&csv::SESSIONS, serde_json::to_value(rows).map_err(bad)?)
+        }
+        "runs" => {
+            let rows = host.store.runs().await.map_err(failed)?;
+            Table::new(&csv::RUNS, serde_json::to_value(rows).map_err(bad)?)
+        }
+        "audit" => {
+            let rows = host.store.audit(0, u32::MAX).await.map_err(failed)?;
+            Table::new(&csv::AUDIT, serde_json::to_value(rows).map_err(bad)?)
+        }
         _ => return Err(not_found("there are leaderboard, sessions, runs, audit".into())),
     };
     match format.format.as_deref() {
-        None | Some("json") => Ok(Json(rows).into_response()),
-        Some("csv") => Ok(csv::response(&rows)),
+        None | Some("json") => Ok(Json(table.rows).into_response()),
+        Some("csv") => Ok(csv::response(&table)),
         Some(_) => Err(Problem(Refusal::new(Code::BadRequest, "format: expected json or csv"))),
     }
 }

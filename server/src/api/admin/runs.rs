@@ -2,10 +2,11 @@
 
 use super::{Asked, deed, needs_reason, no_verb, not_found, store_failed};
 use crate::api::Problem;
+use crate::api::runs::SessionNow;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use crate::session::{Host, Order, Session, give_back};
-use crate::store::{RunRecord, SessionRow};
+use crate::store::RunRecord;
 use axum::Json;
 use axum::extract::{Path, State};
 use schemars::JsonSchema;
@@ -28,7 +29,7 @@ pub(in crate::api) struct Body {
 #[schemars(rename = "DecidedRun")]
 pub(in crate::api) struct Answer {
     run: RunRecord,
-    session: Option<SessionRow>,
+    session: Option<SessionNow>,
 }
 
 /// `void`, `reverify`.
@@ -81,7 +82,7 @@ pub(super) async fn act(
         _ => return Err(no_verb(&verb, "void, reverify")),
     }
     let session = host.store.session(run.session_id.as_deref().unwrap_or_default()).await;
-    let session = session.map_err(|error| store_failed(&error))?;
+    let session = session.map_err(|error| store_failed(&error))?.map(|row| SessionNow::of(row, &host));
     let run = host.store.run(run_id).await.map_err(|error| store_failed(&error))?;
     Ok(Json(Answer { run: run.ok_or_else(none)?, session }))
 }

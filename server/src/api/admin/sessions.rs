@@ -2,11 +2,11 @@
 
 use super::{Asked, deed, needs_reason, no_verb, not_found, store_failed};
 use crate::api::Problem;
+use crate::api::runs::SessionNow;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use crate::rules::Phase;
 use crate::session::{Host, Order, Session};
-use crate::store::SessionRow;
 use axum::Json;
 use axum::extract::{Path, State};
 use schemars::JsonSchema;
@@ -31,7 +31,7 @@ pub(in crate::api) struct Body {
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "DecidedSession")]
 pub(in crate::api) struct Answer {
-    session: SessionRow,
+    session: SessionNow,
 }
 
 /// Most time that is given at once, s.
@@ -100,5 +100,6 @@ pub(super) async fn act(
         Err(refusal) => return Err(Problem(refusal)),
     }
     let session = host.store.session(session_id).await.map_err(|error| store_failed(&error))?;
-    Ok(Json(Answer { session: session.ok_or_else(none)? }))
+    let session = SessionNow::of(session.ok_or_else(none)?, &host);
+    Ok(Json(Answer { session }))
 }

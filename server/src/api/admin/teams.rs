@@ -3,7 +3,8 @@
 use super::{Asked, deed, not_found, store_failed};
 use crate::api::Problem;
 use crate::auth::{self, IssueError, Role};
-use crate::protocol::request::{ClientInfo, shortened};
+use crate::names::{self, printable};
+use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use crate::session::Host;
 use crate::store::{TeamRow, TokenRow};
@@ -106,14 +107,14 @@ pub(super) async fn add(
     State(host): State<Arc<Host>>,
     asked: Asked<TeamBody>,
 ) -> Result<Json<Issued>, Problem> {
-    let full = ClientInfo::Full { name: asked.body.team.clone(), version: None };
-    let (team, _) = full.checked().map_err(|_| {
-        let message = "team: expected 1 to 64 characters, none of them a control character";
-        Problem(Refusal::new(Code::BadRequest, message))
-    })?;
+    let team = names::team(&asked.body.team).map_err(|error| Problem(error.of("team")))?;
     let add = deed(&asked.identity, "team.add", &team, &asked.body.reason);
-    if !host.store.add_team(&team, &add).await.map_err(|error| store_failed(&error))? {
-        let message = format!("there is a team `{team}` already; rotate gives it a new token");
+    if let Some(other) = host.store.add_team(&team, &add).await.map_err(|error| store_failed(&error))? {
+        let message = if other == team {
+            format!("there is a team `{team}` already; rotate gives it a new token")
+        } else {
+            format!("`{team}` looks like the team `{}` (UTS 39); choose another name", printable(&other))
+        };
         return Err(Problem(Refusal::new(Code::WrongState, message)));
     }
     new_token(&host, &asked.identity, "token.issue", &team, &asked.body.reason).await
@@ -182,8 +183,9 @@ pub(super) async fn add_token(
             return Err(Problem(Refusal::new(Code::BadRequest, message)));
         }
     };
+    let label = names::label(label).map_err(|error| Problem(error.of("label")))?;
     let deed = deed(&asked.identity, "token.issue", role.word(), reason);
-    let issued = auth::issue(&host.store, role, None, label, false, &deed).await;
+    let issued = auth::issue(&host.store, role, None, &label, false, &deed).await;
     let (token, _) = issued.map_err(|error| issue_failed(&error))?;
     let (role, text) = (Some(role.word()), token.reveal());
     Ok(Json(Issued { team: None, role, token_id: token.id, token: text }))

@@ -1,5 +1,6 @@
 //! A server's REST addresses, as an organizer.
 
+use crate::names::printable;
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 use serde_json::Value;
@@ -116,7 +117,7 @@ fn checked(mut answer: Answer) -> anyhow::Result<Answer> {
     match serde_json::from_str::<Value>(&text) {
         Ok(Value::Object(problem)) if problem.contains_key("detail") => {
             let word = |name: &str| problem.get(name).and_then(Value::as_str).unwrap_or_default().to_owned();
-            bail!("{}: {}", word("code"), word("detail"))
+            bail!("{}: {}", word("code"), printable(&word("detail")))
         }
         _ => bail!("{status}: {}", text.trim()),
     }

@@ -1,14 +1,18 @@
 //! `palmares admin`: an organizer's commands, sent to a running server.
 
 mod client;
+mod lists;
 mod restore;
 
+use super::table;
 use client::{Access, Client};
+use lists::List;
 
+use crate::names::printable;
 use anyhow::{Context, bail};
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Value, json};
-use std::io::Write;
+use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 
 /// Options of `palmares admin`.
@@ -16,6 +20,9 @@ use std::path::PathBuf;
 pub(crate) struct AdminOptions {
     #[command(flatten)]
     access: Access,
+    /// Print lists as JSON, as the server sends them, for programs
+    #[arg(long, global = true)]
+    json: bool,
     #[command(subcommand)]
     command: AdminCommand,
 }
@@ -28,8 +35,14 @@ enum AdminCommand {
     Open(Reason),
     /// Let no further session begin; those that are open go on
     Close(Reason),
-    /// End the competition for good and publish the secret behind the seeds
-    Reveal(Reason),
+    /// End the competition for good and publish the secret behind the seeds. Asks first
+    Reveal {
+        /// Do not ask
+        #[arg(long)]
+        yes: bool,
+        #[command(flatten)]
+        reason: Reason,
+    },
     /// Teams and their tokens
     #[command(subcommand)]
     Team(Team),
@@ -224,6 +237,17 @@ enum Ask {
 }
 
 impl AdminCommand {
+    /// Which list it prints, if one.
+    fn list(&self) -> Option<List> {
+        match self {
+            AdminCommand::Team(Team::List) => Some(List::Teams),
+            AdminCommand::Token(Token::List) => Some(List::Tokens),
+            AdminCommand::Session(Session::List) => Some(List::Sessions),
+            AdminCommand::Audit => Some(List::Audit),
+            _ => None,
+        }
+    }
+
     fn ask(&self) -> Ask {
         use Ask::{All, Fetch, Get, Post};
         let get = |path: &str| Get(path.to_owned());
@@ -232,7 +256,7 @@ impl AdminCommand {
             AdminCommand::Status => get("/v1/competition"),
             AdminCommand::Open(reason) => Post("/v1/admin/competition/open", why(reason)),
             AdminCommand::Close(reason) => Post("/v1/admin/competition/close", why(reason)),
-            AdminCommand::Reveal(reason) => Post("/v1/admin/competition/reveal", why(reason)),
+            AdminCommand::Reveal { reason, .. } => Post("/v1/admin/competition/reveal", why(reason)),
             AdminCommand::Team(Team::Add(name)) => Post("/v1/admin/team/add", by_name(name)),
             AdminCommand::Team(Team::List) => get("/v1/admin/teams"),
             AdminCommand::Team(Team::Rotate(name)) => Post("/v1/admin/team/rotate", by_name(name)),
@@ -285,6 +309,9 @@ pub(super) fn admin(options: &AdminOptions) -> anyhow::Result<()> {
         return restore::restore(options);
     }
     let client = Client::new(&options.access)?;
+    if let AdminCommand::Reveal { yes: false, .. } = &options.command {
+        confirm_reveal(&client)?;
+    }
     let answer = match options.command.ask() {
         Ask::Get(path) => client.get(&path)?,
         Ask::All(path, name) => json!({name: client.get(path)?}),
@@ -296,8 +323,34 @@ pub(super) fn admin(options: &AdminOptions) -> anyhow::Result<()> {
         }
         Ask::Fetch(path, Some(file)) => return fetch_into(&client, &path, &file, &options.command),
     };
-    let text = serde_json::to_string_pretty(&answer)?;
-    writeln!(std::io::stdout().lock(), "{text}").context("cannot write to stdout")
+    let text = match options.command.list() {
+        Some(list) if !options.json => list.table(&answer),
+        _ => table::json(&answer) + "\n",
+    };
+    write!(std::io::stdout().lock(), "{text}").context("cannot write to stdout")
+}
+
+/// Lets somebody at a terminal type the competition's name: what is published cannot be taken back.
+fn confirm_reveal(client: &Client) -> anyhow::Result<()> {
+    let competition = client.get("/v1/competition")?;
+    let name = competition["name"].as_str().unwrap_or_default();
+    let shown = printable(name);
+    if !std::io::stdin().is_terminal() {
+        bail!(
+            "this ends `{shown}` for good and publishes the secret behind its seeds; there is no terminal to ask at: \
+             repeat it with --yes"
+        );
+    }
+    eprint!(
+        "This ends `{shown}` for good and publishes the secret behind its seeds: it cannot be opened again.\n\
+         Type the competition's name to go on: "
+    );
+    let mut typed = String::new();
+    std::io::stdin().read_line(&mut typed).context("cannot read the answer")?;
+    if typed.trim() != name.trim() {
+        bail!("`{}` is not its name; nothing was changed", printable(typed.trim()));
+    }
+    Ok(())
 }
 
 /// Fetches into a new file that only its owner may read. What came in part is taken away again.

@@ -1,5 +1,6 @@
 //! A hand as text: tree, coordinates with R and E, motors and tendons.
 
+pub(super) use crate::cli::table::table;
 use palmares_models::describe::HandDescription;
 use palmares_models::hand::{Hand, HingeKind};
 use palmares_models::shape::Shape;
@@ -150,23 +151,6 @@ fn actuation(about: &HandDescription) -> String {
     out
 }
 
-/// Columns as wide as they need be; names to the left, numbers to the right.
-pub(super) fn table(rows: &[Vec<String>]) -> String {
-    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let width = |k: usize| rows.iter().filter_map(|r| r.get(k)).map(|c| c.chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    let mut out = String::new();
-    for row in rows {
-        let mut line = String::from(" ");
-        for (k, cell) in row.iter().enumerate() {
-            let space = " ".repeat(widths[k] - cell.chars().count());
-            line += &if k == 0 { format!(" {cell}{space}") } else { format!("  {space}{cell}") };
-        }
-        let _ = writeln!(out, "{}", line.trim_end());
-    }
-    out
-}
-
 /// A number for people: at most five digits that count.
 pub(super) fn short(x: f64) -> String {
     if x == 0.0 {
@@ -205,11 +189,5 @@ mod tests {
         assert!(text.contains("   └─ little_distal") || text.contains("└─ little_distal"), "{text}");
         let row = text.lines().find(|l| l.trim_start().starts_with("index_abd ")).expect("its row");
         assert!(row.trim_end().ends_with("-0.2"), "{row}");
-    }
-
-    #[test]
-    fn tables_line_up() {
-        let rows = [vec!["a".to_owned(), "1".to_owned()], vec!["bcd".to_owned(), "-22".to_owned()]];
-        assert_eq!(table(&rows), "  a      1\n  bcd  -22\n");
     }
 }

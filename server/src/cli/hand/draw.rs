@@ -1,6 +1,7 @@
 //! Draws a figure as SVG or PNG.
 
 use super::figure::{Curve, Figure, Panel, range};
+use super::view::{View, span};
 use anyhow::{Context, anyhow, bail};
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
@@ -64,7 +65,7 @@ fn head_height(figure: &Figure) -> u32 {
 }
 
 fn size(figure: &Figure) -> (u32, u32) {
-    let (columns, rows) = grid(figure.panels.len());
+    let (columns, rows) = grid(figure.views.len() + figure.panels.len());
     // Room for the title above a single panel.
     ((columns * PANEL_WIDTH).max(2 * PANEL_WIDTH), rows * PANEL_HEIGHT + head_height(figure))
 }
@@ -134,12 +135,55 @@ fn paint<DB: DrawingBackend>(area: &Area<DB>, figure: &Figure, scale: u32) -> an
         area.draw_text(note, &letters(13, FAINT, scale), (left, (top * scale) as i32)).map_err(said)?;
     }
     let (_, below) = area.split_vertically(head_height(figure) * scale);
-    let (columns, rows) = grid(figure.panels.len());
+    let (columns, rows) = grid(figure.views.len() + figure.panels.len());
     let cells = below.split_evenly((rows as usize, columns as usize));
-    for (cell, panel) in cells.iter().zip(&figure.panels) {
+    let (for_views, for_panels) = cells.split_at(figure.views.len());
+    for (cell, view) in for_views.iter().zip(&figure.views) {
+        paint_view(cell, view, span(&figure.views), scale)?;
+    }
+    for (cell, panel) in for_panels.iter().zip(&figure.panels) {
         paint_panel(cell, figure, panel, scale)?;
     }
     area.present().map_err(said)
+}
+
+/// A hand as large as `whole` lets all views be, with a bar that tells its size.
+fn paint_view<DB: DrawingBackend>(
+    cell: &Area<DB>,
+    view: &View,
+    whole: (f64, f64, f64, f64),
+    scale: u32,
+) -> anyhow::Result<()> {
+    let s = f64::from(scale);
+    cell.draw_text(&view.title, &letters(15, INK, scale), ((60.0 * s) as i32, (4.0 * s) as i32))
+        .map_err(said)?;
+    let (left, right, bottom, top) = whole;
+    if left > right {
+        return Ok(());
+    }
+    // Below the title, above the bar.
+    let (width, height) = cell.dim_in_pixel();
+    let room = (f64::from(width) - 40.0 * s, f64::from(height) - 66.0 * s);
+    let per_metre = (room.0 / (right - left).max(1e-9)).min(room.1 / (top - bottom).max(1e-9));
+    let middle = f64::from(width) / 2.0 - per_metre * (left + right) / 2.0;
+    let ground = 28.0 * s + room.1 + per_metre * bottom;
+    let place = |&(x, y): &(f64, f64)| ((middle + per_metre * x) as i32, (ground - per_metre * y) as i32);
+    for outline in &view.outlines {
+        let colour = outline.finger.map_or(FAINT, |finger| COLOURS[finger % COLOURS.len()]);
+        let points: Vec<(i32, i32)> = outline.points.iter().map(place).collect();
+        let edge: Vec<(i32, i32)> = points.iter().chain(points.first()).copied().collect();
+        // Paled by hand, so that what lies behind does not shine through.
+        let pale = |x: u8| (255 - (255 - u16::from(x)) * 45 / 100) as u8;
+        let fill = RGBColor(pale(colour.0), pale(colour.1), pale(colour.2));
+        cell.draw(&Polygon::new(points, fill.filled())).map_err(said)?;
+        cell.draw(&PathElement::new(edge, colour.stroke_width(scale))).map_err(said)?;
+    }
+    let bar = if right - left >= 0.1 { (0.05, "5 cm") } else { (0.01, "1 cm") };
+    let (x, y) = ((20.0 * s) as i32, height as i32 - (18.0 * s) as i32);
+    let end = x + (bar.0 * per_metre) as i32;
+    cell.draw(&PathElement::new(vec![(x, y), (end, y)], INK.stroke_width(2 * scale))).map_err(said)?;
+    let label = letters(12, INK, scale).pos(Pos::new(HPos::Left, VPos::Center));
+    cell.draw_text(bar.1, &label, (end + (6.0 * s) as i32, y)).map_err(said)
 }
 
 fn paint_panel<DB: DrawingBackend>(
@@ -282,6 +326,7 @@ fn tick(x: f64, span: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::hand::view::Outline;
 
     fn figure() -> Figure {
         let curve = |name: &str, y: f64| Curve {
@@ -294,12 +339,15 @@ mod tests {
             axis: "q (rad)".into(),
             curves: vec![curve("inner", 0.7), curve("outer", 0.71)],
         };
+        let outline = Outline { points: vec![(0.0, 0.0), (0.1, 0.0), (0.1, 0.2)], finger: Some(1) };
+        let view = View { title: "open".into(), outlines: vec![outline] };
         Figure {
             title: "a hand".into(),
             notes: vec!["σ = 1".into()],
             time: vec![0.0, 1.0, 2.0],
             marks: vec![(1.5, "push".into())],
             panels: vec![panel],
+            views: vec![view],
         }
     }
 
@@ -311,7 +359,9 @@ mod tests {
         draw(&figure(), &svg).expect("it draws");
         draw(&figure(), &png).expect("it draws");
         let text = std::fs::read_to_string(&svg).expect("text");
-        for part in ["<svg", "a hand", "σ = 1", "index", "inner", "outer", "push", "t (s)"] {
+        for part in [
+            "<svg", "a hand", "open", "<polygon", "5 cm", "σ = 1", "index", "inner", "outer", "push", "t (s)",
+        ] {
             assert!(text.contains(part), "'{part}' is not in the SVG");
         }
         let file = std::io::BufReader::new(std::fs::File::open(&png).expect("a file"));

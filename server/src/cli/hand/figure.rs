@@ -1,5 +1,6 @@
 //! What a picture of a closure shows, before anything is drawn: panels of curves with their predictions.
 
+use super::view::View;
 use palmares_models::hand::{Hand, HingeKind};
 
 /// More curves than this are not told apart in one panel.
@@ -16,6 +17,8 @@ pub(super) struct Figure {
     /// Vertical lines: when, and what happens there.
     pub(super) marks: Vec<(f64, String)>,
     pub(super) panels: Vec<Panel>,
+    /// The hand itself, drawn before the panels, all at one scale.
+    pub(super) views: Vec<View>,
 }
 
 /// Curves on one pair of axes.

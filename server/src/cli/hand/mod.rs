@@ -9,6 +9,7 @@ mod figure;
 mod predict;
 mod push;
 mod show;
+mod view;
 
 use anyhow::{Context, bail};
 use clap::Subcommand;
@@ -31,6 +32,7 @@ Examples:
 
 const SHOW_HELP: &str = "\
 Examples:
+  palmares hand show softhand                     what it consists of, as text
   palmares hand show softhand --out softhand.svg
   palmares hand show my-hand/ --sigma 0.4 --out my-hand.png
   palmares hand show softhand --sigma 0.5 --push index_distal:-1,0,-0.5 --out pushed.png";
@@ -45,7 +47,9 @@ pub(crate) enum HandCommand {
     /// of adaptive synergies.
     #[command(after_help = CHECK_HELP)]
     Check(check::CheckArgs),
-    /// Draw a hand's closure: joints and tensions over time, and where the closed form says they end
+    /// Print what a hand consists of; with --out, draw it, open and closed, and its closure
+    ///
+    /// The picture shows the hand's shapes, and joints and tensions over time with where the closed form says they end.
     #[command(after_help = SHOW_HELP)]
     Show(show::ShowArgs),
 }

@@ -1,11 +1,12 @@
-//! `palmares hand show`: a closure as a picture.
+//! `palmares hand show`: a hand as text, and with its closure as a picture.
 
 use super::closure::{AT_REST, AT_SIGHT, Alone, Comparison, RAMP_S, compare};
-use super::describe::short;
+use super::describe::{describe, short};
 use super::draw::draw;
 use super::figure::{Curve, Figure, Panel, fingers};
 use super::predict::{Equilibrium, Law};
 use super::push::PushArg;
+use super::view::look;
 use super::{hint, load_hand, parse_sigma};
 use anyhow::{Context, bail};
 use clap::Args;
@@ -25,15 +26,15 @@ const SAMPLE_S: f64 = 5e-3;
 pub(crate) struct ShowArgs {
     /// A URDF file, a folder or .zip with one, or the name of a hand that comes with the program
     hand: String,
-    /// Where the picture goes; a name that ends in .svg or .png
+    /// Draw a picture into this file; a name that ends in .svg or .png
     #[arg(long)]
-    out: PathBuf,
+    out: Option<PathBuf>,
     /// Motor positions to close to, from 0 (open) to 1: one for all motors, or one for each
-    #[arg(long, value_delimiter = ',', value_parser = parse_sigma, default_value = "0.6")]
+    #[arg(long, requires = "out", value_delimiter = ',', value_parser = parse_sigma, default_value = "0.6")]
     sigma: Vec<f64>,
     /// A constant force on a link's centre of mass once the hand has closed: link:fx,fy,fz in N, world frame.
     /// The hand stands with its base frame on the world's
-    #[arg(long, value_name = "LINK:FX,FY,FZ", allow_hyphen_values = true)]
+    #[arg(long, requires = "out", value_name = "LINK:FX,FY,FZ", allow_hyphen_values = true)]
     push: Vec<PushArg>,
 }
 
@@ -43,6 +44,8 @@ struct Phase {
     /// s
     from: f64,
     to: f64,
+    /// The hand's coordinates at `to`.
+    at_end: Vec<f64>,
     predicted: Option<Equilibrium>,
     /// Largest |q − predicted| at rest.
     error: Option<f64>,
@@ -73,6 +76,11 @@ impl Trace {
 pub(super) fn show(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let found = load_hand(&args.hand);
     let hand = found.with_context(|| hint(&args.hand).unwrap_or_else(|| args.hand.clone()))?.hand;
+    let mut out = std::io::stdout().lock();
+    let Some(file) = &args.out else {
+        write!(out, "{}", describe(&hand))?;
+        return Ok(ExitCode::SUCCESS);
+    };
     let sigma = one_per_motor(&hand, &args.sigma)?;
     let pushes = args.push.iter().map(|push| push.on(&hand)).collect::<anyhow::Result<Vec<Push>>>()?;
     let mut alone = Alone::new(&hand)?;
@@ -84,10 +92,9 @@ pub(super) fn show(args: &ShowArgs) -> anyhow::Result<ExitCode> {
         phases.push(phase(&mut alone, "pushed", &sigma, &mut trace));
     }
     let figure = figure(&hand, &sigma, &pushes, &trace, &phases);
-    draw(&figure, &args.out)?;
-    let mut out = std::io::stdout().lock();
+    draw(&figure, file)?;
     write!(out, "{}", summary(&phases))?;
-    writeln!(out, "wrote {}", args.out.display())?;
+    writeln!(out, "wrote {}", file.display())?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -108,8 +115,9 @@ fn phase(alone: &mut Alone, name: &'static str, sigma: &[f64], trace: &mut Trace
     let before = alone.state().clone();
     let rest = alone.settle(sigma, AT_REST, |_| {});
     let Comparison { predicted, error, beyond } = compare(alone, sigma, rest.is_some());
+    let at_end = before.q.clone();
     alone.restore(before);
-    Phase { name, from, to, predicted, error, beyond }
+    Phase { name, from, to, at_end, predicted, error, beyond }
 }
 
 fn figure(hand: &Arc<Hand>, sigma: &[f64], pushes: &[Push], trace: &Trace, phases: &[Phase]) -> Figure {
@@ -155,7 +163,10 @@ fn figure(hand: &Arc<Hand>, sigma: &[f64], pushes: &[Push], trace: &Trace, phase
         notes.push(format!("pushed on {}: {x}, {y}, {z} N", hand.links[push.link].name));
     }
     notes.extend(phases.iter().map(outcome));
+    let open = look(hand, &trace.q[0], "open".into());
+    let ends = phases.iter().map(|phase| look(hand, &phase.at_end, phase.name.to_owned()));
     Figure {
+        views: std::iter::once(open).chain(ends).collect(),
         title: format!("{}, σ = {sigmas}", hand.name),
         notes,
         time: trace.time.clone(),

@@ -61,11 +61,15 @@ fn a_push_has_a_link_a_wrench_and_a_duration() {
 }
 
 #[test]
-fn names_are_checked() {
-    let name = |text: &str| ClientInfo::Short(text.to_owned()).checked();
-    assert_eq!(name("team/1.2").ok(), Some(("team".to_owned(), Some("1.2".to_owned()))));
-    assert_eq!(name("either/or").ok(), Some(("either/or".to_owned(), None)));
-    for bad in ["", "   ", "/1", "a\nb", &"x".repeat(65)] {
-        assert!(name(bad).is_err(), "{bad:?}");
-    }
+fn a_version_may_follow_a_name() {
+    let client = |text: &str| ClientInfo::Short(text.to_owned());
+    assert_eq!(client("team/1.2").parts(), ("team", Some("1.2")));
+    assert_eq!(client("either/or").parts(), ("either/or", None));
+    assert_eq!(client("/1").parts(), ("", Some("1")));
+}
+
+#[test]
+fn what_is_quoted_cannot_steer_who_reads_it() {
+    let (_, _, message) = refusal("{\"op\":\"\u{202e}pets\\u001b[2J\",\"id\":7}");
+    assert!(message.contains("`\\u{202E}pets\\u{001B}[2J`"), "{message}");
 }

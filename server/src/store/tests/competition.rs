@@ -26,8 +26,11 @@ fn session<'a>(session_id: &'a str, team: &'a str) -> NewSession {
 async fn teams_are_added_once_and_every_deed_is_recorded() {
     for place in places().await {
         let store = place.open().await;
-        assert!(store.add_team("crabs", &deed("team.add", "crabs")).await.expect("adds"));
-        assert!(!store.add_team("crabs", &deed("team.add", "crabs")).await.expect("knows"));
+        assert_eq!(store.add_team("crabs", &deed("team.add", "crabs")).await.expect("adds"), None);
+        for again in ["crabs", "Crabs", "crаbs"] {
+            let had = store.add_team(again, &deed("team.add", again)).await.expect("knows");
+            assert_eq!(had.as_deref(), Some("crabs"), "{again}");
+        }
         assert!(
             store.has_team("crabs").await.expect("query") && !store.has_team("eels").await.expect("query")
         );
