@@ -450,7 +450,7 @@ impl Writer<'_> {
             );
         }
         out += "</actuator>";
-        self.out = out;
+        self.out += &out;
     }
 }
 
@@ -467,5 +467,46 @@ fn surface(friction: f64, rolling: f64) -> String {
         format!("condim='6' friction='{friction:?} {rolling:?} {rolling:?}'")
     } else {
         format!("condim='3' friction='{friction:?} 0 0'")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::SETTINGS;
+    use super::*;
+    use crate::cases::synergy::softhand;
+    use palmares_sim::Config;
+
+    /// Two objects of unlike friction beside a hand.
+    fn written(settings: &Settings) -> String {
+        let mut model =
+            Model::new(Config::with_step(1e-3), Some(softhand().expect("built in"))).expect("sound");
+        for friction in [0.5, 0.8] {
+            let parts = vec![(Pose::IDENTITY, Shape::Sphere { radius: 0.03 })];
+            let ball = Object::new("ball", parts, 0.1, friction, 0.0).expect("sound");
+            model.add_object(Arc::new(ball)).expect("it fits");
+        }
+        let poses = [0.2, 0.4].map(|x| Pose::translation(x, 0.0, 0.0));
+        let state = State::at_rest(&model, Pose::IDENTITY, &poses);
+        document(&model, &state, settings).expect("it can be written").xml
+    }
+
+    #[test]
+    fn beside_a_hand_objects_of_unlike_friction_have_their_pairs() {
+        let xml = written(&SETTINGS[0]);
+        let mu = (0.5f64 * 0.8).sqrt();
+        assert!(xml.contains(&format!("friction='{mu:?} {mu:?} 0.0 0.0 0.0'")), "the pair of the two balls");
+        assert!(xml.contains("<exclude ") && xml.contains("<fixed "), "and the hand has what it had");
+    }
+
+    #[test]
+    fn named_settings_reach_the_document() {
+        let of = |name: &str| written(SETTINGS.iter().find(|it| it.name == name).expect("there are such"));
+        let default = of("default");
+        assert!(default.contains("<geom solref='0.02 1' solimp='0.9 0.95 0.001'/>"), "{}", &default[..600]);
+        assert!(default.contains("solreflimit='0.02 1'") && default.contains("impratio='1'"));
+        let implicit = of("recommended_implicitfast");
+        assert!(implicit.contains("integrator='implicitfast'") && implicit.contains("impratio='10'"));
+        assert!(!default.contains("sleep='enable'"), "nothing sleeps beside a hand");
     }
 }

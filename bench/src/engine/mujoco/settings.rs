@@ -85,6 +85,15 @@ pub const SETTINGS: &[Settings] = &[
         coupling: RECOMMENDED_COUPLING,
     },
     Settings {
+        name: "recommended_rk4",
+        about: "the same with RK4, which is advised for tumbling bodies and systems that nearly keep their energy; stiff cables \
+                are beyond it",
+        integrator: "RK4",
+        impratio: 10.0,
+        contact: RECOMMENDED,
+        coupling: RECOMMENDED_COUPLING,
+    },
+    Settings {
         name: "stiff5",
         about: "solref 0.005, solimp 0.99 0.999 0.001, impratio 100: little overlap and slow slip",
         integrator: "discrete",

@@ -53,17 +53,6 @@ pub const SETTINGS: &[Settings] = &[
         hand: Effort { friction: SIMPLIFIED, substeps: 4, sweeps: 1 },
         free: Effort { friction: SIMPLIFIED, substeps: 4, sweeps: 1 },
     },
-    Settings {
-        name: "iterations12",
-        about: "12 solver iterations, which rapier's documentation advises for demanding scenes, and its Coulomb friction",
-        length_unit_m: 1.0,
-        contact_hz: [30.0, 60.0],
-        damping_ratio: 10.0,
-        friction_in_bias_pass: false,
-        fitted: false,
-        hand: Effort { friction: COULOMB, substeps: 12, sweeps: 1 },
-        free: Effort { friction: COULOMB, substeps: 12, sweeps: 1 },
-    },
     STIFF120,
 ];
 
