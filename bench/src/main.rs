@@ -1,6 +1,6 @@
 //! `palmares-bench`: run a case, print its speed and its error.
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::{Parser, Subcommand};
 use palmares_bench::cases::grasp::Placement;
 use palmares_bench::cases::{self, Setup};
@@ -94,6 +94,20 @@ enum What {
         #[arg(long, default_value_t = 60.0)]
         run_limit_s: f64,
     },
+    /// Judge the runs of a report's JSON again, and write its page and pictures anew, without running anything.
+    Page {
+        /// The file.
+        report: PathBuf,
+    },
+    /// Does what README.md and ARCHITECTURE.md say of the peers agree with the committed reports? Fails if not.
+    Claims {
+        /// Write it anew instead.
+        #[arg(long)]
+        write: bool,
+        /// The repository.
+        #[arg(long, default_value = ".")]
+        root: PathBuf,
+    },
     /// Read a report's JSON: is a peer ahead of ours anywhere at an equal or smaller error? Fails if so.
     Check {
         /// The file.
@@ -130,6 +144,12 @@ fn main() -> Result<()> {
             let engines = engines.concat();
             let options = report::Options { out, engines, cases, steps_ms, repeats, quick, run_limit_s };
             report::write(&options)?;
+        }
+        What::Page { report } => report::runner::rewrite(&report)?,
+        What::Claims { write: true, root } => report::claims::write(&root)?,
+        What::Claims { write: false, root } => {
+            let stale = report::claims::stale(&root)?;
+            ensure!(stale.is_empty(), "{}: `palmares-bench claims --write` writes it anew", stale.join(", "));
         }
         What::Check { report } => report::runner::check(&report)?,
         What::Case { name, dt, engine, settings, start, json, reference_dt } => {

@@ -189,3 +189,28 @@ pub fn ramp(x: f64) -> (f64, f64) {
 pub fn steps(time_s: f64, dt_s: f64) -> u64 {
     (time_s / dt_s).round() as u64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cases::scene::{Scene, awake, cuboid};
+    use palmares_models::Pose;
+
+    #[test]
+    fn another_start_stands_up_to_a_tenth_of_a_millimetre_aside() {
+        let place = |start: u32| {
+            let setup = Setup { start, ..Setup::new(EngineKind::Own, 1e-3) };
+            let at = Pose::translation(0.0, 0.0, 0.5);
+            let scene = Scene::new(awake(1e-3)).expect("empty");
+            let scene = scene.body(cuboid(0.1, 0.1, 0.1), 1.0, 0.5, at).expect("sound");
+            scene.start(&setup).expect("it starts").0.state().objects[0].translation
+        };
+        assert_eq!(place(0).to_array(), [0.0, 0.0, 0.5]);
+        assert_ne!(place(1), place(2));
+        assert_eq!(place(3), place(3));
+        for start in 1..16 {
+            let [x, y, z] = place(start).to_array();
+            assert!(x.abs() <= ASIDE_M && y.abs() <= ASIDE_M && x != 0.0 && z == 0.5, "{x} {y} {z}");
+        }
+    }
+}
