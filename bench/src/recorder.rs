@@ -1,9 +1,11 @@
 //! Steps an engine and adds up what it cost and what went wrong.
 
 use crate::engine::Engine;
+use crate::overlap;
 use crate::report::{Invariants, Times};
 use anyhow::{Result, bail};
-use palmares_sim::Command;
+use palmares_sim::{Command, Model};
+use std::sync::Arc;
 
 /// CPU time of the stepping thread, its split by phase, and what went wrong.
 #[derive(Default)]
@@ -14,6 +16,9 @@ pub struct Recorder {
     steps: u64,
     unconverged: u64,
     penetration_m: f64,
+    scene: Option<(Arc<Model>, f64)>,
+    /// Deepest overlap as a part of its bound, and the bound, m.
+    nearest: (f64, f64),
     iterations: u64,
     iterations_max: usize,
     longest_s: Option<f64>,
@@ -45,9 +50,25 @@ impl Recorder {
         let outcome = engine.outcome();
         self.unconverged += u64::from(!outcome.converged || !engine.state().is_finite());
         self.penetration_m = self.penetration_m.max(outcome.penetration_m);
+        let bound_m = self.overlap_bound_m(engine.model(), outcome.penetration_m);
+        if outcome.penetration_m > self.nearest.0 * bound_m {
+            self.nearest = (outcome.penetration_m / bound_m, bound_m);
+        }
         self.iterations += outcome.iterations as u64;
         self.iterations_max = self.iterations_max.max(outcome.iterations);
         Ok(())
+    }
+
+    /// The bound of a scene, found at its first step.
+    fn overlap_bound_m(&mut self, model: &Arc<Model>, first_m: f64) -> f64 {
+        match &self.scene {
+            Some((known, bound_m)) if Arc::ptr_eq(known, model) => *bound_m,
+            _ => {
+                let bound_m = overlap::bound_m(model, first_m);
+                self.scene = Some((Arc::clone(model), bound_m));
+                bound_m
+            }
+        }
     }
 
     /// Mean times per step.
@@ -71,6 +92,8 @@ impl Recorder {
     pub fn invariants(&self) -> Invariants {
         Invariants {
             max_penetration_mm: Some(self.penetration_m * 1e3),
+            overlap_bound_mm: (self.nearest.0 > 0.0).then_some(self.nearest.1 * 1e3),
+            overlap_of_bound: (self.nearest.0 > 0.0).then_some(self.nearest.0),
             newton_unconverged: Some(self.unconverged),
             ..Invariants::default()
         }

@@ -62,7 +62,7 @@ pub fn softhand_balls(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
         }
     }
     Ok(Finding {
-        error: Figure::new("farthest ball centre beyond a wall", escaped * 1e3, "mm"),
+        error: Figure::bounded("farthest ball centre beyond a wall", escaped * 1e3, "mm", 0.0),
         invariants: recorder.invariants(),
     })
 }

@@ -241,6 +241,6 @@ impl Escape {
     }
 
     fn figure(&self) -> Figure {
-        Figure::new("farthest object centre beyond a wall", self.farthest_m.max(0.0) * 1e3, "mm")
+        Figure::bounded("farthest object centre beyond a wall", self.farthest_m.max(0.0) * 1e3, "mm", 0.0)
     }
 }

@@ -7,8 +7,10 @@ use serde::{Deserialize, Serialize};
 pub struct Report {
     /// Name of the case.
     pub case: String,
-    /// Name of the engine: `own`.
+    /// Name of the engine: `own`, `rapier`, `mujoco`.
     pub engine: String,
+    /// Name of its settings.
+    pub settings: String,
     /// Step, s.
     pub dt_s: f64,
     /// Simulated time per CPU time of the thread.
@@ -48,17 +50,27 @@ pub struct Figure {
     /// The most it may be, where no smaller value is any better: it tells what happened, not how wrong that is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<f64>,
+    /// Whether it is the difference from the same scene on the same engine at a far smaller step. It tells how much an
+    /// outcome depends on the step, not whether it is what was asked for.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub from_own_fine_run: bool,
 }
 
 impl Figure {
     /// An error: the nearer to zero the better.
     pub fn new(name: &str, value: f64, unit: &str) -> Self {
-        Figure::of(name, Some(value), unit)
+        Figure {
+            name: name.to_owned(),
+            value: Some(value),
+            unit: unit.to_owned(),
+            within: None,
+            from_own_fine_run: false,
+        }
     }
 
-    /// An error that is not known when the reference run was left out.
-    pub fn of(name: &str, value: Option<f64>, unit: &str) -> Self {
-        Figure { name: name.to_owned(), value, unit: unit.to_owned(), within: None }
+    /// A difference from the engine's own run at a far smaller step; not known when that was left out.
+    pub fn from_own_fine_run(name: &str, value: Option<f64>, unit: &str) -> Self {
+        Figure { value, from_own_fine_run: true, ..Figure::new(name, 0.0, unit) }
     }
 
     /// Something that must stay `within` a bound; below it, no value is better than another.
@@ -77,6 +89,10 @@ pub struct Invariants {
     pub slip_mm_s: Option<f64>,
     /// Deepest overlap of shapes, mm.
     pub max_penetration_mm: Option<f64>,
+    /// How deep shapes may overlap, mm ([`crate::overlap`]): of several worlds, in the one where they came nearest to it.
+    pub overlap_bound_mm: Option<f64>,
+    /// The deepest overlap there, as a part of the bound.
+    pub overlap_of_bound: Option<f64>,
     /// Deepest overlap of shapes at the end of the hold, mm.
     pub hold_penetration_mm: Option<f64>,
     /// Standard deviation of the tension while held still, in the tendon's unit.

@@ -7,7 +7,7 @@ use super::{Figure, Invariants, Times};
 use serde::{Deserialize, Serialize};
 
 /// Version of this format.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// Everything the report says.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -39,6 +39,13 @@ pub struct Comparison {
     pub took_s: f64,
 }
 
+impl Comparison {
+    /// Comparisons in which a peer is ahead.
+    pub fn ahead(&self) -> impl Iterator<Item = &Verdict> {
+        self.verdicts.iter().filter(|verdict| !verdict.holds())
+    }
+}
+
 /// An engine and how it was set.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct EngineNote {
@@ -50,8 +57,19 @@ pub struct EngineNote {
     pub ran: bool,
     /// Step of its reference runs, ms.
     pub reference_ms: f64,
-    /// Settings.
-    pub settings: Vec<String>,
+    /// What holds for all its settings.
+    pub notes: Vec<String>,
+    /// Its settings.
+    pub settings: Vec<Choice>,
+}
+
+/// Named settings of an engine.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Choice {
+    /// As on the command line.
+    pub name: String,
+    /// What they are, and why.
+    pub about: String,
 }
 
 /// One case on one engine with one step.
@@ -61,6 +79,8 @@ pub struct Run {
     pub case: String,
     /// Which engine.
     pub engine: String,
+    /// Name of its settings.
+    pub settings: String,
     /// Step, ms.
     pub dt_ms: f64,
     /// The case's figure; none when it did not get to an end.
@@ -72,6 +92,9 @@ pub struct Run {
     /// Whether it cannot be used because it did not come to an end in its time.
     #[serde(default)]
     pub unfinished: bool,
+    /// The same from many starts, in scenes that are judged by them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub starts: Option<Starts>,
     /// Median over the timing runs of the CPU time for a second of simulated time, s.
     pub cpu_s: f64,
     /// Least and most of them.
@@ -80,25 +103,51 @@ pub struct Run {
     pub us_per_step: Times,
 }
 
+/// How a scene went from many starts that differ by at most a tenth of a millimetre.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Starts {
+    /// How many there were.
+    pub tried: u32,
+    /// From how many of them the run does what the scene asks for.
+    pub done: u32,
+    /// Median of the deepest overlaps, mm.
+    pub median_overlap_mm: f64,
+}
+
 impl Run {
-    /// The error without its sign, at least the [`floor`] of its unit, if the run can be used. What lies within a bound is
-    /// no error: see [`Run::judged`].
+    /// Whether it does what the scene asks for, from at least half of the starts where there are many.
+    pub fn does_it(&self) -> bool {
+        self.starts.map_or(self.trouble.is_none(), |starts| 2 * starts.done >= starts.tried)
+    }
+
+    /// The error without its sign, at least the [`floor`] of its unit, of a run that does what the scene asks for. What lies
+    /// within a bound is no error: see [`Run::judged`].
     pub fn usable_error(&self) -> Option<f64> {
-        let figure = self.error.as_ref().filter(|_| self.trouble.is_none())?;
+        let figure = self.error.as_ref().filter(|_| self.does_it())?;
         let value = figure.value.filter(|x| x.is_finite())?;
         let size = if figure.within.is_some() { value } else { value.abs() };
         Some(size.max(floor(&figure.unit)))
     }
 
-    /// The error as verdicts compare it: all that stays within a bound is equal.
+    /// The error as verdicts compare it: the part of the starts from which it fails, where there are many; all that stays
+    /// within a bound is equal.
     pub fn judged(&self) -> Option<f64> {
+        if let Some(starts) = self.starts {
+            return self.does_it().then(|| 1.0 - f64::from(starts.done) / f64::from(starts.tried));
+        }
         let bounded = self.error.as_ref().is_some_and(|figure| figure.within.is_some());
         self.usable_error().map(|error| if bounded { 0.0 } else { error })
     }
+
+    /// How far it is from the engine's own run at a far smaller step, where that is what its figure says.
+    pub fn difference(&self) -> Option<f64> {
+        self.error.as_ref().filter(|figure| figure.from_own_fine_run)?.value
+    }
 }
 
-/// Why a run that came to an end is of no use, if so: numbers that are not finite, steps that failed, an object
-/// that was lost, a bound that was broken, or an error beyond any use.
+/// Why a run that came to an end does not do what the scene asks for, if so: numbers that are not finite, steps that failed,
+/// an object that was lost, a bound that was broken, bodies sunk into each other, or an error beyond any use. How far a run is
+/// from the engine's own fine one is not asked.
 pub fn trouble(error: &Figure, seen: &Invariants) -> Option<String> {
     if error.value.is_some_and(|x| !x.is_finite()) {
         return Some("not finite".into());
@@ -109,7 +158,12 @@ pub fn trouble(error: &Figure, seen: &Invariants) -> Option<String> {
     if seen.held == Some(false) {
         return Some("object lost".into());
     }
-    let value = error.value?;
+    if let (Some(part), Some(bound)) =
+        (seen.overlap_of_bound.filter(|part| *part > 1.0), seen.overlap_bound_mm)
+    {
+        return Some(format!("overlap {:.1} mm > {bound:.1} mm", part * bound));
+    }
+    let value = error.value.filter(|_| !error.from_own_fine_run)?;
     if let Some(most) = error.within {
         return (value > most).then(|| format!("more than {most} {}", error.unit));
     }

@@ -1,10 +1,12 @@
 //! What a case prints, and the comparison of engines over scenes and steps.
 
 mod case;
+pub mod claims;
 pub mod comparison;
 pub mod dominance;
 pub mod machine;
 mod page;
+mod passes;
 mod plots;
 pub mod runner;
 pub mod ticks;

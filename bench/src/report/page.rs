@@ -1,9 +1,11 @@
 //! The report as a page to read.
 
 use super::comparison::{Comparison, Run};
+use super::dominance::{Outcome, Verdict};
+use super::passes::{BY_STARTS, ENOUGH_S, LONGEST_S};
 use super::plots::{at_one_ms, cases, largest_usable, picture};
-use super::runner::LONGEST_S;
-use crate::cases as scenes;
+use crate::cases::{self as scenes, ASIDE_M};
+use crate::overlap;
 use std::fmt::Write;
 
 /// Markdown.
@@ -46,17 +48,29 @@ fn head(page: &mut String, report: &Comparison) {
     );
     put!(
         page,
-        "**How to read it.** Every scene runs with every step on every engine that can do it. The *error* is \
-        that against the analytic answer or, where there is none, against the same scene on the same engine with a \
-        far smaller step: then it says how much an engine's outcome depends on the step, not who is right. *CPU \
-        time* is that of the stepping thread for one simulated second, the median of {} runs, without reading poses, \
-        writing commands and reading the clock; errors and timings come from separate passes; in the latter the engines take turns, and a run ends after {LONGEST_S} s of CPU. MuJoCo's runs are played again in one \
-        tight loop of its own, without the pipe. A run *can be used* if all numbers \
-        stay finite, no step fails, an object that is to be held is held, and the error is below 0.2 rad, 30 mm or \
-        50 %. Errors below 1 nrad, 0.1 µm and 0.001 % count as equal. Where a scene only asks that \
-        something stays within a bound (*at most* in its table), a run beyond it cannot be used, and within it speed \
-        alone decides. A run of a peer, or its \
-        reference, that takes more than {} s by the clock on the wall is *not finished* and judged by nothing.\n",
+        "**How to read it.** Every scene runs with every step on every engine that can do it, a peer with each of its \
+        [settings](#the-engines-and-their-settings). Two things are told apart. *Does it*: all numbers stay finite, no step \
+        fails, an object that is to be held is held, what is to stay within a bound (*at most* in its table) does so, an error \
+        against an analytic answer is below 0.2 rad, 30 mm or 50 %, and no two shapes overlap by more than {} of the \
+        width of the thinnest body that moves, object or link (a scene that begins with a deeper overlap may deepen it by a \
+        tenth): a body that has sunk in by half its width is pushed out through the far side. *Differs from its own fine run*: where there is no analytic answer, the figure is the difference from the same \
+        scene on the same engine with a far smaller step, which says how much an engine's outcome depends on the step, not who \
+        is right, and makes no run useless. Scenes in which that difference does not fall with the step, and heaps ({}), are \
+        judged by many starts: every object stands up to {} mm aside along x and along y, and the share of starts from which a \
+        run fails is its error; it *does it* where at most half of them fail. There are 16 starts, 4 at steps below 1 ms and \
+        where the first 4 all fail.\n",
+        overlap::PART,
+        BY_STARTS.map(|case| format!("`{case}`")).join(", "),
+        1e3 * ASIDE_M
+    );
+    put!(
+        page,
+        "*CPU time* is that of the stepping thread for one simulated second, the median of {} runs (fewer where they take \
+        more than {ENOUGH_S} s), without reading poses, writing commands and reading the clock; outcomes and timings come from \
+        separate passes; in the latter the engines take turns, and a run ends after {LONGEST_S} s of CPU. MuJoCo's runs are \
+        played again in one tight loop of its own, without the pipe. Only what does its scene is timed. Errors below 1 nrad, \
+        0.1 µm and 0.001 % count as equal; within a bound speed alone decides. A run of a peer, or its reference, that takes \
+        more than {} s by the clock on the wall is *not finished* and judged by nothing.\n",
         report.repeats,
         report.run_limit_s
     );
@@ -76,22 +90,42 @@ fn dominance(page: &mut String, report: &Comparison) {
     if report.verdicts.is_empty() {
         return;
     }
-    let ahead = report.verdicts.iter().filter(|verdict| !verdict.holds()).count();
+    let all = report.verdicts.len();
     put!(page, "## Is a peer ever ahead?\n");
     put!(
         page,
-        "For every usable run of a peer: is there a run of ours with at most its error in at most its time? \
-        In {} of {} comparisons there always is. `palmares-bench check` with the path of this folder's `report.json` \
-        prints this table and fails where there is not.\n",
-        report.verdicts.len() - ahead,
-        report.verdicts.len()
+        "For every run of a peer that does its scene, with any of its settings: is there a run of ours with at most its error \
+        in at most its time? In {} of {all} comparisons there always is. Named are the settings with which the peer comes \
+        nearest to ours, or is farthest ahead. `palmares-bench check` with the path of this folder's `report.json` prints this \
+        table and fails where there is not.\n",
+        all - report.ahead().count(),
     );
-    put!(page, "| scene | peer | its usable steps | ours | verdict |\n|---|---|---|---|---|");
+    put!(
+        page,
+        "| scene | peer | its best settings | does it: steps | ours | verdict | differs from its own fine run | ours |"
+    );
+    put!(page, "|---|---|---|---|---|---|---|---|");
     for v in &report.verdicts {
-        let (usable, own, words) = (v.usable, v.own_usable, v.words());
-        put!(page, "| {} | {} | {usable} of {} | {own} | {words} |", v.case, v.peer, v.tried);
+        let (own, words) = (v.own_done, v.words());
+        let best = v.best();
+        let name = best.map_or("none".to_owned(), |best| format!("`{}`", best.settings));
+        let tried = v.settings.first().map_or(0, |first| first.tried);
+        let done = best.map_or(0, |best| best.done);
+        let (differs, ours) =
+            (range(best.and_then(|best| best.differs), &v.unit), range(v.own_differs, &v.unit));
+        put!(
+            page,
+            "| {} | {} | {name} | {done} of {tried} | {own} | {words} | {differs} | {ours} |",
+            v.case,
+            v.peer
+        );
     }
     page.push('\n');
+}
+
+/// From least to most, where it is known.
+fn range(of: Option<[f64; 2]>, unit: &str) -> String {
+    of.map_or(String::new(), |[least, most]| format!("{least:.2e} … {most:.2e} {unit}"))
 }
 
 fn stable(page: &mut String, report: &Comparison) {
@@ -146,8 +180,11 @@ fn settings(page: &mut String, report: &Comparison) {
     put!(page, "## The engines and their settings\n");
     for note in report.engines.iter().filter(|note| note.ran) {
         put!(page, "**{}** {}; reference runs at {} ms", note.name, note.version, note.reference_ms);
-        for line in &note.settings {
+        for line in &note.notes {
             put!(page, "- {line}");
+        }
+        for choice in &note.settings {
+            put!(page, "- `{}`: {}", choice.name, choice.about);
         }
         page.push('\n');
     }
@@ -162,39 +199,60 @@ fn scene(page: &mut String, report: &Comparison, case: &str) {
     let (name, unit) = figure.map_or(("error", ""), |figure| (&figure.name, &figure.unit));
     let most =
         figure.and_then(|figure| figure.within).map_or(String::new(), |most| format!(", at most {most}"));
+    for verdict in report.verdicts.iter().filter(|verdict| verdict.case == case) {
+        by_settings(page, verdict);
+    }
     put!(
         page,
-        "| engine | step | {name} [{unit}]{most} | CPU ms a second | between | times real time | deepest overlap |"
+        "| engine | settings | step | does it | {name} [{unit}]{most} | CPU ms a second | between | times real time | deepest \
+        overlap, at most |"
     );
-    put!(page, "|---|---|---|---|---|---|---|");
-    for engine in &engines {
-        runs.iter().filter(|run| run.engine == *engine).for_each(|run| row(page, run));
-    }
+    put!(page, "|---|---|---|---|---|---|---|---|---|");
+    runs.iter().for_each(|run| row(page, run));
     page.push('\n');
     let largest =
         engines.iter().filter(|engine| runs.iter().any(|run| run.engine == **engine)).map(|engine| {
             let largest = largest_usable(report, case, engine);
             format!("{engine} {}", largest.map_or("none".to_owned(), |dt| format!("{dt} ms")))
         });
-    put!(page, "Largest usable step: {}.\n", largest.collect::<Vec<_>>().join(", "));
+    put!(page, "Largest step that does it: {}.\n", largest.collect::<Vec<_>>().join(", "));
+}
+
+/// What each of a peer's settings comes to.
+fn by_settings(page: &mut String, verdict: &Verdict) {
+    put!(page, "| {} | does it: steps | deepest overlap | least time beside ours | ahead at |", verdict.peer);
+    put!(page, "|---|---|---|---|---|");
+    for outcome in &verdict.settings {
+        let Outcome { settings, done, tried, .. } = outcome;
+        let overlap = outcome.overlap_mm.map_or("–".to_owned(), |mm| format!("{mm:.2} mm"));
+        let ratio = outcome.least_advantage.map_or("–".to_owned(), |ratio| format!("{ratio:.1}"));
+        let steps: Vec<String> = outcome.ahead_ms.iter().map(|ms| format!("{ms} ms")).collect();
+        let ahead = if steps.is_empty() { "–".to_owned() } else { steps.join(", ") };
+        put!(page, "| `{settings}` | {done} of {tried} | {overlap} | {ratio} | {ahead} |");
+    }
+    page.push('\n');
 }
 
 fn row(page: &mut String, run: &Run) {
     let value = run.error.as_ref().and_then(|figure| figure.value);
     let value = value.map_or("–".to_owned(), |x| format!("{x:.2e}"));
-    let trouble = run.trouble.as_ref().map_or(String::new(), |why| format!(" ({why})"));
-    let depth = run.invariants.max_penetration_mm.map_or("–".to_owned(), |mm| format!("{mm:.3} mm"));
-    if run.cpu_s > 0.0 {
+    let why = run.trouble.as_ref().map_or("yes".to_owned(), |why| format!("no: {why}"));
+    let does_it = match &run.starts {
+        None => why,
+        Some(starts) => format!(
+            "{} of {} starts, median overlap {:.1} mm; as it is {why}",
+            starts.done, starts.tried, starts.median_overlap_mm
+        ),
+    };
+    let seen = &run.invariants;
+    let bound = seen.overlap_bound_mm.map_or(String::new(), |mm| format!(", {mm:.1}"));
+    let depth = seen.max_penetration_mm.map_or("–".to_owned(), |mm| format!("{mm:.3}{bound} mm"));
+    let times = if run.cpu_s > 0.0 {
         let [least, most] = run.cpu_s_between.map(|s| 1e3 * s);
-        put!(
-            page,
-            "| {} | {} ms | {value}{trouble} | {:.2} | {least:.2} … {most:.2} | {:.0} | {depth} |",
-            run.engine,
-            run.dt_ms,
-            1e3 * run.cpu_s,
-            1.0 / run.cpu_s
-        );
+        format!("{:.2} | {least:.2} … {most:.2} | {:.0}", 1e3 * run.cpu_s, 1.0 / run.cpu_s)
     } else {
-        put!(page, "| {} | {} ms | {value}{trouble} | – | – | – | {depth} |", run.engine, run.dt_ms);
-    }
+        "– | – | –".to_owned()
+    };
+    let Run { engine, settings, dt_ms, .. } = run;
+    put!(page, "| {engine} | {settings} | {dt_ms} ms | {does_it} | {value} | {times} | {depth} |");
 }

@@ -1,6 +1,7 @@
 //! The pictures of a report, as SVG.
 
 use super::comparison::{Comparison, Run};
+use super::dominance::Verdict;
 use anyhow::{Result, anyhow};
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -35,7 +36,8 @@ pub(super) fn picture(case: &str) -> String {
 pub(super) fn draw(report: &Comparison, folder: &Path) -> Result<()> {
     register_font(SANS, FontStyle::Normal, FONT).map_err(|_| anyhow!("the font is broken"))?;
     for case in cases(report) {
-        let runs: Vec<&Run> = report.runs.iter().filter(|run| run.case == case).collect();
+        let runs: Vec<&Run> =
+            report.runs.iter().filter(|run| run.case == case && drawn(report, run)).collect();
         on_page(&folder.join(picture(case)), (640, 440), |area| errors(area, case, &runs))?;
     }
     let compared = compared(report);
@@ -47,6 +49,13 @@ pub(super) fn draw(report: &Comparison, folder: &Path) -> Result<()> {
         split(area, report)
     })?;
     on_page(&folder.join("ticks.svg"), (760, 380), |area| ticks(area, report))
+}
+
+/// Whether a run is in the picture of its case: ours, and of every peer those with its best settings.
+fn drawn(report: &Comparison, run: &Run) -> bool {
+    let of = |verdict: &&Verdict| verdict.case == run.case && verdict.peer == run.engine;
+    let best = report.verdicts.iter().find(of).and_then(|verdict| verdict.settings.first());
+    best.is_none_or(|best| best.settings == run.settings)
 }
 
 /// Cases of a report in the order of its runs.
@@ -128,7 +137,7 @@ fn errors(area: &Area, case: &str, runs: &[&Run]) -> Result<()> {
         chart
             .draw_series(LineSeries::new(curve.iter().map(|p| (p.0, p.1)), ink.stroke_width(2)))
             .map_err(failed)?
-            .label(engine)
+            .label(label_of(runs, engine))
             .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], ink.stroke_width(2)));
         let dots = curve.iter().map(|p| Circle::new((p.0, p.1), 4, ink.filled()));
         chart.draw_series(dots).map_err(failed)?;
@@ -148,15 +157,21 @@ fn errors(area: &Area, case: &str, runs: &[&Run]) -> Result<()> {
         .map_err(failed)
 }
 
+/// An engine in the legend, a peer with its settings.
+fn label_of(runs: &[&Run], engine: &str) -> String {
+    let run = runs.iter().find(|run| run.engine == engine && engine != "own");
+    run.map_or(engine.to_owned(), |run| format!("{engine} {}", run.settings))
+}
+
 /// A number as short as it can be said.
 fn number(x: &f64) -> String {
     if (1e-2..1e4).contains(x) { format!("{}", (x * 1e3).round() / 1e3) } else { format!("{x:.0e}") }
 }
 
-/// Largest step up to which, and at which, a run can be used.
+/// Largest step at which an engine does what the scene asks for, with any of its settings.
 pub(super) fn largest_usable(report: &Comparison, case: &str, engine: &str) -> Option<f64> {
     let runs = report.runs.iter().filter(|run| run.case == case && run.engine == engine);
-    runs.filter(|run| run.error.is_some() && run.trouble.is_none())
+    runs.filter(|run| run.error.is_some() && run.does_it())
         .map(|run| run.dt_ms)
         .fold(None, |most, dt| Some(most.map_or(dt, |most: f64| most.max(dt))))
 }
@@ -165,7 +180,8 @@ pub(super) fn largest_usable(report: &Comparison, case: &str, engine: &str) -> O
 fn stable(area: &Area, report: &Comparison, cases: &[&str]) -> Result<()> {
     let engines: Vec<&str> =
         report.engines.iter().filter(|note| note.ran).map(|note| note.name.as_str()).collect();
-    let area = area.titled("largest usable step [ms]", (SANS, 17)).map_err(failed)?;
+    let area =
+        area.titled("largest step that does it, with any settings [ms]", (SANS, 17)).map_err(failed)?;
     let (width, height) = area.dim_in_pixel();
     let (left, top, row) = (215, 30, (height as i32 - 36) / cases.len().max(1) as i32);
     let steps = report.runs.iter().map(|run| run.dt_ms);

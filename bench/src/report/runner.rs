@@ -1,17 +1,17 @@
-//! Runs cases over engines and steps: errors first, then timings, a line of progress for each.
+//! Runs cases over engines, settings and steps, and writes the report.
 
-use super::comparison::{Comparison, EngineNote, FORMAT, Run, trouble};
+use super::comparison::{Choice, Comparison, EngineNote, FORMAT};
 use super::dominance::verdicts;
 use super::machine::{self, Machine};
-use super::{Figure, Invariants, Report, Times, page, plots, ticks};
-use crate::cases::{self, Case, Setup};
-use crate::engine::limit::{self, NotFinished};
+use super::passes::{self, Conduct, Job, Progress, reference_s};
+use super::{page, plots, ticks};
+use crate::cases::{self, Case};
 use crate::engine::{EngineKind, mujoco, rapier};
-use crate::recorder::Recorder;
 use anyhow::{Context, Result, bail, ensure};
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use std::time::Instant;
-use std::{fs, io::Write};
 
 /// What to compare, and where to put it.
 #[derive(Clone, Debug)]
@@ -47,26 +47,8 @@ fn left_out(name: &str) -> Option<&'static str> {
     }
 }
 
-/// A timing run ends after this much CPU time, s; of a quick report.
-pub(super) const LONGEST_S: f64 = 2.0;
-const QUICK_LONGEST_S: f64 = 0.5;
-
-/// ... and, of a peer, after this much wall time, s: MuJoCo's steps wait for a pipe, ours for nothing.
-const TIMED_S: f64 = 20.0;
-
 /// No run's limit is longer than this, s.
 const LONGEST_LIMIT_S: f64 = 86400.0;
-
-/// Step of the reference runs of cases without an analytic answer, s. rapier takes half a millisecond of CPU a
-/// step with a hand, so that its reference is coarser: a tenth of its finest step is left.
-fn reference_s(engine: EngineKind, quick: bool) -> f64 {
-    match (engine, quick) {
-        (EngineKind::Rapier, false) => 1e-4,
-        (_, false) => 2e-5,
-        (EngineKind::Rapier, true) => 1e-3,
-        (_, true) => 2e-4,
-    }
-}
 
 /// Runs everything and writes the report.
 pub fn write(options: &Options) -> Result<Comparison> {
@@ -79,9 +61,8 @@ pub fn write(options: &Options) -> Result<Comparison> {
     let begin = Instant::now();
     let (machine, commit) = (Machine::here(), machine::commit());
     let engines = notes(options);
-    let kinds: Vec<EngineKind> = EngineKind::ALL
-        .iter()
-        .copied()
+    let kinds: Vec<EngineKind> = EngineKind::all()
+        .filter(|kind| *kind == EngineKind::Own || options.engines.contains(kind))
         .filter(|kind| engines.iter().any(|note| note.ran && note.name == kind.name()))
         .collect();
     let (chosen, left_out) = choose(options)?;
@@ -91,67 +72,103 @@ pub fn write(options: &Options) -> Result<Comparison> {
         (some, _) => some.to_vec(),
     };
     let mut jobs = Vec::new();
-    for case in &chosen {
-        for kind in kinds.iter().filter(|kind| **kind == EngineKind::Own || case.peers) {
-            jobs.extend(steps.iter().map(|dt_ms| (*case, *kind, *dt_ms)));
-        }
+    for case in chosen {
+        let of = kinds.iter().filter(|kind| **kind == EngineKind::Own || case.peers);
+        jobs.extend(of.map(|kind| Job { case, kind: *kind }));
     }
     println!("{} on {}, {} threads; commit {commit}", machine.system, machine.processor, machine.threads);
-    let mut progress = Progress { begin, done: 0, all: 2 * jobs.len() };
-    let mut runs = Vec::new();
-    for (case, kind, dt_ms) in &jobs {
-        let run = limit::within(options.run_limit_s, || error_pass(case, *kind, *dt_ms, options.quick));
-        progress.line("error", &run, &said(&run));
-        runs.push(run);
-    }
-    let longest_s = if options.quick { QUICK_LONGEST_S } else { LONGEST_S };
-    for case in &chosen {
-        for dt_ms in &steps {
-            let here = jobs.iter().zip(&mut runs);
-            let here = here.filter(|((other, _, dt), _)| other.name == case.name && dt == dt_ms);
-            // How long it takes to lose an object is of no interest.
-            let (timed, others): (Vec<_>, Vec<_>) =
-                here.map(|((_, kind, _), run)| (*kind, run)).partition(|(_, run)| run.trouble.is_none());
-            progress.done += others.len();
-            for run in time_pass(case, *dt_ms, timed, (options, longest_s)) {
-                progress.line("time", run, &format!("{:.3} ms of CPU a second", 1e3 * run.cpu_s));
-            }
-        }
-    }
-    let peers: Vec<&str> =
+    let Options { repeats, quick, run_limit_s, .. } = *options;
+    let conduct = Conduct { steps_ms: &steps, repeats, quick, run_limit_s };
+    let progress = Mutex::new(Progress { begin, done: 0, all: 2 * jobs.len() * steps.len() });
+    let mut runs = passes::outcomes(&jobs, conduct, &progress);
+    passes::timings(&jobs, &mut runs, conduct, &progress);
+    let runs = runs.concat();
+    let mut peers: Vec<&str> =
         kinds.iter().filter(|kind| **kind != EngineKind::Own).map(|kind| kind.name()).collect();
+    peers.dedup();
     let comparison = Comparison {
         format: FORMAT,
-        quick: options.quick,
+        quick,
         machine,
         commit,
-        repeats: options.repeats,
-        run_limit_s: options.run_limit_s,
+        repeats,
+        run_limit_s,
         engines,
         verdicts: verdicts(&runs, EngineKind::Own.name(), &peers),
         runs,
-        ticks: ticks::measure(options.repeats)?,
+        ticks: ticks::measure(repeats)?,
         left_out,
         took_s: begin.elapsed().as_secs_f64(),
     };
     fs::create_dir_all(&options.out).with_context(|| format!("cannot create {}", options.out.display()))?;
-    let json = serde_json::to_string_pretty(&comparison)? + "\n";
-    fs::write(options.out.join("report.json"), json)?;
-    plots::draw(&comparison, &options.out)?;
-    fs::write(options.out.join("README.md"), page::write(&comparison))?;
+    publish(&comparison, &options.out)?;
     println!("{} in {:.0} s", options.out.join("README.md").display(), comparison.took_s);
     Ok(comparison)
+}
+
+fn publish(comparison: &Comparison, folder: &Path) -> Result<()> {
+    let json = serde_json::to_string_pretty(comparison)? + "\n";
+    fs::write(folder.join("report.json"), json)?;
+    plots::draw(comparison, folder)?;
+    fs::write(folder.join("README.md"), page::write(comparison))?;
+    Ok(())
+}
+
+/// Reads a report's JSON.
+///
+/// # Errors
+/// No such file, or not a report of this format.
+pub fn read(path: &Path) -> Result<Comparison> {
+    let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let comparison: Comparison = serde_json::from_str(&text)
+        .with_context(|| format!("{} is no report of format {FORMAT}", path.display()))?;
+    ensure!(comparison.format == FORMAT, "{}: format {} is not {FORMAT}", path.display(), comparison.format);
+    Ok(comparison)
+}
+
+/// Judges the runs of a report's JSON again, and writes its page and pictures anew.
+///
+/// # Errors
+/// No such file, or not a report of this format.
+pub fn rewrite(path: &Path) -> Result<()> {
+    let mut comparison = read(path)?;
+    let peers: Vec<&str> = comparison
+        .engines
+        .iter()
+        .map(|note| &*note.name)
+        .filter(|name| *name != EngineKind::Own.name())
+        .collect();
+    comparison.verdicts = verdicts(&comparison.runs, EngineKind::Own.name(), &peers);
+    publish(&comparison, path.parent().unwrap_or(Path::new(".")))
+}
+
+/// Says of every case of a report whether a peer is ahead of ours.
+///
+/// # Errors
+/// No such file, or not a report of this format, or a peer is ahead somewhere.
+pub fn check(path: &Path) -> Result<()> {
+    let comparison = read(path)?;
+    for verdict in &comparison.verdicts {
+        println!("{:<26}{:<8}{}", verdict.case, verdict.peer, verdict.words());
+    }
+    let (ahead, all) = (comparison.ahead().count(), comparison.verdicts.len());
+    if ahead > 0 {
+        bail!("in {ahead} of {all} comparisons a peer is ahead at an equal or smaller error");
+    }
+    Ok(())
 }
 
 /// What each engine is, and whether it can run.
 fn notes(options: &Options) -> Vec<EngineNote> {
     let note = |kind: EngineKind| {
-        let (version, settings) = match kind {
-            EngineKind::Own => (Ok(env!("CARGO_PKG_VERSION").to_owned()), own_settings()),
-            EngineKind::Rapier => (Ok("0.36.1".to_owned()), rapier::settings()),
-            EngineKind::MuJoCo => (mujoco::version(), mujoco::settings()),
+        let (version, notes) = match kind {
+            EngineKind::Own => (Ok(env!("CARGO_PKG_VERSION").to_owned()), own_notes()),
+            EngineKind::Rapier(_) => (Ok("0.36.1".to_owned()), rapier::notes()),
+            EngineKind::MuJoCo(_) => (mujoco::version(), mujoco::notes()),
         };
-        let wanted = kind == EngineKind::Own || options.engines.contains(&kind);
+        let chosen: Vec<&EngineKind> =
+            options.engines.iter().filter(|other| other.name() == kind.name()).collect();
+        let wanted = kind == EngineKind::Own || !chosen.is_empty();
         let (ran, version) = match version {
             _ if !wanted => (false, "not asked for".to_owned()),
             Ok(version) => (true, version),
@@ -161,12 +178,19 @@ fn notes(options: &Options) -> Vec<EngineNote> {
             }
         };
         let reference_ms = 1e3 * reference_s(kind, options.quick);
-        EngineNote { name: kind.name().to_owned(), version, ran, reference_ms, settings }
+        let choice = |kind: &&EngineKind| Choice {
+            name: kind.settings().to_owned(),
+            about: kind.about_settings().to_owned(),
+        };
+        let settings = chosen.iter().map(choice).collect();
+        EngineNote { name: kind.name().to_owned(), version, ran, reference_ms, notes, settings }
     };
-    EngineKind::ALL.iter().map(|kind| note(*kind)).collect()
+    let mut engines: Vec<EngineKind> = EngineKind::all().collect();
+    engines.dedup_by_key(|kind| kind.name());
+    engines.into_iter().map(note).collect()
 }
 
-fn own_settings() -> Vec<String> {
+fn own_notes() -> Vec<String> {
     vec![
         "the constants of `sim/src/config.rs`, the same at every step, and in every case but those named next".into(),
         "contact stiffness: in mass_ratio in proportion to the load, in sphere_stack, incline_sphere, bowling, \
@@ -195,137 +219,6 @@ fn choose(options: &Options) -> Result<(Vec<&'static Case>, Vec<String>)> {
     Ok((all.into_iter().filter(|case| left_out(case.name).is_none()).collect(), out))
 }
 
-/// One run for its error, with a reference run where it needs one.
-fn error_pass(case: &Case, kind: EngineKind, dt_ms: f64, quick: bool) -> Run {
-    let setup = Setup { engine: kind, dt_s: 1e-3 * dt_ms, reference_dt_s: Some(reference_s(kind, quick)) };
-    let mut run = Run {
-        case: case.name.to_owned(),
-        engine: kind.name().to_owned(),
-        dt_ms,
-        error: None,
-        invariants: Invariants::default(),
-        trouble: None,
-        unfinished: false,
-        cpu_s: 0.0,
-        cpu_s_between: [0.0; 2],
-        us_per_step: Default::default(),
-    };
-    match cases::run(case.name, &setup) {
-        Ok((Report { error, invariants, .. }, _)) => {
-            run.trouble = trouble(&error, &invariants);
-            (run.error, run.invariants) = (Some(Figure { value: finite(error.value), ..error }), invariants);
-        }
-        Err(error) => {
-            run.unfinished = error.downcast_ref::<NotFinished>().is_some();
-            run.trouble = Some(format!("{error:#}").lines().next().unwrap_or("failed").to_owned());
-        }
-    }
-    run
-}
-
-/// JSON knows no infinities.
-fn finite(value: Option<f64>) -> Option<f64> {
-    value.filter(|x| x.is_finite())
-}
-
-/// Runs for the clock alone, after the error pass has warmed everything up. The engines take turns: where the machine is
-/// slower for a while, it is so for all.
-fn time_pass<'a>(
-    case: &Case,
-    dt_ms: f64,
-    runs: Vec<(EngineKind, &'a mut Run)>,
-    (options, longest_s): (&Options, f64),
-) -> Vec<&'a mut Run> {
-    let within =
-        |run: &mut dyn FnMut() -> Option<Times>| limit::within(options.run_limit_s.min(TIMED_S), run);
-    let mut clocks = Vec::new();
-    for (kind, run) in runs {
-        let setup = Setup { engine: kind, dt_s: 1e-3 * dt_ms, reference_dt_s: None };
-        let mut play = move || {
-            let mut recorder = Recorder::for_at_most(longest_s);
-            let finished = (case.run)(&setup, &mut recorder).is_ok();
-            (finished || recorder.broke_off() || limit::used_up()).then(|| recorder.times())
-        };
-        let clock: Box<dyn FnMut() -> Option<Times>> = if kind == EngineKind::MuJoCo {
-            let (first, mut recording) = mujoco::Recording::of(|| within(&mut play));
-            Box::new(move || Some(Times { total: 1e6 * recording.replay(longest_s).ok()?, ..first? }))
-        } else {
-            Box::new(move || within(&mut play))
-        };
-        clocks.push((run, clock, Vec::new()));
-    }
-    for _ in 0..options.repeats {
-        for (_, clock, times) in &mut clocks {
-            times.extend(clock());
-        }
-    }
-    let finish = |(run, _, mut times): (&'a mut Run, _, Vec<Times>)| {
-        if times.is_empty() {
-            run.trouble = Some("did not run a second time".into());
-            return run;
-        }
-        times.sort_by(|a, b| a.total.total_cmp(&b.total));
-        // µs a step are ms of CPU a simulated second at 1 ms.
-        let cpu = |total_us: f64| total_us * 1e-3 / dt_ms;
-        run.us_per_step = times[times.len() / 2];
-        run.cpu_s = cpu(run.us_per_step.total);
-        run.cpu_s_between = [cpu(times[0].total), cpu(times[times.len() - 1].total)];
-        run
-    };
-    clocks.into_iter().map(finish).collect()
-}
-
-fn said(run: &Run) -> String {
-    let figure = run.error.as_ref().and_then(|figure| Some((figure.value?, &figure.unit)));
-    let error = figure.map_or_else(String::new, |(value, unit)| format!("{value:.2e} {unit}"));
-    match &run.trouble {
-        Some(trouble) => format!("{error} ({trouble})"),
-        None => error,
-    }
-}
-
-struct Progress {
-    begin: Instant,
-    done: usize,
-    all: usize,
-}
-
-impl Progress {
-    fn line(&mut self, pass: &str, run: &Run, said: &str) {
-        self.done += 1;
-        let spent = self.begin.elapsed().as_secs_f64();
-        let left = spent / self.done as f64 * (self.all - self.done) as f64;
-        println!(
-            "[{:>4}/{}] {spent:>5.0} s, about {left:.0} s left | {pass:<5} {} {} {} ms: {said}",
-            self.done, self.all, run.case, run.engine, run.dt_ms
-        );
-        let _ = std::io::stdout().flush();
-    }
-}
-
-/// Reads a report back and says of every case whether a peer is ahead of ours.
-///
-/// # Errors
-/// No such file, or not a report of this format, or a peer is ahead somewhere.
-pub fn check(path: &std::path::Path) -> Result<()> {
-    let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let comparison: Comparison =
-        serde_json::from_str(&text).with_context(|| format!("{} is no report", path.display()))?;
-    ensure!(comparison.format == FORMAT, "format {} is not {FORMAT}", comparison.format);
-    let mut ahead = 0;
-    for verdict in &comparison.verdicts {
-        println!("{:<26}{:<8}{}", verdict.case, verdict.peer, verdict.words());
-        ahead += usize::from(!verdict.holds());
-    }
-    if ahead > 0 {
-        bail!(
-            "in {ahead} of {} comparisons a peer is ahead at an equal or smaller error",
-            comparison.verdicts.len()
-        );
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -344,7 +237,7 @@ mod tests {
         let folder = Folder(std::env::temp_dir().join(format!("palmares-report-{}", std::process::id())));
         let options = Options {
             out: folder.0.clone(),
-            engines: vec![EngineKind::Own, EngineKind::Rapier],
+            engines: vec![EngineKind::Own, EngineKind::Rapier(&rapier::STIFF120)],
             cases: vec!["bowling".into()],
             steps_ms: vec![2.0, 8.0],
             repeats: 1,
@@ -358,16 +251,41 @@ mod tests {
             assert!(run.cpu_s > 0.0 && run.usable_error().is_some(), "{run:?}");
         }
         assert_eq!(made.verdicts.len(), 1);
-        assert_eq!((made.verdicts[0].usable, made.verdicts[0].tried), (2, 2));
+        let outcome = made.verdicts[0].best().expect("rapier rolls a ball");
+        assert_eq!((outcome.done, outcome.tried, &*outcome.settings), (2, 2, "stiff120"));
         assert!(made.ticks.iter().all(|way| way.lifted), "the pan is lifted both ways");
         for file in ["README.md", "report.json", "bowling.svg", "stable.svg", "split.svg", "ticks.svg"] {
             let text = fs::read_to_string(folder.0.join(file)).expect("the report wrote it");
             assert!(text.contains("bowling") || file == "ticks.svg", "{file}");
         }
-        let text = fs::read_to_string(folder.0.join("report.json")).expect("written");
-        let read: Comparison = serde_json::from_str(&text).expect("it can be read");
-        assert_eq!(read.verdicts, made.verdicts);
-        assert_eq!(check(&folder.0.join("report.json")).is_ok(), made.verdicts[0].holds());
+        let json = folder.0.join("report.json");
+        assert_eq!(read(&json).expect("it can be read").verdicts, made.verdicts);
+        assert_eq!(check(&json).is_ok(), made.verdicts[0].holds());
+        let page = fs::read_to_string(folder.0.join("README.md")).expect("written");
+        rewrite(&json).expect("it can be judged again");
+        assert_eq!(fs::read_to_string(folder.0.join("README.md")).expect("written"), page);
+    }
+
+    #[test]
+    fn a_grasp_is_judged_by_many_starts_and_its_fine_run_is_told_apart() {
+        let folder = Folder(std::env::temp_dir().join(format!("palmares-starts-{}", std::process::id())));
+        let options = Options {
+            out: folder.0.clone(),
+            engines: vec![EngineKind::Own],
+            cases: vec!["softhand_cylinder".into()],
+            steps_ms: vec![8.0],
+            repeats: 1,
+            quick: true,
+            run_limit_s: 60.0,
+        };
+        let made = write(&options).expect("it runs");
+        let run = &made.runs[0];
+        let starts = run.starts.expect("it is among those");
+        assert_eq!((starts.tried, starts.done, run.judged()), (4, 4, Some(0.0)), "{run:?}");
+        assert!(starts.median_overlap_mm > 0.0 && starts.median_overlap_mm < 5.0, "{starts:?}");
+        assert!(run.difference().is_some_and(|mm| mm > 0.0), "{run:?}");
+        let bound = run.invariants.overlap_bound_mm.expect("shapes touch");
+        assert!((bound - 7.0).abs() < 1e-9, "half of a finger of 14 mm, not {bound}");
     }
 
     #[test]
