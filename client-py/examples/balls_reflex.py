@@ -3,7 +3,7 @@
 The same task as `balls_softhand.py`, a simpler plan: straight down over the ball that leaves the fingertips
 most room, close, up, over, open. A ball that slipped is tried from another side. It does nothing about balls
 by a wall, where the fingers do not fit: what `balls_softhand.py` does about them, raking, is left to you. It
-brought 8, 5 and 7 of the ten balls of the seeds 1, 2 and 3.
+brought 6 to 8 of the ten balls of the seeds 1 to 10, 7.2 on average.
 
     python balls_reflex.py --seed 7 --runs 3
 """

@@ -65,7 +65,7 @@ pub(crate) fn unit(quat_xyzw: [f64; 4]) -> Option<Rotation> {
         return Some(given);
     }
     let largest = quat_xyzw.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    if !(largest > 0.0) {
+    if largest == 0.0 {
         return None;
     }
     let [x, y, z, w] = quat_xyzw.map(|x| x / largest);
@@ -78,7 +78,7 @@ pub(crate) fn unit(quat_xyzw: [f64; 4]) -> Option<Rotation> {
 /// so that a clipped one's is itself. Neither overflows nor underflows on the way.
 pub(crate) fn clipped(v: Vec3, most: f64) -> Vec3 {
     let largest = v.abs().max_element();
-    if !(largest > 0.0) {
+    if largest == 0.0 {
         return v;
     }
     let scaled = v / largest;

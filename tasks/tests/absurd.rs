@@ -331,7 +331,7 @@ fn a_step_of_thirty_objects_takes_a_small_part_of_what_it_may() {
         assert_eq!(run.fault(), None);
     }
     println!("at most {most} in a step, of {STEP_WORK}");
-    assert!(20 * most < STEP_WORK, "{most}");
+    assert!(10 * most < STEP_WORK, "{most}");
 }
 
 /// Force, stiffness, R and speed of 1e9 on a light link: it turned so fast that one step was divided into more parts than

@@ -88,7 +88,7 @@ class SceneBody(msgspec.Struct, kw_only=True):
     com: Vec3 = (0.0, 0.0, 0.0)
     """Centre of mass in the body frame, m"""
     endless: bool = False
-    """A horizontal ground that goes on for ever; its surface is the top of its one part, which shows some of it"""
+    """A horizontal ground that goes on for ever; its surface is the top of its one part, a box for drawing"""
     parts: list[ScenePart]
     color: Vec3
     """sRGB, 0 to 1"""

@@ -61,7 +61,8 @@ impl Marks {
     }
 
     /// The longest stretch of changes that is shared with another run, from the places of the marks they share, here
-    /// and there. At least so long: its ends may lie up to a window farther out.
+    /// and there. At least so long: its ends may lie up to a window farther out. What repeats within a run has its mark
+    /// at its first place only: between two neighbouring marks that lag equally the runs are taken as equal.
     pub(crate) fn longest(&self, shared: &[(i64, i64)]) -> u64 {
         let order: BTreeMap<i64, usize> =
             self.marks.iter().enumerate().map(|(k, mark)| (mark.place, k)).collect();
@@ -75,7 +76,7 @@ impl Marks {
             let goes_on = k > 0 && {
                 let (lag_before, before) = shared[k - 1];
                 let next = order.get(&before).zip(order.get(&place)).is_some_and(|(a, b)| a + 1 == *b);
-                lag_before == lag && next && place - before <= WINDOW as i64
+                lag_before == lag && next
             };
             if !goes_on {
                 begin = place;
@@ -180,8 +181,9 @@ pub(super) mod tests {
     fn the_same_actions_are_found_whole() {
         let run = fetching(&balls(1), 0.004);
         let (longest, told) = compared(&run, &run);
-        // The first change is none, and up to a window is missing at each end.
-        assert!(told && longest as usize + 1 + 2 * WINDOW >= run.len(), "{longest} of {}", run.len());
+        // The first tick is no change, up to a window is missing at each end, and the last movement, 50 ticks of opening
+        // at the box, is one that repeats.
+        assert!(told && longest as usize + 1 + 2 * WINDOW + 50 >= run.len(), "{longest} of {}", run.len());
     }
 
     #[test]
