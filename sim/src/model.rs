@@ -135,6 +135,26 @@ impl Model {
         Ok(model)
     }
 
+    /// The same furniture and objects with a hand. Its shapes and velocities come first, then those of this model
+    /// in their order; the present hand, if there is one, is left out.
+    pub fn with_hand(&self, hand: Arc<Hand>) -> Result<Self, ModelError> {
+        let mut model = Model::new(self.config.clone(), Some(hand))?;
+        let others = self.colliders.iter().filter(|collider| !matches!(collider.owner, Owner::Link(_)));
+        model.colliders.extend(others.cloned());
+        let first = model.velocity_len();
+        model
+            .clusters
+            .extend((0..self.objects.len()).map(|k| Cluster { dofs: first + 6 * k..first + 6 * (k + 1) }));
+        model.object_inertia_inverse.clone_from(&self.object_inertia_inverse);
+        model.objects.clone_from(&self.objects);
+        Ok(model)
+    }
+
+    /// Number of collision shapes of the hand; they come first.
+    pub fn hand_colliders(&self) -> usize {
+        self.colliders.iter().take_while(|collider| matches!(collider.owner, Owner::Link(_))).count()
+    }
+
     /// Adds a fixed shape at a world pose.
     pub fn add_static(
         &mut self,

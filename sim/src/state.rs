@@ -107,6 +107,28 @@ impl State {
         }
     }
 
+    /// The hand of one world beside the objects of another, in a world of `model` that has both: the hand as it
+    /// is in `hand`, objects, their sleep and their contacts as in `objects`, which has no hand.
+    pub fn joined(model: &Model, hand: &State, objects: &State) -> Self {
+        let shift = model.hand_colliders() as u32;
+        // The hand's shapes come first: within each part the pairs keep their order.
+        let own = hand.pairs.iter().filter(|pair| pair.key.1 < shift).cloned();
+        let others = objects.pairs.iter().cloned().map(|mut pair| {
+            pair.key = (pair.key.0 + shift, pair.key.1 + shift);
+            pair
+        });
+        let mut v = hand.v[..model.hand_dofs()].to_vec();
+        v.extend_from_slice(&objects.v);
+        State {
+            step: 0,
+            v,
+            objects: objects.objects.clone(),
+            sleep: objects.sleep.clone(),
+            pairs: own.chain(others).collect(),
+            ..hand.clone()
+        }
+    }
+
     /// s since the beginning.
     pub fn time_s(&self, model: &Model) -> f64 {
         self.step as f64 * model.config().step_s

@@ -3,10 +3,12 @@
 use crate::place::{Dice, Placed, place};
 use crate::scene::{Region, Scene, SceneBody, ScenePart};
 use crate::seed::Seed;
+use crate::start::{self, Overlap};
 use crate::task::{Slab, Task};
 use palmares_models::hand::Hand;
 use palmares_models::shape::Shape;
-use palmares_models::{Pose, Rotation, Vec3};
+use palmares_models::{Pose, Vec3};
+use palmares_sim::model::ModelError;
 use palmares_sim::{Command, Config, Model, Owner, State, World};
 use std::sync::Arc;
 
@@ -17,12 +19,38 @@ const DRAWS: usize = 20;
 
 /// Why a scene could not be built.
 #[derive(Debug, thiserror::Error)]
-#[error("task `{task}`: {message}")]
-pub struct SceneError {
-    /// Name of the task.
-    pub task: String,
-    /// What went wrong.
-    pub message: String,
+pub enum SceneError {
+    /// The task has no sound scene, or the hand no sound state.
+    #[error("task `{task}`: {message}")]
+    Unsound {
+        /// Name of the task.
+        task: String,
+        /// What went wrong.
+        message: String,
+    },
+    /// The hand does not fit where it starts: its parts touch what is there, or reach into a region of the rules.
+    #[error("task `{task}`: where it starts, {}", first_of(overlaps))]
+    HandInTheWay {
+        /// Name of the task.
+        task: String,
+        /// What touches what; never empty.
+        overlaps: Vec<Overlap>,
+    },
+}
+
+impl SceneError {
+    pub(crate) fn unsound(task: &Task, message: impl ToString) -> Self {
+        SceneError::Unsound { task: task.name.clone(), message: message.to_string() }
+    }
+}
+
+/// The first of many overlaps in words, and how many more there are.
+fn first_of(overlaps: &[Overlap]) -> String {
+    match overlaps {
+        [] => "nothing overlaps".to_owned(),
+        [only] => only.to_string(),
+        [first, rest @ ..] => format!("{first}, and {} more", rest.len()),
+    }
 }
 
 /// A world at tick 0 and how it is told to a client.
@@ -35,16 +63,21 @@ pub struct Built {
     pub body_names: Vec<String>,
 }
 
-/// Where the hand's base starts.
-pub fn start_pose(task: &Task) -> Pose {
-    let [x, y, z, w] = task.hand.quat_xyzw;
-    Pose::from_parts(Vec3::from_array(task.hand.position), Rotation::from_xyzw(x, y, z, w).normalize())
+/// Builds the scene, a function of task and seed alone, and puts the hand into it, if there is one.
+///
+/// # Errors
+/// No sound scene was found, or the hand is in the way of it.
+pub fn build(task: &Task, hand: Option<Arc<Hand>>, seed: Seed) -> Result<Built, SceneError> {
+    let scene = draw(task, seed)?;
+    match hand {
+        Some(hand) => start::put_in(task, scene, hand),
+        None => Ok(scene),
+    }
 }
 
-/// Builds the scene: furniture, containers and placed objects, with or without a hand. A placement in which
-/// something does not come to rest where it should is drawn again, so that every seed has a sound scene.
-pub fn build(task: &Task, hand: Option<Arc<Hand>>, seed: Seed) -> Result<Built, SceneError> {
-    let failed = |message: String| SceneError { task: task.name.clone(), message };
+/// Furniture, containers and placed objects at rest. A placement in which something does not come to rest where it
+/// should is drawn again, so that every seed has a sound scene.
+fn draw(task: &Task, seed: Seed) -> Result<Built, SceneError> {
     let mut dice = Dice::new(seed);
     let mut last = String::new();
     for _ in 0..DRAWS {
@@ -55,13 +88,18 @@ pub fn build(task: &Task, hand: Option<Arc<Hand>>, seed: Seed) -> Result<Built, 
                 continue;
             }
         };
-        let built = assemble(task, hand.clone(), &placed).map_err(|e| failed(e.to_string()))?;
+        let built = assemble(task, &placed).map_err(|e| SceneError::unsound(task, e))?;
         match unsound(task, &built) {
             None => return Ok(built),
             Some(why) => last = why,
         }
     }
-    Err(failed(format!("no sound scene in {DRAWS} draws; the last: {last}")))
+    Err(SceneError::unsound(task, format!("no sound scene in {DRAWS} draws; the last: {last}")))
+}
+
+/// Furniture and containers without objects.
+pub(crate) fn furnished(task: &Task) -> Result<Built, SceneError> {
+    assemble(task, &[]).map_err(|e| SceneError::unsound(task, e))
 }
 
 /// What is wrong with a settled scene.
@@ -81,13 +119,9 @@ fn unsound(task: &Task, built: &Built) -> Option<String> {
 }
 
 /// A world of placed objects, settled.
-fn assemble(
-    task: &Task,
-    hand: Option<Arc<Hand>>,
-    placed: &[Placed],
-) -> Result<Built, palmares_sim::model::ModelError> {
+fn assemble(task: &Task, placed: &[Placed]) -> Result<Built, ModelError> {
     let config = Config::with_step(task.step_s);
-    let mut model = Model::new(config.clone(), hand.clone())?;
+    let mut model = Model::new(config.clone(), None)?;
     let furniture = add_furniture(task, &mut model)?;
     let mut bodies = Vec::new();
     for (k, Placed { object, color, .. }) in placed.iter().enumerate() {
@@ -107,10 +141,9 @@ fn assemble(
     }
     let model = Arc::new(model);
     let poses: Vec<Pose> = placed.iter().map(|placed| placed.pose).collect();
-    let base = start_pose(task);
-    let mut world = World::new(Arc::clone(&model), State::at_rest(&model, base, &poses));
+    let mut world = World::new(Arc::clone(&model), State::at_rest(&model, Pose::IDENTITY, &poses));
     // What was placed by other means than this world's contact law must find its rest in it.
-    let wait = Command::stay(&model, base);
+    let wait = Command::stay(&model, Pose::IDENTITY);
     for _ in 0..(REST_S / task.step_s) as u64 {
         if world.outcome().asleep == placed.len() {
             break;
@@ -130,7 +163,7 @@ fn assemble(
         body.id = first_static + k;
         bodies.push(body);
     }
-    let body_names = body_names(&model, hand.as_deref(), &bodies[first_static..]);
+    let body_names = body_names(&model, &bodies[first_static..]);
     let regions = task
         .regions()
         .map(|(name, (min, max))| {
@@ -142,7 +175,7 @@ fn assemble(
     Ok(Built { world, scene, body_names })
 }
 
-fn add_furniture(task: &Task, model: &mut Model) -> Result<Vec<SceneBody>, palmares_sim::model::ModelError> {
+fn add_furniture(task: &Task, model: &mut Model) -> Result<Vec<SceneBody>, ModelError> {
     let mut bodies = Vec::new();
     let fixed = task
         .furniture
@@ -176,15 +209,13 @@ fn part(at: Pose, shape: Shape) -> ScenePart {
     ScenePart { position: at.translation.to_array(), quat_xyzw: at.rotation.to_array(), shape }
 }
 
-fn body_names(model: &Model, hand: Option<&Hand>, furniture: &[SceneBody]) -> Vec<String> {
+fn body_names(model: &Model, furniture: &[SceneBody]) -> Vec<String> {
     let mut fixed = furniture.iter().flat_map(|b| std::iter::repeat_n(&b.name, b.parts.len()));
-    model
-        .colliders()
-        .iter()
+    let colliders = model.colliders().iter();
+    colliders
         .map(|collider| match collider.owner {
-            Owner::Link(i) => hand.map_or_else(String::new, |hand| hand.links[i].name.clone()),
             Owner::Object(k) => model.objects()[k].name.clone(),
-            Owner::Static => fixed.next().cloned().unwrap_or_default(),
+            Owner::Static | Owner::Link(_) => fixed.next().cloned().unwrap_or_default(),
         })
         .collect()
 }

@@ -9,6 +9,7 @@ pub mod run;
 pub mod scene;
 pub mod score;
 pub mod seed;
+pub mod start;
 pub mod table;
 pub mod task;
 

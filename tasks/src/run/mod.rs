@@ -11,12 +11,13 @@ pub use outcome::{Outcome, Reason};
 pub use push::PushError;
 
 use crate::action::{Action, ActionError, BaseTarget};
-use crate::build::{SceneError, build, start_pose};
+use crate::build::{SceneError, build};
 use crate::observation::Event;
 use crate::referee::{Referee, Sighting};
 use crate::scene::Scene;
 use crate::score::Count;
 use crate::seed::Seed;
+use crate::start::start_pose;
 use crate::task::Task;
 use command::Target;
 use palmares_models::Pose;
@@ -52,7 +53,10 @@ pub struct Run {
 }
 
 impl Run {
-    /// Builds the scene and puts the world at tick 0. Takes up to a second of computing.
+    /// Builds the scene, puts the hand in and the world at tick 0. Takes up to a second of computing.
+    ///
+    /// # Errors
+    /// There is no sound scene, or the hand overlaps something where it starts.
     pub fn new(task: Arc<Task>, hand: Arc<Hand>, seed: Seed) -> Result<Self, SceneError> {
         let built = build(&task, Some(Arc::clone(&hand)), seed)?;
         let base = start_pose(&task);

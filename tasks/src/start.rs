@@ -1,0 +1,164 @@
+//! The hand where it starts: how it gets into a scene that knows nothing of it, and what it must not touch there.
+//!
+//! A scene settles without a hand, or a hand could choose its scene by what it touches. The hand settles alone, in
+//! the air, and is then put beside the objects: these stay as they are, bit for bit.
+
+use crate::build::{Built, SceneError, furnished};
+use crate::task::Task;
+use palmares_models::hand::Hand;
+use palmares_models::{Pose, Rotation, Vec3};
+use palmares_sim::{Command, Config, Model, Owner, State, World};
+use parry3d_f64::bounding_volume::BoundingVolume;
+use parry3d_f64::query;
+use parry3d_f64::shape::SharedShape;
+use std::fmt;
+use std::sync::Arc;
+
+/// How long a hand is given to find its rest on its base before the run begins, s.
+const REST_S: f64 = 0.5;
+
+/// What a part of a hand overlaps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Obstacle {
+    /// Furniture or a container.
+    Furniture,
+    /// An object of the scene.
+    Object,
+    /// A region that the rules speak of.
+    Region,
+}
+
+/// A link of a hand that touches something where the hand starts.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Overlap {
+    /// Name of the link.
+    pub link: String,
+    /// What kind of thing it touches.
+    pub obstacle: Obstacle,
+    /// Name of the thing: `shelf`, `ball_3`.
+    pub name: String,
+}
+
+impl fmt::Display for Overlap {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Overlap { link, obstacle, name } = self;
+        match obstacle {
+            Obstacle::Furniture | Obstacle::Object => write!(f, "link `{link}` touches `{name}`"),
+            Obstacle::Region => write!(f, "link `{link}` reaches into region `{name}`"),
+        }
+    }
+}
+
+/// Where the hand's base starts.
+pub fn start_pose(task: &Task) -> Pose {
+    let [x, y, z, w] = task.hand.quat_xyzw;
+    Pose::from_parts(Vec3::from_array(task.hand.position), Rotation::from_xyzw(x, y, z, w).normalize())
+}
+
+/// What a hand overlaps at its start, whatever the seed: furniture and regions of the rules. Empty: it fits. Objects
+/// depend on the seed; [`crate::build::build`] looks at them as well.
+///
+/// # Errors
+/// The hand cannot be simulated, or finds no rest that is finite.
+pub fn overlaps(task: &Task, hand: Arc<Hand>) -> Result<Vec<Overlap>, SceneError> {
+    let (world, names) = joined(task, &furnished(task)?, hand)?;
+    Ok(overlapping(task, &world, &names))
+}
+
+/// Puts a hand into a scene that was built without.
+pub(crate) fn put_in(task: &Task, scene: Built, hand: Arc<Hand>) -> Result<Built, SceneError> {
+    let (world, body_names) = joined(task, &scene, hand)?;
+    let overlaps = overlapping(task, &world, &body_names);
+    if overlaps.is_empty() {
+        Ok(Built { world, scene: scene.scene, body_names })
+    } else {
+        Err(SceneError::HandInTheWay { task: task.name.clone(), overlaps })
+    }
+}
+
+/// The world of a scene with a hand at rest in it, and the names of its colliders' bodies.
+fn joined(task: &Task, scene: &Built, hand: Arc<Hand>) -> Result<(World, Vec<String>), SceneError> {
+    let unsound = |why: &dyn ToString| SceneError::unsound(task, why.to_string());
+    let alone = Model::new(Config::with_step(task.step_s), Some(Arc::clone(&hand)));
+    let alone = Arc::new(alone.map_err(|e| unsound(&e))?);
+    let base = start_pose(task);
+    let mut waiting = World::new(Arc::clone(&alone), State::at_rest(&alone, base, &[]));
+    let wait = Command::stay(&alone, base);
+    for _ in 0..(REST_S / task.step_s) as u64 {
+        waiting.step(&wait);
+    }
+    if !waiting.state().is_finite() {
+        return Err(unsound(&format!("hand `{}` finds no rest where it starts", hand.name)));
+    }
+    let model = scene.world.model().with_hand(Arc::clone(&hand)).map_err(|e| unsound(&e))?;
+    let state = State::joined(&model, waiting.state(), scene.world.state());
+    let links = alone.colliders().iter().map(|collider| match collider.owner {
+        Owner::Link(i) => hand.links[i].name.clone(),
+        Owner::Static | Owner::Object(_) => String::new(),
+    });
+    let names = links.chain(scene.body_names.iter().cloned()).collect();
+    Ok((World::new(Arc::new(model), state), names))
+}
+
+/// A shape where it stands.
+struct Standing<'a> {
+    name: &'a str,
+    obstacle: Obstacle,
+    at: Pose,
+    shape: SharedShape,
+}
+
+/// What the hand overlaps, each link and thing once, in the order of the model.
+fn overlapping(task: &Task, world: &World, names: &[String]) -> Vec<Overlap> {
+    let (model, state) = (world.model(), world.state());
+    let Some(hand) = model.hand() else { return Vec::new() };
+    let base_from_links = hand.base_from_links(&state.q);
+    let mut parts = Vec::new();
+    let mut things = Vec::new();
+    for (collider, name) in model.colliders().iter().zip(names) {
+        let thing =
+            |at, obstacle| Standing { name: name.as_str(), obstacle, at, shape: collider.shape.clone() };
+        match collider.owner {
+            Owner::Link(i) => {
+                let at = state.base * base_from_links[i] * collider.body_from_shape;
+                parts.push((name, at, collider.shape.clone()));
+            }
+            Owner::Object(k) => {
+                things.push(thing(state.objects[k] * collider.body_from_shape, Obstacle::Object));
+            }
+            Owner::Static => things.push(thing(collider.body_from_shape, Obstacle::Furniture)),
+        }
+    }
+    let regions = task.regions().filter(|(name, _)| task.rules.role(name).is_some());
+    things.extend(regions.map(|(name, (min, max))| {
+        let (min, max) = (Vec3::from_array(min), Vec3::from_array(max));
+        let half = (max - min) * 0.5;
+        Standing {
+            name,
+            obstacle: Obstacle::Region,
+            at: Pose::from_translation(min + half),
+            shape: SharedShape::cuboid(half.x, half.y, half.z),
+        }
+    }));
+    let mut found: Vec<Overlap> = Vec::new();
+    for (link, at, shape) in parts {
+        let around = shape.compute_aabb(&at);
+        for thing in &things {
+            let near = thing.shape.compute_aabb(&thing.at).intersects(&around);
+            let known = |o: &Overlap| o.link == *link && o.obstacle == thing.obstacle && o.name == thing.name;
+            if !near || found.iter().any(known) {
+                continue;
+            }
+            // Shapes for which parry knows no distance count as touching.
+            let distance = query::distance(&at, &*shape, &thing.at, &*thing.shape);
+            if distance.map_or(true, |d| d.distance <= 0.0) {
+                found.push(Overlap {
+                    link: link.clone(),
+                    obstacle: thing.obstacle,
+                    name: thing.name.to_owned(),
+                });
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,121 @@
+//! Where the hand starts: the scene does not depend on it, and it must not be in the way.
+
+use palmares_models::hand::{Geom, Hand};
+use palmares_models::shape::Shape;
+use palmares_models::{Pose, Vec3};
+use palmares_tasks::build::{Built, build};
+use palmares_tasks::run::Run;
+use palmares_tasks::start::{Obstacle, overlaps, start_pose};
+use palmares_tasks::{SceneError, Seed, Task};
+use std::sync::Arc;
+
+/// A hand with a plate fixed to its palm, which at the task's start is at `at` in the world.
+fn with_plate(hand: &Hand, task: &Task, at: Vec3, half_extents: [f64; 3]) -> Arc<Hand> {
+    let mut hand = hand.clone();
+    hand.links[0].geoms.push(Geom {
+        shape: Shape::Box { half_extents, rounding: 0.0 },
+        link_from_geom: start_pose(task).inverse() * Pose::from_translation(at),
+        friction: 0.6,
+    });
+    Arc::new(hand)
+}
+
+fn hands() -> Vec<Arc<Hand>> {
+    ["softhand", "reflex", "pinch"].map(|name| Hand::builtin(name).expect("built in")).to_vec()
+}
+
+/// Every bit of where the objects are, whether they sleep, and what is told of the scene.
+fn bits(built: &Built) -> String {
+    let state = built.world.state();
+    // Debug prints floats so that they read back as the same bits.
+    format!("{:?} {:?} {:?}", state.objects, state.sleep, built.scene)
+}
+
+/// Names of what a hand overlaps, and what it is.
+fn refused(result: Result<Built, SceneError>) -> Vec<(Obstacle, String)> {
+    match result {
+        Err(SceneError::HandInTheWay { overlaps, .. }) => {
+            overlaps.into_iter().map(|o| (o.obstacle, o.name)).collect()
+        }
+        Err(other) => panic!("{other}"),
+        Ok(_) => Vec::new(),
+    }
+}
+
+#[test]
+fn a_scene_is_the_same_for_every_hand_and_for_none() {
+    for task in Task::builtin() {
+        let mut hands = hands();
+        // Two that reach far into the room and touch nothing: high above the scene, and 3 cm over all objects.
+        let (low, high) = task.region(task.place.into_region()).expect("the task's own");
+        let over = Vec3::new(0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), high[2] + 0.03);
+        for at in [over, over + Vec3::new(0.0, 0.0, 0.5)] {
+            hands.push(with_plate(&hands[2], &task, at, [0.1, 0.1, 0.01]));
+        }
+        for seed in (0..15).map(Seed::from_u64) {
+            let alone = bits(&build(&task, None, seed).expect("every seed has a scene"));
+            for hand in &hands {
+                let built = build(&task, Some(hand.clone()), seed);
+                let built = built.unwrap_or_else(|error| panic!("{} {}: {error}", task.name, hand.name));
+                assert!(bits(&built) == alone, "{} with {}, {seed:?}", task.name, hand.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_hand_is_at_rest_and_wakes_nothing_in_the_first_tick() {
+    for task in Task::builtin() {
+        for hand in hands() {
+            let mut run = Run::new(task.clone(), hand.clone(), Seed::from_u64(2)).expect("the scene builds");
+            let before = run.world().state().clone();
+            assert_eq!(before.step, 0);
+            run.step(&palmares_tasks::Action::default()).expect("valid");
+            let after = run.world().state();
+            assert_eq!(before.objects, after.objects, "{} {}", task.name, hand.name);
+            assert!(after.sleep.iter().all(|sleep| sleep.asleep), "{} {}", task.name, hand.name);
+            let moved = (after.base.translation - before.base.translation).length();
+            assert!(moved < 1e-5, "{} {}: the base moves by {moved} m", task.name, hand.name);
+            for (q, earlier) in after.q.iter().zip(&before.q) {
+                assert!((q - earlier).abs() < 1e-3, "{} {}: a joint moves", task.name, hand.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_plate_in_the_shelf_is_refused_for_every_seed() {
+    let task = Task::builtin().into_iter().find(|task| task.name == "shelf").expect("built in");
+    let hand = with_plate(&hands()[2], &task, Vec3::new(0.0, 0.6, 0.72), [0.05, 0.05, 0.002]);
+    let expected = (Obstacle::Region, "shelf".to_owned());
+    for seed in 0..15 {
+        let found = refused(build(&task, Some(hand.clone()), Seed::from_u64(seed)));
+        assert!(found.contains(&expected), "seed {seed}: {found:?}");
+    }
+    let found = overlaps(&task, hand).expect("it can be simulated");
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert_eq!(found[0].to_string(), format!("link `{}` reaches into region `shelf`", found[0].link));
+    for hand in hands() {
+        assert_eq!(overlaps(&task, hand).expect("it can be simulated"), []);
+    }
+}
+
+#[test]
+fn what_touches_furniture_or_objects_is_refused() {
+    let task = Task::builtin().into_iter().find(|task| task.name == "grasp").expect("built in");
+    let pinch = &hands()[2];
+    // Half into the table, beside where objects are put.
+    let low = with_plate(pinch, &task, Vec3::new(0.4, 0.4, 0.0), [0.05, 0.05, 0.01]);
+    let found = overlaps(&task, low).expect("it can be simulated");
+    assert_eq!(
+        found.iter().map(|o| (o.obstacle, o.name.as_str())).collect::<Vec<_>>(),
+        [(Obstacle::Furniture, "table")]
+    );
+    // Over the table and through whatever object stands there.
+    let high = with_plate(pinch, &task, Vec3::new(0.0, 0.0, 0.03), [0.12, 0.12, 0.01]);
+    assert_eq!(overlaps(&task, high.clone()).expect("it can be simulated"), [], "no seed, no object");
+    for seed in (0..15).map(Seed::from_u64) {
+        let object = build(&task, None, seed).expect("every seed has a scene").scene.bodies[0].name.clone();
+        assert_eq!(refused(build(&task, Some(high.clone()), seed)), [(Obstacle::Object, object)]);
+    }
+}
