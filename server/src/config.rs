@@ -16,6 +16,9 @@ use std::time::Duration;
 /// Longest session, s.
 pub(crate) const LONGEST_SESSION_S: f64 = 86_400.0;
 
+/// What an official reset costs unless the organizer says otherwise, s: looking at scene after scene is not free.
+const RESET_COST_S: f64 = 10.0;
+
 /// Options of `palmares serve`. Each can also be set by the environment variable shown with it, most of them also in
 /// the file of --config; an option here wins over the environment, which wins over the file.
 #[derive(Args, Clone, Debug)]
@@ -98,6 +101,8 @@ pub(crate) struct Config {
     pub(crate) session_s: Option<f64>,
     /// How many sessions a team has, in the official mode.
     pub(crate) sessions_per_team: u32,
+    /// What a reset takes from a session, s.
+    pub(crate) reset_cost_s: f64,
     /// Names of the tasks; none for all.
     pub(crate) tasks: Option<Vec<String>>,
     /// Names of the hands that come with the program; none for all.
@@ -142,6 +147,14 @@ impl ServeOptions {
             (Mode::Official, None) => Some(1800.0),
             (Mode::Practice, None) => None,
         };
+        let reset_cost_s =
+            file.reset_cost_s.unwrap_or(if mode == Mode::Official { RESET_COST_S } else { 0.0 });
+        if let (Some(path), Some(session_s)) = (&self.config, session_s)
+            && reset_cost_s >= session_s
+        {
+            let path = path.display();
+            bail!("{path}: reset_cost_s = {reset_cost_s}: expected less than session_s = {session_s}");
+        }
         let data_dir = match (&self.data_dir, &file.data_dir) {
             (Some(path), _) => path.clone(),
             (None, Some(path)) => inside(path),
@@ -156,6 +169,7 @@ impl ServeOptions {
             mode,
             session_s,
             sessions_per_team: file.sessions_per_team.unwrap_or(1),
+            reset_cost_s,
             tasks: file.tasks.clone(),
             builtin_hands: file.hands.clone(),
             hands,

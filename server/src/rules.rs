@@ -111,6 +111,8 @@ pub(crate) struct Rules {
     pub(crate) session_s: Option<f64>,
     /// Sessions that a team has.
     pub(crate) sessions_per_team: u32,
+    /// What a reset takes from a session, s.
+    pub(crate) reset_cost_s: f64,
     /// In the official mode.
     secret: Option<SeedSecret>,
     phase: Mutex<Phase>,
@@ -151,6 +153,7 @@ impl Rules {
             mode: config.mode,
             session_s: config.session_s,
             sessions_per_team: config.sessions_per_team,
+            reset_cost_s: config.reset_cost_s,
             secret,
             phase: Mutex::new(phase),
         })

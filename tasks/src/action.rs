@@ -1,6 +1,7 @@
 //! What a controller commands: one message per tick.
 
 use palmares_models::hand::Hand;
+use palmares_models::{Rotation, Vec3};
 use palmares_sim::config::BaseConfig;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -28,7 +29,7 @@ impl Action {
             Some(BaseTarget::Pose { position, quat_xyzw }) => {
                 finite("base.position", position)?;
                 finite("base.quat_xyzw", quat_xyzw)?;
-                if quat_xyzw.iter().map(|x| x * x).sum::<f64>() < 1e-12 {
+                if unit(*quat_xyzw).is_none() {
                     return Err(ActionError::ZeroQuaternion);
                 }
             }
@@ -52,6 +53,39 @@ impl Action {
     }
 }
 
+/// Shorter quaternions are refused: they are rounding, not orientations.
+const SHORTEST_QUATERNION: f64 = 1e-6;
+
+/// The unit quaternion of the direction of finite x, y, z, w; none when it is shorter than 1e-6. One that is unit to
+/// rounding is left as it is, so that a unit quaternion's is itself. Neither overflows nor underflows on the way.
+pub(crate) fn unit(quat_xyzw: [f64; 4]) -> Option<Rotation> {
+    let [x, y, z, w] = quat_xyzw;
+    let given = Rotation::from_xyzw(x, y, z, w);
+    if (given.length_squared() - 1.0).abs() < 4e-15 {
+        return Some(given);
+    }
+    let largest = quat_xyzw.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    if !(largest > 0.0) {
+        return None;
+    }
+    let [x, y, z, w] = quat_xyzw.map(|x| x / largest);
+    let scaled = Rotation::from_xyzw(x, y, z, w);
+    // Between 1 and 2 times the largest: what overflows is long enough.
+    (largest * scaled.length() >= SHORTEST_QUATERNION).then(|| scaled.normalize())
+}
+
+/// A finite vector of at most that length in the same direction; one that is longer by rounding only is left as it is,
+/// so that a clipped one's is itself. Neither overflows nor underflows on the way.
+pub(crate) fn clipped(v: Vec3, most: f64) -> Vec3 {
+    let largest = v.abs().max_element();
+    if !(largest > 0.0) {
+        return v;
+    }
+    let scaled = v / largest;
+    let length = scaled.length();
+    if largest * length <= most * (1.0 + 4e-15) { v } else { scaled * (most / length) }
+}
+
 /// A pose to reach, or a velocity to keep, of the hand's base in the world frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, deny_unknown_fields)]
@@ -60,7 +94,7 @@ pub enum BaseTarget {
     Pose {
         /// m
         position: [f64; 3],
-        /// Unit quaternion x, y, z, w; normalised on arrival, zero length is refused.
+        /// Unit quaternion x, y, z, w; normalised on arrival, a length below 1e-6 is refused.
         quat_xyzw: [f64; 4],
     },
     /// Velocity target.
@@ -118,7 +152,7 @@ pub enum ActionError {
         /// Motors of the hand.
         expected: usize,
     },
-    /// Quaternion of zero length.
-    #[error("action.base.quat_xyzw has zero length; a unit quaternion is expected")]
+    /// Quaternion without a direction.
+    #[error("action.base.quat_xyzw has zero length, or less than 1e-6; a unit quaternion is expected")]
     ZeroQuaternion,
 }

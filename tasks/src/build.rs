@@ -133,8 +133,8 @@ fn assemble(task: &Task, placed: &[Placed]) -> Result<Built, ModelError> {
             mass: object.mass,
             com: object.com.to_array(),
             friction: object.friction,
-            position: [0.0; 3],
-            quat_xyzw: [0.0, 0.0, 0.0, 1.0],
+            position: Some([0.0; 3]),
+            quat_xyzw: Some([0.0, 0.0, 0.0, 1.0]),
             parts: object.parts.iter().map(|(pose, shape)| part(*pose, shape.clone())).collect(),
             color: *color,
         });
@@ -152,8 +152,8 @@ fn assemble(task: &Task, placed: &[Placed]) -> Result<Built, ModelError> {
     }
     for (k, body) in bodies.iter_mut().enumerate() {
         let pose = world.state().object_pose(&model, k);
-        body.position = pose.translation.to_array();
-        body.quat_xyzw = pose.rotation.to_array();
+        body.position = Some(pose.translation.to_array());
+        body.quat_xyzw = Some(pose.rotation.to_array());
     }
     let mut state = world.state().clone();
     state.step = 0;
@@ -196,8 +196,8 @@ fn add_furniture(task: &Task, model: &mut Model) -> Result<Vec<SceneBody>, Model
             mass: 0.0,
             com: [0.0; 3],
             friction,
-            position: [0.0; 3],
-            quat_xyzw: [0.0, 0.0, 0.0, 1.0],
+            position: Some([0.0; 3]),
+            quat_xyzw: Some([0.0, 0.0, 0.0, 1.0]),
             parts,
             color,
         });

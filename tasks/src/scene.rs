@@ -1,5 +1,6 @@
 //! What stands in the world at tick 0, as told to the client.
 
+use crate::observation::Sensing;
 use palmares_models::shape::Shape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -30,14 +31,28 @@ pub struct SceneBody {
     pub com: [f64; 3],
     /// Coulomb friction coefficient.
     pub friction: f64,
-    /// Pose at tick 0.
-    pub position: [f64; 3],
-    /// x, y, z, w
-    pub quat_xyzw: [f64; 4],
+    /// Position at tick 0, m; not told of free bodies when the run's sensing is `sensors`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position: Option<[f64; 3]>,
+    /// Orientation at tick 0, x, y, z, w; told or not as the position.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quat_xyzw: Option<[f64; 4]>,
     /// Convex parts in the body frame.
     pub parts: Vec<ScenePart>,
     /// sRGB, for viewers.
     pub color: [f64; 3],
+}
+
+impl Scene {
+    /// What a controller is told: with `sensors` all but where the free bodies are.
+    pub fn told(mut self, sensing: Sensing) -> Self {
+        if sensing == Sensing::Sensors {
+            for body in self.bodies.iter_mut().filter(|body| body.free) {
+                (body.position, body.quat_xyzw) = (None, None);
+            }
+        }
+        self
+    }
 }
 
 /// A convex part of a body.

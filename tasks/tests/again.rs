@@ -1,7 +1,7 @@
 //! A run played again from its applied actions gives the same bits: what replays rest on.
 
 use palmares_models::hand::Hand;
-use palmares_tasks::action::{Action, BaseTarget};
+use palmares_tasks::action::{Action, ActionError, ActionLimits, BaseTarget};
 use palmares_tasks::observation::{Sensing, Wrench};
 use palmares_tasks::run::{PushError, Reason, Run};
 use palmares_tasks::seed::Seed;
@@ -24,13 +24,23 @@ fn start() -> Run {
 }
 
 fn actions() -> impl Strategy<Value = Vec<Action>> {
-    let number = || prop_oneof![4 => -1.0..1.0f64, 1 => -9.0..9.0f64, 1 => Just(-0.0)];
-    let pose = (prop::array::uniform3(number()), prop::array::uniform4(0.01..3.0f64))
+    let number = || {
+        prop_oneof![
+            6 => -1.0..1.0f64,
+            2 => -9.0..9.0f64,
+            1 => Just(-0.0),
+            // Of any size that there is, down to subnormal ones.
+            2 => prop::num::f64::NORMAL | prop::num::f64::SUBNORMAL | prop::num::f64::ZERO,
+            1 => prop::sample::select(vec![1e200, -1e200, f64::MAX, f64::MIN, 1e154, 5e-324, 1e-200]),
+        ]
+    };
+    let pose = (prop::array::uniform3(number()), prop::array::uniform4(number()))
         .prop_map(|(position, quat_xyzw)| BaseTarget::Pose { position, quat_xyzw });
     let twist = (prop::array::uniform3(number()), prop::array::uniform3(number()))
         .prop_map(|(linear, angular)| BaseTarget::Twist { linear, angular });
     let base = prop::option::of(prop_oneof![pose, twist]);
-    let hand = prop::option::of(prop::collection::vec(-0.5..1.5f64, 2));
+    let sigma = prop_oneof![9 => -0.5..1.5f64, 1 => number()];
+    let hand = prop::option::of(prop::collection::vec(sigma, 2));
     prop::collection::vec((base, hand).prop_map(|(base, hand)| Action { base, hand }), 1..25)
 }
 
@@ -39,14 +49,91 @@ fn bits(action: &Action) -> String {
     format!("{action:?}")
 }
 
+/// Whether what was applied is within the limits, and as near to what was asked for as they allow.
+fn within_limits(asked: &Action, applied: &Action) -> bool {
+    let limits = ActionLimits::default();
+    let cosine = |a: &[f64], b: &[f64]| {
+        let unit = |v: &[f64]| {
+            let most = v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            let scaled: Vec<f64> = v.iter().map(|x| x / most).collect();
+            let length = scaled.iter().map(|x| x * x).sum::<f64>().sqrt();
+            scaled.into_iter().map(move |x| x / length).collect::<Vec<_>>()
+        };
+        unit(a).iter().zip(unit(b)).map(|(a, b)| a * b).sum::<f64>()
+    };
+    let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let clipped = |asked: &[f64; 3], applied: &[f64; 3], most: f64| {
+        let over = asked.iter().any(|x| x.abs() > most);
+        let all = if over { (length(applied) - most).abs() < 1e-12 } else { length(applied) < most + 1e-12 };
+        all && (asked.iter().all(|x| x.abs() < 1e-300) || cosine(asked, applied) > 1.0 - 1e-12)
+    };
+    let base = match (&asked.base, &applied.base) {
+        (Some(BaseTarget::Pose { quat_xyzw: asked, .. }), Some(BaseTarget::Pose { position, quat_xyzw })) => {
+            position.iter().all(|x| x.abs() <= limits.reach_m)
+                && (length(quat_xyzw) - 1.0).abs() < 1e-14
+                && cosine(asked, quat_xyzw) > 1.0 - 1e-12
+        }
+        (Some(BaseTarget::Twist { linear: a, angular: b }), Some(BaseTarget::Twist { linear, angular })) => {
+            clipped(a, linear, limits.speed) && clipped(b, angular, limits.angular_speed)
+        }
+        (None, _) => true,
+        _ => false,
+    };
+    base && applied.hand.iter().flatten().all(|x| (0.0..=1.0).contains(x))
+}
+
+#[test]
+fn a_velocity_of_any_size_is_clipped_to_the_limit_in_its_direction() {
+    let mut run = start();
+    for size in [3.0, 1e154, 1e200, f64::MAX] {
+        let base = Some(BaseTarget::Twist { linear: [size, -size, 0.0], angular: [0.0, 0.0, -size] });
+        run.step(&Action { base, hand: None }).expect("finite");
+        let Some(BaseTarget::Twist { linear, angular }) = run.applied().base else { panic!("a velocity") };
+        let half = 2.0 * std::f64::consts::FRAC_1_SQRT_2;
+        let expected = [half, -half, 0.0];
+        assert!(linear.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-14), "{size}: {linear:?}");
+        assert!((angular[2] + 3.0).abs() < 1e-14, "{size}: {angular:?}");
+    }
+}
+
+#[test]
+fn a_quaternion_of_any_length_but_none_is_a_direction() {
+    let mut run = start();
+    let turned = |x: f64| {
+        let base = BaseTarget::Pose { position: [0.0, 0.0, 0.75], quat_xyzw: [0.0, x, 0.0, -x] };
+        Action { base: Some(base), hand: None }
+    };
+    for size in [1e-6, 0.5, 1e154, 1e200, f64::MAX] {
+        run.step(&turned(size)).expect("it has a direction");
+        let Some(BaseTarget::Pose { quat_xyzw: [_, y, _, w], .. }) = run.applied().base else {
+            panic!("a pose")
+        };
+        assert!((y - 0.5f64.sqrt()).abs() < 1e-15 && (y + w).abs() < 1e-15, "{size}: {y} {w}");
+    }
+    for size in [0.0, 5e-324, 1e-200, 7e-7] {
+        assert_eq!(run.step(&turned(size)), Err(ActionError::ZeroQuaternion), "{size}");
+    }
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(ProptestConfig::with_cases(96))]
     #[test]
     fn applied_actions_play_the_run_again(actions in actions()) {
         let (mut first, mut second) = (start(), start());
         for action in &actions {
             let before = first.digest();
+            if first.check(action).is_err() {
+                // Numbers of any size are fine; a quaternion without a direction is not.
+                let shortest = match &action.base {
+                    Some(BaseTarget::Pose { quat_xyzw, .. }) => quat_xyzw.iter().all(|x| x.abs() < 1e-6),
+                    _ => false,
+                };
+                prop_assert!(shortest, "{:?}", action);
+                prop_assert!(first.step(action).is_err());
+                continue;
+            }
             first.step(action).expect("valid");
+            prop_assert!(within_limits(action, first.applied()), "{:?}: {:?}", action, first.applied());
             // Prepared, once or twice or not, is the same.
             for _ in 0..first.tick() % 3 {
                 second.prepare();

@@ -3,6 +3,7 @@
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Vec3};
 use palmares_sim::{Command, Model, State, World};
+use palmares_tasks::Sensing;
 use palmares_tasks::build::{Built, build};
 use palmares_tasks::run::Run;
 use palmares_tasks::seed::Seed;
@@ -146,6 +147,18 @@ fn a_scene_tells_all_that_stands_in_it() {
     let roles: Vec<_> = scene.regions.iter().map(|r| (r.name.as_str(), r.role.as_deref())).collect();
     assert_eq!(roles, [("shelf", Some("start")), ("box", Some("goal"))]);
     assert_eq!(scene.regions[0].min, [-0.2, 0.39999999999999997, 0.7]);
+}
+
+#[test]
+fn a_scene_told_to_sensors_has_no_pose_of_an_object() {
+    let scene = scene(&task("shelf"), 3).scene;
+    assert_eq!(scene.clone().told(Sensing::Truth), scene);
+    let told = scene.clone().told(Sensing::Sensors);
+    for (body, full) in told.bodies.iter().zip(&scene.bodies) {
+        assert_eq!((body.position.is_some(), body.quat_xyzw.is_some()), (!body.free, !body.free));
+        assert_eq!((&body.name, &body.parts, body.mass), (&full.name, &full.parts, full.mass));
+    }
+    assert_eq!((told.regions, told.gravity), (scene.regions, scene.gravity));
 }
 
 #[test]

@@ -59,7 +59,8 @@ async fn a_run_that_ended_before_a_crash_gives_its_time_back_after_it() {
     }
 }
 
-const SHORT: &str = "name = \"Short Cup\"\nmode = \"official\"\nsession_s = 2\nsessions_per_team = 1\n";
+const SHORT: &str =
+    "name = \"Short Cup\"\nmode = \"official\"\nsession_s = 2\nsessions_per_team = 1\nreset_cost_s = 0\n";
 
 #[tokio::test]
 async fn a_session_whose_time_was_spent_on_a_void_run_goes_on() {

@@ -15,6 +15,7 @@ pub(super) struct File {
     pub(super) mode: Option<Mode>,
     pub(super) session_s: Option<f64>,
     pub(super) sessions_per_team: Option<u32>,
+    pub(super) reset_cost_s: Option<f64>,
     pub(super) tasks: Option<Vec<String>>,
     pub(super) hands: Option<Vec<String>>,
     pub(super) hand_files: Option<Vec<PathBuf>>,
@@ -49,6 +50,7 @@ impl File {
             let path = path.display();
             bail!("{path}: session_s = {seconds}: expected more than 0 and at most {LONGEST_SESSION_S} s");
         }
+        in_range(path, "reset_cost_s", file.reset_cost_s, 0.0, 3600.0)?;
         in_range(path, "sessions_per_team", file.sessions_per_team, 1, 1000)?;
         in_range(path, "max_worlds", file.max_worlds, 1, 4096)?;
         in_range(path, "max_connections", file.max_connections, 1, 65_536)?;
@@ -95,9 +97,15 @@ mod tests {
             error.contains("line 3") && error.contains("`practice`") && error.contains("`official`"),
             "{error}"
         );
-        for wrong in
-            ["session_s = 0", "session_s = nan", "sessions_per_team = 0", "max_worlds = 9999", "name = ' '"]
-        {
+        for wrong in [
+            "session_s = 0",
+            "session_s = nan",
+            "reset_cost_s = -1",
+            "reset_cost_s = nan",
+            "sessions_per_team = 0",
+            "max_worlds = 9999",
+            "name = ' '",
+        ] {
             let error = parse(wrong).expect_err(wrong);
             assert!(error.starts_with("competition.toml: ") && error.contains("expected"), "{error}");
         }

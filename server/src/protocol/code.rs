@@ -24,6 +24,8 @@ pub(crate) enum Code {
     UnknownTask,
     /// No such hand.
     UnknownHand,
+    /// The hand touches something, or reaches into a region of the rules, where it starts.
+    HandInTheWay,
     /// The token is missing or wrong.
     NotAuthorized,
     /// The token is valid, but not for this.
@@ -58,6 +60,7 @@ impl Code {
             Code::WrongState => "wrong_state",
             Code::UnknownTask => "unknown_task",
             Code::UnknownHand => "unknown_hand",
+            Code::HandInTheWay => "hand_in_the_way",
             Code::NotAuthorized => "not_authorized",
             Code::Forbidden => "forbidden",
             Code::SessionTaken => "session_taken",
@@ -84,6 +87,7 @@ impl Code {
             Code::BadAction => 4405,
             Code::UnknownTask => 4406,
             Code::UnknownHand => 4407,
+            Code::HandInTheWay => 4422,
             Code::TooSlow => 4408,
             Code::SessionTaken => 4409,
             Code::SessionOver => 4410,
@@ -105,6 +109,7 @@ impl Code {
             Code::NotAuthorized => StatusCode::UNAUTHORIZED,
             Code::TooSlow => StatusCode::REQUEST_TIMEOUT,
             Code::Forbidden => StatusCode::FORBIDDEN,
+            Code::HandInTheWay => StatusCode::UNPROCESSABLE_ENTITY,
             Code::SessionOver => StatusCode::GONE,
             Code::Capacity => StatusCode::SERVICE_UNAVAILABLE,
             Code::RateLimited => StatusCode::TOO_MANY_REQUESTS,
@@ -151,7 +156,7 @@ impl Refusal {
 mod tests {
     use super::*;
 
-    const ALL: [Code; 18] = [
+    const ALL: [Code; 19] = [
         Code::BadJson,
         Code::UnknownOp,
         Code::BadRequest,
@@ -160,6 +165,7 @@ mod tests {
         Code::WrongState,
         Code::UnknownTask,
         Code::UnknownHand,
+        Code::HandInTheWay,
         Code::NotAuthorized,
         Code::Forbidden,
         Code::SessionTaken,

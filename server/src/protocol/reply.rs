@@ -79,6 +79,8 @@ pub(crate) struct Competition {
     pub(crate) mode: String,
     /// Length of a session, s; null for none.
     pub(crate) session_s: Option<f64>,
+    /// What each `reset` that opens a run takes from the session, s.
+    pub(crate) reset_cost_s: f64,
 }
 
 /// The program.

@@ -94,7 +94,7 @@ impl Archive {
 /// The witness that records.
 pub(crate) struct Scribe {
     recorder: Option<Recorder>,
-    done: Option<oneshot::Sender<Result<ReplayFile, RecordError>>>,
+    done: Option<oneshot::Sender<Result<Option<ReplayFile>, RecordError>>>,
 }
 
 impl Witness for Scribe {
@@ -112,22 +112,27 @@ impl Witness for Scribe {
 
     fn finished(&mut self, run: &Run, outcome: &Outcome) {
         if let (Some(recorder), Some(done)) = (self.recorder.take(), self.done.take()) {
+            // A run without a tick has nothing to play again.
+            let file = match outcome.ticks {
+                0 => recorder.discard().map(|()| None),
+                _ => recorder.finish(run, outcome).map(Some),
+            };
             // Nobody may be waiting any more.
-            let _ = done.send(recorder.finish(run, outcome));
+            let _ = done.send(file);
         }
     }
 }
 
 /// The way to the file of a run that is being recorded.
 #[derive(Debug)]
-pub(crate) struct Recording(oneshot::Receiver<Result<ReplayFile, RecordError>>);
+pub(crate) struct Recording(oneshot::Receiver<Result<Option<ReplayFile>, RecordError>>);
 
 impl Recording {
-    /// The file, once the run has been counted.
+    /// The file, once the run has been counted; none of a run without a tick.
     ///
     /// # Errors
     /// In words, why there is none.
-    pub(crate) async fn file(self) -> Result<ReplayFile, String> {
+    pub(crate) async fn file(self) -> Result<Option<ReplayFile>, String> {
         match self.0.await {
             Ok(Ok(file)) => Ok(file),
             Ok(Err(error)) => Err(error.to_string()),

@@ -172,7 +172,10 @@ pub(super) fn scene(run: &Run, timestamp: Time) -> SceneUpdate {
         let pose = |position: [f64; 3], [x, y, z, w]: [f64; 4]| {
             Pose::from_parts(Vec3::from_array(position), Rotation::from_xyzw(x, y, z, w))
         };
-        let body_pose = if body.free { Pose::IDENTITY } else { pose(body.position, body.quat_xyzw) };
+        let body_pose = match (body.position, body.quat_xyzw) {
+            (Some(position), Some(quat_xyzw)) if !body.free => pose(position, quat_xyzw),
+            _ => Pose::IDENTITY,
+        };
         for part in &body.parts {
             entity.add(body_pose * pose(part.position, part.quat_xyzw), &part.shape, body.color);
         }

@@ -156,6 +156,19 @@ impl Recorder {
         }
     }
 
+    /// Deletes what has been written.
+    ///
+    /// # Errors
+    /// The file could not be deleted.
+    pub(crate) fn discard(mut self) -> Result<(), RecordError> {
+        // The writer ends when nobody sends any more.
+        self.channel = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+        std::fs::remove_file(&self.path).map_err(|error| RecordError::new(&self.path, error))
+    }
+
     /// Ends the recording, signs it and waits until it is on the disk.
     ///
     /// # Errors

@@ -169,6 +169,15 @@ impl SessionClock {
         }
     }
 
+    /// Takes `seconds` from the session beside the time that passes: both times grow by it. Never more than is left.
+    pub(crate) fn charge(&mut self, seconds: f64, now: Duration) {
+        self.settle(now);
+        let seconds = self.left_s(now).map_or(seconds, |left_s| seconds.min(left_s));
+        self.spent.wall_s += seconds;
+        self.spent.simulated_s += seconds;
+        self.settle(now);
+    }
+
     /// Gives back what a run has taken that is void by a fault of the server.
     pub(crate) fn refund(&mut self, run: Spent, now: Duration) {
         let before_s = self.elapsed_s(now);
@@ -284,6 +293,21 @@ mod tests {
         clock.simulate(70.0, at(40.0));
         assert!(clock.is_over(at(40.0)));
         assert_eq!(clock.left_s(at(41.0)), Some(0.0));
+    }
+
+    #[test]
+    fn a_charge_takes_what_it_says_but_no_more_than_is_left() {
+        let mut clock = SessionClock::new(Some(100.0));
+        clock.start(at(0.0));
+        clock.simulate(30.0, at(10.0));
+        clock.charge(10.0, at(10.0));
+        assert_eq!((clock.left_s(at(10.0)), clock.left_s(at(35.0))), (Some(60.0), Some(55.0)));
+        clock.refund(Spent { wall_s: 10.0, simulated_s: 10.0 }, at(35.0));
+        assert_eq!((clock.left_s(at(35.0)), clock.refunded_s()), (Some(65.0), 10.0));
+        clock.charge(1000.0, at(35.0));
+        assert!(clock.is_over(at(35.0)));
+        clock.grant(5.0, at(99.0));
+        assert_eq!(clock.left_s(at(99.0)), Some(5.0));
     }
 
     #[test]

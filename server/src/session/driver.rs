@@ -130,7 +130,7 @@ impl Session {
             token_hash,
             team,
             official: host.rules.official(),
-            machine: Machine::new(limit_s),
+            machine: Machine::new(limit_s).with_reset_cost(host.rules.reset_cost_s),
             stage: Stage::Empty,
             stream: None,
             recording: None,
@@ -173,7 +173,8 @@ impl Session {
             token_hash,
             team,
             official: true,
-            machine: Machine::restored(limit_s, &state, paused, host.now()),
+            machine: Machine::restored(limit_s, &state, paused, host.now())
+                .with_reset_cost(host.rules.reset_cost_s),
             stage: Stage::Empty,
             stream: None,
             recording: None,

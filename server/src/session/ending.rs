@@ -67,7 +67,7 @@ impl Session {
             let mut lost = self.official;
             if let (Some(recording), Some(_)) = (recording, &outcome) {
                 match recording.file().await {
-                    Ok(file) => (replay, lost) = (Some(file), false),
+                    Ok(file) => (replay, lost) = (file, false),
                     Err(error) => tracing::error!(error, run = run.run_id, "no replay"),
                 }
             }
@@ -76,6 +76,7 @@ impl Session {
                 Some(outcome) => {
                     let mut status = match (reason, self.official) {
                         (Reason::Voided, _) => "voided",
+                        (_, true) if outcome.ticks == 0 => "aborted",
                         (_, true) => "provisional",
                         (_, false) => "practice",
                     };
@@ -83,6 +84,9 @@ impl Session {
                         // A score is listed only when it replays. That it does not is the server's fault.
                         status = "voided";
                         note = Some("the replay could not be written".into());
+                    }
+                    if status == "aborted" {
+                        note = note.or_else(|| Some("it ended before its first tick".into()));
                     }
                     Finished { run, outcome, status, note, course, replay, ended }
                 }

@@ -227,7 +227,12 @@ impl Host {
             Mode::Practice => "practice",
             Mode::Official => "official",
         };
-        Competition { name: self.rules.name.clone(), mode: mode.into(), session_s: self.rules.session_s }
+        Competition {
+            name: self.rules.name.clone(),
+            mode: mode.into(),
+            session_s: self.rules.session_s,
+            reset_cost_s: self.rules.reset_cost_s,
+        }
     }
 
     /// What a client must keep to.

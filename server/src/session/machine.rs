@@ -53,8 +53,10 @@ impl Playing {
 pub(crate) struct Machine {
     clock: SessionClock,
     phase: Phase,
-    /// How the clock stood when the open run began.
+    /// How the clock stood when the open run began, before what its reset cost.
     from: ClockState,
+    /// What a reset takes from the session, s.
+    reset_cost_s: f64,
 }
 
 impl Machine {
@@ -69,7 +71,12 @@ impl Machine {
     }
 
     fn with(clock: SessionClock) -> Self {
-        Machine { clock, phase: Phase::Idle, from: ClockState::default() }
+        Machine { clock, phase: Phase::Idle, from: ClockState::default(), reset_cost_s: 0.0 }
+    }
+
+    /// The same, where each reset takes so much from the session, s.
+    pub(crate) fn with_reset_cost(self, reset_cost_s: f64) -> Self {
+        Machine { reset_cost_s, ..self }
     }
 
     /// What a later process goes on from: while a run is open, the clock as it stood before the run.
@@ -140,6 +147,13 @@ impl Machine {
             return Err(Refusal::new(Code::WrongState, message));
         }
         self.in_time(now)?;
+        if let Some(left_s) = self.clock.left_s(now)
+            && left_s <= self.reset_cost_s
+        {
+            let message =
+                format!("a reset costs {} s of the session, and {left_s:.1} s are left", self.reset_cost_s);
+            return Err(Refusal::new(Code::SessionOver, message));
+        }
         self.not_paused()
     }
 
@@ -158,10 +172,11 @@ impl Machine {
         Ok(())
     }
 
-    /// A run was opened: the clock starts with the first.
+    /// A run was opened: the clock starts with the first, and each costs what a reset costs.
     pub(crate) fn opened(&mut self, run: Playing, now: Duration) {
         self.clock.start(now);
         self.from = self.clock.state(now);
+        self.clock.charge(self.reset_cost_s, now);
         self.phase = Phase::Playing(run);
     }
 

@@ -142,6 +142,18 @@ pub(super) async fn origin(
     Ok(Origin { seed, number: None, k: Some(k) })
 }
 
+/// The number of a run that could not be opened is the next run's.
+pub(super) async fn give_back_number(
+    host: &Host,
+    team: &str,
+    task: &Task,
+    k: Option<u64>,
+) -> Result<(), Refusal> {
+    let Some(k) = k else { return Ok(()) };
+    let given = host.store.give_back_k(team, &task.name, k).await;
+    given.map_err(|error| store_failed("the run's number", &error))
+}
+
 /// The hand of that name: one of the server's, or one the team sent in, and then the SHA-256 of its archive.
 pub(super) async fn hand(
     host: &Host,

@@ -15,7 +15,8 @@ use crate::store::NewRun;
 use crate::watch::messages::WatchRun;
 use palmares_models::hand::Hand;
 use palmares_tasks::observation::Wrench;
-use palmares_tasks::{Reason, Run, Sensing, Task};
+use palmares_tasks::start::{Obstacle, Overlap};
+use palmares_tasks::{Reason, Run, SceneError, Sensing, Task};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -59,7 +60,14 @@ impl Session {
             witnesses.extend(begin.map(|begin| begin(run)));
             witnesses
         };
-        let opened = World::open(plan, place, &self.host.background, witnesses).await.map_err(|error| {
+        let opened = World::open(plan, place, &self.host.background, witnesses).await;
+        if let Err(OpenError::Scene(SceneError::HandInTheWay { overlaps, .. })) = &opened {
+            // The number was not used: the same scene comes next, with a hand that fits.
+            official::give_back_number(&self.host, &self.team, task, k).await?;
+            let hides = self.official && reset.sensing == Sensing::Sensors;
+            return Err(in_the_way(task, &hand, overlaps, hides));
+        }
+        let opened = opened.map_err(|error| {
             tracing::error!(%error, task = task.name, hand = hand.name, number, k, "no world");
             let message = match error {
                 OpenError::Scene(_) | OpenError::Job(JobError::Panic(_)) => {
@@ -266,6 +274,18 @@ impl Session {
             self.machine.stepped(live.tick_now(), self.host.now());
         }
     }
+}
+
+/// A hand that does not fit where it starts. `hides`: which part touches an object would tell where that is.
+fn in_the_way(task: &Task, hand: &Hand, overlaps: &[Overlap], hides: bool) -> Refusal {
+    let named = overlaps.iter().filter(|overlap| !hides || overlap.obstacle != Obstacle::Object);
+    let mut told: Vec<String> = named.take(3).map(Overlap::to_string).collect();
+    if told.is_empty() {
+        told.push("it touches an object".to_owned());
+    }
+    let (hand, task, told) = (&hand.name, &task.name, told.join(", "));
+    let message = format!("hand `{hand}` is in the way where it starts in task `{task}`: {told}");
+    Refusal::new(Code::HandInTheWay, message)
 }
 
 fn ended() -> Refusal {

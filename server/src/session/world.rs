@@ -157,7 +157,7 @@ impl World {
         let build = move || {
             let Plan { task, hand, seed, sensing } = plan;
             let run = Run::new(task, hand, seed)?;
-            let (scene, observation) = (run.scene().clone(), run.observe(sensing));
+            let (scene, observation) = (run.scene().clone().told(sensing), run.observe(sensing));
             let witnesses = witnesses(&run);
             let world = World::of(Box::new(run), sensing, witnesses, place);
             Ok(OpenedWorld { world, scene, observation })

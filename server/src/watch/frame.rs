@@ -59,8 +59,9 @@ pub(super) fn scene(info: WatchRun, run: &Run) -> Utf8Bytes {
             id: body.id,
             name: body.name.clone(),
             kind: if body.free { BodyKind::Object } else { BodyKind::Furniture },
-            position: body.position,
-            quat_xyzw: body.quat_xyzw,
+            // The run itself tells all poses.
+            position: body.position.unwrap_or_default(),
+            quat_xyzw: body.quat_xyzw.unwrap_or([0.0, 0.0, 0.0, 1.0]),
             parts: body.parts.clone(),
             color: body.color,
         })

@@ -3,7 +3,7 @@
 //! Applying an applied action again changes no bit: a record of applied actions plays the run again.
 
 use super::Run;
-use crate::action::{Action, ActionError, ActionLimits, BaseTarget};
+use crate::action::{Action, ActionError, ActionLimits, BaseTarget, clipped, unit};
 use crate::task::{Rules, Shake};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::base::shortest_turn;
@@ -31,9 +31,10 @@ impl Run {
         let limits = &self.world.model().config().base;
         if let Some(base) = &action.base {
             let (clipped, target) = match base {
-                BaseTarget::Pose { position, quat_xyzw: [x, y, z, w] } => {
+                BaseTarget::Pose { position, quat_xyzw } => {
                     let position = position.map(|x| x.clamp(-ActionLimits::REACH_M, ActionLimits::REACH_M));
-                    let rotation = unit(Rotation::from_xyzw(*x, *y, *z, *w));
+                    // The check before has refused what has no direction.
+                    let rotation = unit(*quat_xyzw).unwrap_or(Rotation::IDENTITY);
                     let to = Pose::from_parts(Vec3::from_array(position), rotation);
                     let from = self.origin_of(to);
                     let quat_xyzw = rotation.to_array();
@@ -130,17 +131,6 @@ fn shake(shake: &Shake, t: f64) -> (Vec3, Vec3) {
     let speed = shake.amplitude_m * (w * cos * window + sin * 0.5 * envelope * envelope_sin);
     let direction = [Vec3::X, Vec3::Y, Vec3::Z].get(axis as usize).copied().unwrap_or(Vec3::ZERO);
     (direction * offset, direction * speed)
-}
-
-/// A unit quaternion; one that is unit to rounding is left as it is.
-fn unit(q: Rotation) -> Rotation {
-    if (q.length_squared() - 1.0).abs() < 4e-15 { q } else { q.normalize() }
-}
-
-/// A vector of at most that length; one that is longer by rounding is left as it is.
-fn clipped(v: Vec3, most: f64) -> Vec3 {
-    let length = v.length();
-    if length <= most * (1.0 + 4e-15) { v } else { v * (most / length) }
 }
 
 #[cfg(test)]

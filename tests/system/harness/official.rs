@@ -14,9 +14,9 @@ use tokio_tungstenite::connect_async;
 use tokio_tungstenite::tungstenite::Error;
 use tokio_tungstenite::tungstenite::http::Request;
 
-/// The rules of most tests.
+/// The rules of most tests; what a reset costs has its own.
 pub(crate) const RULES: &str =
-    "name = \"Test Cup\"\nmode = \"official\"\nsession_s = 600\nsessions_per_team = 1\n";
+    "name = \"Test Cup\"\nmode = \"official\"\nsession_s = 600\nsessions_per_team = 1\nreset_cost_s = 0\n";
 
 /// A running competition.
 pub(crate) struct Official {

@@ -66,7 +66,7 @@ impl Place {
         }
         let outcome = run.finish(Reason::Stopped);
         crate::session::Witness::finished(&mut scribe, &run, &outcome);
-        let file = recording.file().await.expect("written");
+        let file = recording.file().await.expect("written").expect("it has ticks");
         self.store.set_replay(run_id, &file.stored_path(), &file.sha256).await.expect("stored");
         let row = FinishedRun {
             run_id,
@@ -132,6 +132,21 @@ async fn a_provisional_run_becomes_verified() {
         status == "rejected" && (note.starts_with("chain_broken") || note.starts_with("bad_signature")),
         "{note}"
     );
+}
+
+#[tokio::test]
+async fn a_run_without_a_tick_leaves_no_replay() {
+    let place = Place::new().await;
+    let (task, hand) = (Task::builtin().remove(0), Hand::builtin("pinch").expect("a hand of the program"));
+    let header = Header::new("run_0", "crabs", &task, &hand, Seed::from_u64(5), 1_700_000_000_000);
+    let mut run = Run::new(task, hand, Seed::from_u64(5)).expect("scene");
+    let (begin, recording) = place.archive.record(header);
+    let mut scribe = begin(&run);
+    assert!(place.path("run_0").exists());
+    let outcome = run.finish(Reason::Stopped);
+    crate::session::Witness::finished(&mut scribe, &run, &outcome);
+    assert_eq!(recording.file().await, Ok(None));
+    assert!(!place.path("run_0").exists());
 }
 
 #[tokio::test]

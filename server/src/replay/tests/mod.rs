@@ -1,6 +1,7 @@
 //! Replays of short runs, recorded, read, damaged and played again.
 
 mod audit;
+mod extremes;
 mod forged;
 mod hostile;
 

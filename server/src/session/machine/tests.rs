@@ -124,6 +124,31 @@ fn time_in_which_the_server_could_not_do_its_part_costs_nobody() {
     machine.may_reset(later).expect("in time");
 }
 
+#[test]
+fn a_reset_costs_time_that_a_void_run_gets_back() {
+    let mut machine = Machine::new(Some(25.0)).with_reset_cost(10.0);
+    machine.opened(run(), START);
+    assert_eq!(machine.clock().left_s(START), Some(15.0));
+    // After a crash the run never happened.
+    assert_eq!(machine.saved(START).spent, Spent::default());
+    machine.ended(START, false);
+    assert_eq!(machine.clock().left_s(START), Some(15.0));
+    machine.may_reset(START).expect("15 s are left");
+    machine.opened(run(), START);
+    let taken = machine.taken(START);
+    assert_eq!(
+        (taken, machine.clock().left_s(START)),
+        (Spent { wall_s: 10.0, simulated_s: 10.0 }, Some(5.0))
+    );
+    machine.ended(START, false);
+    assert_eq!(code(machine.may_reset(START)), Code::SessionOver, "5 s are left");
+    machine.give_back(taken, START);
+    machine.may_reset(START).expect("15 s are left again");
+    machine.opened(run(), START);
+    machine.ended(START, true);
+    assert_eq!(machine.clock().left_s(START), Some(15.0), "void by the server's fault");
+}
+
 mod random {
     use super::*;
     use proptest::prelude::*;
@@ -184,8 +209,11 @@ mod random {
 
     proptest! {
         #[test]
-        fn the_clock_is_fair_in_any_order(events in proptest::collection::vec(event(), 1..60)) {
-            let mut machine = Machine::new(Some(LIMIT_S));
+        fn the_clock_is_fair_in_any_order(
+            events in proptest::collection::vec(event(), 1..60),
+            cost_s in prop_oneof![Just(0.0), 0.0..20.0],
+        ) {
+            let mut machine = Machine::new(Some(LIMIT_S)).with_reset_cost(cost_s);
             let (mut now, mut number) = (START, 0u32);
             let mut watch = Watch::default();
             for event in events {
@@ -199,12 +227,15 @@ mod random {
                     }
                     Event::Reset => {
                         let may = machine.may_reset(now);
-                        prop_assert_eq!(may.is_ok(), watch.opened.is_none() && !over && !watch.paused);
+                        let affordable = !over && machine.clock().left_s(now) > Some(cost_s);
+                        prop_assert_eq!(may.is_ok(), watch.opened.is_none() && affordable && !watch.paused);
                         if may.is_ok() {
                             number += 1;
                             machine.opened(Playing { run_id: number.to_string(), ..run() }, now);
                             watch.started = true;
                             watch.opened = Some(watch.spent);
+                            watch.spent.wall_s += cost_s;
+                            watch.spent.simulated_s += cost_s;
                         }
                     }
                     Event::Steps(repeat) => {
@@ -256,7 +287,8 @@ mod random {
                     Event::Crash(down_s) => {
                         let saved = machine.saved(now);
                         now += Duration::from_secs_f64(down_s);
-                        machine = Machine::restored(Some(LIMIT_S), &saved, watch.paused, now);
+                        machine = Machine::restored(Some(LIMIT_S), &saved, watch.paused, now)
+                            .with_reset_cost(cost_s);
                         if watch.opened.is_some() {
                             let run = watch.end();
                             watch.strike_out(run);
