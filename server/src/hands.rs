@@ -72,12 +72,13 @@ fn examine(
     bytes: &[u8],
     limits: &HandLimits,
     tasks: &[Arc<Task>],
-) -> Result<(Arc<Hand>, Vec<String>), String> {
-    let Loaded { hand, sources, warnings } = read_within(bytes, limits)?;
+) -> Result<(Arc<Hand>, Vec<String>), Refusal> {
+    let within = read_within(bytes, limits).map_err(|why| Refusal::new(Code::BadRequest, why));
+    let Loaded { hand, sources, warnings } = within?;
     let hand = Arc::new(hand);
     let in_the_way = inspect::in_the_way(&hand, tasks);
     if !in_the_way.is_empty() {
-        return Err(told(&in_the_way));
+        return Err(Refusal::new(Code::HandInTheWay, told(&in_the_way)));
     }
     let mut odd: Vec<String> = warnings.iter().map(ToString::to_string).collect();
     let rows = inspect::figures(&hand, &sources, limits);
@@ -144,9 +145,7 @@ impl OwnHands {
             let (bytes, limits, tasks) = (bytes.clone(), self.limits.clone(), self.tasks.clone());
             background.run(Level::Awaited, move || examine(&bytes, &limits, &tasks)).await
         };
-        let (hand, warnings) = checked
-            .map_err(|error| failed("the hand could not be checked", &error))?
-            .map_err(|problem| Refusal::new(Code::BadRequest, problem))?;
+        let (hand, warnings) = checked.map_err(|error| failed("the hand could not be checked", &error))??;
         if !plain(&hand.name) {
             let message =
                 "name in hand.toml: expected 1 to 64 letters, digits, `_`, `-` or `.`, the first no dot";
