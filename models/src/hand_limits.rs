@@ -171,13 +171,14 @@ impl fmt::Display for Excess {
     }
 }
 
-/// A number for people: as short as it can be without losing what counts.
+/// A number for people: five digits that count, or fewer.
 pub fn number(x: f64) -> String {
     let magnitude = x.abs();
     if x != 0.0 && x.is_finite() && !(1e-3..1e6).contains(&magnitude) {
         return format!("{x:.3e}").replace(".000e", "e");
     }
-    let text = format!("{x:.4}");
+    let decimals = [1e4, 1e3, 1e2, 1e1].iter().filter(|power| magnitude < **power).count();
+    let text = format!("{x:.decimals$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 

@@ -45,7 +45,6 @@ fn a_small_hand_by_hand() {
     near(value(&hand, "volume_m3"), 0.08 * 0.08 * 0.04 + sphere + capsule);
 }
 
-/// Sums of thumb and index angles: the tree's inertia as the mass matrix has it.
 #[test]
 fn a_mimic_moves_by_its_ratio() {
     let urdf = URDF.replace(
@@ -89,8 +88,6 @@ fn hands_of_the_program_are_within_the_defaults() {
     }
 }
 
-/// A default is what a real hand needs, with room: no less than the program's hands have, and for most figures not
-/// ten times as much as any.
 #[test]
 fn the_published_softhand_is_within_the_defaults() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/reference/soft_hand_2016");
@@ -108,6 +105,24 @@ fn the_published_softhand_is_within_the_defaults() {
     assert_eq!(lines, Vec::<String>::new());
     for warning in &loaded.warnings {
         println!("{warning}");
+    }
+}
+
+#[test]
+fn numbers_are_short() {
+    for (x, text) in [
+        (0.0, "0"),
+        (1.0, "1"),
+        (0.28 + 1e-17, "0.28"),
+        (29.845_2, "29.845"),
+        (16_193.283_4, "16193"),
+        (1e5, "100000"),
+        (1e9, "1e9"),
+        (1e-300, "1e-300"),
+        (1.189e-5, "1.189e-5"),
+        (f64::INFINITY, "inf"),
+    ] {
+        assert_eq!(number(x), text);
     }
 }
 
