@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import msgspec
+import numpy as np
 import pytest
 
 import palmares
-from palmares.rotation import angle_between
 from tests.fake_server import BALLS, SCENE
 
 
@@ -18,7 +18,7 @@ def scene() -> palmares.Scene:
 
 def test_bodies_by_name(scene: palmares.Scene) -> None:
     assert scene.body("ball_1").xyz == pytest.approx(BALLS[1])
-    assert angle_between(scene.body("ball_1").quat_xyzw, (0, 0, 0, 1)) == 0.0
+    assert np.array_equal(scene.body("ball_1").rotation, np.eye(3))
     assert [body.name for body in scene.free] == ["ball_0", "ball_1", "ball_2"]
     assert [body.name for body in scene.furniture] == ["box_a"]
     with pytest.raises(KeyError, match="no body 'shelf'; there are: ball_0, ball_1, ball_2, box_a"):

@@ -9,6 +9,11 @@ use zip::write::SimpleFileOptions;
 
 /// The pinch hand under another name, as an archive.
 pub(crate) fn claw(name: &str) -> Vec<u8> {
+    claw_with(name, &|urdf| urdf)
+}
+
+/// The same with another URDF.
+pub(crate) fn claw_with(name: &str, edit_urdf: &dyn Fn(String) -> String) -> Vec<u8> {
     let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../models/hands/pinch"));
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     let mut add = |path: &Path, name: String, edit: &dyn Fn(String) -> String| {
@@ -23,6 +28,8 @@ pub(crate) fn claw(name: &str) -> Vec<u8> {
         let leaf = path.file_name().expect("name").to_string_lossy().into_owned();
         if leaf == "hand.toml" {
             add(&path, leaf, &|text| text.replacen("\"pinch\"", &format!("{name:?}"), 1));
+        } else if leaf == "hand.urdf" {
+            add(&path, leaf, edit_urdf);
         } else if path.is_file() && !leaf.ends_with(".md") {
             add(&path, leaf, &|text| text);
         }
@@ -60,6 +67,7 @@ async fn an_own_hand_is_played_officially_after_approval_and_by_its_team_alone()
         cup.order("hand/approve", json!({"hand_id": hand["hand_id"]}));
         let obs = client.ask(reset("claw")).await;
         assert_eq!(obs["run"]["hand"], "claw", "{obs}");
+        client.goes_on(0).await;
         let result = client.ask(json!({"op": "stop"})).await;
         // Its replay stands on its own, with the hand in it.
         cup.verified(&result["run_id"]).await;

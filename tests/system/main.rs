@@ -23,6 +23,7 @@ mod order;
 mod realtime;
 mod refunds;
 mod replays;
+mod resets;
 mod resume;
 mod session_time;
 mod store_trouble;

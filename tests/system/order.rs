@@ -46,7 +46,9 @@ async fn bad_request_names_the_field() {
         (json!({"op": "step", "action": {}}), "`tick`"),
         (json!({"op": "step", "tick": -1, "action": {}}), "tick: "),
         (json!({"op": "step", "tick": 0.5, "action": {}}), "tick: "),
-        (json!({"op": "step", "tick": 4}), "action"),
+        // Whole, but not written so.
+        (json!({"op": "step", "tick": 5.0, "action": {}}), "tick: "),
+        (json!({"op": "step", "tick": 6}), "action: missing"),
         (json!({"op": "step", "tick": 0, "action": {}, "speed": 2}), "`speed`"),
         (json!({"op": "stop", "now": true}), "`now`"),
         (json!({"op": "reset", "task": "balls", "hand": "softhand", "mode": "fast"}), "mode: "),
@@ -80,7 +82,7 @@ async fn repeat_outside_its_limits_is_a_bad_request() {
 async fn a_request_without_a_usable_id_is_a_bad_request() {
     let server = Server::start();
     let (mut client, _) = Client::playing(&server, "a").await;
-    for (tick, id) in ["-1", "1.5", "\"x\"", "null", "9007199254740992"].into_iter().enumerate() {
+    for (tick, id) in ["-1", "1.5", "1.0", "1e0", "\"x\"", "null", "9007199254740992"].into_iter().enumerate() {
         client.send(&format!(r#"{{"op":"time","id":{id}}}"#)).await;
         let error = client.next().await;
         assert_error(&error, "bad_request", false);

@@ -25,6 +25,7 @@ from palmares.link import Link, Returned, raise_if_fatal
 from palmares.messages import (
     Ack,
     BaseTarget,
+    Competition,
     LeaderboardRow,
     Observation,
     Reply,
@@ -261,6 +262,11 @@ class Client:
     def welcome(self) -> Welcome:
         """What the server said when this session began or was taken up: tasks, hands, limits, specs."""
         return self._link.welcome
+
+    @property
+    def competition(self) -> Competition:
+        """What is being played: its name, mode, the length of a session, what a reset costs."""
+        return self._link.welcome.competition
 
     @property
     def encoding(self) -> Encoding:

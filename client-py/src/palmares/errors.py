@@ -128,6 +128,12 @@ class UnknownHandError(PalmaresError):
     code = "unknown_hand"
 
 
+class HandInTheWayError(PalmaresError):
+    """The hand touches something, or reaches into a region of the rules, where it starts."""
+
+    code = "hand_in_the_way"
+
+
 class NotAuthorizedError(PalmaresError):
     """The token is missing or wrong."""
 
@@ -193,6 +199,7 @@ _BY_CODE: dict[str, type[PalmaresError]] = {
         WrongStateError,
         UnknownTaskError,
         UnknownHandError,
+        HandInTheWayError,
         NotAuthorizedError,
         ForbiddenError,
         SessionTakenError,

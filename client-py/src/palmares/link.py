@@ -308,7 +308,7 @@ class Link:
         try:
             return self._greet(Hello(client=first.client, resume_token=self.welcome.resume_token))
         except SessionOverError:
-            practice = self.welcome.competition.get("mode") == "practice"
+            practice = self.welcome.competition.mode == "practice"
             if not practice or first.session_s is not None:
                 raise
             # A practice server that was started anew remembers nothing; there is no time to lose either.

@@ -143,7 +143,8 @@ class Result(Reply, kw_only=True, tag="result"):
     task: str
     hand: str
     status: str
-    """``practice``; ``provisional`` in a competition until verified; ``voided`` after a fault of ours"""
+    """``practice``; ``provisional`` in a competition until verified; ``aborted`` when it ended at tick 0;
+    ``voided`` after a fault of ours"""
     score: float
     in_goal: int
     """Objects in the goal"""
@@ -240,6 +241,18 @@ class Limits(msgspec.Struct, kw_only=True):
     """Realtime: for so many ticks a silent controller's last action goes on; then the hand holds still"""
 
 
+class Competition(msgspec.Struct, kw_only=True):
+    """What is being played."""
+
+    name: str = ""
+    mode: str = "practice"
+    """``practice`` or ``official``"""
+    session_s: float | None = None
+    """Length of a session, s; ``None`` for no limit"""
+    reset_cost_s: float = 0.0
+    """What each reset takes from the session, s"""
+
+
 class Welcome(Reply, kw_only=True, tag="welcome"):
     """What the server says when a session begins or is taken up again."""
 
@@ -251,7 +264,7 @@ class Welcome(Reply, kw_only=True, tag="welcome"):
     hands: list[HandInfo]
     limits: Limits
     session_left_s: float | None = None
-    competition: dict[str, Any] = {}
+    competition: Competition = msgspec.field(default_factory=Competition)
     server: dict[str, Any] = {}
     specs: dict[str, Any] = {}
     run: RunInfo | None = None

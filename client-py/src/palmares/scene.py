@@ -21,6 +21,7 @@ class HasName(Protocol):
 
 
 Named = TypeVar("Named", bound=HasName)
+Told = TypeVar("Told")
 
 
 def named(kind: str, name: str, things: Sequence[Named]) -> Named:
@@ -69,11 +70,15 @@ class ScenePart(Placed, kw_only=True):
     shape: Shape
 
 
-class SceneBody(Placed, kw_only=True):
+class SceneBody(msgspec.Struct, kw_only=True):
     """A body and its shapes, in the world frame at tick 0."""
 
     id: int
     name: str
+    position: Vec3 | None = None
+    """Origin, m; ``None`` of free bodies in a run with ``sensing="sensors"``"""
+    quat_xyzw: Quat | None = None
+    """Orientation; ``None`` where the position is"""
     free: bool
     """False for furniture."""
     mass: float
@@ -84,6 +89,21 @@ class SceneBody(Placed, kw_only=True):
     parts: list[ScenePart]
     color: Vec3
     """sRGB, 0 to 1"""
+
+    @property
+    def xyz(self) -> Array:
+        """Position as an array, shape (3,), m; `ValueError` when the server does not tell it."""
+        return np.array(self._told(self.position))
+
+    @property
+    def rotation(self) -> Array:
+        """Rotation matrix from its own frame to the world, shape (3, 3); `ValueError` when it is not told."""
+        return matrix_of(self._told(self.quat_xyzw))
+
+    def _told(self, value: Told | None) -> Told:
+        if value is None:
+            raise ValueError(f"where {self.name!r} is, is not told in a run with sensing='sensors'")
+        return value
 
 
 class Region(msgspec.Struct, kw_only=True):

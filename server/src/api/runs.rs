@@ -25,6 +25,7 @@ fn seen_by(mut run: RunRecord, identity: Option<&Identity>, rules: &Rules) -> Ru
     if organizer(identity) || !rules.official() {
         return run;
     }
+    run.similar = None;
     let own = identity.and_then(|identity| identity.team.as_ref()) == Some(&run.team);
     let viewer = identity.is_some_and(|identity| identity.role == Role::Viewer);
     if !rules.revealed() {

@@ -2,6 +2,7 @@
 
 use super::archive::Archive;
 use super::header::word;
+use super::likeness::Marks;
 use super::reader::{Replay, read};
 use super::refused::Refused;
 use super::tidy::tidy;
@@ -43,8 +44,8 @@ async fn round(store: &Store, archive: &Arc<Archive>, background: &Background) -
         let (path, run_id) = (archive.locate(&run.replay_path), run.run_id.clone());
         let key = archive.clone();
         let job = move || judge(&path, &run, &record, &key);
-        let (verdict, note) = match background.run(Level::Idle, job).await {
-            Ok(Ok(verdict)) => verdict,
+        let Judged { verdict, note, marks } = match background.run(Level::Idle, job).await {
+            Ok(Ok(judged)) => judged,
             Ok(Err(error)) => {
                 tracing::error!(%error, run = run_id, "the replay cannot be read; tried again later");
                 continue;
@@ -58,9 +59,19 @@ async fn round(store: &Store, archive: &Arc<Archive>, background: &Background) -
             Verdict::Rejected => tracing::error!(run = run_id, note, "rejected: the run does not replay"),
             _ => tracing::info!(run = run_id, note, "verified"),
         }
+        // First: a run that is no longer provisional is not looked at again.
+        store.compare_actions(&run_id, &marks).await?;
         store.set_verdict(&run_id, verdict, Some(&note)).await?;
     }
     tidy(store, archive).await
+}
+
+/// What playing a run again has shown.
+struct Judged {
+    verdict: Verdict,
+    note: String,
+    /// Of its actions; none when it was rejected.
+    marks: Marks,
 }
 
 /// Plays a run again. An error is one of reading, which says nothing about the run.
@@ -69,11 +80,12 @@ fn judge(
     run: &UnverifiedRun,
     record: &RunRecord,
     archive: &Archive,
-) -> std::io::Result<(Verdict, String)> {
+) -> std::io::Result<Judged> {
+    let rejected = |note: String| Judged { verdict: Verdict::Rejected, note, marks: Marks::default() };
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            return Ok((Verdict::Rejected, "not_a_replay: the file is gone".into()));
+            return Ok(rejected("not_a_replay: the file is gone".into()));
         }
         Err(error) => return Err(error),
     };
@@ -86,13 +98,14 @@ fn judge(
             ));
         }
         same_run(record, &replay)?;
-        verify(&replay)
+        Ok((verify(&replay)?, Marks::of(replay.deeds.iter().map(|deed| &deed.action))))
     })();
     Ok(match verdict {
-        Ok(verified) => {
-            (Verdict::Verified, format!("{} ticks, {} states equal", verified.ticks, verified.states))
+        Ok((verified, marks)) => {
+            let note = format!("{} ticks, {} states equal", verified.ticks, verified.states);
+            Judged { verdict: Verdict::Verified, note, marks }
         }
-        Err(refused) => (Verdict::Rejected, format!("{}: {refused}", refused.name())),
+        Err(refused) => rejected(format!("{}: {refused}", refused.name())),
     })
 }
 

@@ -12,6 +12,7 @@ mod hands;
 mod header;
 mod identity;
 mod key;
+mod likeness;
 mod messages;
 mod pack;
 mod poses;
@@ -33,6 +34,9 @@ pub(crate) use archive::{Archive, KEY_FILE, Recording};
 pub(crate) use auditor::audit;
 pub(crate) use header::{Header, Kind, Pacing, word};
 pub(crate) use key::PublicKey;
+#[cfg(test)]
+pub(crate) use likeness::Mark;
+pub(crate) use likeness::{Marks, is_told};
 pub(crate) use pack::pack;
 pub(crate) use reader::{Replay, each_picture, read};
 pub(crate) use recorder::ReplayFile;

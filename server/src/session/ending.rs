@@ -136,6 +136,13 @@ impl Session {
                 tracing::error!(%error, run = run.run_id, "no record of a void run");
             }
         }
+        if status == "aborted" {
+            let deed =
+                Deed { actor: "server", action: "run.abort", subject: &run.run_id, reason: note.as_deref() };
+            if let Err(error) = self.host.store.record(&deed).await {
+                tracing::error!(%error, run = run.run_id, "no record of a run without a tick");
+            }
+        }
         if let Some(archive) = &self.host.replays {
             archive.wake();
         }

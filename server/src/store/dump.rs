@@ -6,8 +6,18 @@ use sqlx::any::{AnyRow, AnyTypeInfoKind};
 use sqlx::{AssertSqlSafe, Column, Row, TypeInfo, ValueRef};
 
 /// The tables, each after those it refers to.
-const TABLES: [&str; 8] =
-    ["teams", "tokens", "hands", "audit", "settings", "run_counters", "sessions", "runs"];
+const TABLES: [&str; 10] = [
+    "teams",
+    "tokens",
+    "hands",
+    "audit",
+    "settings",
+    "run_counters",
+    "sessions",
+    "runs",
+    "action_marks",
+    "similar_runs",
+];
 
 /// A table's name and rows.
 pub(crate) type Table = (String, Vec<Map<String, Value>>);

@@ -20,6 +20,7 @@ mod clocks;
 mod dump;
 mod hands;
 mod leaderboard;
+mod likeness;
 mod location;
 mod runs;
 mod sessions;
@@ -53,10 +54,11 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tokio::sync::Mutex;
 
 /// Version, name, statements. Embedded, so that the program needs no files beside it.
-const MIGRATIONS: [(i64, &str, &str); 3] = [
+const MIGRATIONS: [(i64, &str, &str); 4] = [
     (1, "sessions and runs", include_str!("../../migrations/0001_sessions_and_runs.sql")),
     (2, "competition", include_str!("../../migrations/0002_competition.sql")),
     (3, "time given back", include_str!("../../migrations/0003_time_given_back.sql")),
+    (4, "likeness of runs", include_str!("../../migrations/0004_likeness.sql")),
 ];
 
 /// Why the store did not do what it was asked.

@@ -1,6 +1,7 @@
 //! Rows of `runs`.
 
 use super::clocks::write_clock;
+use super::likeness::SimilarRun;
 use super::{ClockState, Store, StoreError, signed, unix_ms};
 use palmares_tasks::{Event, Outcome, Sensing};
 use schemars::JsonSchema;
@@ -101,6 +102,10 @@ pub(crate) struct RunRecord {
     verified_unix_ms: Option<i64>,
     server_version: String,
     build_hash: String,
+    /// Other teams' runs with the same actions over a long stretch; for organizers only, and left out where there
+    /// are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) similar: Option<Vec<SimilarRun>>,
     /// What the referee noted; of an official run only for those who may watch it, until the seeds are revealed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) events: Option<Vec<Event>>,
@@ -144,6 +149,7 @@ impl FromRow<'_, AnyRow> for RunRecord {
             verified_unix_ms: row.try_get("verified_at")?,
             server_version: row.try_get("server_version")?,
             build_hash: row.try_get("build_hash")?,
+            similar: None,
             events: Some(events),
         })
     }
@@ -258,12 +264,22 @@ impl Store {
     /// The run of that id.
     pub(crate) async fn run(&self, run_id: &str) -> Result<Option<RunRecord>, StoreError> {
         let query = sqlx::query_as("SELECT * FROM runs WHERE run_id = $1").bind(run_id);
-        Ok(query.fetch_optional(&self.pool).await?)
+        let mut run: Option<RunRecord> = query.fetch_optional(&self.pool).await?;
+        if let Some(run) = &mut run {
+            run.similar = self.similar_runs(Some(run_id)).await?.remove(run_id);
+        }
+        Ok(run)
     }
 
     /// All runs, oldest first: for the export.
     pub(crate) async fn runs(&self) -> Result<Vec<RunRecord>, StoreError> {
-        Ok(sqlx::query_as("SELECT * FROM runs ORDER BY started_at, run_id").fetch_all(&self.pool).await?)
+        let query = sqlx::query_as("SELECT * FROM runs ORDER BY started_at, run_id");
+        let mut runs: Vec<RunRecord> = query.fetch_all(&self.pool).await?;
+        let mut similar = self.similar_runs(None).await?;
+        for run in &mut runs {
+            run.similar = similar.remove(&run.run_id);
+        }
+        Ok(runs)
     }
 
     /// Marks what an earlier process left open: its runs as aborted, its practice sessions as ended. Official

@@ -40,7 +40,7 @@ enum AdminCommand {
     /// Hold, end, void sessions, give them time
     #[command(subcommand)]
     Session(Session),
-    /// Void runs, verify them again, fetch their replays; `export runs` lists them
+    /// List, show and void runs, verify them again, fetch their replays
     #[command(subcommand)]
     Run(Run),
     /// Decide on teams' own hands
@@ -151,6 +151,13 @@ enum Session {
 
 #[derive(Debug, Subcommand)]
 enum Run {
+    /// List the runs, oldest first
+    List,
+    /// Show a run, and under `similar` other teams' runs with the same actions
+    Show {
+        /// Its id
+        id: String,
+    },
     /// Void a run: it counts for nothing, and its session gets its time back. Needs --reason
     Void(Id),
     /// Play its replay again: its status becomes verified or rejected
@@ -265,6 +272,8 @@ impl AdminCommand {
                 body["seconds"] = json!(seconds);
                 Post("/v1/admin/session/grant", body)
             }
+            AdminCommand::Run(Run::List) => All("/v1/admin/export/runs?format=json", "runs"),
+            AdminCommand::Run(Run::Show { id }) => Get(format!("/v1/runs/{}", client::escaped(id))),
             AdminCommand::Run(Run::Void(id)) => Post("/v1/admin/run/void", by_id("run_id", id)),
             AdminCommand::Run(Run::Reverify(id)) => Post("/v1/admin/run/reverify", by_id("run_id", id)),
             AdminCommand::Run(Run::Replay { id, output }) => {

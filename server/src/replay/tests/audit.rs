@@ -3,6 +3,7 @@
 use super::*;
 use crate::replay::archive::{Archive, KEY_FILE};
 use crate::replay::auditor::audit;
+use crate::replay::likeness::tests::{balls, fetching};
 use crate::store::{Deed, FinishedRun, Location, NewRun, NewSession, Store};
 use palmares_tasks::Sensing;
 use serde_json::{Value, json};
@@ -26,13 +27,18 @@ impl Place {
 
     /// An official run of a few ticks, recorded as the server does, that waits for its verification.
     async fn play(&self, run_id: &str, k: u64) {
+        let actions = vec![Action { base: None, hand: Some(vec![0.4, 0.6]) }; 130];
+        self.play_as("crabs", run_id, k, &actions).await;
+    }
+
+    async fn play_as(&self, team: &str, run_id: &str, k: u64, actions: &[Action]) {
         let seed = Seed::from_u64(5);
         let (task, hand) =
             (Task::builtin().remove(0), Hand::builtin("pinch").expect("a hand of the program"));
         let session_id = format!("ses_{run_id}");
         let session = NewSession {
             session_id: session_id.clone(),
-            team: "crabs".into(),
+            team: team.into(),
             client_version: None,
             limit_s: Some(1800.0),
             mode: "official",
@@ -42,7 +48,7 @@ impl Place {
         let row = NewRun {
             run_id: run_id.into(),
             session_id,
-            team: "crabs".into(),
+            team: team.into(),
             task: task.name.clone(),
             hand: hand.name.clone(),
             hand_sha256: None,
@@ -56,12 +62,12 @@ impl Place {
         };
         self.store.begin_run(&row).await.expect("run");
         let header =
-            Header { k: Some(k), ..Header::new(run_id, "crabs", &task, &hand, seed, 1_700_000_000_000) };
+            Header { k: Some(k), ..Header::new(run_id, team, &task, &hand, seed, 1_700_000_000_000) };
         let mut run = Run::new(task, hand, seed).expect("scene");
         let (begin, recording) = self.archive.record(header);
         let mut scribe = begin(&run);
-        for _ in 0..130 {
-            run.step(&Action { base: None, hand: Some(vec![0.4, 0.6]) }).expect("valid");
+        for action in actions {
+            run.step(action).expect("valid");
             crate::session::Witness::ticked(&mut scribe, &run);
         }
         let outcome = run.finish(Reason::Stopped);
@@ -191,4 +197,45 @@ async fn what_does_not_replay_is_rejected_with_the_reason() {
     assert!(note.starts_with("bad_signature: signed by"), "{note}");
     assert_eq!(place.judged("run_good").await.0, "verified");
     assert_eq!(place.record("run_good").await["k"], json!(9));
+}
+
+#[tokio::test]
+async fn runs_of_two_teams_with_the_same_actions_are_told_to_the_organizer() {
+    let place = Place::new().await;
+    let actions = fetching(&balls(1)[..1], 0.01);
+    let later = [vec![actions[0].clone(); 37], actions.clone()].concat();
+    let honest = fetching(&balls(2)[..1], 0.01);
+    let idle = vec![Action::default(); 50];
+    for (team, run_id, k, actions) in [
+        ("crabs", "run_1", 1, &actions),
+        ("eels", "run_2", 1, &later),
+        ("crabs", "run_3", 2, &actions),
+        ("newts", "run_4", 1, &honest),
+        ("crabs", "run_5", 3, &idle),
+        ("newts", "run_6", 2, &idle),
+    ] {
+        place.play_as(team, run_id, k, actions).await;
+        assert_eq!(place.judged(run_id).await.0, "verified", "{run_id}");
+    }
+    let similar = async |run_id: &str| {
+        let record = place.record(run_id).await;
+        let found = record["similar"].as_array().cloned().unwrap_or_default();
+        found.iter().map(|other| (other["team"].clone(), other["run_id"].clone())).collect::<Vec<_>>()
+    };
+    let pair = |team: &str, run_id: &str| (json!(team), json!(run_id));
+    assert_eq!(similar("run_1").await, [pair("eels", "run_2")]);
+    assert_eq!(similar("run_3").await, [pair("eels", "run_2")]);
+    assert_eq!(similar("run_2").await, [pair("crabs", "run_1"), pair("crabs", "run_3")]);
+    for run_id in ["run_4", "run_5", "run_6"] {
+        assert_eq!(similar(run_id).await, [], "{run_id}");
+    }
+    // Verified again, it is told once.
+    let deed = Deed { actor: "test", action: "run.reverify", subject: "run_2", reason: None };
+    assert!(place.store.reverify("run_2", &deed).await.expect("query"));
+    assert_eq!(place.judged("run_2").await.0, "verified");
+    let audit = serde_json::to_value(place.store.audit(0, 100).await.expect("query")).expect("JSON");
+    let told: Vec<&Value> =
+        audit.as_array().expect("a list").iter().filter(|entry| entry["action"] == "run.similar").collect();
+    assert_eq!(told.iter().map(|entry| entry["subject"].clone()).collect::<Vec<_>>(), ["run_2", "run_3"]);
+    assert!(told[0]["reason"].as_str().expect("why").contains("run run_1 of team crabs"), "{}", told[0]);
 }

@@ -1,6 +1,7 @@
 //! The store against real databases: every test runs on each kind.
 
 mod competition;
+mod likeness;
 mod places;
 #[path = "../../../../tests/system/harness/postgres.rs"]
 mod postgres;
