@@ -244,11 +244,11 @@ fn what_is_no_hand_is_not_called_usable() {
     }
     // A heavy finger on a weak spring, with nothing to brake it: it swings for minutes.
     let swinging = plain
-        .replace("<mechanicalElasticity>0.5<", "<mechanicalElasticity>0.002<")
-        .replace("<mass value=\"0.02\"/>", "<mass value=\"0.2\"/>");
+        .replace("<mechanicalElasticity>0.5<", "<mechanicalElasticity>0.0003<")
+        .replace("<mass value=\"0.02\"/>", "<mass value=\"0.3\"/>");
     let settings = SETTINGS
         .replace("damping = 0.03", "damping = 0.0")
-        .replace("force_limit = 2.0", "force_limit = 0.0008");
+        .replace("force_limit = 2.0", "force_limit = 0.00012");
     unusable(&swinging, &settings, &["joint 'bend' still moves after 60 s", "nothing brakes it"]);
 }
 

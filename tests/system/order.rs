@@ -82,7 +82,8 @@ async fn repeat_outside_its_limits_is_a_bad_request() {
 async fn a_request_without_a_usable_id_is_a_bad_request() {
     let server = Server::start();
     let (mut client, _) = Client::playing(&server, "a").await;
-    for (tick, id) in ["-1", "1.5", "1.0", "1e0", "\"x\"", "null", "9007199254740992"].into_iter().enumerate() {
+    for (tick, id) in ["-1", "1.5", "1.0", "1e0", "\"x\"", "null", "9007199254740992"].into_iter().enumerate()
+    {
         client.send(&format!(r#"{{"op":"time","id":{id}}}"#)).await;
         let error = client.next().await;
         assert_error(&error, "bad_request", false);

@@ -59,10 +59,10 @@ pub(super) struct Closure {
     pub(super) unbalanced_nm: Option<f64>,
     /// Why no prediction applies here, as where the hand touches itself; empty when one does.
     pub(super) beyond: Vec<String>,
-    /// The fastest joint at the end, and its speed, rad/s or m/s.
-    pub(super) fastest: Option<(String, f64)>,
-    /// The joint that went farthest beyond a limit on the way, and how far, rad or m.
-    pub(super) outside: Option<(String, f64)>,
+    /// The fastest joint at the end, its speed per second, and the unit of its coordinate.
+    pub(super) fastest: Option<(String, f64, &'static str)>,
+    /// The joint that went farthest beyond a limit on the way, how far, and in which unit.
+    pub(super) outside: Option<(String, f64, &'static str)>,
 }
 
 /// What is wrong with how a hand closes.
@@ -77,7 +77,7 @@ impl Closure {
     /// What is wrong with how the hand closed.
     pub(super) fn troubles(&self) -> Vec<Trouble> {
         let mut out = Vec::new();
-        if let (None, Some((joint, speed))) = (self.rest_s, &self.fastest) {
+        if let (None, Some((joint, speed, unit))) = (self.rest_s, &self.fastest) {
             let touching = self.beyond.iter().filter(|why| why.contains(" touches "));
             let touching: Vec<&str> = touching.take(3).map(String::as_str).collect();
             let because = if touching.is_empty() {
@@ -87,22 +87,21 @@ impl Closure {
                 format!("parts push each other about: {}", touching.join(", "))
             };
             if *speed > AT_SIGHT {
-                let unit = "rad/s or m/s";
                 out.push(Trouble::Unusable(format!(
-                    "joint '{joint}' still moves after {PATIENCE_S} s, with {speed:.3} {unit}; {because}"
+                    "joint '{joint}' still moves after {PATIENCE_S} s, with {speed:.3} {unit}/s; {because}"
                 )));
             } else {
                 let why = format!("creeps on after {PATIENCE_S} s; {because}");
                 out.push(Trouble::Odd { joint: joint.clone(), why });
             }
         }
-        if let Some((joint, by)) = self.outside.clone() {
+        if let Some((joint, by, unit)) = self.outside.clone() {
             if by > THROWN {
                 out.push(Trouble::Unusable(format!(
-                    "joint '{joint}' goes {by:.3} beyond its limit: its tendons are too strong, or its links too light"
+                    "joint '{joint}' goes {by:.3} {unit} beyond its limit: its tendons are too strong, or its links too light"
                 )));
             } else if by > PRESSED {
-                let why = format!("goes {by:.3} beyond its limit; are its tendons too strong?");
+                let why = format!("goes {by:.3} {unit} beyond its limit; are its tendons too strong?");
                 out.push(Trouble::Odd { joint, why });
             }
         }
@@ -251,7 +250,9 @@ pub(super) fn close(hand: &Arc<Hand>, sigma: &[f64]) -> Result<Closure, ModelErr
     let state = alone.state();
     let largest = |values: &[f64]| {
         let most = values.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
-        most.map(|(i, value)| (hand.coordinates[i].name.clone(), value))
+        most.map(|(i, value)| {
+            (hand.coordinates[i].name.clone(), value, if hand.slides(i) { "m" } else { "rad" })
+        })
     };
     let speeds: Vec<f64> = state.v[6..].iter().map(|v| v.abs()).collect();
     let worst = predicted.as_ref().and_then(|predicted| {
@@ -272,7 +273,7 @@ pub(super) fn close(hand: &Arc<Hand>, sigma: &[f64]) -> Result<Closure, ModelErr
         worst: worst.map(|i| hand.coordinates[i].name.clone()),
         beyond,
         fastest: largest(&speeds),
-        outside: largest(&outside).filter(|(_, by)| *by > 0.0),
+        outside: largest(&outside).filter(|(_, by, _)| *by > 0.0),
     })
 }
 
