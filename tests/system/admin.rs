@@ -136,6 +136,7 @@ async fn the_command_line_does_it_all() {
     run(&["session", "pause", &session, "--reason", "alarm"]);
     run(&["session", "resume", &session]);
     run(&["session", "grant", &session, "--seconds", "30", "--reason", "alarm"]);
+    client.goes_on(0).await;
     let result = client.ask(json!({"op": "stop"})).await;
     let run_id = result["run_id"].as_str().expect("an id").to_owned();
     cup.verified(&result["run_id"]).await;
@@ -145,6 +146,8 @@ async fn the_command_line_does_it_all() {
     assert!(table.contains("crabs") && table.contains(&run_id), "{table}");
     assert_eq!(get(&cup.server, "/v1/leaderboard.csv").body, table);
     assert_eq!(json(run(&["export", "runs", "--format", "json"]))[0]["k"], 1);
+    assert_eq!(json(run(&["run", "list"]))["runs"][0]["run_id"], run_id);
+    assert_eq!(json(run(&["run", "show", &run_id]))["status"], "verified");
     run(&["run", "void", &run_id, "--reason", "mistake"]);
     assert!(!run(&["export", "leaderboard"]).contains("crabs"));
     let records = json(run(&["audit"]))["records"].clone();

@@ -79,6 +79,7 @@ async fn seeds_are_hidden_the_same_for_all_and_new_in_every_run() {
                 let obs = client.ask(official_reset()).await;
                 assert_eq!(obs["run"]["seed"], Value::Null, "{obs}");
                 scenes.push(obs["truth"]["objects"].clone());
+                client.goes_on(0).await;
                 let result = client.ask(json!({"op": "stop"})).await;
                 assert_eq!(result["status"], "provisional", "{result}");
                 runs.push(text(&result["run_id"]));

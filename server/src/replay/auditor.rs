@@ -89,7 +89,7 @@ fn judge(
         }
         Err(error) => return Err(error),
     };
-    let verdict = (|| {
+    let verdict = (|| -> Result<_, Refused> {
         let replay = read(&bytes)?;
         replay.signed_by(Some(&archive.key()))?;
         if replay.sha256 != run.replay_sha256 {
