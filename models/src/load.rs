@@ -12,8 +12,10 @@ use crate::files::{Files, has_extension, read_limited};
 use crate::geometry::Builder;
 use crate::hand::{Coordinate, Hand, Motor, Tendon};
 use crate::limits::Limits;
+use crate::plausible;
 use crate::rolling::{self, Reduced};
 use crate::settings::{CoordinateSettings, MotorSettings, Settings, TendonSettings};
+use crate::sources::Sources;
 use crate::tactile;
 use crate::tendon::{DaVinci, DaVinciGeometry, TendonElement, TendonPath};
 use crate::urdf::{self, Urdf};
@@ -79,9 +81,9 @@ impl Default for LoadOptions {
 pub struct Loaded {
     /// The hand.
     pub hand: Hand,
-    /// Its URDF, as messages call it.
-    pub file: PathBuf,
-    /// What was odd, in the order it was found.
+    /// Its URDF, as messages call it, and what its `hand.toml` states instead.
+    pub sources: Sources,
+    /// What was odd: about the files in the order it was found, then about the hand.
     pub warnings: Vec<LoadWarning>,
 }
 
@@ -173,17 +175,17 @@ pub fn from_text(
         tactile,
     };
     hand.validate().map_err(|error| match error {
-        // The hand knows no files; its parts do.
+        // What hand.toml states was looked at where it was read.
         ModelError::Inconsistent { element, problem, .. } => {
-            let stated = ["coordinate", "motor", "tendon"].iter().any(|part| element.starts_with(part));
-            let file = if stated { &at.file } else { &report.file };
-            ModelError::Inconsistent { name: file.display().to_string(), element, problem }
+            ModelError::Inconsistent { name: report.file.display().to_string(), element, problem }
         }
         error => error,
     })?;
     let rest: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
     hand.no_collision = hand.pairs_closer_than(TOUCHING_AT_REST, &rest);
-    Ok(Loaded { hand, file: report.file, warnings: report.warnings })
+    let mut warnings = report.warnings;
+    warnings.extend(plausible::oddities(&hand, &report.file));
+    Ok(Loaded { hand, sources: Sources::new(&report.file, &at.file, &settings), warnings })
 }
 
 /// A hand's name stands in addresses, on pages and in file names.
@@ -316,6 +318,12 @@ fn actuation(
             }
         }
         moment_arms.sort_by_key(|&(coordinate, _)| coordinate);
+        let own = settings.tendons.get(&transmission.name);
+        if moment_arms.is_empty() && own.is_none_or(|own| own.da_vinci.is_empty()) {
+            let valid =
+                "at least one <mechanicalReduction> other than 0: without a moment arm it pulls on nothing";
+            return Err(report.bad(element, "every <mechanicalReduction> is 0", valid));
+        }
 
         let motor = motors.iter().position(|m| m.name == transmission.actuator).unwrap_or_else(|| {
             let own = settings.motors.get(&transmission.actuator).unwrap_or_else(|| {
@@ -336,7 +344,7 @@ fn actuation(
             });
             motors.len() - 1
         });
-        let own = settings.tendons.get(&transmission.name).unwrap_or_else(|| {
+        let own = own.unwrap_or_else(|| {
             report.warn(
                 element.clone(),
                 format!(

@@ -47,17 +47,36 @@ impl Settings {
             let element = || if name.is_empty() { table.to_owned() } else { format!("[{table}.{name}]") };
             value.map_or(Ok(()), |value| at.number(element, what, value, limit))
         };
+        // Finite and not too large first, then the sign.
+        let sign = |table: &str, name: &str, what: &str, value: Option<f64>, least: Least| {
+            let element = if name.is_empty() { table.to_owned() } else { format!("[{table}.{name}]") };
+            match value {
+                Some(value) if !least.allows(value) => {
+                    Err(at.bad(element, format!("has {what} {value}"), format!("{what} {}", least.words())))
+                }
+                _ => Ok(()),
+            }
+        };
+        let positive = |table: &str, name: &str, what: &str, value: Option<f64>, most: f64| {
+            check(table, name, what, value, most)?;
+            sign(table, name, what, value, Least::Positive)
+        };
+        let not_negative = |table: &str, name: &str, what: &str, value: Option<f64>, most: f64| {
+            check(table, name, what, value, most)?;
+            sign(table, name, what, value, Least::Zero)
+        };
         let most = limits.number;
-        check("settings", "", "friction", self.friction, most)?;
+        not_negative("settings", "", "friction", self.friction, most)?;
         for (name, m) in &self.motors {
             check("motors", name, "scaling", Some(m.scaling), most)?;
+            sign("motors", name, "scaling", Some(m.scaling), Least::NotZero)?;
             check("motors", name, "offset", Some(m.offset), most)?;
-            check("motors", name, "speed_limit", Some(m.speed_limit), most)?;
+            positive("motors", name, "speed_limit", Some(m.speed_limit), most)?;
         }
         for (name, t) in &self.tendons {
-            check("tendons", name, "stiffness", Some(t.stiffness), most)?;
-            check("tendons", name, "damping", Some(t.damping), most)?;
-            check("tendons", name, "force_limit", Some(t.force_limit), most)?;
+            positive("tendons", name, "stiffness", Some(t.stiffness), most)?;
+            not_negative("tendons", name, "damping", Some(t.damping), most)?;
+            positive("tendons", name, "force_limit", Some(t.force_limit), most)?;
             for (joint, g) in &t.da_vinci {
                 let what = format!("da_vinci.{joint}");
                 for x in [g.r0, g.r1, g.r2, g.a1, g.b1, g.l1, g.a2, g.b2] {
@@ -68,14 +87,14 @@ impl Settings {
         let every = [("every", &self.every_coordinate)];
         let coordinates = self.coordinates.iter().map(|(name, c)| (name.as_str(), c));
         for (name, c) in coordinates.chain(every) {
-            check("coordinates", name, "stiffness", c.stiffness, most)?;
-            check("coordinates", name, "damping", c.damping, most)?;
+            not_negative("coordinates", name, "stiffness", c.stiffness, most)?;
+            not_negative("coordinates", name, "damping", c.damping, most)?;
             check("coordinates", name, "rest", c.rest, most)?;
         }
         for (name, l) in &self.links {
-            check("links", name, "mass", l.mass, limits.mass_kg)?;
-            check("links", name, "rounding", l.rounding, limits.length_m)?;
-            check("links", name, "friction", l.friction, most)?;
+            not_negative("links", name, "mass", l.mass, limits.mass_kg)?;
+            not_negative("links", name, "rounding", l.rounding, limits.length_m)?;
+            not_negative("links", name, "friction", l.friction, most)?;
         }
         for patches in &self.tactile {
             for x in patches.lengths() {
@@ -83,6 +102,32 @@ impl Settings {
             }
         }
         Ok(())
+    }
+}
+
+/// The least that a finite number may be.
+#[derive(Clone, Copy)]
+enum Least {
+    Positive,
+    Zero,
+    NotZero,
+}
+
+impl Least {
+    fn allows(self, value: f64) -> bool {
+        match self {
+            Least::Positive => value > 0.0,
+            Least::Zero => value >= 0.0,
+            Least::NotZero => value != 0.0,
+        }
+    }
+
+    fn words(self) -> &'static str {
+        match self {
+            Least::Positive => "of more than 0",
+            Least::Zero => "of at least 0",
+            Least::NotZero => "other than 0",
+        }
     }
 }
 

@@ -78,9 +78,17 @@ pub(crate) fn read(
                     )
                 })
             };
+            let stiffness = number("mechanicalElasticity", 0.0)?;
+            if stiffness < 0.0 {
+                return Err(report.bad(
+                    format!("{element}, joint '{joint_name}'"),
+                    format!("<mechanicalElasticity> is the negative stiffness {stiffness}"),
+                    "a stiffness of at least 0 N·m/rad",
+                ));
+            }
             joints.push(TransmissionJoint {
                 moment_arm: number("mechanicalReduction", 1.0)?,
-                stiffness: number("mechanicalElasticity", 0.0)?,
+                stiffness,
                 rest: number("offset", 0.0)?,
                 joint: joint_name,
             });

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::error::ModelError;
-use crate::hand::{Hand, Link};
+use crate::hand::{Hand, Link, Motor};
 use crate::inertia;
 use crate::shape::Shape;
 
@@ -36,24 +36,27 @@ impl Hand {
             if !(c.lower < c.upper && c.rest.is_finite()) {
                 return bad(element, format!("limits {} to {}, rest {}", c.lower, c.upper, c.rest));
             }
-            if !not_negative(c.stiffness) || !not_negative(c.damping) {
-                return bad(
-                    element,
-                    format!("stiffness {} or damping {} is negative", c.stiffness, c.damping),
-                );
+            for (what, value) in [("stiffness", c.stiffness), ("damping", c.damping)] {
+                if !not_negative(value) {
+                    return bad(element, format!("{what} {value}; valid: finite, at least 0"));
+                }
             }
             if !self.links.iter().any(|l| l.joint.as_ref().is_some_and(|j| j.coordinate == i)) {
                 return bad(element, "moves no link".to_owned());
             }
         }
         for motor in &self.motors {
-            let finite = motor.scaling.is_finite() && motor.offset.is_finite();
-            if !finite || motor.scaling == 0.0 || !positive(motor.speed_limit) {
-                return bad(
-                    format!("motor '{}'", motor.name),
-                    "scaling must not be 0, the speed limit must be positive, all finite".to_owned(),
-                );
-            }
+            let Motor { scaling, offset, speed_limit, .. } = motor;
+            let problem = if !scaling.is_finite() || *scaling == 0.0 {
+                format!("scaling {scaling}; valid: finite, other than 0")
+            } else if !offset.is_finite() {
+                format!("offset {offset}; valid: finite")
+            } else if !positive(*speed_limit) {
+                format!("speed limit {speed_limit}; valid: finite, more than 0")
+            } else {
+                continue;
+            };
+            return bad(format!("motor '{}'", motor.name), problem);
         }
         for tendon in &self.tendons {
             let element = format!("tendon '{}'", tendon.name);
@@ -77,11 +80,13 @@ impl Hand {
                     return bad(element, "elements must each have a coordinate of their own".to_owned());
                 }
             }
-            if !positive(tendon.stiffness) || !not_negative(tendon.damping) || !positive(tendon.force_limit) {
-                return bad(
-                    element,
-                    "stiffness and force limit must be positive, damping not negative".to_owned(),
-                );
+            for (what, value) in [("stiffness", tendon.stiffness), ("force limit", tendon.force_limit)] {
+                if !positive(value) {
+                    return bad(element, format!("{what} {value}; valid: finite, more than 0"));
+                }
+            }
+            if !not_negative(tendon.damping) {
+                return bad(element, format!("damping {}; valid: finite, at least 0", tendon.damping));
             }
         }
         for &[a, b] in &self.no_collision {

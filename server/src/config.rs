@@ -7,6 +7,7 @@ use crate::store::Location;
 use anyhow::{Context, bail};
 use clap::Args;
 use file::File;
+use palmares_models::hand_limits::HandLimits;
 use serde::{Deserialize, Serialize};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -108,6 +109,8 @@ pub(crate) struct Config {
     pub(crate) builtin_hands: Option<Vec<String>>,
     /// Further hands, from files.
     pub(crate) hands: Vec<PathBuf>,
+    /// How far hands that do not come with the program may go.
+    pub(crate) hand_limits: HandLimits,
     /// Where to listen.
     pub(crate) listen: SocketAddr,
     /// Keys, replays, uploaded hands, and the database unless it is elsewhere.
@@ -170,6 +173,7 @@ impl ServeOptions {
             tasks: file.tasks.clone(),
             builtin_hands: file.hands.clone(),
             hands,
+            hand_limits: file.hand_limits.clone(),
             listen: self.listen.or(file.listen).unwrap_or((Ipv4Addr::LOCALHOST, 8080).into()),
             seed_secret: key(&file.seed_secret, "seed.secret"),
             signing_key: key(&file.signing_key, crate::replay::KEY_FILE),
@@ -190,6 +194,14 @@ impl ServeOptions {
             },
         })
     }
+}
+
+/// The limits of hands in a competition's file.
+///
+/// # Errors
+/// The file cannot be read or is wrong.
+pub(crate) fn hand_limits(path: &Path) -> anyhow::Result<HandLimits> {
+    Ok(File::read(path)?.hand_limits)
 }
 
 impl Config {

@@ -1,6 +1,7 @@
 //! Hands that teams send in: checked, kept under their hash, loaded when they are played with.
 
 use crate::auth::{random_hex, sha256_hex};
+use crate::inspect::{self, FigureRow, told};
 use crate::names;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
@@ -9,8 +10,10 @@ use crate::store::{HandRow, NewHand, Store, StoreError};
 use palmares_models::builtin::builtin_hands;
 use palmares_models::files::Files;
 use palmares_models::hand::Hand;
+use palmares_models::hand_limits::HandLimits;
 use palmares_models::limits::Limits;
-use palmares_models::load::{self, LoadOptions};
+use palmares_models::load::{self, LoadOptions, Loaded};
+use palmares_tasks::Task;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::Write;
@@ -27,6 +30,10 @@ const READY: usize = 64;
 #[derive(Debug)]
 pub(crate) struct OwnHands {
     folder: PathBuf,
+    /// How far a hand may go.
+    limits: Arc<HandLimits>,
+    /// What is played, and what a hand must fit into.
+    tasks: Vec<Arc<Task>>,
     ready: Mutex<BTreeMap<String, Arc<Hand>>>,
     /// One check at a time: a check may take seconds and megabytes.
     checking: Semaphore,
@@ -47,11 +54,47 @@ fn store_failed(error: &StoreError) -> Refusal {
 }
 
 /// Reads an archive as a hand.
-fn read(bytes: &[u8]) -> Result<(Hand, Vec<String>), String> {
+fn read(bytes: &[u8]) -> Result<Loaded, String> {
     let options = LoadOptions::default();
     let files = Files::archive(Path::new("hand.zip"), bytes, &options.limits).map_err(|e| e.to_string())?;
-    let loaded = load::from_files(files, None, &options).map_err(|e| e.to_string())?;
-    Ok((loaded.hand, loaded.warnings.iter().map(ToString::to_string).collect()))
+    load::from_files(files, None, &options).map_err(|e| e.to_string())
+}
+
+/// Reads an archive as a hand that is within the limits.
+fn read_within(bytes: &[u8], limits: &HandLimits) -> Result<Loaded, String> {
+    let loaded = read(bytes)?;
+    let beyond = inspect::beyond_limits(&loaded.hand, &loaded.sources, limits);
+    if beyond.is_empty() { Ok(loaded) } else { Err(told(&beyond)) }
+}
+
+/// Reads an archive as a hand that may be played, and tells what is odd about it, for its team and for who decides:
+/// oddities of its files, and where it goes farther than any hand of the program.
+fn examine(
+    bytes: &[u8],
+    limits: &HandLimits,
+    tasks: &[Arc<Task>],
+) -> Result<(Arc<Hand>, Vec<String>), Refusal> {
+    let within = read_within(bytes, limits).map_err(|why| Refusal::new(Code::BadRequest, why));
+    let Loaded { hand, sources, warnings } = within?;
+    let hand = Arc::new(hand);
+    let in_the_way = inspect::in_the_way(&hand, tasks);
+    if !in_the_way.is_empty() {
+        return Err(Refusal::new(Code::HandInTheWay, told(&in_the_way)));
+    }
+    let mut odd: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    let rows = inspect::figures(&hand, &sources, limits);
+    let beyond = rows.iter().filter(|row| row.beyond_others);
+    odd.extend(beyond.map(|row| format!("beyond the program's hands: {}", row.in_words())));
+    Ok((hand, odd))
+}
+
+/// What an organizer looks at before deciding.
+#[derive(Debug)]
+pub(crate) struct Inspection {
+    /// Beside the hands of the program and the limits.
+    pub(crate) figures: Vec<FigureRow>,
+    /// What the hand would touch where it starts; with the tasks of this server.
+    pub(crate) in_the_way: Vec<String>,
 }
 
 /// Whether a team may play a hand: in official sessions an approved one; a rejected one never.
@@ -65,8 +108,10 @@ fn usable(row: &HandRow, official: bool) -> bool {
 
 impl OwnHands {
     /// Hands in this data directory.
-    pub(crate) fn new(data_dir: &Path) -> Self {
-        OwnHands { folder: data_dir.join("hands"), ready: Mutex::default(), checking: Semaphore::new(1) }
+    pub(crate) fn new(data_dir: &Path, limits: HandLimits, tasks: Vec<Arc<Task>>) -> Self {
+        let folder = data_dir.join("hands");
+        let (ready, checking) = (Mutex::default(), Semaphore::new(1));
+        OwnHands { folder, limits: Arc::new(limits), tasks, ready, checking }
     }
 
     fn path(&self, sha256: &str) -> PathBuf {
@@ -91,12 +136,10 @@ impl OwnHands {
         }
         let bytes = Arc::new(bytes);
         let checked = {
-            let bytes = bytes.clone();
-            background.run(Level::Awaited, move || read(&bytes)).await
+            let (bytes, limits, tasks) = (bytes.clone(), self.limits.clone(), self.tasks.clone());
+            background.run(Level::Awaited, move || examine(&bytes, &limits, &tasks)).await
         };
-        let (hand, warnings) = checked
-            .map_err(|error| failed("the hand could not be checked", &error))?
-            .map_err(|problem| Refusal::new(Code::BadRequest, problem))?;
+        let (hand, warnings) = checked.map_err(|error| failed("the hand could not be checked", &error))??;
         names::hand(&hand.name).map_err(|error| error.of("name in hand.toml"))?;
         if let Some(known) = names::like(&hand.name, builtin_hands().iter().map(|known| known.name.as_str()))
         {
@@ -181,25 +224,46 @@ impl OwnHands {
         if let Some(hand) = self.ready().get(&row.sha256) {
             return Ok(hand.clone());
         }
-        let (path, expected) = (self.path(&row.sha256), row.sha256.clone());
-        let loaded = background.run(Level::Awaited, move || {
-            let bytes = fs::read(&path).map_err(|error| error.to_string())?;
-            if sha256_hex(&bytes) != expected {
-                return Err("the file was changed".to_owned());
-            }
-            read(&bytes)
-        });
-        let (hand, _) = loaded
-            .await
-            .map_err(|error| failed("the hand could not be loaded", &error))?
-            .map_err(|error| failed("the hand could not be loaded", &error))?;
-        let hand = Arc::new(hand);
+        let (bytes, limits) = (self.stored(row), self.limits.clone());
+        let loaded = background.run(Level::Awaited, move || Ok(read_within(&bytes?, &limits)));
+        let loaded = loaded.await.map_err(|error| failed("the hand could not be loaded", &error))?;
+        let within = loaded.map_err(|error: String| failed("the hand could not be loaded", &error))?;
+        // It was within the limits when it was sent in: the organizer has set others since.
+        let hand = within.map_err(|why| {
+            Refusal::new(Code::UnknownHand, format!("hand `{}` cannot be played any more: {why}", row.name))
+        })?;
+        let hand = Arc::new(hand.hand);
         let mut ready = self.ready();
         if ready.len() >= READY {
             ready.clear();
         }
         ready.insert(row.sha256.clone(), hand.clone());
         Ok(hand)
+    }
+
+    /// What is stored of a hand, if it is what was sent in.
+    fn stored(&self, row: &HandRow) -> Result<Vec<u8>, String> {
+        let bytes = fs::read(self.path(&row.sha256)).map_err(|error| error.to_string())?;
+        if sha256_hex(&bytes) == row.sha256 { Ok(bytes) } else { Err("the file was changed".to_owned()) }
+    }
+
+    /// What an organizer looks at before deciding on a hand; also of one that is beyond the limits by now.
+    pub(crate) async fn inspect(
+        &self,
+        background: &Background,
+        row: &HandRow,
+    ) -> Result<Inspection, Refusal> {
+        let (bytes, limits, tasks) = (self.stored(row), self.limits.clone(), self.tasks.clone());
+        let inspected = background.run(Level::Awaited, move || {
+            let Loaded { hand, sources, .. } = read(&bytes?)?;
+            let hand = Arc::new(hand);
+            let figures = inspect::figures(&hand, &sources, &limits);
+            Ok(Inspection { figures, in_the_way: inspect::in_the_way(&hand, &tasks) })
+        });
+        inspected
+            .await
+            .map_err(|error| failed("the hand could not be looked at", &error))?
+            .map_err(|error: String| failed("the hand could not be looked at", &error))
     }
 
     /// The archive of a hand, for what must stand on its own.

@@ -6,6 +6,7 @@ mod backup;
 mod cli;
 mod config;
 mod hands;
+mod inspect;
 mod metrics;
 mod names;
 mod protocol;

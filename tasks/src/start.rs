@@ -4,6 +4,7 @@
 //! the air, and is then put beside the objects: these stay as they are, bit for bit.
 
 use crate::build::{Built, SCENE_WORK, SceneError, furnished};
+use crate::place::placing_room;
 use crate::task::Task;
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Rotation, Vec3};
@@ -26,6 +27,8 @@ pub enum Obstacle {
     Object,
     /// A region that the rules speak of.
     Region,
+    /// Where objects may be placed, by whatever seed.
+    Placing,
 }
 
 /// A link of a hand that touches something where the hand starts.
@@ -45,6 +48,7 @@ impl fmt::Display for Overlap {
         match obstacle {
             Obstacle::Furniture | Obstacle::Object => write!(f, "link `{link}` touches `{name}`"),
             Obstacle::Region => write!(f, "link `{link}` reaches into region `{name}`"),
+            Obstacle::Placing => write!(f, "link `{link}` reaches to where objects are placed in `{name}`"),
         }
     }
 }
@@ -56,19 +60,39 @@ pub fn start_pose(task: &Task) -> Pose {
 }
 
 /// What a hand overlaps at its start, whatever the seed: furniture and regions of the rules. Empty: it fits. Objects
-/// depend on the seed; [`crate::build::build`] looks at them as well.
+/// depend on the seed; [`crate::build::build`] looks at them as well, and [`may_overlap`] at where any seed may put them.
 ///
 /// # Errors
 /// The hand cannot be simulated, or finds no rest that is finite.
 pub fn overlaps(task: &Task, hand: Arc<Hand>) -> Result<Vec<Overlap>, SceneError> {
     let (world, names) = joined(task, &furnished(task)?, hand)?;
-    Ok(overlapping(task, &world, &names))
+    Ok(overlapping(task, &world, &names, None))
+}
+
+/// What [`overlaps`] finds, and which links reach into the room that objects may be placed in. Empty: the hand fits with
+/// every seed.
+///
+/// # Errors
+/// As [`overlaps`].
+pub fn may_overlap(task: &Task, hand: Arc<Hand>) -> Result<Vec<Overlap>, SceneError> {
+    let (world, names) = joined(task, &furnished(task)?, hand)?;
+    let room = placing_room(task);
+    let room = room.map(|(min, max)| cuboid(task.place.into_region(), Obstacle::Placing, min, max));
+    Ok(overlapping(task, &world, &names, room))
+}
+
+/// A part of space that is looked at as if it were a solid box.
+fn cuboid(name: &str, obstacle: Obstacle, min: [f64; 3], max: [f64; 3]) -> Standing<'_> {
+    let (min, max) = (Vec3::from_array(min), Vec3::from_array(max));
+    let half = (max - min) * 0.5;
+    let shape = SharedShape::cuboid(half.x, half.y, half.z);
+    Standing { name, obstacle, at: Pose::from_translation(min + half), shape }
 }
 
 /// Puts a hand into a scene that was built without.
 pub(crate) fn put_in(task: &Task, scene: Built, hand: Arc<Hand>) -> Result<Built, SceneError> {
     let (world, body_names) = joined(task, &scene, hand)?;
-    let overlaps = overlapping(task, &world, &body_names);
+    let overlaps = overlapping(task, &world, &body_names, None);
     if overlaps.is_empty() {
         Ok(Built { world, scene: scene.scene, body_names })
     } else {
@@ -115,8 +139,8 @@ struct Standing<'a> {
     shape: SharedShape,
 }
 
-/// What the hand overlaps, each link and thing once, in the order of the model.
-fn overlapping(task: &Task, world: &World, names: &[String]) -> Vec<Overlap> {
+/// What the hand overlaps, each link and thing once, in the order of the model, then regions and `room`.
+fn overlapping(task: &Task, world: &World, names: &[String], room: Option<Standing<'_>>) -> Vec<Overlap> {
     let (model, state) = (world.model(), world.state());
     let Some(hand) = model.hand() else { return Vec::new() };
     let base_from_links = hand.base_from_links(&state.q);
@@ -137,16 +161,8 @@ fn overlapping(task: &Task, world: &World, names: &[String]) -> Vec<Overlap> {
         }
     }
     let regions = task.regions().filter(|(name, _)| task.rules.role(name).is_some());
-    things.extend(regions.map(|(name, (min, max))| {
-        let (min, max) = (Vec3::from_array(min), Vec3::from_array(max));
-        let half = (max - min) * 0.5;
-        Standing {
-            name,
-            obstacle: Obstacle::Region,
-            at: Pose::from_translation(min + half),
-            shape: SharedShape::cuboid(half.x, half.y, half.z),
-        }
-    }));
+    things.extend(regions.map(|(name, (min, max))| cuboid(name, Obstacle::Region, min, max)));
+    things.extend(room);
     let mut found: Vec<Overlap> = Vec::new();
     for (link, at, shape) in parts {
         let around = shape.compute_aabb(&at);

@@ -5,7 +5,7 @@ use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};
 use palmares_tasks::build::{Built, build};
 use palmares_tasks::run::Run;
-use palmares_tasks::start::{Obstacle, overlaps, start_pose};
+use palmares_tasks::start::{Obstacle, may_overlap, overlaps, start_pose};
 use palmares_tasks::{SceneError, Seed, Sensing, Task};
 use std::sync::Arc;
 
@@ -119,8 +119,47 @@ fn what_touches_furniture_or_objects_is_refused() {
     // Over the table and through whatever object stands there.
     let high = with_plate(pinch, &task, Vec3::new(0.0, 0.0, 0.03), [0.12, 0.12, 0.01]);
     assert_eq!(overlaps(&task, high.clone()).expect("it can be simulated"), [], "no seed, no object");
+    let known: Vec<Obstacle> = may_overlap(&task, high.clone())
+        .expect("it can be simulated")
+        .iter()
+        .map(|overlap| overlap.obstacle)
+        .collect();
+    assert_eq!(known, [Obstacle::Placing], "without any seed it is known that it will");
     for seed in (0..15).map(Seed::from_u64) {
         let object = build(&task, None, seed).expect("every seed has a scene").scene.bodies[0].name.clone();
         assert_eq!(refused(build(&task, Some(high.clone()), seed)), [(Obstacle::Object, object)]);
+    }
+}
+
+/// No object of any seed stands outside the room that hands are kept out of, and the hands of the program are outside.
+#[test]
+fn objects_are_placed_in_the_room_that_hands_keep_out_of() {
+    for task in Task::builtin() {
+        let (low, high) = palmares_tasks::place::placing_room(&task).expect("the task's own");
+        for seed in (0..15).map(Seed::from_u64) {
+            let scene = build(&task, None, seed).expect("every seed has a scene").scene;
+            for body in scene.bodies.iter().filter(|body| body.free) {
+                for part in &body.parts {
+                    let (shape, upright) = part.shape.to_parry().expect("a solid");
+                    let pose = |at: [f64; 3], [x, y, z, w]: [f64; 4]| {
+                        Pose::from_parts(
+                            Vec3::from_array(at),
+                            palmares_models::Rotation::from_xyzw(x, y, z, w),
+                        )
+                    };
+                    let at =
+                        pose(body.position, body.quat_xyzw) * pose(part.position, part.quat_xyzw) * upright;
+                    let around = shape.compute_aabb(&at);
+                    for k in 0..3 {
+                        // Settled bodies sink in by less than a tenth of a millimetre.
+                        let inside = around.mins[k] > low[k] - 1e-3 && around.maxs[k] < high[k] + 1e-3;
+                        assert!(inside, "{} of {}, {seed:?}", body.name, task.name);
+                    }
+                }
+            }
+        }
+        for hand in hands() {
+            assert_eq!(may_overlap(&task, hand).expect("it can be simulated"), [], "{}", task.name);
+        }
     }
 }

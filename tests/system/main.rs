@@ -14,6 +14,7 @@ mod heartbeat;
 mod leaderboard;
 mod lifecycle;
 mod limits;
+mod machines;
 mod messages;
 mod msgpack;
 mod names;

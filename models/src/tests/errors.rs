@@ -166,12 +166,20 @@ fn settings_that_fit_nothing() {
     fails(&good, Some("[coordinates.z]\ndamping = 1"), &["[coordinates.z]", "one of: a, b"]);
     fails(&good, Some("[links.z]\nmass = 1"), &["[links.z]", "one of: base, one, two"]);
     fails(&good, Some("[motors.z]\nscaling = 1\nspeed_limit = 1"), &["[motors.z]", "one of: m"]);
-    fails(&good, Some("[motors.m]\nscaling = 0\nspeed_limit = 1"), &["x/hand.toml: motor 'm'", "scaling"]);
+    fails(
+        &good,
+        Some("[motors.m]\nscaling = 0\nspeed_limit = 1"),
+        &["x/hand.toml: [motors.m]: has scaling 0", "other than 0"],
+    );
     let slack = "[tendons.t]\nstiffness = -1\nforce_limit = 1";
-    fails(&good, Some(slack), &["tendon 't'", "stiffness"]);
-    fails(&good, Some("[coordinates.a]\nstiffness = -1"), &["coordinate 'a'", "negative"]);
+    fails(&good, Some(slack), &["x/hand.toml: [tendons.t]: has stiffness -1", "more than 0"]);
+    fails(
+        &good,
+        Some("[coordinates.a]\nstiffness = -1"),
+        &["x/hand.toml: [coordinates.a]: has stiffness -1", "at least 0"],
+    );
     fails(&good, Some("[links.one]\nmass = nan"), &["x/hand.toml", "[links.one]", "mass NaN"]);
-    fails(&good, Some("friction = -1"), &["friction"]);
+    fails(&good, Some("friction = -1"), &["x/hand.toml: settings: has friction -1", "at least 0"]);
     for name in ["", "a b", "<b>", "../x", "é"] {
         fails(&good, Some(&format!("name = '{name}'")), &["x/hand.toml: name of the hand", "letters"]);
     }

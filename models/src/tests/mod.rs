@@ -1,8 +1,11 @@
 #![allow(clippy::unwrap_used)]
 
+mod blame;
 mod catalogue;
 mod errors;
+mod figures;
 mod hostile;
+mod hostile_hands;
 mod inertia;
 mod mesh;
 mod pinch;

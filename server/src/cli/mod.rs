@@ -1,7 +1,7 @@
 //! The command line.
 
 mod admin;
-mod hand;
+pub(crate) mod hand;
 mod health;
 mod list;
 mod replay;

@@ -3,6 +3,7 @@
 use crate::api;
 use crate::auth::{self, Role};
 use crate::config::{Config, Mode, ServeOptions};
+use crate::inspect;
 use crate::names;
 use crate::replay;
 use crate::rules::{Phase, Rules, write_secret};
@@ -42,7 +43,8 @@ pub(super) fn serve(options: &ServeOptions) -> anyhow::Result<()> {
 
 async fn run(config: &Config) -> anyhow::Result<()> {
     let (mut interrupt, mut terminate) = (on(SignalKind::interrupt())?, on(SignalKind::terminate())?);
-    let (hands, tasks) = (hands(config)?, tasks(config)?);
+    let tasks = tasks(config)?;
+    let hands = hands(config, &tasks)?;
     // The port before the database: a second server by mistake must not touch the first one's runs.
     let listener = listen(config.listen).with_context(|| {
         format!("cannot listen on {}; choose another with --listen, port 0 takes a free one", config.listen)
@@ -178,13 +180,20 @@ fn tasks(config: &Config) -> anyhow::Result<Vec<Arc<Task>>> {
 }
 
 /// The hands that come with the program, and those of files.
-fn hands(config: &Config) -> anyhow::Result<Vec<Arc<Hand>>> {
+fn hands(config: &Config, tasks: &[Arc<Task>]) -> anyhow::Result<Vec<Arc<Hand>>> {
     let builtin = builtin_hands().to_vec();
     let mut hands = chosen("hands", config.builtin_hands.as_deref(), builtin, |hand| &hand.name)?;
     for path in &config.hands {
         // Its words name the file and tell the cause already.
-        let Loaded { hand, warnings, .. } = load::hand(path, &LoadOptions::default())
+        let Loaded { hand, sources, warnings } = load::hand(path, &LoadOptions::default())
             .map_err(|error| anyhow!("a hand of your own: {error}"))?;
+        let beyond = inspect::beyond_limits(&hand, &sources, &config.hand_limits);
+        if !beyond.is_empty() {
+            let told = inspect::told(&beyond);
+            bail!(
+                "a hand of your own is beyond the limits, which [hand_limits] in the file of --config sets:\n{told}"
+            );
+        }
         for warning in &warnings {
             tracing::warn!("{warning}");
         }
@@ -197,7 +206,12 @@ fn hands(config: &Config) -> anyhow::Result<Vec<Arc<Hand>>> {
                 hand.name
             );
         }
-        hands.push(Arc::new(hand));
+        let hand = Arc::new(hand);
+        let in_the_way = inspect::in_the_way(&hand, tasks);
+        if !in_the_way.is_empty() {
+            bail!("a hand of your own: {}", inspect::told(&in_the_way));
+        }
+        hands.push(hand);
     }
     Ok(hands)
 }

@@ -2,13 +2,14 @@
 
 use super::{LONGEST_SESSION_S, Mode, in_range, read};
 use anyhow::bail;
+use palmares_models::hand_limits::HandLimits;
 use serde::Deserialize;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 /// The file as it is written. Every field may be left out.
 #[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub(super) struct File {
     pub(super) name: Option<String>,
     pub(super) mode: Option<Mode>,
@@ -27,6 +28,7 @@ pub(super) struct File {
     pub(super) max_connections: Option<u32>,
     pub(super) max_requests_per_s: Option<u32>,
     pub(super) resume_grace_s: Option<u32>,
+    pub(super) hand_limits: HandLimits,
 }
 
 impl File {
@@ -54,6 +56,9 @@ impl File {
         in_range(path, "max_connections", file.max_connections, 1, 65_536)?;
         in_range(path, "max_requests_per_s", file.max_requests_per_s, 1, u32::MAX)?;
         in_range(path, "resume_grace_s", file.resume_grace_s, 0, 3600)?;
+        if let Err(problem) = file.hand_limits.check() {
+            bail!("{}: {problem}", path.display());
+        }
         if let Some(name) = &file.name
             && (name.trim().is_empty() || name.chars().count() > 200 || name.chars().any(char::is_control))
         {
@@ -104,6 +109,22 @@ mod tests {
             let error = parse(wrong).expect_err(wrong);
             assert!(error.starts_with("competition.toml: ") && error.contains("expected"), "{error}");
         }
+    }
+
+    #[test]
+    fn limits_of_hands_are_fields_of_a_table() {
+        let file = parse("[hand_limits]\nfriction = 1.2\nlinks = 200\nsize_m = inf").expect("reads");
+        let limits = file.hand_limits;
+        assert_eq!((limits.friction, limits.links, limits.size_m), (1.2, 200.0, f64::INFINITY));
+        assert_eq!(limits.mass_kg, HandLimits::default().mass_kg);
+        let error = parse("name = \"Cup\"\n[hand_limits]\nsize_m = 1\nfricton = 1.2").expect_err("misspelt");
+        assert!(error.starts_with("competition.toml, line 4: "), "{error}");
+        assert!(error.contains("`fricton`") && error.contains("`friction`"), "{error}");
+        let error = parse("[hand_limits]\nmass_kg = -1").expect_err("negative");
+        assert_eq!(
+            error,
+            "competition.toml: hand_limits.mass_kg = -1: expected more than 0; inf for no limit"
+        );
     }
 
     #[test]

@@ -120,6 +120,7 @@ impl Host {
     ) -> Self {
         let settings = config.settings.clone();
         let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+        let own_hands = OwnHands::new(&config.data_dir, config.hand_limits.clone(), tasks.clone());
         Host {
             store,
             replays,
@@ -127,7 +128,7 @@ impl Host {
             background: Background::new(cores),
             tasks,
             hands,
-            own_hands: OwnHands::new(&config.data_dir),
+            own_hands,
             rules,
             auth: Auth::default(),
             data_dir: config.data_dir.clone(),

@@ -8,6 +8,7 @@ pub use pour::drop_points;
 use crate::seed::Seed;
 use crate::task::{Kind, Placing, Task};
 use palmares_models::Pose;
+use palmares_models::catalogue::bounds;
 use palmares_models::object::Object;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -60,6 +61,26 @@ pub fn place(task: &Task, dice: &mut Dice) -> Result<Vec<Placed>, String> {
         placed.pose = pose;
     }
     Ok(chosen)
+}
+
+/// Lowest and highest corner of the room that objects may be placed in, by whatever seed, m: as wide as the region they
+/// go into, and as high as the tallest of them stands or is dropped from.
+pub fn placing_room(task: &Task) -> Option<([f64; 3], [f64; 3])> {
+    let (low, mut high) = task.region(task.place.into_region())?;
+    let sizes = task.objects.kinds.iter().map(|kind| {
+        let (min, max) = bounds(&kind.object);
+        max - min
+    });
+    let top = match &task.place {
+        Placing::Scatter(_) => sizes.map(|size| size.z).fold(0.0, f64::max),
+        Placing::Pour(pour) => {
+            let layers = task.objects.count.div_ceil(pour.layer.max(1));
+            let half = sizes.map(|size| 0.5 * size.length()).fold(0.0, f64::max);
+            pour.first_height + pour.layer_height * layers.saturating_sub(1) as f64 + half
+        }
+    };
+    high[2] = low[2] + top;
+    Some((low, high))
 }
 
 /// The objects of a run, in the order of the scene.

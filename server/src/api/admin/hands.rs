@@ -1,12 +1,17 @@
-//! Deciding on teams' own hands.
+//! Looking at teams' own hands, and deciding on them.
 
 use super::{Asked, deed, needs_reason, no_verb, not_found, store_failed};
 use crate::api::Problem;
+use crate::hands::Inspection;
+use crate::inspect::FigureRow;
 use crate::protocol::request::shortened;
+use crate::protocol::{Code, Refusal};
 use crate::session::Host;
 use crate::store::HandRow;
 use axum::Json;
 use axum::extract::{Path, State};
+use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
+use axum::response::IntoResponse;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -40,6 +45,53 @@ pub(in crate::api) struct Decided {
 pub(super) async fn list(State(host): State<Arc<Host>>) -> Result<Json<List>, Problem> {
     let hands = host.store.hands(None).await.map_err(|error| store_failed(&error))?;
     Ok(Json(List { hands }))
+}
+
+/// A hand to look at before deciding.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "ShownHand")]
+pub(in crate::api) struct Shown {
+    hand: HandRow,
+    /// Beside the hands of the program and the competition's limits.
+    figures: Vec<FigureRow>,
+    /// What the hand would touch where it starts, in words.
+    in_the_way: Vec<String>,
+}
+
+async fn stored(host: &Host, id: &str) -> Result<HandRow, Problem> {
+    let hand = host.store.hand(id).await.map_err(|error| store_failed(&error))?;
+    hand.ok_or_else(|| not_found(format!("no hand `{}`; GET /v1/admin/hands lists them", shortened(id))))
+}
+
+/// A hand with its figures.
+pub(super) async fn show(
+    State(host): State<Arc<Host>>,
+    Path(id): Path<String>,
+) -> Result<Json<Shown>, Problem> {
+    let hand = stored(&host, &id).await?;
+    let Inspection { figures, in_the_way } =
+        host.own_hands.inspect(&host.background, &hand).await.map_err(Problem)?;
+    Ok(Json(Shown { hand, figures, in_the_way }))
+}
+
+/// A hand's archive, as it was sent in.
+pub(super) async fn archive(
+    State(host): State<Arc<Host>>,
+    Path(id): Path<String>,
+) -> Result<impl IntoResponse, Problem> {
+    let hand = stored(&host, &id).await?;
+    let sha256 = hand.sha256.clone();
+    let read = tokio::task::spawn_blocking(move || host.own_hands.archive(&sha256)).await;
+    let bytes = read.map_err(std::io::Error::other).and_then(|bytes| bytes).map_err(|error| {
+        tracing::error!(%error, hand = hand.hand_id, "an archive cannot be read");
+        Problem(Refusal::new(Code::Internal, "the archive cannot be read"))
+    })?;
+    let headers = [
+        (CONTENT_TYPE, "application/zip".to_owned()),
+        (CONTENT_DISPOSITION, format!("attachment; filename=\"{}.zip\"", hand.hand_id)),
+        (CACHE_CONTROL, "no-store".to_owned()),
+    ];
+    Ok((headers, bytes))
 }
 
 /// `approve`, `reject`.

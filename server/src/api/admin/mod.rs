@@ -1,7 +1,7 @@
 //! What organizers do: teams and tokens, the competition's phases, sessions, runs, hands, exports.
 //!
-//! Every address is `POST /v1/admin/<noun>/<verb>` with a JSON body, or a GET for what only looks. Ids stand in
-//! bodies, not in paths. Every deed leaves a record with its reason.
+//! Every address is `POST /v1/admin/<noun>/<verb>` with a JSON body, or a GET for what only looks. The ids
+//! of deeds stand in bodies, not in paths. Every deed leaves a record with its reason.
 
 pub(super) mod competition;
 pub(super) mod export;
@@ -40,6 +40,8 @@ pub(super) fn router(host: &Arc<Host>) -> Router<Arc<Host>> {
         .route("/v1/admin/session/{verb}", post(sessions::act))
         .route("/v1/admin/run/{verb}", post(runs::act))
         .route("/v1/admin/hands", get(hands::list))
+        .route("/v1/admin/hands/{id}", get(hands::show))
+        .route("/v1/admin/hands/{id}/archive", get(hands::archive))
         .route("/v1/admin/hand/{verb}", post(hands::decide))
         .route("/v1/admin/audit", get(export::audit))
         .route("/v1/admin/export/{what}", get(export::export))

@@ -109,6 +109,12 @@ fn deeds() -> impl Iterator<Item = Operation> {
         )
         .words(&["void", "reverify"]),
         get("/v1/admin/hands", "The hands of all teams", of::<admin_hands::List>()),
+        get(
+            "/v1/admin/hands/{id}",
+            "A hand's figures beside those of the program's hands and the limits",
+            of::<admin_hands::Shown>(),
+        ),
+        get("/v1/admin/hands/{id}/archive", "A hand's archive, as it was sent in", ZIP),
         post(
             "/v1/admin/hand/{verb}",
             "Let a team play a hand of its own officially, or do not",

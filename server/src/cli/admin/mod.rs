@@ -1,6 +1,7 @@
 //! `palmares admin`: an organizer's commands, sent to a running server.
 
 mod client;
+mod hand;
 mod lists;
 mod restore;
 
@@ -186,8 +187,21 @@ enum Run {
 
 #[derive(Debug, Subcommand)]
 enum Hand {
-    /// List the hands that teams sent in
+    /// List the hands that teams sent in, with what stands out
     List,
+    /// Print a hand's figures beside those of the program's hands and the limits; draw it from three sides
+    Show {
+        /// Its id, as the list has it
+        id: String,
+        /// Where the picture goes; a name that ends in .svg or .png
+        #[arg(long, short, value_name = "FILE")]
+        output: Option<PathBuf>,
+    },
+    /// Play a hand in each task here, by a script that knows nothing of the task: what scores, scores by its build
+    Try {
+        /// Its id, as the list has it
+        id: String,
+    },
     /// Let the team play it in official sessions
     Approve(Id),
     /// Do not let it, also when it was approved before. Needs --reason
@@ -290,6 +304,9 @@ impl AdminCommand {
                 Fetch(format!("/v1/runs/{}/replay", client::escaped(id)), Some(output.clone()))
             }
             AdminCommand::Hand(Hand::List) => get("/v1/admin/hands"),
+            AdminCommand::Hand(Hand::Show { id, .. } | Hand::Try { id }) => {
+                Get(format!("/v1/admin/hands/{}", client::escaped(id)))
+            }
             AdminCommand::Hand(Hand::Approve(id)) => Post("/v1/admin/hand/approve", by_id("hand_id", id)),
             AdminCommand::Hand(Hand::Reject(id)) => Post("/v1/admin/hand/reject", by_id("hand_id", id)),
             AdminCommand::Export { what, format, output } => {
@@ -309,8 +326,12 @@ pub(super) fn admin(options: &AdminOptions) -> anyhow::Result<()> {
         return restore::restore(options);
     }
     let client = Client::new(&options.access)?;
-    if let AdminCommand::Reveal { yes: false, .. } = &options.command {
-        confirm_reveal(&client)?;
+    match &options.command {
+        AdminCommand::Hand(Hand::Show { id, output }) => return hand::show(&client, id, output.as_deref()),
+        AdminCommand::Hand(Hand::Try { id }) => return hand::attempt(&client, id),
+        AdminCommand::Hand(Hand::Approve(id)) => hand::warn(&client, &id.id)?,
+        AdminCommand::Reveal { yes: false, .. } => confirm_reveal(&client)?,
+        _ => {}
     }
     let answer = match options.command.ask() {
         Ask::Get(path) => client.get(&path)?,

@@ -1,17 +1,22 @@
 //! `palmares hand check`.
 
-use super::advice::advice;
-use super::closure::{AGREEMENT, Closure, close};
+use super::closure::{AGREEMENT, Closure, Trouble, close};
 use super::describe::{describe, short, table};
+use super::figures::figures;
 use super::predict::Law;
-use super::{Found, hint, load_hand, parse_sigma};
+use super::{Found, draw, hint, load_hand, parse_sigma};
+use crate::config;
+use crate::inspect::{self, FigureRow};
 use clap::Args;
 use palmares_models::describe::HandDescription;
 use palmares_models::error::LoadWarning;
 use palmares_models::hand::Hand;
+use palmares_models::hand_limits::HandLimits;
+use palmares_tasks::Task;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::io::Write as _;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -26,6 +31,12 @@ pub(crate) struct CheckArgs {
     /// Motor positions to close to, from 0 (open) to 1; all motors go there together
     #[arg(long, value_delimiter = ',', value_parser = parse_sigma, default_value = "0.25,0.5,0.75,1")]
     sigma: Vec<f64>,
+    /// A competition's file; its [hand_limits] hold instead of the program's
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Also draw the hand from three sides; a name that ends in .svg or .png
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
     /// Print every warning, also where many say the same
     #[arg(long)]
     all: bool,
@@ -67,27 +78,55 @@ struct Report {
     errors: Vec<String>,
     warnings: Vec<Warning>,
     hand: Option<HandDescription>,
+    /// Beside those of the program's hands and the limits.
+    figures: Vec<FigureRow>,
     closures: Vec<Closure>,
+}
+
+impl Report {
+    fn new() -> Report {
+        let (errors, warnings, figures, closures) = (vec![], vec![], vec![], vec![]);
+        Report { verdict: Verdict::Unusable, errors, warnings, hand: None, figures, closures }
+    }
 }
 
 /// Checks and prints; the exit code says how it ended.
 pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
-    let mut report =
-        Report { verdict: Verdict::Unusable, errors: vec![], warnings: vec![], hand: None, closures: vec![] };
+    let limits = match &args.config {
+        Some(file) => config::hand_limits(file)?,
+        None => HandLimits::default(),
+    };
+    let mut report = Report::new();
     let mut text = String::new();
     match load_hand(&args.hand) {
         Err(error) => {
             report.errors.push(error.to_string().trim_end().to_owned());
             report.errors.extend(hint(&args.hand));
         }
-        Ok(Found { hand, file, mut warnings }) => {
-            warnings.extend(advice(&hand, &file));
-            report.warnings = warnings.iter().map(Warning::from).collect();
+        Ok(Found { hand, sources, mut warnings }) => {
             report.hand = Some(hand.describe());
+            report.figures = inspect::figures(&hand, &sources, &limits);
+            report.errors = inspect::beyond_limits(&hand, &sources, &limits);
             text += &describe(&hand);
+            let _ = write!(
+                text,
+                "\nFigures beside those of the program's hands\n{}",
+                figures(&hand.name, &report.figures)
+            );
+            let mut closed = "\nFree closure: not simulated, the hand is beyond the limits\n".to_owned();
+            // A hand that is a machine may break the simulation, or keep it busy for ever.
+            if report.errors.is_empty() {
+                report.errors.extend(inspect::in_the_way(&hand, &Task::builtin()));
+                warnings.extend(simulate(&hand, sources.urdf(), &args.sigma, &mut report));
+                closed = closures(&hand, &report.closures, args.all);
+            }
+            report.warnings = warnings.iter().map(Warning::from).collect();
             text += &warned(&warnings, args.all);
-            simulate(&hand, &args.sigma, &mut report);
-            text += &closures(&hand, &report.closures, args.all);
+            text += &closed;
+            if let Some(file) = &args.out {
+                draw(&hand, file)?;
+                let _ = writeln!(text, "\nwrote {}", file.display());
+            }
         }
     }
     if report.errors.is_empty() {
@@ -107,11 +146,12 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     Ok(code)
 }
 
-/// Closes the hand: all motors together at every σ, and each of several alone.
-fn simulate(hand: &Arc<Hand>, sigma: &[f64], report: &mut Report) {
+/// Closes the hand: all motors together at every σ, and each of several alone. Returns what is odd about how it moves.
+fn simulate(hand: &Arc<Hand>, file: &Path, sigma: &[f64], report: &mut Report) -> Vec<LoadWarning> {
     let motors = hand.motors.len();
+    let mut odd = Vec::new();
     if motors == 0 {
-        return;
+        return odd;
     }
     let mut targets: Vec<Vec<f64>> = sigma.iter().map(|&s| vec![s; motors]).collect();
     if motors > 1 {
@@ -122,7 +162,7 @@ fn simulate(hand: &Arc<Hand>, sigma: &[f64], report: &mut Report) {
         match close(hand, &target) {
             Err(error) => {
                 report.errors.push(format!("hand '{}': {error}", hand.name));
-                return;
+                return odd;
             }
             Ok(closure) => {
                 if closure.q.iter().any(|q| !q.is_finite()) {
@@ -138,11 +178,26 @@ fn simulate(hand: &Arc<Hand>, sigma: &[f64], report: &mut Report) {
                         sigmas(&target),
                         closure.error.unwrap_or(f64::NAN)
                     ));
+                } else {
+                    let at = sigmas(&target);
+                    for trouble in closure.troubles() {
+                        match trouble {
+                            Trouble::Unusable(why) => {
+                                report.errors.push(format!("hand '{}': at σ = {at} {why}", hand.name));
+                            }
+                            Trouble::Odd { joint, why } => odd.push(LoadWarning {
+                                file: file.to_owned(),
+                                element: format!("joint '{joint}'"),
+                                message: format!("at σ = {at} {why}"),
+                            }),
+                        }
+                    }
                 }
                 report.closures.push(closure);
             }
         }
     }
+    odd
 }
 
 fn sigmas(sigma: &[f64]) -> String {

@@ -21,6 +21,10 @@ pub(super) const AT_REST: f64 = 1e-10;
 pub(super) const AT_SIGHT: f64 = 2e-3;
 /// How long all of them must be that slow, s.
 const STILL_S: f64 = 0.1;
+/// A joint that goes this far beyond a limit presses hard into it, rad or m; one that goes as far as the next, is not held
+/// by it.
+const PRESSED: f64 = 0.05;
+const THROWN: f64 = 0.5;
 /// A hand that moves longer than this is left alone, s.
 const PATIENCE_S: f64 = 60.0;
 /// Simulation and prediction agree when no coordinate differs by more, rad or m: the solver's tolerance with some
@@ -55,9 +59,55 @@ pub(super) struct Closure {
     pub(super) unbalanced_nm: Option<f64>,
     /// Why no prediction applies here, as where the hand touches itself; empty when one does.
     pub(super) beyond: Vec<String>,
+    /// The fastest joint at the end, its speed per second, and the unit of its coordinate.
+    pub(super) fastest: Option<(String, f64, &'static str)>,
+    /// The joint that went farthest beyond a limit on the way, how far, and in which unit.
+    pub(super) outside: Option<(String, f64, &'static str)>,
+}
+
+/// What is wrong with how a hand closes.
+pub(super) enum Trouble {
+    /// The hand cannot be used.
+    Unusable(String),
+    /// It can, but hardly so is meant.
+    Odd { joint: String, why: String },
 }
 
 impl Closure {
+    /// What is wrong with how the hand closed.
+    pub(super) fn troubles(&self) -> Vec<Trouble> {
+        let mut out = Vec::new();
+        if let (None, Some((joint, speed, unit))) = (self.rest_s, &self.fastest) {
+            let touching = self.beyond.iter().filter(|why| why.contains(" touches "));
+            let touching: Vec<&str> = touching.take(3).map(String::as_str).collect();
+            let because = if touching.is_empty() {
+                "nothing brakes it, or far too much: look at damping, stiffness and mass of its links"
+                    .to_owned()
+            } else {
+                format!("parts push each other about: {}", touching.join(", "))
+            };
+            if *speed > AT_SIGHT {
+                out.push(Trouble::Unusable(format!(
+                    "joint '{joint}' still moves after {PATIENCE_S} s, with {speed:.3} {unit}/s; {because}"
+                )));
+            } else {
+                let why = format!("creeps on after {PATIENCE_S} s; {because}");
+                out.push(Trouble::Odd { joint: joint.clone(), why });
+            }
+        }
+        if let Some((joint, by, unit)) = self.outside.clone() {
+            if by > THROWN {
+                out.push(Trouble::Unusable(format!(
+                    "joint '{joint}' goes {by:.3} {unit} beyond its limit: its tendons are too strong, or its links too light"
+                )));
+            } else if by > PRESSED {
+                let why = format!("goes {by:.3} {unit} beyond its limit; are its tendons too strong?");
+                out.push(Trouble::Odd { joint, why });
+            }
+        }
+        out
+    }
+
     /// Whether a prediction applies and the simulation does something else.
     pub(super) fn disagrees(&self) -> bool {
         self.beyond.is_empty() && self.error.is_none_or(|error| error.is_nan() || error > AGREEMENT)
@@ -190,9 +240,21 @@ pub(super) fn compare(alone: &Alone, sigma: &[f64], rested: bool) -> Comparison 
 /// Closes a hand to σ (one per motor) and compares.
 pub(super) fn close(hand: &Arc<Hand>, sigma: &[f64]) -> Result<Closure, ModelError> {
     let mut alone = Alone::new(hand)?;
-    let rest_s = alone.settle(sigma, AT_REST, |_| {});
+    let mut outside = vec![0.0; hand.coordinates.len()];
+    let rest_s = alone.settle(sigma, AT_REST, |alone| {
+        for ((q, c), most) in alone.state().q.iter().zip(&hand.coordinates).zip(&mut outside) {
+            *most = f64::max(*most, f64::max(q - c.upper, c.lower - q));
+        }
+    });
     let Comparison { predicted, error, beyond } = compare(&alone, sigma, rest_s.is_some());
     let state = alone.state();
+    let largest = |values: &[f64]| {
+        let most = values.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+        most.map(|(i, value)| {
+            (hand.coordinates[i].name.clone(), value, if hand.slides(i) { "m" } else { "rad" })
+        })
+    };
+    let speeds: Vec<f64> = state.v[6..].iter().map(|v| v.abs()).collect();
     let worst = predicted.as_ref().and_then(|predicted| {
         let distance = |i: usize| (state.q[i] - predicted.q[i]).abs();
         (0..state.q.len()).max_by(|&a, &b| distance(a).total_cmp(&distance(b)))
@@ -210,6 +272,8 @@ pub(super) fn close(hand: &Arc<Hand>, sigma: &[f64]) -> Result<Closure, ModelErr
         unbalanced_nm: hand.gravity_compensation.then(|| alone.unbalanced_nm()),
         worst: worst.map(|i| hand.coordinates[i].name.clone()),
         beyond,
+        fastest: largest(&speeds),
+        outside: largest(&outside).filter(|(_, by, _)| *by > 0.0),
     })
 }
 

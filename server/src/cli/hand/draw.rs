@@ -1,4 +1,4 @@
-//! Draws a figure as SVG or PNG.
+//! Draws pictures as SVG or PNG; here, the figures of a closure.
 
 use super::figure::{Curve, Figure, Panel, range};
 use super::view::{View, span};
@@ -14,7 +14,7 @@ use std::path::Path;
 const FONT: &[u8] = include_bytes!("../../../assets/dejavu-sans/DejaVuSans.ttf");
 
 /// Colours that people with the common kinds of colour blindness tell apart (Okabe and Ito 2008).
-const COLOURS: [RGBColor; 6] = [
+pub(super) const COLOURS: [RGBColor; 6] = [
     RGBColor(0x00, 0x72, 0xb2),
     RGBColor(0xd5, 0x5e, 0x00),
     RGBColor(0x00, 0x9e, 0x73),
@@ -22,14 +22,14 @@ const COLOURS: [RGBColor; 6] = [
     RGBColor(0xe6, 0x9f, 0x00),
     RGBColor(0x56, 0xb4, 0xe9),
 ];
-const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
-const FAINT: RGBColor = RGBColor(0x88, 0x88, 0x88);
-const GRID: RGBColor = RGBColor(0xe4, 0xe4, 0xe4);
+pub(super) const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
+pub(super) const FAINT: RGBColor = RGBColor(0x88, 0x88, 0x88);
+pub(super) const GRID: RGBColor = RGBColor(0xe4, 0xe4, 0xe4);
 
 /// Sizes in the units of an SVG.
 const PANEL_WIDTH: u32 = 430;
 const PANEL_HEIGHT: u32 = 270;
-const MARGIN: u32 = 14;
+pub(super) const MARGIN: u32 = 14;
 const TITLE_HEIGHT: u32 = 34;
 const NOTE_HEIGHT: u32 = 20;
 
@@ -37,14 +37,22 @@ const NOTE_HEIGHT: u32 = 20;
 const PNG_SCALE: u32 = 2;
 const OVERSAMPLING: u32 = 2;
 
+/// Something to draw.
+pub(super) trait Picture {
+    /// Width and height in the units of an SVG.
+    fn size(&self) -> (u32, u32);
+    /// Draws itself with `scale` pixels for a unit.
+    fn paint<DB: DrawingBackend>(&self, area: &Area<DB>, scale: u32) -> anyhow::Result<()>;
+}
+
 /// Draws to a file; its name's ending says what it becomes.
-pub(super) fn draw(figure: &Figure, file: &Path) -> anyhow::Result<()> {
+pub(crate) fn draw(picture: &impl Picture, file: &Path) -> anyhow::Result<()> {
     register_font("sans-serif", FontStyle::Normal, FONT)
         .map_err(|_| anyhow!("the font that comes with the program is broken"))?;
     let kind = file.extension().map(|e| e.to_ascii_lowercase()).unwrap_or_default();
     let bytes = match kind.to_str() {
-        Some("svg") => svg(figure)?.into_bytes(),
-        Some("png") => png(figure)?,
+        Some("svg") => svg(picture)?.into_bytes(),
+        Some("png") => png(picture)?,
         _ => bail!("{}: no picture of that kind; valid: a name that ends in .svg or .png", file.display()),
     };
     std::fs::write(file, bytes).with_context(|| format!("cannot write {}", file.display()))
@@ -64,25 +72,31 @@ fn head_height(figure: &Figure) -> u32 {
     TITLE_HEIGHT + NOTE_HEIGHT * figure.notes.len() as u32 + MARGIN
 }
 
-fn size(figure: &Figure) -> (u32, u32) {
-    let (columns, rows) = grid(figure.views.len() + figure.panels.len());
-    // Room for the title above a single panel.
-    ((columns * PANEL_WIDTH).max(2 * PANEL_WIDTH), rows * PANEL_HEIGHT + head_height(figure))
+impl Picture for Figure {
+    fn size(&self) -> (u32, u32) {
+        let (columns, rows) = grid(self.views.len() + self.panels.len());
+        // Room for the title above a single panel.
+        ((columns * PANEL_WIDTH).max(2 * PANEL_WIDTH), rows * PANEL_HEIGHT + head_height(self))
+    }
+
+    fn paint<DB: DrawingBackend>(&self, area: &Area<DB>, scale: u32) -> anyhow::Result<()> {
+        paint(area, self, scale)
+    }
 }
 
-fn svg(figure: &Figure) -> anyhow::Result<String> {
+fn svg(picture: &impl Picture) -> anyhow::Result<String> {
     let mut text = String::new();
-    paint(&SVGBackend::with_string(&mut text, size(figure)).into_drawing_area(), figure, 1)?;
+    picture.paint(&SVGBackend::with_string(&mut text, picture.size()).into_drawing_area(), 1)?;
     Ok(text)
 }
 
-fn png(figure: &Figure) -> anyhow::Result<Vec<u8>> {
-    let (width, height) = size(figure);
+fn png(picture: &impl Picture) -> anyhow::Result<Vec<u8>> {
+    let (width, height) = picture.size();
     let scale = PNG_SCALE * OVERSAMPLING;
     let mut fine = vec![0xff; (width * scale * height * scale * 3) as usize];
     {
         let backend = BitMapBackend::with_buffer(&mut fine, (width * scale, height * scale));
-        paint(&backend.into_drawing_area(), figure, scale)?;
+        picture.paint(&backend.into_drawing_area(), scale)?;
     }
     let (width, height) = (width * PNG_SCALE, height * PNG_SCALE);
     let pixels = shrunk(&fine, width as usize, height as usize);
@@ -110,16 +124,16 @@ fn shrunk(fine: &[u8], width: usize, height: usize) -> Vec<u8> {
     out
 }
 
-type Area<DB> = DrawingArea<DB, Shift>;
+pub(super) type Area<DB> = DrawingArea<DB, Shift>;
 type Chart<'a, DB> = ChartContext<'a, DB, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// What plotters says went wrong, for `anyhow`.
-fn said<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> anyhow::Error {
+pub(super) fn said<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> anyhow::Error {
     anyhow!("cannot draw: {error}")
 }
 
 /// Letters `size` units high.
-fn letters(size: u32, colour: RGBColor, scale: u32) -> TextStyle<'static> {
+pub(super) fn letters(size: u32, colour: RGBColor, scale: u32) -> TextStyle<'static> {
     let mut style: TextStyle = ("sans-serif", size * scale).into();
     style.color = colour.to_backend_color();
     style.pos(Pos::new(HPos::Left, VPos::Top))
@@ -368,7 +382,7 @@ mod tests {
         let mut reader = png::Decoder::new(file).read_info().expect("PNG");
         let mut pixels = vec![0; reader.output_buffer_size().expect("a size")];
         reader.next_frame(&mut pixels).expect("pixels");
-        assert_eq!(reader.info().size(), (size(&figure()).0 * PNG_SCALE, size(&figure()).1 * PNG_SCALE));
+        assert_eq!(reader.info().size(), (figure().size().0 * PNG_SCALE, figure().size().1 * PNG_SCALE));
         let blue = COLOURS[0];
         assert!(pixels.chunks(3).any(|p| p == [blue.0, blue.1, blue.2]), "no curve was drawn");
         assert!(draw(&figure(), &folder.join("a.gif")).is_err());

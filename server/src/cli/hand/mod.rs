@@ -1,23 +1,31 @@
 //! `palmares hand`: look at a hand of one's own before anybody else does.
 
-mod advice;
 mod check;
 mod closure;
 mod describe;
 mod draw;
 mod figure;
+mod figures;
 mod predict;
 mod push;
 mod show;
+mod trial;
 mod view;
+mod views;
+
+pub(crate) use figures::{figures, trials as trial_table};
+pub(crate) use trial::trials;
 
 use anyhow::{Context, bail};
-use clap::Subcommand;
+use clap::{Args, Subcommand};
 use palmares_models::builtin::builtin_hands;
 use palmares_models::error::{LoadWarning, ModelError};
 use palmares_models::hand::Hand;
 use palmares_models::load::{self, LoadOptions, Loaded};
-use std::path::{Path, PathBuf};
+use palmares_models::sources::Sources;
+use palmares_tasks::Task;
+use std::io::Write as _;
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -28,7 +36,12 @@ Examples:
   palmares hand check my-hand/            a folder with hand.urdf, hand.toml and meshes
   palmares hand check my-hand.zip         the same folder, packed
   palmares hand check my-hand/hand.urdf
-  palmares hand check softhand --json     a hand that comes with the program, for programs";
+  palmares hand check softhand --json     a hand that comes with the program, for programs
+  palmares hand check my-hand/ --config competition.toml --out sides.png";
+const TRY_HELP: &str = "\
+Examples:
+  palmares hand try softhand
+  palmares hand try my-hand.zip --task shelf";
 
 const SHOW_HELP: &str = "\
 Examples:
@@ -47,6 +60,12 @@ pub(crate) enum HandCommand {
     /// of adaptive synergies.
     #[command(after_help = CHECK_HELP)]
     Check(check::CheckArgs),
+    /// Play a hand in each task by a script that knows nothing of the task
+    ///
+    /// Once the hand does nothing, once it reaches out, closes, lifts and sweeps. What scores under it scores by its
+    /// build: organizers look at the same numbers before they approve a hand.
+    #[command(name = "try", after_help = TRY_HELP)]
+    Try(TryArgs),
     /// Print what a hand consists of; with --out, draw it, open and closed, and its closure
     ///
     /// The picture shows the hand's shapes, and joints and tensions over time with where the closed form says they end.
@@ -59,16 +78,55 @@ impl HandCommand {
     pub(crate) fn run(&self) -> anyhow::Result<ExitCode> {
         match self {
             HandCommand::Check(args) => check::check(args),
+            HandCommand::Try(args) => attempt(args),
             HandCommand::Show(args) => show::show(args),
         }
     }
 }
 
+/// Which hand is played in which tasks.
+#[derive(Debug, Args)]
+pub(crate) struct TryArgs {
+    /// A URDF file, a folder or .zip with one, or the name of a hand that comes with the program
+    hand: String,
+    /// Only this task; may be given several times
+    #[arg(long)]
+    task: Vec<String>,
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    json: bool,
+}
+
+fn attempt(args: &TryArgs) -> anyhow::Result<ExitCode> {
+    let found = load_hand(&args.hand);
+    let hand = found.with_context(|| hint(&args.hand).unwrap_or_else(|| args.hand.clone()))?.hand;
+    let mut tasks = Task::builtin();
+    if let Some(wrong) = args.task.iter().find(|name| tasks.iter().all(|task| task.name != **name)) {
+        let names: Vec<&str> = tasks.iter().map(|task| task.name.as_str()).collect();
+        bail!("no task `{wrong}`; there are {}", names.join(", "));
+    }
+    tasks.retain(|task| args.task.is_empty() || args.task.contains(&task.name));
+    let (played, refused) = trials(&tasks, &hand);
+    let mut out = std::io::stdout().lock();
+    if args.json {
+        let report = serde_json::json!({"played": played, "refused": refused});
+        writeln!(out, "{}", serde_json::to_string_pretty(&report)?)?;
+    } else {
+        write!(out, "{}", trial_table(&played, &refused))?;
+    }
+    Ok(if refused.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Draws a hand from three sides; the file's name decides what is written.
+pub(crate) fn draw(hand: &Hand, file: &Path) -> anyhow::Result<()> {
+    draw::draw(&views::Views::of(hand), file)
+}
+
 /// A hand that was found.
 struct Found {
     hand: Arc<Hand>,
-    /// Its URDF.
-    file: PathBuf,
+    /// Where its numbers come from.
+    sources: Sources,
     warnings: Vec<LoadWarning>,
 }
 
@@ -78,10 +136,10 @@ fn load_hand(name: &str) -> Result<Found, ModelError> {
     if !path.exists()
         && let Some(hand) = Hand::builtin(name)
     {
-        return Ok(Found { hand, file: PathBuf::from(name), warnings: Vec::new() });
+        return Ok(Found { hand, sources: Sources::of_urdf(path), warnings: Vec::new() });
     }
-    let Loaded { hand, file, warnings } = load::hand(path, &LoadOptions::default())?;
-    Ok(Found { hand: Arc::new(hand), file, warnings })
+    let Loaded { hand, sources, warnings } = load::hand(path, &LoadOptions::default())?;
+    Ok(Found { hand: Arc::new(hand), sources, warnings })
 }
 
 /// What to try when a name is neither a file nor a hand.

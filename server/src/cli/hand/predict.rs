@@ -2,6 +2,7 @@
 
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
+use palmares_models::plausible::LOOSE;
 use palmares_sim::Config;
 use palmares_sim::actuation::equilibrium::{ClosedForm, NoClosedForm, NoRest, rest};
 use palmares_sim::actuation::motor::wound;
@@ -18,9 +19,6 @@ const SETTLED: f64 = 1e-14;
 const NEARLY_SETTLED: f64 = 1e-9;
 /// A joint is at a limit when its springs and tendons want it this far beyond, rad.
 const BEYOND: f64 = 1e-12;
-
-/// A spring weaker than this holds nothing, N·m/rad.
-pub(super) const LOOSE: f64 = 1e-6;
 
 /// How an equilibrium was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
