@@ -139,6 +139,7 @@ fn objects_are_placed_in_the_room_that_hands_keep_out_of() {
         for seed in (0..15).map(Seed::from_u64) {
             let scene = build(&task, None, seed).expect("every seed has a scene").scene;
             for body in scene.bodies.iter().filter(|body| body.free) {
+                let name = &body.name;
                 for part in &body.parts {
                     let (shape, upright) = part.shape.to_parry().expect("a solid");
                     let pose = |at: [f64; 3], [x, y, z, w]: [f64; 4]| {
@@ -147,13 +148,16 @@ fn objects_are_placed_in_the_room_that_hands_keep_out_of() {
                             palmares_models::Rotation::from_xyzw(x, y, z, w),
                         )
                     };
-                    let at =
-                        pose(body.position, body.quat_xyzw) * pose(part.position, part.quat_xyzw) * upright;
+                    let body = pose(
+                        body.position.expect("the builder knows it"),
+                        body.quat_xyzw.expect("the builder knows it"),
+                    );
+                    let at = body * pose(part.position, part.quat_xyzw) * upright;
                     let around = shape.compute_aabb(&at);
                     for k in 0..3 {
                         // Settled bodies sink in by less than a tenth of a millimetre.
                         let inside = around.mins[k] > low[k] - 1e-3 && around.maxs[k] < high[k] + 1e-3;
-                        assert!(inside, "{} of {}, {seed:?}", body.name, task.name);
+                        assert!(inside, "{name} of {}, {seed:?}", task.name);
                     }
                 }
             }

@@ -169,8 +169,8 @@ impl Session {
         let state = ClockState::of(&clock);
         let Some(orders) = host.registry.insert_once(&token_hash, &session_id) else { return };
         tracing::info!(session = session_id, team, left_s = ?limit_s.map(|s| s - state.spent.counts_s()), "session restored");
-        let machine = Machine::restored(limit_s, &state, paused, host.now())
-            .with_reset_cost(host.rules.reset_cost_s);
+        let machine =
+            Machine::restored(limit_s, &state, paused, host.now()).with_reset_cost(host.rules.reset_cost_s);
         host.registry.show(&session_id, machine.clock());
         registry::park(Box::new(Session {
             host: host.clone(),

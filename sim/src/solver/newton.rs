@@ -32,6 +32,17 @@ const AT_REST: f64 = 1e-3;
 /// ... and solved finer by this factor.
 const REST_TOLERANCE: f64 = 0.1;
 
+/// When a solve ends.
+#[derive(Clone, Copy, Debug)]
+pub struct Stop {
+    /// With a solution: at this norm of the gradient, relative to the momenta.
+    pub tolerance: f64,
+    /// Without: after so many iterations ...
+    pub max_iterations: usize,
+    /// ... or once more than this has been computed, in the unit of [`crate::bounds`].
+    pub max_work: u64,
+}
+
 /// How a solve went.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SolveReport {
@@ -89,17 +100,15 @@ pub struct Newton {
 
 impl Newton {
     /// Minimises over `v`, which holds the start and then the solution. Impulses stay in the problem's
-    /// points and are returned for tendons by [`Newton::row_impulse`]. Ends without a solution once more than `allowed`
-    /// has been computed.
+    /// points and are returned for tendons by [`Newton::row_impulse`]. It may end without a
+    /// solution, see [`Stop`].
     pub fn solve(
         &mut self,
         model: &Model,
         kin: &Kinematics,
         problem: &mut Problem,
         v: &mut [f64],
-        tolerance: f64,
-        max_iterations: usize,
-        allowed: u64,
+        stop: &Stop,
     ) -> SolveReport {
         self.lay_out(model, kin, problem);
         let n = v.len();
@@ -129,8 +138,9 @@ impl Newton {
         let look = POINT_WORK * problem.points.len() as u64 + 10 * scalars as u64;
         report.work = evaluation;
         // What is all but balanced already is at rest: there a coarse balance would show as creep.
+        let Stop { tolerance, max_iterations, max_work } = *stop;
         let tolerance = if report.residual < AT_REST { REST_TOLERANCE * tolerance } else { tolerance };
-        while report.residual >= tolerance && report.iterations < max_iterations && report.work <= allowed {
+        while report.residual >= tolerance && report.iterations < max_iterations && report.work <= max_work {
             report.iterations += 1;
             self.assemble(model, kin, problem);
             report.work += 2 * evaluation + self.cholesky.work();

@@ -8,7 +8,7 @@ use crate::bounds::{Fault, STEP_WORK};
 use crate::contact::anchor::{Anchor, stretch_after};
 use crate::model::Owner;
 use crate::solver::island::Island;
-use crate::solver::newton::Newton;
+use crate::solver::newton::{Newton, Stop};
 use crate::solver::problem::Problem;
 use crate::world::{ContactForce, World};
 use palmares_models::Vec3;
@@ -95,9 +95,9 @@ impl World {
         v: &mut [f64],
         tolerance: f64,
     ) {
-        let most = self.model.config().max_iterations;
-        let left = STEP_WORK.saturating_sub(self.outcome.work);
-        let report = newton.solve(&self.model, &self.work.kin, problem, v, tolerance, most, left);
+        let max_iterations = self.model.config().max_iterations;
+        let stop = Stop { tolerance, max_iterations, max_work: STEP_WORK.saturating_sub(self.outcome.work) };
+        let report = newton.solve(&self.model, &self.work.kin, problem, v, &stop);
         self.outcome.work += report.work;
         if report.unsolvable {
             self.fault = Some(Fault::Unsolvable);

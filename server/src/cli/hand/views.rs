@@ -88,8 +88,9 @@ impl Views {
         let (open, closed) = (hand.base_from_links(&hand.open()), hand.base_from_links(&hand.closed()));
         let mut span: f64 = 1e-3;
         let views = sides().map(|(title, right, up, near)| {
-            let shapes = |poses: &[Pose]| -> Vec<(f64, usize, Vec<(f64, f64)>)> {
-                let mut out = Vec::new();
+            let shapes = |poses: &[Pose]| {
+                type Outline = Vec<(f64, f64)>;
+                let mut out: Vec<(f64, usize, Outline)> = Vec::new();
                 for (i, (link, pose)) in hand.links.iter().zip(poses).enumerate() {
                     for geom in &link.geoms {
                         let at = *pose * geom.link_from_geom;
