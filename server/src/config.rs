@@ -68,6 +68,12 @@ pub(crate) struct ServeOptions {
           value_parser = clap::value_parser!(u32).range(0..=3600))]
     pub(crate) resume_grace_s: Option<u32>,
 
+    /// How long open runs may take to be scored when the server is told to end, in seconds; a container's stop timeout
+    /// should be 10 s longer [default: 30]
+    #[arg(long, value_name = "SECONDS", env = "PALMARES_SHUTDOWN_GRACE_S",
+          value_parser = clap::value_parser!(u32).range(0..=3600))]
+    pub(crate) shutdown_grace_s: Option<u32>,
+
     /// A client that gives no sign of life for this long, or does not take a message for this long, is taken for gone,
     /// in seconds
     #[arg(long, value_name = "SECONDS", env = "PALMARES_PING_TIMEOUT_S", default_value_t = 15, hide = true,
@@ -117,6 +123,8 @@ pub(crate) struct Config {
     pub(crate) no_replays: bool,
     /// Megabytes of practice replays that are kept.
     pub(crate) practice_replays_mb: u64,
+    /// How long open runs may take to finish at the end.
+    pub(crate) shutdown_grace: Duration,
     /// What sessions need to know.
     pub(crate) settings: Settings,
 }
@@ -163,6 +171,9 @@ impl ServeOptions {
             practice_replays_mb: self.practice_replays_mb,
             data_dir,
             database_url: self.database_url.clone().or(file.database_url.clone()),
+            shutdown_grace: Duration::from_secs(u64::from(
+                self.shutdown_grace_s.or(file.shutdown_grace_s).unwrap_or(30),
+            )),
             settings: Settings {
                 max_worlds: self.max_worlds.or(file.max_worlds).unwrap_or(32) as usize,
                 max_connections: self.max_connections.or(file.max_connections).unwrap_or(256) as usize,

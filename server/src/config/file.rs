@@ -26,6 +26,7 @@ pub(super) struct File {
     pub(super) max_connections: Option<u32>,
     pub(super) max_requests_per_s: Option<u32>,
     pub(super) resume_grace_s: Option<u32>,
+    pub(super) shutdown_grace_s: Option<u32>,
 }
 
 impl File {
@@ -52,6 +53,7 @@ impl File {
         in_range(path, "max_connections", file.max_connections, 1, 65_536)?;
         in_range(path, "max_requests_per_s", file.max_requests_per_s, 1, u32::MAX)?;
         in_range(path, "resume_grace_s", file.resume_grace_s, 0, 3600)?;
+        in_range(path, "shutdown_grace_s", file.shutdown_grace_s, 0, 3600)?;
         if let Some(name) = &file.name
             && (name.trim().is_empty() || name.chars().count() > 200 || name.chars().any(char::is_control))
         {

@@ -64,6 +64,8 @@ pub(super) struct Finished {
     pub(super) run: Playing,
     pub(super) outcome: Outcome,
     pub(super) status: &'static str,
+    /// Whether its time is given back when it is void.
+    pub(super) refunded: bool,
     pub(super) note: Option<String>,
     pub(super) course: super::live::Course,
     pub(super) replay: Option<ReplayFile>,

@@ -66,8 +66,7 @@ pub(crate) async fn control(
         .max_message_size(READ_BYTES)
         .max_frame_size(READ_BYTES)
         .on_upgrade(async move |socket| {
-            let _place = place;
-            connection::serve(socket, attention, encoding, host, identity).await;
+            connection::serve(socket, attention, encoding, host, identity, place).await;
         });
     if let Some(name) = local.and_then(|name| HeaderValue::from_str(&name).ok()) {
         response.headers_mut().insert(local::HEADER, name);
