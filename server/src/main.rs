@@ -9,6 +9,7 @@ mod hands;
 mod inspect;
 mod metrics;
 mod names;
+mod net;
 mod protocol;
 mod replay;
 mod rules;

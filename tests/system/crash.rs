@@ -1,4 +1,5 @@
-//! SIGKILL in the middle of a run: what was finished is there, what was open is marked, the file is whole.
+//! SIGKILL in the middle of a run: what was finished is there, what was open is marked, the file is whole. And SIGTERM
+//! with runs that do not finish in time.
 
 use crate::harness::{Client, Server, get, reset};
 use serde_json::json;
@@ -44,4 +45,17 @@ async fn after_sigkill_everything_finished_is_there_and_the_open_run_is_marked()
     let (status, log, _folder) = server.wait();
     assert!(status.success(), "{status}");
     assert!(log.contains(run_id) && log.contains("aborted"), "the marked run is logged:\n{log}");
+}
+
+#[tokio::test]
+async fn a_server_ends_whatever_its_runs_do_and_says_so() {
+    let server = Server::start_with(&["--shutdown-grace-s", "0"]);
+    let (mut client, _) = Client::playing(&server, "endless").await;
+    client.goes_on(0).await;
+    server.signal("TERM");
+    let (status, log, folder) = server.wait();
+    assert_eq!(status.code(), Some(3), "{status}");
+    assert!(log.contains("did not finish in time"), "{log}");
+    let server = Server::start_in(folder, &[]);
+    assert_eq!(get(&server, "/readyz").status, 200);
 }

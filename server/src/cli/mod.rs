@@ -32,7 +32,8 @@ Log lines go to stderr; RUST_LOG=palmares=debug shows more of them.";
 
 const SERVE_HELP: &str = "\
 When it is ready it prints one line on stdout, `listening on http://ADDRESS:PORT`. Ctrl-C (or SIGTERM) ends it:
-open runs are stopped and scored first.
+open runs are stopped and scored first, for which they have --shutdown-grace-s. The exit code is then 0, or 3 when some
+did not finish: those are marked at the next start.
 
 Examples:
   palmares serve
@@ -112,7 +113,7 @@ impl Cli {
     /// Does what was asked. Errors are for the caller to print; the code is for a failure that was reported already.
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
         match self.command {
-            Command::Serve(options) => serve::serve(&options)?,
+            Command::Serve(options) => return serve::serve(&options),
             Command::Admin(options) => admin::admin(&options)?,
             Command::Hands => list::hands()?,
             Command::Tasks => list::tasks()?,

@@ -5,12 +5,13 @@ use crate::auth::{self, Role};
 use crate::config::{Config, Mode, ServeOptions};
 use crate::inspect;
 use crate::names;
+use crate::net;
 use crate::replay;
 use crate::rules::{Phase, Rules, write_secret};
 use crate::session::{self, Host, STACK, Session};
 use crate::store::{Deed, Location, Store};
 use crate::telemetry;
-use crate::ws::{Caller, WireListener};
+use crate::ws::WireListener;
 use anyhow::{Context, anyhow, bail};
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
@@ -19,29 +20,36 @@ use palmares_tasks::Task;
 use std::io::Write;
 use std::net::SocketAddr;
 use std::num::NonZero;
+use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpSocket};
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::time::timeout;
 
-/// How long open runs and connections may take to finish at shutdown.
-const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(30);
+/// How long each of the last things may take after the open runs: answers that are on their way, the verification, the
+/// database.
+const LAST_THINGS: Duration = Duration::from_secs(3);
+
+/// How the program ends when runs were left unfinished.
+const UNFINISHED: u8 = 3;
 
 /// Serves until a signal ends it.
-pub(super) fn serve(options: &ServeOptions) -> anyhow::Result<()> {
+pub(super) fn serve(options: &ServeOptions) -> anyhow::Result<ExitCode> {
     telemetry::start()?;
     let config = options.resolve()?;
-    // Worlds are stepped on the runtime's threads, at most as many at once as there are cores; two more keep the
-    // network going meanwhile.
-    let threads = std::thread::available_parallelism().map_or(1, NonZero::get) + 2;
+    // The network, the database and the signals. No world is stepped on these threads: sessions have their own.
+    let threads = std::thread::available_parallelism().map_or(1, NonZero::get).max(2);
     let mut runtime = tokio::runtime::Builder::new_multi_thread();
     let runtime = runtime.worker_threads(threads).thread_stack_size(STACK).enable_all().build();
     let runtime = runtime.context("cannot start the asynchronous runtime")?;
-    runtime.block_on(run(&config))
+    let ended = runtime.block_on(run(&config));
+    // Without waiting for anybody: the thread of a world that computes for ever ends with the process.
+    runtime.shutdown_background();
+    ended
 }
 
-async fn run(config: &Config) -> anyhow::Result<()> {
+async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     let (mut interrupt, mut terminate) = (on(SignalKind::interrupt())?, on(SignalKind::terminate())?);
     let tasks = tasks(config)?;
     let hands = hands(config, &tasks)?;
@@ -85,23 +93,30 @@ async fn run(config: &Config) -> anyhow::Result<()> {
             host.stop();
         }
     };
-    let service = api::router(host.clone()).into_make_service_with_connect_info::<Caller>();
-    let server = axum::serve(WireListener::new(listener), service).with_graceful_shutdown(signalled);
-    let server = tokio::spawn(server.into_future());
+    tokio::spawn(signalled);
+    let server = net::serve(WireListener::new(listener), api::router(host.clone()), host.clone());
+    let server = tokio::spawn(server);
+    let overseer = tokio::spawn(session::watch_over(host.clone()));
     host.stopping().await;
     // Sockets and sessions first, then the last HTTP answers.
-    if timeout(SHUTDOWN_TIMEOUT, host.deserted()).await.is_err() {
+    let finished = timeout(config.shutdown_grace, host.deserted()).await.is_ok();
+    if !finished {
         tracing::warn!("some runs did not finish in time; they are marked at the next start");
     }
-    if let Ok(ended) = timeout(Duration::from_secs(5), server).await {
-        ended.context("the server's task failed")?.context("the server failed")?;
+    if let Ok(ended) = timeout(LAST_THINGS, server).await {
+        ended.context("the server's task failed")?;
     }
-    if let Some(auditor) = auditor {
-        auditor.await.context("the verification's task failed")?;
+    if let Some(auditor) = auditor
+        && let Ok(ended) = timeout(LAST_THINGS, auditor).await
+    {
+        ended.context("the verification's task failed")?;
     }
-    host.store.close().await;
+    overseer.abort();
+    if timeout(LAST_THINGS, host.store.close()).await.is_err() {
+        tracing::warn!("the database did not close in time");
+    }
     tracing::info!("stopped");
-    Ok(())
+    Ok(if finished { ExitCode::SUCCESS } else { ExitCode::from(UNFINISHED) })
 }
 
 /// What may be on its way to a client in the system's buffers, bytes: more would only make what a slow client sees

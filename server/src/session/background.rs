@@ -2,12 +2,18 @@
 //! has a thread of its own below the priority of the ticks; only so many compute at once.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 use thread_priority::{ThreadPriority, ThreadPriorityValue};
 use tokio::sync::{Semaphore, oneshot};
+use tokio::time::timeout;
 
 /// Bytes of stack of a thread that computes worlds.
 pub(crate) const STACK: usize = 8 << 20;
+
+/// A job that takes longer leaves its place to others while it goes on: the longest that anybody waits for takes a few
+/// seconds, so this one may never end.
+const LONGEST: Duration = Duration::from_secs(10);
 
 /// How much a job may take from others.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +40,8 @@ impl Level {
 #[derive(Clone, Debug)]
 pub(crate) struct Background {
     places: Arc<Semaphore>,
+    /// Afterwards a job's place is for others.
+    longest: Duration,
 }
 
 /// Why a job gave nothing.
@@ -50,10 +58,11 @@ pub(crate) enum JobError {
 impl Background {
     /// At most `most` jobs at once.
     pub(crate) fn new(most: usize) -> Self {
-        Background { places: Arc::new(Semaphore::new(most.max(1))) }
+        Background { places: Arc::new(Semaphore::new(most.max(1))), longest: LONGEST }
     }
 
     /// Does `job` when there is room, and returns what it gives. The job is done also when nobody waits any more.
+    /// A job of many seconds leaves its place to others.
     pub(crate) async fn run<T: Send + 'static>(
         &self,
         level: Level,
@@ -61,19 +70,32 @@ impl Background {
     ) -> Result<T, JobError> {
         // The semaphore is never closed.
         let place = self.places.clone().acquire_owned().await.ok();
-        let (done, result) = oneshot::channel();
+        let place = Arc::new(Mutex::new(place));
+        let leave = {
+            let place = place.clone();
+            move || drop(place.lock().unwrap_or_else(PoisonError::into_inner).take())
+        };
+        let (done, mut result) = oneshot::channel();
+        let leave_done = leave.clone();
         let body = move || {
-            let _place = place;
             // A system that refuses is no reason not to do the work.
             if let Err(error) = level.priority().set_for_current() {
                 tracing::debug!(?error, "thread priority not set");
             }
             let given = catch_unwind(AssertUnwindSafe(job));
+            leave_done();
             // Whoever asked may be gone; then nobody wants to know.
             let _ = done.send(given.map_err(|panic| panic_text(panic.as_ref()).to_owned()));
         };
         std::thread::Builder::new().name("background".into()).stack_size(STACK).spawn(body)?;
-        match result.await {
+        let waited = match timeout(self.longest, &mut result).await {
+            Ok(given) => given,
+            Err(_) => {
+                leave();
+                result.await
+            }
+        };
+        match waited {
             Ok(given) => given.map_err(JobError::Panic),
             Err(_) => Err(JobError::Panic("the thread ended".into())),
         }
@@ -97,5 +119,22 @@ mod tests {
             background.run(Level::Awaited, || -> u8 { panic!("toy panic") }).await.expect_err("panics");
         assert!(error.to_string().contains("toy panic"), "{error}");
         assert_eq!(background.run(Level::Idle, || 7).await.expect("runs"), 7);
+    }
+
+    #[tokio::test]
+    async fn a_job_that_never_ends_leaves_its_place_to_others() {
+        let background = Background { longest: Duration::from_millis(1), ..Background::new(1) };
+        let (end, stuck) = std::sync::mpsc::channel::<()>();
+        let endless = {
+            let background = background.clone();
+            tokio::spawn(async move { background.run(Level::Idle, move || stuck.recv().is_err()).await })
+        };
+        // Until it runs.
+        while background.places.available_permits() > 0 {
+            tokio::task::yield_now().await;
+        }
+        assert_eq!(background.run(Level::Awaited, || 7).await.expect("runs"), 7);
+        drop(end);
+        assert!(endless.await.expect("no panic").expect("it ends in the end"));
     }
 }

@@ -3,10 +3,12 @@
 use super::driver::{Finished, Session, Stage, store_failed};
 use super::live::Course;
 use super::machine::{Playing, Stopping};
+use super::world::Fault;
 use crate::protocol::reply::{ReplayInfo, RunResult};
 use crate::protocol::{Code, Refusal, Reply};
 use crate::store::{Deed, FinishedRun};
 use palmares_tasks::{Outcome, Reason};
+use tokio::task::spawn_blocking;
 
 impl Session {
     /// Closes the run and tells its result, or tells the result of a run the server closed.
@@ -51,21 +53,22 @@ impl Session {
                 Stage::Lockstep(world) => (Some(*world), Course::default()),
                 Stage::Realtime(live) => {
                     let by_us = matches!(reason, Reason::SessionOver | Reason::Voided);
-                    (live.take(by_us.then_some(reason)), live.course())
+                    // A tick that is being made may take long: not on a thread that others need.
+                    let taken = move || (live.take(by_us.then_some(reason)), live.course());
+                    spawn_blocking(taken).await.unwrap_or_default()
                 }
             };
             let outcome = match world {
                 // An unsound world has nothing to say.
-                Some(world) if reason != Reason::WorldFault => {
-                    world.finish(&self.host.background, reason).await
-                }
-                _ => None,
+                Some(world) if reason == Reason::WorldFault => Err(world.fault().unwrap_or(Fault::Broken)),
+                Some(world) => world.finish(&self.host.background, reason).await,
+                None => Err(Fault::Broken),
             };
             let mut note = note.map(str::to_owned);
             let recording = self.recording.take();
             let mut replay = None;
             let mut lost = self.official;
-            if let (Some(recording), Some(_)) = (recording, &outcome) {
+            if let (Some(recording), Ok(_)) = (recording, &outcome) {
                 match recording.file().await {
                     Ok(file) => (replay, lost) = (file, false),
                     Err(error) => tracing::error!(error, run = run.run_id, "no replay"),
@@ -73,7 +76,7 @@ impl Session {
             }
             let ended = self.machine.clock().spent(self.host.now());
             self.unstored = Some(match outcome {
-                Some(outcome) => {
+                Ok(outcome) => {
                     let mut status = match (reason, self.official) {
                         (Reason::Voided, _) => "voided",
                         (_, true) if outcome.ticks == 0 => "aborted",
@@ -88,12 +91,13 @@ impl Session {
                     if status == "aborted" {
                         note = note.or_else(|| Some("it ended before its first tick".into()));
                     }
-                    Finished { run, outcome, status, note, course, replay, ended }
+                    Finished { run, outcome, status, refunded: true, note, course, replay, ended }
                 }
-                None => {
-                    tracing::error!(run = run.run_id, tick = run.tick, "world fault; run voided");
-                    let note = Some("the world failed".to_owned());
-                    Finished { outcome: fault(&run), run, status: "voided", note, course, replay, ended }
+                Err(fault) => {
+                    tracing::error!(run = run.run_id, tick = run.tick, ?fault, "world fault; run voided");
+                    let (refunded, why) = blame(fault, run.own_hand);
+                    let (status, note) = ("voided", Some(why.to_owned()));
+                    Finished { outcome: nothing(&run), run, status, refunded, note, course, replay, ended }
                 }
             });
         } else if let Some(finished) = &self.unstored {
@@ -109,8 +113,8 @@ impl Session {
                 return Err(store_failed("the replay", &error));
             }
         }
-        let (now, void) = (self.host.now(), finished.status == "voided");
-        let (taken, after) = (self.machine.taken(now), self.machine.after(now, void));
+        let (now, refund) = (self.host.now(), finished.status == "voided" && finished.refunded);
+        let (taken, after) = (self.machine.taken(now), self.machine.after(now, refund));
         let row = FinishedRun {
             run_id: &finished.run.run_id,
             status: finished.status,
@@ -128,6 +132,7 @@ impl Session {
             }
         };
         self.host.watch.ranking_changed();
+        let refund = refund || (status == "voided" && finished.status != "voided");
         let Finished { run, outcome, course, replay, note, .. } = finished;
         if status == "voided" && outcome.reason != Reason::Voided {
             let deed =
@@ -146,8 +151,7 @@ impl Session {
         if let Some(archive) = &self.host.replays {
             archive.wake();
         }
-        // A void run costs no time: it is void by a fault of the server, or because an organizer says so.
-        self.machine.ended(self.host.now(), status == "voided");
+        self.machine.ended(self.host.now(), refund);
         self.save(true).await;
         tracing::info!(
             run = run.run_id,
@@ -168,8 +172,23 @@ impl Session {
     }
 }
 
+/// Whether the time of a run is given back whose world failed of this, and what is noted. A team could make itself time
+/// with a hand that breaks the physics, or with actions that no tick has time for.
+fn blame(fault: Fault, own_hand: bool) -> (bool, &'static str) {
+    match (fault, own_hand) {
+        (Fault::Exhausted, _) => (
+            false,
+            "the world failed: a tick asked for more work than a tick may; its time is not given back",
+        ),
+        (Fault::Broken, true) => {
+            (false, "the world failed with a hand of the team's own; its time is not given back")
+        }
+        (Fault::Broken, false) => (true, "the world failed"),
+    }
+}
+
 /// The outcome of a run whose world failed: nothing counts.
-fn fault(run: &Playing) -> Outcome {
+fn nothing(run: &Playing) -> Outcome {
     Outcome {
         score: 0.0,
         in_goal: 0,
@@ -179,5 +198,24 @@ fn fault(run: &Playing) -> Outcome {
         sim_time_s: run.tick as f64 * run.tick_s,
         events: Vec::new(),
         state_hash: "0".repeat(16),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_team_wins_no_time_by_breaking_its_own_world() {
+        for (fault, own_hand, refunded) in [
+            (Fault::Broken, false, true),
+            (Fault::Broken, true, false),
+            (Fault::Exhausted, false, false),
+            (Fault::Exhausted, true, false),
+        ] {
+            let (given_back, why) = blame(fault, own_hand);
+            assert_eq!(given_back, refunded, "{fault:?}, {own_hand}");
+            assert_eq!(why.contains("not given back"), !refunded, "{why}");
+        }
     }
 }

@@ -195,7 +195,7 @@ impl Live {
         inbox.turn += 1;
     }
 
-    /// The world goes on; the time it stood still does not count.
+    /// The world goes on; the time it stood still does not count. Waits for a tick that is being made.
     pub(crate) fn resume(self: &Arc<Self>, pacer: &Pacer) {
         let mut stage = lock(&self.stage);
         let mut inbox = lock(&self.inbox);
@@ -210,7 +210,8 @@ impl Live {
         pacer.enlist(due, turn, self.clone());
     }
 
-    /// Takes the world away: it ticks no more. A run that is cut short streams a last observation that says why.
+    /// Takes the world away: it ticks no more. A run that is cut short streams a last observation that says why. Waits
+    /// for a tick that is being made.
     pub(crate) fn take(&self, cut_short: Option<Reason>) -> Option<World> {
         lock(&self.inbox).turn += 1;
         let mut stage = lock(&self.stage);
@@ -288,6 +289,7 @@ impl Paced for Live {
                 world.tell();
                 over.is_none().then(|| pace.due())
             }
+            // Of which kind the fault is the world knows.
             Err(_) => {
                 lock(&self.stream).over = Some(Reason::WorldFault);
                 self.news.notify_one();

@@ -14,6 +14,8 @@ pub(crate) enum Kind {
     Realtime,
     /// A tick that a controller asked for.
     Lockstep,
+    /// A part of the next one of those, computed ahead.
+    Between,
 }
 
 /// One second.
@@ -85,6 +87,7 @@ impl Load {
                 second.lockstep += took;
                 second.lockstep_ticks += 1;
             }
+            Kind::Between => second.lockstep += took,
         }
     }
 
@@ -152,7 +155,8 @@ mod tests {
         for k in 0..100 {
             let now = at(0.005 + f64::from(k) * 0.01);
             load.computed(now, Kind::Realtime, Duration::from_millis(2));
-            load.computed(now, Kind::Lockstep, Duration::from_millis(1));
+            load.computed(now, Kind::Lockstep, Duration::from_micros(900));
+            load.computed(now, Kind::Between, Duration::from_micros(100));
         }
         let report = load.report(at(1.5));
         assert!((report.realtime_cores - 0.2).abs() < 1e-9, "{report:?}");

@@ -26,6 +26,8 @@ pub(crate) struct Playing {
     pub(crate) task: String,
     /// Its hand.
     pub(crate) hand: String,
+    /// Whether the team sent the hand in.
+    pub(crate) own_hand: bool,
     /// Length of a tick, s.
     pub(crate) tick_s: f64,
     /// How time passes.
@@ -261,19 +263,19 @@ impl Machine {
         self.clock.spent(now).since(self.from.spent)
     }
 
-    /// The clock as it is if the open run ends now.
-    pub(crate) fn after(&self, now: Duration, fault: bool) -> ClockState {
+    /// The clock as it is if the open run ends now. `refund`: its time is given back.
+    pub(crate) fn after(&self, now: Duration, refund: bool) -> ClockState {
         let mut clock = self.clock.clone();
-        if fault {
+        if refund {
             clock.refund(self.taken(now), now);
         }
         clock.state(now)
     }
 
-    /// The open run has ended. `fault`: by the server's fault, and its time is given back.
-    pub(crate) fn ended(&mut self, now: Duration, fault: bool) {
+    /// The open run has ended. `refund`: its time is given back.
+    pub(crate) fn ended(&mut self, now: Duration, refund: bool) {
         let Phase::Playing(_) = std::mem::take(&mut self.phase) else { return };
-        if fault {
+        if refund {
             self.clock.refund(self.taken(now), now);
         }
     }

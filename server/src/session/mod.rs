@@ -1,8 +1,8 @@
 //! Sessions: a team's visit, its clock, its runs.
 //!
 //! What may happen when is decided by [`machine`] and [`clock`], which know neither sockets nor worlds;
-//! [`Session`] carries it out. A session belongs to the task of its connection; while its client is away, to a
-//! task that waits for it (see [`registry`]).
+//! [`Session`] carries it out. A session belongs to the thread of its connection; while its client is away, to a
+//! task that waits for it (see [`registry`]) and computes nothing.
 
 mod background;
 mod clock;
@@ -14,6 +14,7 @@ mod load;
 mod machine;
 mod official;
 mod orders;
+mod overrun;
 mod pace;
 mod pacer;
 mod places;
@@ -27,9 +28,10 @@ mod world;
 
 pub(crate) use background::{Background, Level, STACK};
 pub(crate) use driver::Session;
-pub(crate) use host::{Host, MESSAGE_BYTES, Settings};
+pub(crate) use host::{Alive, Host, MESSAGE_BYTES, Seat, Settings};
 pub(crate) use official::practice_team;
 pub(crate) use orders::{Order, Ordered};
+pub(crate) use overrun::watch_over;
 pub(crate) use refunds::{give_back, give_back_all};
 pub(crate) use registry::news;
 pub(crate) use world::Witness;

@@ -4,6 +4,7 @@ use super::driver::{Session, Stage};
 use crate::protocol::{Refusal, Reply};
 use palmares_tasks::Reason;
 use tokio::sync::oneshot;
+use tokio::task::spawn_blocking;
 
 /// What is asked.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,7 +71,12 @@ impl Session {
             Order::Resume => {
                 self.machine.resume(now);
                 if let Stage::Realtime(live) = &self.stage {
-                    live.resume(&self.host.pacer);
+                    let (live, host) = (live.clone(), self.host.clone());
+                    // A tick that is being made may take long: not on a thread that others need.
+                    let resumed = spawn_blocking(move || live.resume(&host.pacer)).await;
+                    if let Err(error) = resumed {
+                        tracing::error!(%error, "a realtime world does not go on");
+                    }
                 }
                 Ok(())
             }

@@ -1,9 +1,11 @@
 //! Keeps realtime worlds on the clock: threads that begin every tick when it is due.
 //!
 //! The threads are outside the asynchronous runtime, whose timers are no finer than a millisecond. One of them
-//! sleeps until the next tick is due, the others until they are needed.
+//! sleeps until the next tick is due, the others until they are needed. Where a tick does not end, another thread takes
+//! the place of the one that computes it.
 
 use super::background::STACK;
+use super::scheduler::OVERRUN;
 use super::slot::{Slot, Slots};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -54,6 +56,10 @@ struct Queue {
     /// Whether a thread watches the clock.
     watched: bool,
     closed: bool,
+    /// Threads that make a tick: their numbers, and since when.
+    busy: Vec<(u64, Instant)>,
+    /// Threads started so far.
+    started: u64,
 }
 
 impl Queue {
@@ -92,8 +98,15 @@ impl Shared {
         }
     }
 
-    /// Waits for the next tick that is due. None when the pacer is gone.
-    fn next(&self) -> Option<Entry> {
+    /// The thread of this number has made its tick. Whether it is still needed: not when another has its place.
+    fn done(&self, number: u64) -> bool {
+        let mut queue = self.queue();
+        let place = queue.busy.iter().position(|&(busy, _)| busy == number);
+        place.map(|place| queue.busy.swap_remove(place)).is_some()
+    }
+
+    /// Waits for the next tick that is due, for the thread of this number. None when the pacer is gone.
+    fn next(&self, number: u64) -> Option<Entry> {
         let mut queue = self.queue();
         loop {
             if queue.closed {
@@ -104,6 +117,7 @@ impl Shared {
                 if !queue.watched && queue.next_due().is_some() {
                     self.changed.notify_one();
                 }
+                queue.busy.push((number, now));
                 return Some(entry);
             }
             queue = match queue.next_due() {
@@ -119,12 +133,30 @@ impl Shared {
         }
     }
 
-    fn work(&self) {
+    fn work(&self, number: u64) {
         come_first();
-        while let Some(Entry { turn, paced, .. }) = self.next() {
-            if let Some(due) = paced.tick(turn) {
+        while let Some(Entry { turn, paced, .. }) = self.next(number) {
+            let next = paced.tick(turn);
+            if let Some(due) = next {
                 self.enlist(due, turn, paced);
             }
+            if !self.done(number) {
+                return;
+            }
+        }
+    }
+
+    /// Starts another thread.
+    fn employ(self: &Arc<Self>) {
+        let number = {
+            let mut queue = self.queue();
+            queue.started += 1;
+            queue.started
+        };
+        let shared = self.clone();
+        let thread = std::thread::Builder::new().name("pacer".into()).stack_size(STACK);
+        if let Err(error) = thread.spawn(move || shared.work(number)) {
+            tracing::error!(%error, "no thread for realtime worlds");
         }
     }
 }
@@ -158,15 +190,18 @@ impl Pacer {
     /// Starts `threads` threads; fewer when the system does not give as many.
     pub(crate) fn start(threads: usize) -> Self {
         let shared = Arc::new(Shared::default());
-        for _ in 0..threads.max(1) {
-            let shared = shared.clone();
-            let body = move || shared.work();
-            if let Err(error) = std::thread::Builder::new().name("pacer".into()).stack_size(STACK).spawn(body)
-            {
-                tracing::error!(%error, "no thread for realtime worlds");
-            }
-        }
+        (0..threads.max(1)).for_each(|_| shared.employ());
         Pacer { shared, slots: Slots::new(Instant::now()) }
+    }
+
+    /// Puts other threads into the places of those whose tick overran.
+    pub(super) fn relieve(&self, now: Instant) {
+        let mut queue = self.shared.queue();
+        let before = queue.busy.len();
+        queue.busy.retain(|&(_, since)| now.saturating_duration_since(since) < OVERRUN);
+        let lost = before - queue.busy.len();
+        drop(queue);
+        (0..lost).for_each(|_| self.shared.employ());
     }
 
     /// When the ticks of another world are to lie.
@@ -233,6 +268,44 @@ mod tests {
         assert_eq!(counts, [20; 3]);
     }
 
+    /// A tick that ends when the other end of its channel is gone.
+    struct Endless(Mutex<mpsc::Receiver<()>>);
+
+    impl Paced for Endless {
+        fn official(&self) -> bool {
+            true
+        }
+        fn tick(&self, _: u64) -> Option<Instant> {
+            let _ = self.0.lock().expect("whole").recv();
+            None
+        }
+    }
+
+    #[test]
+    fn ticks_that_never_end_do_not_stop_the_others() {
+        let pacer = Pacer::start(2);
+        let start = Instant::now();
+        let ends: Vec<mpsc::Sender<()>> = (0..2)
+            .map(|turn| {
+                let (end, stuck) = mpsc::channel();
+                pacer.enlist(start, turn, Arc::new(Endless(Mutex::new(stuck))));
+                end
+            })
+            .collect();
+        while pacer.shared.queue().busy.len() < 2 {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let (told, ticks) = mpsc::channel();
+        let metronome = Metronome { start, done: AtomicU64::new(0), ticks: 3, told: Mutex::new(told) };
+        pacer.enlist(start, 7, Arc::new(metronome));
+        assert!(ticks.try_recv().is_err(), "all threads are busy");
+        pacer.relieve(Instant::now() + OVERRUN);
+        for _ in 0..3 {
+            assert_eq!(ticks.recv_timeout(Duration::from_secs(60)).expect("others take over").0, 7);
+        }
+        drop(ends);
+    }
+
     #[test]
     fn official_ticks_that_are_due_come_first() {
         let shared = Shared::default();
@@ -249,7 +322,7 @@ mod tests {
         for (turn, official) in [(0, false), (1, true), (2, false), (3, true)] {
             shared.enlist(now - Duration::from_millis(10 - turn), turn, Arc::new(Official(official)));
         }
-        let order: Vec<u64> = (0..4).filter_map(|_| shared.next().map(|entry| entry.turn)).collect();
+        let order: Vec<u64> = (0..4).filter_map(|_| shared.next(1).map(|entry| entry.turn)).collect();
         assert_eq!(order, [1, 3, 0, 2]);
     }
 }

@@ -9,7 +9,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const OFFICIAL_SHARE: f64 = 0.85;
 /// The same for practice, so that it is refused before it is in the way of official runs.
 const PRACTICE_SHARE: f64 = 0.75;
-/// Realtime ticks may be later than this once in a hundred while the worlds keep half of their share busy, s.
+/// While the worlds keep more than half of their share busy, another is refused when one realtime tick in a hundred is
+/// later than this, s. When they keep less, lateness has another cause, which refusing would not cure.
 const LATE_S: f64 = 5e-3;
 /// Of all places practice leaves so many parts in four to official runs while there are any.
 const PRACTICE_QUARTERS: usize = 3;

@@ -67,15 +67,22 @@ impl Session {
             let hides = self.official && reset.sensing == Sensing::Sensors;
             return Err(in_the_way(task, &hand, overlaps, hides));
         }
+        let own_hand = hand_sha256.is_some();
         let opened = opened.map_err(|error| {
             tracing::error!(%error, task = task.name, hand = hand.name, number, k, "no world");
-            let message = match error {
-                OpenError::Scene(_) | OpenError::Job(JobError::Panic(_)) => {
-                    "the scene could not be built; try another seed"
+            let (code, message) = match error {
+                // Not the server's fault, so that the time is not given back.
+                OpenError::Scene(_) | OpenError::Job(JobError::Panic(_)) if own_hand => {
+                    (Code::BadRequest, "the scene could not be built with this hand")
                 }
-                OpenError::Job(JobError::Thread(_)) => "the server cannot open another world now",
+                OpenError::Scene(_) | OpenError::Job(JobError::Panic(_)) => {
+                    (Code::Internal, "the scene could not be built; try another seed")
+                }
+                OpenError::Job(JobError::Thread(_)) => {
+                    (Code::Internal, "the server cannot open another world now")
+                }
             };
-            Refusal::new(Code::Internal, message)
+            Refusal::new(code, message)
         })?;
         let own = ServerInfo::own();
         let row = NewRun {
@@ -98,6 +105,7 @@ impl Session {
             run_id: run_id.clone(),
             task: task.name.clone(),
             hand: hand.name.clone(),
+            own_hand,
             tick_s: task.tick_s,
             mode: reset.mode,
             tick: 0,
@@ -178,7 +186,7 @@ impl Session {
         let stepped = match world.step(&self.host.scheduler, self.official, &step.action, ticks).await {
             Ok(stepped) => stepped,
             Err(StepError::Action(error)) => return Err(Refusal::new(Code::BadAction, error.to_string())),
-            Err(StepError::Fault) => {
+            Err(StepError::Fault(_)) => {
                 self.close_run(Reason::WorldFault, None).await;
                 let message =
                     format!("the world of run {run_id} failed; the run is void, reset opens another");
@@ -205,8 +213,8 @@ impl Session {
     pub(crate) fn answered(&mut self) {
         if let Stage::Lockstep(world) = &mut self.stage {
             world.tell();
-            if self.host.scheduler.is_idle() {
-                world.prepare();
+            if let Some(permit) = self.host.scheduler.spare() {
+                world.prepare(&permit);
             }
         }
     }

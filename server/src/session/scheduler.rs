@@ -1,7 +1,8 @@
 //! Who may compute when: as many permits as there are cores, each held for one tick, handed out by urgency.
 //!
-//! A world is stepped where its permit is held: in the task of its connection, or by a pacer. Whoever waits, waits
-//! for a tick or two of others, never for their runs.
+//! A world is stepped where its permit is held: on its connection's thread, or on a pacer's. Whoever waits, waits
+//! for a tick or two of others, never for their runs. A tick that takes longer than any tick should is counted out: its
+//! permit is given to somebody else, and the system's scheduler divides the cores.
 
 use super::load::{Kind, Load};
 use crate::metrics::METRICS;
@@ -15,6 +16,10 @@ use tokio::sync::oneshot;
 const OFFICIAL_PATIENCE: Duration = Duration::from_millis(20);
 /// The same for practice. Nobody waits for ever: in the end the one that has waited longest comes first.
 const PRACTICE_PATIENCE: Duration = Duration::from_millis(100);
+
+/// A permit that is held for longer is given to somebody else as well: a tick takes a few milliseconds at most, so this
+/// one may never end.
+pub(super) const OVERRUN: Duration = Duration::from_millis(250);
 
 /// How urgent a tick is; the smaller, the sooner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -66,6 +71,31 @@ struct Queue {
     free: usize,
     arrivals: u64,
     waiting: BinaryHeap<Waiter>,
+    /// Permits that are held: their numbers, and since when. With the free ones as many as there are cores.
+    held: Vec<(u64, Instant)>,
+    /// Permits given so far.
+    given: u64,
+    /// Ticks that go on without a permit because they overran.
+    overrun: usize,
+}
+
+impl Queue {
+    /// Counts a permit as held from now on. Returns its number.
+    fn hold(&mut self, now: Instant) -> u64 {
+        self.given += 1;
+        self.held.push((self.given, now));
+        self.given
+    }
+
+    /// The permit is not held any more. Whether it counted until now: it does not after an overrun.
+    fn let_go(&mut self, number: u64) -> bool {
+        let place = self.held.iter().position(|&(held, _)| held == number);
+        place.map(|place| self.held.swap_remove(place)).is_some()
+    }
+
+    fn is_idle(&self, cores: usize) -> bool {
+        self.free == cores && self.overrun == 0
+    }
 }
 
 struct Shared {
@@ -83,6 +113,29 @@ impl Shared {
     fn load(&self) -> MutexGuard<'_, Load> {
         self.load.lock().unwrap_or_else(PoisonError::into_inner)
     }
+
+    /// Gives a permit that nobody holds any more to whoever is next.
+    fn pass_on(self: &Arc<Self>) {
+        loop {
+            let mut queue = self.queue();
+            let Some(next) = queue.waiting.pop() else {
+                queue.free += 1;
+                return;
+            };
+            let since = Instant::now();
+            let number = queue.hold(since);
+            drop(queue);
+            let kind = next.key.0.0.kind;
+            match next.permit.send(Permit { shared: Some(self.clone()), number, since, kind }) {
+                Ok(()) => return,
+                // Whoever waited is gone: the next one gets it.
+                Err(mut unwanted) => {
+                    unwanted.shared = None;
+                    self.queue().let_go(number);
+                }
+            }
+        }
+    }
 }
 
 /// Hands out permits.
@@ -99,6 +152,7 @@ impl std::fmt::Debug for Scheduler {
 pub(crate) struct Permit {
     /// None when the permit was handed on without having been used.
     shared: Option<Arc<Shared>>,
+    number: u64,
     since: Instant,
     kind: Kind,
 }
@@ -119,7 +173,37 @@ impl Scheduler {
 
     /// Whether nobody computes or waits to.
     pub(crate) fn is_idle(&self) -> bool {
-        self.0.queue().free == self.0.cores
+        self.0.queue().is_idle(self.0.cores)
+    }
+
+    /// Whether all permits are held and somebody waits.
+    #[cfg(test)]
+    pub(super) fn is_exhausted(&self) -> bool {
+        let queue = self.0.queue();
+        queue.free == 0 && !queue.waiting.is_empty()
+    }
+
+    /// A permit for what is computed between two ticks, while nobody else computes or waits to.
+    pub(crate) fn spare(&self) -> Option<Permit> {
+        let mut queue = self.0.queue();
+        if !queue.is_idle(self.0.cores) {
+            return None;
+        }
+        queue.free -= 1;
+        let since = Instant::now();
+        let number = queue.hold(since);
+        Some(Permit { shared: Some(self.0.clone()), number, since, kind: Kind::Between })
+    }
+
+    /// Counts out the ticks that overran: what they hold goes to others.
+    pub(super) fn count_out(&self, now: Instant) {
+        let mut queue = self.0.queue();
+        let before = queue.held.len();
+        queue.held.retain(|&(_, since)| now.saturating_duration_since(since) < OVERRUN);
+        let lost = before - queue.held.len();
+        queue.overrun += lost;
+        drop(queue);
+        (0..lost).for_each(|_| self.0.pass_on());
     }
 
     /// How many permits there are.
@@ -159,8 +243,9 @@ impl Scheduler {
         let mut queue = self.0.queue();
         if queue.free > 0 {
             queue.free -= 1;
-            drop(queue);
-            return Ok(Permit { shared: Some(self.0.clone()), since: Instant::now(), kind: urgency.kind });
+            let since = Instant::now();
+            let number = queue.hold(since);
+            return Ok(Permit { shared: Some(self.0.clone()), number, since, kind: urgency.kind });
         }
         let (permit, waiting) = oneshot::channel();
         queue.arrivals += 1;
@@ -171,7 +256,7 @@ impl Scheduler {
 
     /// A permit that nobody counts: for a queue that has lost its waiter, which does not happen.
     fn unlimited(&self, urgency: Urgency) -> Permit {
-        Permit { shared: None, since: Instant::now(), kind: urgency.kind }
+        Permit { shared: None, number: 0, since: Instant::now(), kind: urgency.kind }
     }
 }
 
@@ -188,20 +273,12 @@ impl Drop for Permit {
         let Some(shared) = self.shared.take() else { return };
         let now = Instant::now();
         shared.load().computed(now, self.kind, now - self.since);
-        loop {
-            let mut queue = shared.queue();
-            let Some(next) = queue.waiting.pop() else {
-                queue.free += 1;
-                return;
-            };
+        let mut queue = shared.queue();
+        if queue.let_go(self.number) {
             drop(queue);
-            let kind = next.key.0.0.kind;
-            let permit = Permit { shared: Some(shared.clone()), since: now, kind };
-            match next.permit.send(permit) {
-                Ok(()) => return,
-                // Whoever waited is gone: the next one gets it.
-                Err(mut unwanted) => unwanted.shared = None,
-            }
+            shared.pass_on();
+        } else {
+            queue.overrun -= 1;
         }
     }
 }
@@ -270,6 +347,27 @@ mod tests {
         drop(sent);
         let again = tokio::time::timeout(Duration::from_secs(5), scheduler.permit(urgency)).await;
         assert!(again.is_ok());
+    }
+
+    #[tokio::test]
+    async fn ticks_that_never_end_keep_nobody_waiting() {
+        let scheduler = Scheduler::new(2);
+        let urgency = Urgency::lockstep(false, Instant::now());
+        let stuck = [scheduler.permit(urgency).await, scheduler.permit(urgency).await];
+        let mut innocent = Box::pin(scheduler.permit(urgency));
+        assert!(waits(innocent.as_mut()));
+        scheduler.count_out(Instant::now());
+        assert!(waits(innocent.as_mut()), "a tick may take a while");
+        scheduler.count_out(Instant::now() + OVERRUN);
+        assert!(!waits(innocent.as_mut()), "given, and given back");
+        drop(innocent);
+        assert!(scheduler.spare().is_none(), "somebody computes");
+        drop(stuck);
+        // What came back late is not given twice: there are two permits as before.
+        let both = [scheduler.permit(urgency).await, scheduler.permit(urgency).await];
+        assert!(waits(Box::pin(scheduler.permit(urgency)).as_mut()));
+        drop(both);
+        assert!(scheduler.spare().is_some());
     }
 
     #[test]

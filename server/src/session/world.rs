@@ -15,9 +15,6 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How long a step of many ticks may compute before it lets the other connections of its thread have a turn.
-const TURN: Duration = Duration::from_millis(1);
-
 /// Sees every tick of a world. It must not wait for anything: the world waits for it.
 pub(crate) trait Witness: Send {
     /// After each tick.
@@ -38,7 +35,8 @@ pub(super) trait Playable: Send {
     fn observe(&self, sensing: Sensing) -> Observation;
     fn events(&self) -> &[Event];
     fn over(&self) -> Option<Reason>;
-    fn healthy(&self) -> bool;
+    /// Why the world is unsound, when it is.
+    fn fault(&self) -> Option<Fault>;
     fn finish(&mut self, reason: Reason) -> Outcome;
     /// For witnesses and for what only a real run can do.
     fn run(&mut self) -> Option<&mut Run>;
@@ -60,8 +58,13 @@ impl Playable for Run {
     fn over(&self) -> Option<Reason> {
         Run::over(self)
     }
-    fn healthy(&self) -> bool {
-        Run::healthy(self)
+    fn fault(&self) -> Option<Fault> {
+        Run::fault(self).map(|fault| match fault {
+            palmares_sim::Fault::WorkExhausted => Fault::Exhausted,
+            palmares_sim::Fault::NotFinite
+            | palmares_sim::Fault::OutOfBounds
+            | palmares_sim::Fault::Unsolvable => Fault::Broken,
+        })
     }
     fn finish(&mut self, reason: Reason) -> Outcome {
         Run::finish(self, reason)
@@ -80,6 +83,15 @@ pub(crate) struct Stepped {
     pub(crate) over: Option<Reason>,
 }
 
+/// What a world failed of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fault {
+    /// Numbers that are none or out of bounds, a step without a solution, or a panic.
+    Broken,
+    /// A tick asked for more work than a tick may: the hand or the action is of a kind that no controller needs.
+    Exhausted,
+}
+
 /// Why a step was not made.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum StepError {
@@ -88,7 +100,7 @@ pub(crate) enum StepError {
     Action(#[from] ActionError),
     /// The world is unsound, now and from now on.
     #[error("the world failed")]
-    Fault,
+    Fault(Fault),
 }
 
 /// Why a world could not be opened.
@@ -116,8 +128,8 @@ pub(crate) struct Plan {
 
 /// A world. Whoever owns it steps it.
 pub(crate) struct World {
-    /// None after a fault.
-    game: Option<Box<dyn Playable>>,
+    /// Its fault after one.
+    game: Result<Box<dyn Playable>, Fault>,
     sensing: Sensing,
     witnesses: Vec<Box<dyn Witness>>,
     /// Whether the witnesses have not been told of the last tick.
@@ -130,7 +142,7 @@ pub(crate) struct World {
 
 impl std::fmt::Debug for World {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let state = if self.game.is_some() { "sound" } else { "failed" };
+        let state = if self.game.is_ok() { "sound" } else { "failed" };
         write!(f, "World ({state}, {} witnesses)", self.witnesses.len())
     }
 }
@@ -171,7 +183,7 @@ impl World {
         witnesses: Vec<Box<dyn Witness>>,
         place: Place,
     ) -> Self {
-        World { game: Some(game), sensing, witnesses, untold: false, between: Duration::ZERO, _place: place }
+        World { game: Ok(game), sensing, witnesses, untold: false, between: Duration::ZERO, _place: place }
     }
 
     /// Tells the witnesses of the last tick. The controller need not wait for it.
@@ -186,13 +198,13 @@ impl World {
     }
 
     /// Does what the next tick does before its action matters. The witnesses have been told: they see a whole state.
-    pub(super) fn prepare(&mut self) {
+    pub(super) fn prepare(&mut self, _permit: &Permit) {
         self.meanwhile(|game, _| game.prepare());
     }
 
     /// What is computed between two ticks counts as part of the second.
     fn meanwhile(&mut self, work: impl FnOnce(&mut dyn Playable, &mut [Box<dyn Witness>])) {
-        let (Some(game), witnesses) = (self.game.as_mut(), &mut self.witnesses) else { return };
+        let (Ok(game), witnesses) = (self.game.as_mut(), &mut self.witnesses) else { return };
         let begun = Instant::now();
         let done = catch_unwind(AssertUnwindSafe(|| {
             work(game.as_mut(), witnesses);
@@ -212,10 +224,9 @@ impl World {
         repeat: u32,
     ) -> Result<Stepped, StepError> {
         let mut earlier = Vec::new();
-        let mut turn = Instant::now();
         let mut left = repeat.max(1);
         loop {
-            let permit = scheduler.permit(Urgency::lockstep(official, turn)).await;
+            let permit = scheduler.permit(Urgency::lockstep(official, Instant::now())).await;
             let over = self.tick(action, &permit)?;
             left -= 1;
             if left == 0 || over.is_some() {
@@ -227,12 +238,8 @@ impl World {
                 return Ok(Stepped { observation, over });
             }
             drop(permit);
-            if let Some(game) = &self.game {
+            if let Ok(game) = &self.game {
                 earlier.extend_from_slice(game.events());
-            }
-            if turn.elapsed() > TURN {
-                tokio::task::yield_now().await;
-                turn = Instant::now();
             }
         }
     }
@@ -242,12 +249,12 @@ impl World {
     pub(super) fn tick(&mut self, action: &Action, _permit: &Permit) -> Result<Option<Reason>, StepError> {
         self.tell();
         let between = std::mem::take(&mut self.between);
-        let game = self.game.as_mut().ok_or(StepError::Fault)?;
+        let game = self.game.as_mut().map_err(|fault| StepError::Fault(*fault))?;
         let ticked = catch_unwind(AssertUnwindSafe(|| {
             let begun = Instant::now();
             game.step(action)?;
-            if !game.healthy() {
-                return Err(StepError::Fault);
+            if let Some(fault) = game.fault() {
+                return Err(StepError::Fault(fault));
             }
             METRICS.ticked(between + begun.elapsed());
             Ok(game.over())
@@ -258,7 +265,7 @@ impl World {
 
     /// What the controller sees now.
     pub(super) fn observe(&mut self) -> Result<Observation, StepError> {
-        let game = self.game.as_ref().ok_or(StepError::Fault)?;
+        let game = self.game.as_ref().map_err(|fault| StepError::Fault(*fault))?;
         let seen = catch_unwind(AssertUnwindSafe(|| Ok(game.observe(self.sensing))));
         self.fault_ends_it(seen)
     }
@@ -267,10 +274,10 @@ impl World {
     fn fault_ends_it<T>(&mut self, done: std::thread::Result<Result<T, StepError>>) -> Result<T, StepError> {
         let done = done.unwrap_or_else(|panic| {
             tracing::error!(panic = panic_text(panic.as_ref()), "a world panicked");
-            Err(StepError::Fault)
+            Err(StepError::Fault(Fault::Broken))
         });
-        if matches!(done, Err(StepError::Fault)) {
-            self.game = None;
+        if let Err(StepError::Fault(fault)) = done {
+            self.game = Err(fault);
         }
         done
     }
@@ -278,7 +285,7 @@ impl World {
     /// Pushes the hand from the next tick on.
     pub(super) fn push(&mut self, link: &str, wrench: Wrench, duration_s: f64) -> Result<(), PushError> {
         self.tell();
-        let Some(run) = self.game.as_mut().and_then(|game| game.run()) else { return Ok(()) };
+        let Some(run) = self.game.as_mut().ok().and_then(|game| game.run()) else { return Ok(()) };
         run.push(link, wrench, duration_s)?;
         self.witnesses.iter_mut().for_each(|witness| witness.pushed(link, wrench, duration_s));
         Ok(())
@@ -286,23 +293,35 @@ impl World {
 
     /// The number of the tick that comes next.
     pub(super) fn next_tick(&mut self) -> u64 {
-        self.game.as_mut().and_then(|game| game.run()).map_or(1, |run| run.tick() + 1)
+        self.game.as_mut().ok().and_then(|game| game.run()).map_or(1, |run| run.tick() + 1)
     }
 
-    /// Lets the objects settle and counts, in the background. None when the world failed.
-    pub(crate) async fn finish(mut self, background: &Background, reason: Reason) -> Option<Outcome> {
-        self.tell();
-        let mut game = self.game.take()?;
+    /// What the world failed of, when it has.
+    pub(super) fn fault(&self) -> Option<Fault> {
+        self.game.as_ref().err().copied()
+    }
+
+    /// Lets the objects settle and counts, in the background.
+    ///
+    /// # Errors
+    /// The world failed.
+    pub(crate) async fn finish(mut self, background: &Background, reason: Reason) -> Result<Outcome, Fault> {
         let settle = move || {
+            self.tell();
+            let game = self.game.as_mut().map_err(|fault| *fault)?;
             let outcome = game.finish(reason);
+            if let Some(fault) = game.fault() {
+                return Err(fault);
+            }
             if let Some(run) = game.run() {
                 self.witnesses.iter_mut().for_each(|witness| witness.finished(run, &outcome));
             }
-            outcome
+            Ok(outcome)
         };
-        let outcome = background.run(Level::Awaited, settle).await;
-        let outcome = outcome.inspect_err(|error| tracing::error!(%error, "a run could not be counted")).ok();
-        outcome.filter(|outcome| outcome.reason != Reason::WorldFault)
+        background.run(Level::Awaited, settle).await.unwrap_or_else(|error| {
+            tracing::error!(%error, "a run could not be counted");
+            Err(Fault::Broken)
+        })
     }
 }
 

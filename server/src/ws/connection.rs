@@ -1,4 +1,5 @@
-//! One control connection: reads requests one by one, answers each, keeps the heart beating.
+//! One control connection: reads requests one by one, answers each, keeps the heart beating. Until its session begins
+//! it is a task among others, then it has a thread of its own.
 //!
 //! The next request is read only after the last was answered, so nothing queues up on the server; a client
 //! that sends faster fills its own socket. A client that reads slowly misses observations of its realtime run, the
@@ -10,7 +11,7 @@ use super::wire::Attention;
 use crate::auth::Identity;
 use crate::metrics::METRICS;
 use crate::protocol::{Code, Encoding, Parsed, Refusal, Reply, Request};
-use crate::session::{Host, MESSAGE_BYTES, Ordered, Session, news};
+use crate::session::{Alive, Host, MESSAGE_BYTES, Ordered, STACK, Seat, Session, news};
 use axum::body::Bytes;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
 use palmares_tasks::Reason;
@@ -20,6 +21,8 @@ use std::pin::pin;
 use std::sync::Arc;
 use std::task::Poll;
 use std::time::Duration;
+use tokio::runtime::Handle;
+use tokio::sync::oneshot;
 use tokio::time::{Instant, MissedTickBehavior, interval_at, sleep_until, timeout};
 
 /// How long a client may take to answer a close frame.
@@ -29,8 +32,10 @@ const CLOSE_NORMAL: u16 = 1000;
 /// The server is going away, RFC 6455.
 const CLOSE_AWAY: u16 = 1001;
 
-/// Why a connection ends.
+/// Why a connection ends, or goes on elsewhere.
 enum End {
+    /// A session has begun.
+    Greeted,
     /// The client is gone.
     Lost,
     /// The client said `bye`.
@@ -82,20 +87,27 @@ struct Connection {
     room: usize,
     /// When the client last showed a sign of life.
     heard: Instant,
+    /// When the connection closes unless it has said hello.
+    hello_by: Instant,
+    /// Given back when the connection is gone.
+    _place: Seat,
+    _alive: Alive,
 }
 
-/// Serves a connection until it ends, then leaves its session in order.
+/// Serves a connection until its session begins, and sees to it that it is served until it ends.
 pub(crate) async fn serve(
     socket: WebSocket,
     attention: Attention,
     encoding: Encoding,
     host: Arc<Host>,
     identity: Option<Identity>,
+    place: Seat,
 ) {
-    let _alive = host.alive();
+    let alive = host.alive();
     let limits = host.limits();
     let rate = RateLimit::new(limits.requests_per_s, limits.requests_burst, host.now());
     let heard = Instant::now();
+    let hello_by = heard + host.settings.hello_timeout;
     let mut connection = Connection {
         socket,
         attention,
@@ -107,47 +119,80 @@ pub(crate) async fn serve(
         gaps: Gaps::new(),
         room: ROOM,
         heard,
+        hello_by,
+        _place: place,
+        _alive: alive,
     };
-    let end = connection.talk().await;
-    let session = connection.session.take();
-    // The session is settled before the socket closes: a client that comes back at once finds it waiting.
-    match end {
-        End::Lost => {
-            if let Some(session) = session {
-                session.park();
-            }
-        }
-        End::Fatal(code) => {
-            if let Some(session) = session {
-                session.park();
-            }
-            connection.close(code.close_code(), code.name()).await;
-        }
-        End::Bye => {
-            if let Some(session) = session {
-                session.leave().await;
-            }
-            connection.close(CLOSE_NORMAL, "bye").await;
-        }
-        End::Ended => {
-            if let Some(session) = session {
-                session.end(Reason::Stopped, None).await;
-            }
-            connection.close(CLOSE_NORMAL, "session_over").await;
-        }
-        End::Stopping => {
-            if let Some(session) = session
-                && let Some(result) = session.end(Reason::Stopped, Some("the server shut down")).await
-            {
-                // The client may be gone; the result is stored.
-                let _ = connection.send(&result).await;
-            }
-            connection.close(CLOSE_AWAY, "server_shutdown").await;
-        }
+    match connection.talk().await {
+        End::Greeted => connection.move_to_a_thread().await,
+        end => connection.end(end).await,
     }
 }
 
 impl Connection {
+    /// Goes on on a thread of its own. There the session's world is stepped: however long it computes, it keeps nobody
+    /// waiting but its own client.
+    async fn move_to_a_thread(self) {
+        let (give, take) = oneshot::channel::<Connection>();
+        let runtime = Handle::current();
+        let body = move || {
+            runtime.block_on(async move {
+                let Ok(mut connection) = take.await else { return };
+                let end = connection.talk().await;
+                connection.end(end).await;
+            });
+        };
+        match std::thread::Builder::new().name("session".into()).stack_size(STACK).spawn(body) {
+            // The thread waits for it.
+            Ok(_) => drop(give.send(self)),
+            Err(error) => {
+                tracing::error!(%error, "no thread for a session");
+                self.end(End::Fatal(Code::Capacity)).await;
+            }
+        }
+    }
+
+    /// Leaves the session in order, and says goodbye.
+    async fn end(mut self, end: End) {
+        let session = self.session.take();
+        // The session is settled before the socket closes: a client that comes back at once finds it waiting.
+        match end {
+            End::Greeted => {}
+            End::Lost => {
+                if let Some(session) = session {
+                    session.park();
+                }
+            }
+            End::Fatal(code) => {
+                if let Some(session) = session {
+                    session.park();
+                }
+                self.close(code.close_code(), code.name()).await;
+            }
+            End::Bye => {
+                if let Some(session) = session {
+                    session.leave().await;
+                }
+                self.close(CLOSE_NORMAL, "bye").await;
+            }
+            End::Ended => {
+                if let Some(session) = session {
+                    session.end(Reason::Stopped, None).await;
+                }
+                self.close(CLOSE_NORMAL, "session_over").await;
+            }
+            End::Stopping => {
+                if let Some(session) = session
+                    && let Some(result) = session.end(Reason::Stopped, Some("the server shut down")).await
+                {
+                    // The client may be gone; the result is stored.
+                    let _ = self.send(&result).await;
+                }
+                self.close(CLOSE_AWAY, "server_shutdown").await;
+            }
+        }
+    }
+
     async fn talk(&mut self) -> End {
         let interval = self.host.settings.ping_interval();
         let mut ping = interval_at(Instant::now() + interval, interval);
@@ -164,7 +209,11 @@ impl Connection {
         let mut armed = false;
         let mut lingered = 0_u32;
         loop {
-            match self.session.as_ref().and_then(|session| session.next_change()) {
+            let change = match &self.session {
+                Some(session) => session.next_change(),
+                None => Some(self.hello_by.saturating_duration_since(Instant::now())),
+            };
+            match change {
                 Some(change) => {
                     let moment = Instant::now() + change;
                     let off = moment.saturating_duration_since(alarm.deadline())
@@ -268,14 +317,17 @@ impl Connection {
         self.send_message(Message::Ping(Bytes::new())).await
     }
 
-    /// The session's clock has passed a mark or its end.
+    /// The session's clock has passed a mark or its end; or no session has begun in time.
     async fn expire(&mut self) -> ControlFlow<End> {
-        if let Some(session) = &mut self.session
-            && let Some(warning) = session.expire().await
-        {
-            return self.send(&warning).await;
+        let Some(session) = &mut self.session else {
+            let seconds = self.host.settings.hello_timeout.as_secs_f64();
+            let message = format!("no session has begun within {seconds} s; say hello sooner");
+            return self.refuse(None, &Refusal::new(Code::TooSlow, message).fatal()).await;
+        };
+        match session.expire().await {
+            Some(warning) => self.send(&warning).await,
+            None => ControlFlow::Continue(()),
         }
-        ControlFlow::Continue(())
     }
 
     async fn receive(&mut self, message: Option<Result<Message, axum::Error>>) -> ControlFlow<End> {
@@ -329,12 +381,16 @@ impl Connection {
             // The parser gives no request without an id.
             (None, Ok(_)) => return ControlFlow::Continue(()),
         };
+        let greeted = matches!(request, Request::Hello(_));
         match self.carry_out(id, request).await {
             Ok(reply) => {
                 // A mark passed by simulating is announced before the reply that passed it.
                 self.expire().await?;
                 self.send(&reply).await?;
                 self.gaps.replied(std::time::Instant::now());
+                if greeted {
+                    return ControlFlow::Break(End::Greeted);
+                }
                 if let Some(session) = &mut self.session {
                     session.answered();
                 }

@@ -2,6 +2,7 @@
 
 use super::{Asked, deed, needs_reason, no_verb, not_found, store_failed};
 use crate::api::Problem;
+use crate::api::parts::Segment;
 use crate::hands::Inspection;
 use crate::inspect::FigureRow;
 use crate::protocol::request::shortened;
@@ -9,7 +10,7 @@ use crate::protocol::{Code, Refusal};
 use crate::session::Host;
 use crate::store::HandRow;
 use axum::Json;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
 use schemars::JsonSchema;
@@ -97,7 +98,7 @@ pub(super) async fn archive(
 /// `approve`, `reject`.
 pub(super) async fn decide(
     State(host): State<Arc<Host>>,
-    Path(verb): Path<String>,
+    Segment(verb): Segment,
     asked: Asked<Body>,
 ) -> Result<Json<Decided>, Problem> {
     let Body { hand_id, reason } = &asked.body;

@@ -10,6 +10,7 @@ fn run() -> Playing {
         run_id: "r".into(),
         task: "balls".into(),
         hand: "h".into(),
+        own_hand: false,
         tick_s: 0.01,
         mode: Mode::Lockstep,
         tick: 0,

@@ -22,7 +22,7 @@ impl Stage {
         stepped.map(|stepped| stepped.observation)
     }
 
-    async fn finish(self) -> Option<Outcome> {
+    async fn finish(self) -> Result<Outcome, Fault> {
         self.world.finish(&self.background, Reason::Stopped).await
     }
 }
@@ -34,7 +34,7 @@ async fn repeated_ticks_keep_all_events_and_end_with_the_run() {
     assert_eq!(three.events.iter().map(|event| event.tick).collect::<Vec<_>>(), [1, 2, 3]);
     let rest = stage.step(Action::default(), 9).await.expect("steps");
     assert_eq!((rest.tick, rest.events.len()), (5, 2));
-    assert_eq!(stage.finish().await.map(|outcome| outcome.ticks), Some(5));
+    assert_eq!(stage.finish().await.map(|outcome| outcome.ticks), Ok(5));
 }
 
 #[tokio::test]
@@ -76,7 +76,7 @@ async fn witnesses_see_every_tick_once_and_before_what_follows() {
     stage.step(Action::default(), 2).await.expect("steps");
     assert_eq!(news(), ["tick 1"], "the controller does not wait for the last");
     stage.world.tell();
-    stage.world.prepare();
+    stage.world.prepare(&stage.scheduler.spare().expect("idle"));
     stage.world.tell();
     assert_eq!(news(), ["tick 2"]);
     stage.step(Action::default(), 1).await.expect("steps");
@@ -86,15 +86,61 @@ async fn witnesses_see_every_tick_once_and_before_what_follows() {
     assert_eq!(news(), ["tick 3".to_owned(), format!("push {link}"), "tick 4".into(), "end 4".into()]);
 }
 
+#[test]
+fn worlds_whose_ticks_never_end_keep_no_other_from_stepping() {
+    use crate::session::scheduler::OVERRUN;
+    let scheduler = Scheduler::new(2);
+    let runtime = tokio::runtime::Runtime::new().expect("starts");
+    let step = |toy: Toy| {
+        let (mut world, scheduler, runtime) = (toy_world(toy).0, scheduler.clone(), runtime.handle().clone());
+        let (done, result) = std::sync::mpsc::channel();
+        let thread = std::thread::spawn(move || {
+            let stepped = runtime.block_on(world.step(&scheduler, false, &Action::default(), 1));
+            // Of the endless ones nobody wants to know.
+            let _ = done.send(stepped.map(|stepped| stepped.observation.tick).ok());
+        });
+        (thread, result)
+    };
+    let (ends, endless): (Vec<_>, Vec<_>) = (0..4)
+        .map(|_| {
+            let (end, stuck) = std::sync::mpsc::channel();
+            (end, step(Toy { endless: Some(stuck), ..Toy::default() }).0)
+        })
+        .unzip();
+    while !scheduler.is_exhausted() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let (innocent, stepped) = step(Toy::default());
+    let patience = Instant::now() + Duration::from_secs(60);
+    let mut seen = None;
+    while seen.is_none() && Instant::now() < patience {
+        scheduler.count_out(Instant::now() + OVERRUN);
+        seen = stepped.recv_timeout(Duration::from_millis(5)).ok();
+    }
+    // Before anything is asserted: a thread that never ends would hang the tests.
+    drop(ends);
+    for thread in endless.into_iter().chain([innocent]) {
+        thread.join().expect("no panic");
+    }
+    assert_eq!(seen, Some(Some(1)));
+}
+
 #[tokio::test]
 async fn an_unsound_or_panicking_world_is_a_fault_and_frees_its_place() {
-    for toy in [Toy { unsound_at: 2, ..Toy::default() }, Toy { panic_at: 2, ..Toy::default() }] {
+    let exhausted = Toy { unsound_at: 2, breaks: Fault::Exhausted, ..Toy::default() };
+    for (toy, fault) in [
+        (Toy { unsound_at: 2, ..Toy::default() }, Fault::Broken),
+        (Toy { panic_at: 2, ..Toy::default() }, Fault::Broken),
+        (exhausted, Fault::Exhausted),
+    ] {
         let mut stage = Stage::open(toy).await;
         assert!(stage.step(Action::default(), 1).await.is_ok());
-        assert!(matches!(stage.step(Action::default(), 1).await, Err(StepError::Fault)));
-        assert!(matches!(stage.step(Action::default(), 1).await, Err(StepError::Fault)));
+        for _ in 0..2 {
+            let failed = stage.step(Action::default(), 1).await;
+            assert!(matches!(failed, Err(StepError::Fault(of)) if of == fault), "{failed:?}");
+        }
         let places = stage.places.clone();
-        assert!(stage.finish().await.is_none());
+        assert_eq!(stage.finish().await.err(), Some(fault));
         assert_eq!(places.open().all(), 0);
     }
 }

@@ -1,11 +1,11 @@
-//! A world without physics, for tests: it counts, and ends, breaks or panics when told.
+//! A world without physics, for tests: it counts, and ends, breaks, panics or computes on and on when told.
 
 use super::*;
 use crate::protocol::Mode;
 use crate::session::places::Places;
 use palmares_tasks::observation::{BodyState, HandObservation};
 
-/// Counts ticks; ends, breaks or panics when told.
+/// Counts ticks; ends, breaks, panics or does not come back when told.
 pub(crate) struct Toy {
     pub(crate) tick: u64,
     pub(crate) told: Action,
@@ -13,6 +13,10 @@ pub(crate) struct Toy {
     pub(crate) over_at: u64,
     pub(crate) unsound_at: u64,
     pub(crate) panic_at: u64,
+    /// What it breaks of.
+    pub(crate) breaks: Fault,
+    /// From the first tick on it computes until the other end is gone.
+    pub(crate) endless: Option<std::sync::mpsc::Receiver<()>>,
 }
 
 impl Default for Toy {
@@ -24,6 +28,8 @@ impl Default for Toy {
             over_at: u64::MAX,
             unsound_at: u64::MAX,
             panic_at: u64::MAX,
+            breaks: Fault::Broken,
+            endless: None,
         }
     }
 }
@@ -35,6 +41,9 @@ impl Playable for Toy {
         }
         self.tick += 1;
         self.told = action.clone();
+        if let Some(endless) = &self.endless {
+            let _ = endless.recv();
+        }
         assert!(self.tick != self.panic_at, "toy panic");
         self.news = vec![Event { tick: self.tick, kind: "tick".into(), object: None }];
         Ok(())
@@ -59,8 +68,8 @@ impl Playable for Toy {
             reason: None,
         }
     }
-    fn healthy(&self) -> bool {
-        self.tick < self.unsound_at
+    fn fault(&self) -> Option<Fault> {
+        (self.tick >= self.unsound_at).then_some(self.breaks)
     }
     fn events(&self) -> &[Event] {
         &self.news
