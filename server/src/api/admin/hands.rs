@@ -67,7 +67,7 @@ async fn stored(host: &Host, id: &str) -> Result<HandRow, Problem> {
 /// A hand with its figures.
 pub(super) async fn show(
     State(host): State<Arc<Host>>,
-    Path(id): Path<String>,
+    Segment(id): Segment,
 ) -> Result<Json<Shown>, Problem> {
     let hand = stored(&host, &id).await?;
     let Inspection { figures, in_the_way } =
@@ -78,7 +78,7 @@ pub(super) async fn show(
 /// A hand's archive, as it was sent in.
 pub(super) async fn archive(
     State(host): State<Arc<Host>>,
-    Path(id): Path<String>,
+    Segment(id): Segment,
 ) -> Result<impl IntoResponse, Problem> {
     let hand = stored(&host, &id).await?;
     let sha256 = hand.sha256.clone();
