@@ -110,8 +110,8 @@ pub struct Starts {
     pub tried: u32,
     /// From how many of them the run does what the scene asks for.
     pub done: u32,
-    /// Median of the deepest overlaps, mm.
-    pub median_overlap_mm: f64,
+    /// Median of the deepest overlaps, mm; none where half of the runs came to no end.
+    pub median_overlap_mm: Option<f64>,
 }
 
 impl Run {

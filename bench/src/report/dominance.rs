@@ -284,7 +284,7 @@ mod tests {
     #[test]
     fn of_many_starts_those_that_fail_are_the_error() {
         let of = |done: u32, run: Run| Run {
-            starts: Some(Starts { tried: 16, done, median_overlap_mm: 1.0 }),
+            starts: Some(Starts { tried: 16, done, median_overlap_mm: Some(1.0) }),
             trouble: Some("object lost".into()),
             ..run
         };

@@ -239,10 +239,10 @@ fn row(page: &mut String, run: &Run) {
     let why = run.trouble.as_ref().map_or("yes".to_owned(), |why| format!("no: {why}"));
     let does_it = match &run.starts {
         None => why,
-        Some(starts) => format!(
-            "{} of {} starts, median overlap {:.1} mm; as it is {why}",
-            starts.done, starts.tried, starts.median_overlap_mm
-        ),
+        Some(starts) => {
+            let median = starts.median_overlap_mm.map_or("–".to_owned(), |mm| format!("{mm:.1} mm"));
+            format!("{} of {} starts, median overlap {median}; as it is {why}", starts.done, starts.tried)
+        }
     };
     let seen = &run.invariants;
     let bound = seen.overlap_bound_mm.map_or(String::new(), |mm| format!(", {mm:.1}"));

@@ -153,7 +153,7 @@ fn from_starts(case: &Case, kind: EngineKind, first: &Run, conduct: Conduct) -> 
     Some(Starts {
         tried: all.len() as u32,
         done: all.iter().filter(|(done, _)| *done).count() as u32,
-        median_overlap_mm: overlaps[overlaps.len() / 2].min(f64::MAX),
+        median_overlap_mm: finite(Some(overlaps[overlaps.len() / 2])),
     })
 }
 

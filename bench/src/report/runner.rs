@@ -282,7 +282,7 @@ mod tests {
         let run = &made.runs[0];
         let starts = run.starts.expect("it is among those");
         assert_eq!((starts.tried, starts.done, run.judged()), (4, 4, Some(0.0)), "{run:?}");
-        assert!(starts.median_overlap_mm > 0.0 && starts.median_overlap_mm < 5.0, "{starts:?}");
+        assert!(starts.median_overlap_mm.is_some_and(|mm| mm > 0.0 && mm < 5.0), "{starts:?}");
         assert!(run.difference().is_some_and(|mm| mm > 0.0), "{run:?}");
         let bound = run.invariants.overlap_bound_mm.expect("shapes touch");
         assert!((bound - 7.0).abs() < 1e-9, "half of a finger of 14 mm, not {bound}");
