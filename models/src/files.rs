@@ -53,6 +53,15 @@ impl Files {
             return too_large("archive".into(), "bytes", bytes.len() as u64, limits.archive_bytes);
         }
         let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| syntax(e.to_string()))?;
+        // The reader keeps the last of a name.
+        if archive.has_duplicate_names() {
+            return Err(ModelError::Element {
+                file: file.to_owned(),
+                element: "archive".to_owned(),
+                problem: "holds several entries of one name".to_owned(),
+                valid: "plain files in folders inside the archive, each name once".to_owned(),
+            });
+        }
         if archive.len() > limits.archive_entries {
             let (found, limit) = (archive.len() as u64, limits.archive_entries as u64);
             return too_large("archive".into(), "entries", found, limit);

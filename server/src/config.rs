@@ -2,6 +2,7 @@
 
 mod file;
 
+use crate::net::Guard;
 use crate::session::Settings;
 use crate::store::Location;
 use anyhow::{Context, bail};
@@ -59,6 +60,30 @@ pub(crate) struct ServeOptions {
           value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub(crate) max_connections: Option<u32>,
 
+    /// Of these, those of one team's tokens [default: 16]
+    #[arg(long, value_name = "N", env = "PALMARES_MAX_CONNECTIONS_PER_TEAM",
+          value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub(crate) max_connections_per_team: Option<u32>,
+
+    /// Connections of any kind from one address, other than this machine's, that may be open at once [default: 64]
+    #[arg(long, value_name = "N", env = "PALMARES_MAX_CONNECTIONS_PER_ADDRESS",
+          value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub(crate) max_connections_per_address: Option<u32>,
+
+    /// A name under which the server is served, as behind a reverse proxy: cup.example.org. May be given several times.
+    /// A server on the loopback interface answers to its addresses, to localhost and to these
+    #[arg(long = "allowed-host", value_name = "NAME", env = "PALMARES_ALLOWED_HOSTS", value_delimiter = ',')]
+    pub(crate) allowed_hosts: Vec<String>,
+
+    /// A site whose pages may use the server beside its own: https://cup.example.org. May be given several times
+    #[arg(
+        long = "allowed-origin",
+        value_name = "ORIGIN",
+        env = "PALMARES_ALLOWED_ORIGINS",
+        value_delimiter = ','
+    )]
+    pub(crate) allowed_origins: Vec<String>,
+
     /// Requests per second that a connection may keep up; twice as many at once [default: 10000]
     #[arg(long, value_name = "N", env = "PALMARES_MAX_REQUESTS_PER_S", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) max_requests_per_s: Option<u32>,
@@ -79,6 +104,11 @@ pub(crate) struct ServeOptions {
     #[arg(long, value_name = "SECONDS", env = "PALMARES_PING_TIMEOUT_S", default_value_t = 15, hide = true,
           value_parser = clap::value_parser!(u32).range(1..=3600))]
     pub(crate) ping_timeout_s: u32,
+
+    /// A control connection that has not said hello for this long is closed, in seconds
+    #[arg(long, value_name = "SECONDS", env = "PALMARES_HELLO_TIMEOUT_S", default_value_t = 10, hide = true,
+          value_parser = clap::value_parser!(u32).range(1..=3600))]
+    pub(crate) hello_timeout_s: u32,
 }
 
 /// What is being played.
@@ -125,6 +155,8 @@ pub(crate) struct Config {
     pub(crate) practice_replays_mb: u64,
     /// How long open runs may take to finish at the end.
     pub(crate) shutdown_grace: Duration,
+    /// Which pages may use the server.
+    pub(crate) guard: Guard,
     /// What sessions need to know.
     pub(crate) settings: Settings,
 }
@@ -155,6 +187,16 @@ impl ServeOptions {
         let key = |path: &Option<PathBuf>, name: &str| path.as_ref().map_or(data_dir.join(name), inside);
         let mut hands: Vec<PathBuf> = file.hand_files.iter().flatten().map(inside).collect();
         hands.extend(self.hands.iter().cloned());
+        let both = |first: &[String], then: &Option<Vec<String>>| -> Vec<String> {
+            first.iter().chain(then.iter().flatten()).cloned().collect()
+        };
+        let listen = self.listen.or(file.listen).unwrap_or((Ipv4Addr::LOCALHOST, 8080).into());
+        let guard = Guard {
+            loopback: listen.ip().is_loopback(),
+            hosts: both(&self.allowed_hosts, &file.allowed_hosts),
+            origins: both(&self.allowed_origins, &file.allowed_origins),
+        };
+        guard.check_names()?;
         let default_name = if mode == Mode::Official { "competition" } else { "practice" };
         Ok(Config {
             name: file.name.clone().unwrap_or_else(|| default_name.into()),
@@ -164,7 +206,8 @@ impl ServeOptions {
             tasks: file.tasks.clone(),
             builtin_hands: file.hands.clone(),
             hands,
-            listen: self.listen.or(file.listen).unwrap_or((Ipv4Addr::LOCALHOST, 8080).into()),
+            listen,
+            guard,
             seed_secret: key(&file.seed_secret, "seed.secret"),
             signing_key: key(&file.signing_key, crate::replay::KEY_FILE),
             no_replays: self.no_replays,
@@ -177,6 +220,15 @@ impl ServeOptions {
             settings: Settings {
                 max_worlds: self.max_worlds.or(file.max_worlds).unwrap_or(32) as usize,
                 max_connections: self.max_connections.or(file.max_connections).unwrap_or(256) as usize,
+                max_connections_per_team: self
+                    .max_connections_per_team
+                    .or(file.max_connections_per_team)
+                    .unwrap_or(16) as usize,
+                max_connections_per_address: self
+                    .max_connections_per_address
+                    .or(file.max_connections_per_address)
+                    .unwrap_or(64) as usize,
+                hello_timeout: Duration::from_secs(u64::from(self.hello_timeout_s)),
                 requests_per_s: f64::from(
                     self.max_requests_per_s.or(file.max_requests_per_s).unwrap_or(10_000),
                 ),

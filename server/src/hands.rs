@@ -1,6 +1,7 @@
 //! Hands that teams send in: checked, kept under their hash, loaded when they are played with.
 
 use crate::auth::{random_hex, sha256_hex};
+use crate::net::Received;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use crate::session::{Background, Level};
@@ -85,7 +86,7 @@ impl OwnHands {
         store: &Store,
         background: &Background,
         team: &str,
-        bytes: Vec<u8>,
+        received: Received,
     ) -> Result<HandRow, Refusal> {
         let _turn = self.checking.try_acquire().map_err(|_| {
             Refusal::new(Code::Capacity, "another hand is being checked; try again").retry_after(2.0)
@@ -95,11 +96,12 @@ impl OwnHands {
             let message = format!("team {} has sent in {PER_TEAM} hands; no more are taken", shortened(team));
             return Err(Refusal::new(Code::Capacity, message));
         }
-        let bytes = Arc::new(bytes);
+        let received = Arc::new(received);
         let checked = {
-            let bytes = bytes.clone();
-            background.run(Level::Awaited, move || read(&bytes)).await
+            let received = received.clone();
+            background.run(Level::Awaited, move || read(&received.bytes)).await
         };
+        let bytes = &received.bytes;
         let (hand, warnings) = checked
             .map_err(|error| failed("the hand could not be checked", &error))?
             .map_err(|problem| Refusal::new(Code::BadRequest, problem))?;
@@ -112,12 +114,12 @@ impl OwnHands {
             let message = format!("a hand `{}` comes with the program; choose another name", hand.name);
             return Err(Refusal::new(Code::BadRequest, message));
         }
-        let sha256 = sha256_hex(&bytes);
+        let sha256 = sha256_hex(bytes);
         if let Some(row) = had.into_iter().find(|row| row.sha256 == sha256) {
             // The same again changes nothing.
             return Ok(row);
         }
-        self.keep(&sha256, &bytes).map_err(|error| failed("the hand could not be stored", &error))?;
+        self.keep(&sha256, bytes).map_err(|error| failed("the hand could not be stored", &error))?;
         let hand_id = random_hex(8).map_err(|error| failed("no randomness", &error))?;
         let hand_id = format!("hand_{hand_id}");
         let warnings_json = serde_json::to_string(&warnings).unwrap_or_else(|_| "[]".into());

@@ -7,6 +7,7 @@ mod cli;
 mod config;
 mod hands;
 mod metrics;
+mod net;
 mod protocol;
 mod replay;
 mod rules;

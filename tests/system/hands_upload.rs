@@ -94,7 +94,7 @@ async fn what_is_no_hand_is_refused_with_the_reason() {
     let token = cup.team("crabs");
     let post = |headers: &str, body: &[u8]| send(&cup.server, "POST", "/v1/hands", headers, body);
     post("", &claw("claw")).assert_problem(401, "not_authorized");
-    post(&bearer(&cup.organizer), &claw("claw")).assert_problem(401, "not_authorized");
+    post(&bearer(&cup.organizer), &claw("claw")).assert_problem(403, "forbidden");
     for (what, body) in
         [("no archive", b"nonsense".to_vec()), ("a taken name", claw("softhand")), ("a path", claw("../x"))]
     {
@@ -108,6 +108,19 @@ async fn what_is_no_hand_is_refused_with_the_reason() {
     let answer = post(&bearer(&token), &zip.finish().expect("archive").into_inner());
     answer.assert_problem(400, "bad_request");
     assert!(answer.body.contains("leads out"), "{}", answer.body);
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    for name in ["hand.urdf", "hanx.urdf"] {
+        zip.start_file(name, SimpleFileOptions::default()).expect("entry");
+        zip.write_all(b"<robot/>").expect("text");
+    }
+    // No writer makes such an archive: the second entry gets the name of the first.
+    let mut doubled = zip.finish().expect("archive").into_inner();
+    while let Some(at) = doubled.windows(9).position(|name| name == b"hanx.urdf") {
+        doubled[at + 3] = b'd';
+    }
+    let answer = post(&bearer(&token), &doubled);
+    answer.assert_problem(400, "bad_request");
+    assert!(answer.body.contains("several entries of one name"), "{}", answer.body);
     let token_file = std::fs::read_to_string(cup.folder().join("organizer.token")).expect("token");
     assert_eq!(token_file.trim(), cup.organizer);
     assert!(cup.get("/v1/admin/hands", &cup.organizer).json()["hands"].as_array().is_some_and(Vec::is_empty));

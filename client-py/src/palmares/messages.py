@@ -236,6 +236,8 @@ class Limits(msgspec.Struct, kw_only=True):
     requests_burst: float
     resume_grace_s: float
     """How long a session waits for its client to come back, s"""
+    hello_timeout_s: float | None = None
+    """How long a connection may be open before it says hello, s"""
     hold_ticks: int | None = None
     """Realtime: for so many ticks a silent controller's last action goes on; then the hand holds still"""
 

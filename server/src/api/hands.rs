@@ -1,16 +1,17 @@
 //! Hands: those that come with the program, and those that teams send in.
 
 use super::Problem;
-use crate::auth::{Identity, Role};
+use super::parts::{Asking, Segment};
+use crate::auth::{Identity, Role, forbidden};
 use crate::hands::largest;
 use crate::protocol::reply::HandInfo;
 use crate::protocol::request::{ClientInfo, shortened};
 use crate::protocol::{Code, Refusal};
 use crate::session::Host;
+use crate::ws::Caller;
 use axum::Json;
-use axum::body::Bytes;
-use axum::extract::rejection::BytesRejection;
-use axum::extract::{Path, Query, State};
+use axum::body::Body;
+use axum::extract::{ConnectInfo, State};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 use palmares_models::describe::HandDescription;
@@ -53,7 +54,7 @@ pub(super) struct Hands {
 /// The hands in short.
 pub(super) async fn list(
     State(host): State<Arc<Host>>,
-    Query(whose): Query<Whose>,
+    Asking(whose): Asking<Whose>,
     headers: HeaderMap,
 ) -> Result<Json<Hands>, Problem> {
     let team = team(&host, &headers, whose).await?;
@@ -70,8 +71,8 @@ pub(super) async fn list(
 /// A hand in full.
 pub(super) async fn describe(
     State(host): State<Arc<Host>>,
-    Path(name): Path<String>,
-    Query(whose): Query<Whose>,
+    Segment(name): Segment,
+    Asking(whose): Asking<Whose>,
     headers: HeaderMap,
 ) -> Result<Json<HandDescription>, Problem> {
     if let Some(hand) = host.hand(&name) {
@@ -90,10 +91,16 @@ pub(super) async fn describe(
 /// Takes a hand in: the body is a ZIP archive of URDF, meshes and hand.toml.
 pub(super) async fn submit(
     State(host): State<Arc<Host>>,
-    Query(whose): Query<Whose>,
+    Asking(whose): Asking<Whose>,
+    ConnectInfo(caller): ConnectInfo<Caller>,
     headers: HeaderMap,
-    body: Result<Bytes, BytesRejection>,
+    body: Body,
 ) -> Result<Response, Problem> {
+    // Before a byte of the body is read: who may not send it in sends it for nothing.
+    let identity = host.auth.identify(&host.store, &headers).await.map_err(Problem)?;
+    if host.rules.official() && identity.is_some_and(|identity| identity.role != Role::Team) {
+        return Err(Problem(forbidden("a team's token")));
+    }
     let team = team(&host, &headers, whose).await?.ok_or_else(|| {
         let message = if host.rules.official() {
             "send a team's token as the header `Authorization: Bearer <token>`"
@@ -103,12 +110,7 @@ pub(super) async fn submit(
         let code = if host.rules.official() { Code::NotAuthorized } else { Code::BadRequest };
         Problem(Refusal::new(code, message))
     })?;
-    let bytes = body.map_err(|error| {
-        let too_large = error.status() == StatusCode::PAYLOAD_TOO_LARGE;
-        let code = if too_large { Code::TooLarge } else { Code::BadRequest };
-        let message = format!("expected a ZIP archive of at most {} bytes: {}", largest(), error.body_text());
-        Problem(Refusal::new(code, message))
-    })?;
-    let submitted = host.own_hands.submit(&host.store, &host.background, &team, bytes.to_vec()).await;
+    let received = host.bodies.read(caller.address, &headers, body, largest()).await.map_err(Problem)?;
+    let submitted = host.own_hands.submit(&host.store, &host.background, &team, received).await;
     Ok((StatusCode::CREATED, Json(submitted.map_err(Problem)?)).into_response())
 }

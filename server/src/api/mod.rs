@@ -5,6 +5,7 @@ mod csv;
 mod hands;
 pub(crate) mod openapi;
 mod page;
+mod parts;
 mod problem;
 mod replay;
 mod rest;
@@ -13,10 +14,10 @@ mod runs;
 pub(crate) use problem::Problem;
 
 use crate::session::Host;
-use crate::{watch, ws};
+use crate::{net, watch, ws};
 use axum::Router;
-use axum::extract::DefaultBodyLimit;
 use axum::http::Method;
+use axum::middleware;
 use axum::routing::get;
 use std::sync::Arc;
 
@@ -32,10 +33,7 @@ pub(crate) fn router(host: Arc<Host>) -> Router {
         .route("/v1/watch", get(watch::watch))
         .route("/v1/competition", get(rest::competition))
         .route("/v1/tasks", get(rest::tasks))
-        .route(
-            "/v1/hands",
-            get(hands::list).post(hands::submit).layer(DefaultBodyLimit::max(crate::hands::largest())),
-        )
+        .route("/v1/hands", get(hands::list).post(hands::submit))
         .route("/v1/hands/{name}", get(hands::describe))
         .route("/v1/leaderboard", get(rest::leaderboard))
         .route("/v1/leaderboard.csv", get(rest::leaderboard_csv))
@@ -45,5 +43,6 @@ pub(crate) fn router(host: Arc<Host>) -> Router {
         .merge(admin::router(&host))
         .fallback(rest::nothing_here)
         .method_not_allowed_fallback(async |method: Method| problem::method_not_allowed(&method))
+        .layer(middleware::from_fn_with_state(host.clone(), net::guard))
         .with_state(host)
 }

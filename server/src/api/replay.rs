@@ -1,12 +1,13 @@
 //! Replays as files.
 
 use super::Problem;
+use super::parts::Segment;
 use super::rest::store_failed;
 use crate::auth::{Role, forbidden};
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use crate::session::Host;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
@@ -15,7 +16,7 @@ use std::sync::Arc;
 /// The replay of a run.
 pub(super) async fn replay(
     State(host): State<Arc<Host>>,
-    Path(id): Path<String>,
+    Segment(id): Segment,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, Problem> {
     let none = |why: &str| {

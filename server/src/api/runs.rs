@@ -1,6 +1,7 @@
 //! Runs and sessions: what of them whoever asks may see.
 
 use super::Problem;
+use super::parts::Segment;
 use super::rest::store_failed;
 use crate::auth::{Identity, Role, forbidden};
 use crate::protocol::request::shortened;
@@ -9,7 +10,7 @@ use crate::rules::Rules;
 use crate::session::Host;
 use crate::store::{RunRecord, SessionRow};
 use axum::Json;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::http::HeaderMap;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -42,7 +43,7 @@ fn seen_by(mut run: RunRecord, identity: Option<&Identity>, rules: &Rules) -> Ru
 /// A run.
 pub(super) async fn run(
     State(host): State<Arc<Host>>,
-    Path(id): Path<String>,
+    Segment(id): Segment,
     headers: HeaderMap,
 ) -> Result<Json<RunRecord>, Problem> {
     let identity = host.auth.identify(&host.store, &headers).await.map_err(Problem)?;

@@ -3,12 +3,13 @@
 use crate::api;
 use crate::auth::{self, Role};
 use crate::config::{Config, Mode, ServeOptions};
+use crate::net;
 use crate::replay;
 use crate::rules::{Phase, Rules, write_secret};
 use crate::session::{self, Host, STACK, Session};
 use crate::store::{Deed, Location, Store};
 use crate::telemetry;
-use crate::ws::{Caller, WireListener};
+use crate::ws::WireListener;
 use anyhow::{Context, anyhow, bail};
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
@@ -89,9 +90,9 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
             host.stop();
         }
     };
-    let service = api::router(host.clone()).into_make_service_with_connect_info::<Caller>();
-    let server = axum::serve(WireListener::new(listener), service).with_graceful_shutdown(signalled);
-    let server = tokio::spawn(server.into_future());
+    tokio::spawn(signalled);
+    let server = net::serve(WireListener::new(listener), api::router(host.clone()), host.clone());
+    let server = tokio::spawn(server);
     let overseer = tokio::spawn(session::watch_over(host.clone()));
     host.stopping().await;
     // Sockets and sessions first, then the last HTTP answers.
@@ -100,7 +101,7 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
         tracing::warn!("some runs did not finish in time; they are marked at the next start");
     }
     if let Ok(ended) = timeout(LAST_THINGS, server).await {
-        ended.context("the server's task failed")?.context("the server failed")?;
+        ended.context("the server's task failed")?;
     }
     if let Some(auditor) = auditor
         && let Ok(ended) = timeout(LAST_THINGS, auditor).await

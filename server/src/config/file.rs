@@ -24,6 +24,10 @@ pub(super) struct File {
     pub(super) signing_key: Option<PathBuf>,
     pub(super) max_worlds: Option<u32>,
     pub(super) max_connections: Option<u32>,
+    pub(super) max_connections_per_team: Option<u32>,
+    pub(super) max_connections_per_address: Option<u32>,
+    pub(super) allowed_hosts: Option<Vec<String>>,
+    pub(super) allowed_origins: Option<Vec<String>>,
     pub(super) max_requests_per_s: Option<u32>,
     pub(super) resume_grace_s: Option<u32>,
     pub(super) shutdown_grace_s: Option<u32>,
@@ -51,6 +55,8 @@ impl File {
         in_range(path, "sessions_per_team", file.sessions_per_team, 1, 1000)?;
         in_range(path, "max_worlds", file.max_worlds, 1, 4096)?;
         in_range(path, "max_connections", file.max_connections, 1, 65_536)?;
+        in_range(path, "max_connections_per_team", file.max_connections_per_team, 1, 65_536)?;
+        in_range(path, "max_connections_per_address", file.max_connections_per_address, 1, 65_536)?;
         in_range(path, "max_requests_per_s", file.max_requests_per_s, 1, u32::MAX)?;
         in_range(path, "resume_grace_s", file.resume_grace_s, 0, 3600)?;
         in_range(path, "shutdown_grace_s", file.shutdown_grace_s, 0, 3600)?;

@@ -38,7 +38,7 @@ pub(crate) enum Code {
     RateLimited,
     /// The message is larger than the limit. Fatal.
     TooLarge,
-    /// A viewer does not take what it is sent. Watch socket only.
+    /// A viewer does not take what it is sent, a controller does not say hello, a body does not come.
     TooSlow,
     /// A fault of the server.
     Internal,

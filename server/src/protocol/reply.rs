@@ -117,6 +117,8 @@ pub(crate) struct Limits {
     pub(crate) ping_interval_s: f64,
     /// A connection silent for this long, or that does not take a message for this long, is dropped, s.
     pub(crate) ping_timeout_s: f64,
+    /// A connection that has not said hello for this long is closed, s.
+    pub(crate) hello_timeout_s: f64,
     /// In real time: for so many ticks a silent controller's last action goes on; then the hand holds still.
     pub(crate) hold_ticks: u32,
     /// In real time: observations that wait for a slow client; of more the oldest is dropped.

@@ -119,12 +119,20 @@ impl Session {
             mode,
             token_hash: Some(token_hash.clone()),
         };
+        // Before anybody can find it in the database: whoever does finds it taken, not gone.
+        let orders = host.registry.insert(&token_hash, &session_id);
         let begun = host.store.begin_session(&row, most).await;
-        if !begun.map_err(|error| store_failed("the session", &error))? {
+        let begun = begun.map_err(|error| store_failed("the session", &error));
+        if !matches!(begun, Ok(true)) {
+            host.registry.remove(&token_hash, &session_id);
+            begun?;
+            // Another connection of the team may have been first.
+            if let Some(session) = official::take_up(host, identity).await? {
+                return Ok(session);
+            }
             let message = "the team has had all its sessions; ask the organizer";
             return Err(Refusal::new(Code::SessionOver, message));
         }
-        let orders = host.registry.insert(&token_hash, &session_id);
         let session = Box::new(Session {
             host: host.clone(),
             session_id,

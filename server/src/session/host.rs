@@ -7,10 +7,11 @@ use super::pacer::Pacer;
 use super::places::{Place, Places, RETRY_S, admit};
 use super::registry::Registry;
 use super::scheduler::Scheduler;
-use crate::auth::Auth;
+use crate::auth::{Auth, Identity};
 use crate::config::{Config, Mode};
 use crate::hands::OwnHands;
 use crate::metrics::Levels;
+use crate::net::{Bodies, Counts, Doors, Guard, Share};
 use crate::protocol::reply::{Competition, HandInfo, Limits, TaskInfo};
 use crate::protocol::{Code, Mode as Pacing, Refusal};
 use crate::replay::Archive;
@@ -40,6 +41,12 @@ pub(crate) struct Settings {
     pub(crate) max_worlds: usize,
     /// Control connections that may be open at once.
     pub(crate) max_connections: usize,
+    /// Those of one team, by its tokens.
+    pub(crate) max_connections_per_team: usize,
+    /// Sockets of any kind from one address that is not this machine's.
+    pub(crate) max_connections_per_address: usize,
+    /// How long a control connection may be open before it has said hello.
+    pub(crate) hello_timeout: Duration,
     /// Requests per second that a connection may keep up.
     pub(crate) requests_per_s: f64,
     /// How long a session waits for its client to come back.
@@ -85,10 +92,24 @@ pub(crate) struct Host {
     pub(crate) places: Places,
     /// Connections that wait for their next request without sleeping.
     pub(crate) awake: Awake,
+    /// Who is let in.
+    pub(crate) doors: Doors,
+    /// Which pages may use the server.
+    pub(crate) guard: Guard,
+    /// What is being sent in.
+    pub(crate) bodies: Bodies,
     connections: Arc<Semaphore>,
+    by_team: Counts<String>,
     started: Instant,
     stopping: watch::Sender<bool>,
     alive: watch::Sender<usize>,
+}
+
+/// The place of a control connection. Dropping it gives it back.
+#[derive(Debug)]
+pub(crate) struct Seat {
+    _of_all: OwnedSemaphorePermit,
+    _of_team: Option<Share<String>>,
 }
 
 /// Keeps the server from exiting while it exists.
@@ -140,7 +161,11 @@ impl Host {
             pacer: Pacer::start(cores),
             places: Places::default(),
             awake: Awake::default(),
+            doors: Doors::new(settings.max_connections, settings.max_connections_per_address),
+            guard: config.guard.clone(),
+            bodies: Bodies::default(),
             connections: Arc::new(Semaphore::new(settings.max_connections)),
+            by_team: Counts::default(),
             settings,
             started: Instant::now(),
             stopping: watch::Sender::new(false),
@@ -174,13 +199,18 @@ impl Host {
         })
     }
 
-    /// A place for another connection.
-    pub(crate) fn place_for_connection(&self) -> Result<OwnedSemaphorePermit, Refusal> {
-        self.connections.clone().try_acquire_owned().map_err(|_| {
-            let message =
-                format!("all {} connections of this server are in use", self.settings.max_connections);
-            Refusal::new(Code::Capacity, message).retry_after(5.0)
-        })
+    /// A place for another connection of a team.
+    pub(crate) fn place_for_connection(&self, identity: Option<&Identity>) -> Result<Seat, Refusal> {
+        let full = |message: String| Refusal::new(Code::Capacity, message).retry_after(5.0);
+        let mut of_team = identity.and_then(|identity| identity.team.clone()).map(|t| self.by_team.share(t));
+        let most = self.settings.max_connections_per_team;
+        if of_team.as_mut().is_some_and(|share| !share.grow(1, most)) {
+            return Err(full(format!("all {most} connections of this team are in use")));
+        }
+        let of_all = self.connections.clone().try_acquire_owned().map_err(|_| {
+            full(format!("all {} connections of this server are in use", self.settings.max_connections))
+        })?;
+        Ok(Seat { _of_all: of_all, _of_team: of_team })
     }
 
     /// A guard that the server waits for before it exits.
@@ -239,6 +269,7 @@ impl Host {
             resume_grace_s: self.settings.resume_grace.as_secs_f64(),
             ping_interval_s: self.settings.ping_interval().as_secs_f64(),
             ping_timeout_s: self.settings.ping_timeout.as_secs_f64(),
+            hello_timeout_s: self.settings.hello_timeout.as_secs_f64(),
             hold_ticks: HOLD_TICKS,
             outbox_obs: STREAMED,
         }

@@ -28,7 +28,7 @@ mod world;
 
 pub(crate) use background::{Background, Level, STACK};
 pub(crate) use driver::Session;
-pub(crate) use host::{Alive, Host, MESSAGE_BYTES, Settings};
+pub(crate) use host::{Alive, Host, MESSAGE_BYTES, Seat, Settings};
 pub(crate) use orders::{Order, Ordered};
 pub(crate) use overrun::watch_over;
 pub(crate) use refunds::{give_back, give_back_all};

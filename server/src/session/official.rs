@@ -4,6 +4,7 @@
 use super::Host;
 use super::driver::{Session, hash_of, random_hex, store_failed};
 use super::host::LONGEST_SESSION_S;
+use super::registry::Registry;
 use crate::auth::Identity;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Hello, Refusal};
@@ -99,6 +100,10 @@ pub(super) async fn take_up(
     };
     let mut session = match host.registry.claim(&old).await {
         Ok(session) => session,
+        // Whoever takes it up gives it a new secret at this moment.
+        Err(refusal) if refusal.code == Code::SessionOver && host.registry.knows(&session_id) => {
+            return Err(Registry::taken());
+        }
         Err(refusal) if refusal.code == Code::SessionOver => return Ok(None),
         Err(refusal) => return Err(refusal),
     };

@@ -91,6 +91,16 @@ impl Registry {
         }
     }
 
+    /// Whether a session is open here, whatever it is known by.
+    pub(super) fn knows(&self, session_id: &str) -> bool {
+        self.ways().contains_key(session_id)
+    }
+
+    /// Somebody else has the session.
+    pub(super) fn taken() -> Refusal {
+        Refusal::new(Code::SessionTaken, "another connection holds this session").retry_after(1.0)
+    }
+
     /// Gives a waiting session to its client's new connection.
     pub(crate) async fn claim(&self, token_hash: &str) -> Result<Box<Session>, Refusal> {
         let gone = || {
@@ -103,8 +113,7 @@ impl Registry {
             match std::mem::replace(slot, Slot::Connected) {
                 Slot::Waiting(keeper) => keeper,
                 Slot::Connected => {
-                    let message = "another connection holds this session";
-                    return Err(Refusal::new(Code::SessionTaken, message).retry_after(1.0));
+                    return Err(Self::taken());
                 }
             }
         };

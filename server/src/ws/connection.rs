@@ -11,7 +11,7 @@ use super::wire::Attention;
 use crate::auth::Identity;
 use crate::metrics::METRICS;
 use crate::protocol::{Code, Encoding, Parsed, Refusal, Reply, Request};
-use crate::session::{Alive, Host, MESSAGE_BYTES, Ordered, STACK, Session, news};
+use crate::session::{Alive, Host, MESSAGE_BYTES, Ordered, STACK, Seat, Session, news};
 use axum::body::Bytes;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
 use palmares_tasks::Reason;
@@ -22,7 +22,7 @@ use std::sync::Arc;
 use std::task::Poll;
 use std::time::Duration;
 use tokio::runtime::Handle;
-use tokio::sync::{OwnedSemaphorePermit, oneshot};
+use tokio::sync::oneshot;
 use tokio::time::{Instant, MissedTickBehavior, interval_at, sleep_until, timeout};
 
 /// How long a client may take to answer a close frame.
@@ -87,8 +87,10 @@ struct Connection {
     room: usize,
     /// When the client last showed a sign of life.
     heard: Instant,
+    /// When the connection closes unless it has said hello.
+    hello_by: Instant,
     /// Given back when the connection is gone.
-    _place: OwnedSemaphorePermit,
+    _place: Seat,
     _alive: Alive,
 }
 
@@ -99,12 +101,13 @@ pub(crate) async fn serve(
     encoding: Encoding,
     host: Arc<Host>,
     identity: Option<Identity>,
-    place: OwnedSemaphorePermit,
+    place: Seat,
 ) {
     let alive = host.alive();
     let limits = host.limits();
     let rate = RateLimit::new(limits.requests_per_s, limits.requests_burst, host.now());
     let heard = Instant::now();
+    let hello_by = heard + host.settings.hello_timeout;
     let mut connection = Connection {
         socket,
         attention,
@@ -116,6 +119,7 @@ pub(crate) async fn serve(
         gaps: Gaps::new(),
         room: ROOM,
         heard,
+        hello_by,
         _place: place,
         _alive: alive,
     };
@@ -205,7 +209,11 @@ impl Connection {
         let mut armed = false;
         let mut lingered = 0_u32;
         loop {
-            match self.session.as_ref().and_then(|session| session.next_change()) {
+            let change = match &self.session {
+                Some(session) => session.next_change(),
+                None => Some(self.hello_by.saturating_duration_since(Instant::now())),
+            };
+            match change {
                 Some(change) => {
                     let moment = Instant::now() + change;
                     let off = moment.saturating_duration_since(alarm.deadline())
@@ -309,14 +317,17 @@ impl Connection {
         self.send_message(Message::Ping(Bytes::new())).await
     }
 
-    /// The session's clock has passed a mark or its end.
+    /// The session's clock has passed a mark or its end; or no session has begun in time.
     async fn expire(&mut self) -> ControlFlow<End> {
-        if let Some(session) = &mut self.session
-            && let Some(warning) = session.expire().await
-        {
-            return self.send(&warning).await;
+        let Some(session) = &mut self.session else {
+            let seconds = self.host.settings.hello_timeout.as_secs_f64();
+            let message = format!("no session has begun within {seconds} s; say hello sooner");
+            return self.refuse(None, &Refusal::new(Code::TooSlow, message).fatal()).await;
+        };
+        match session.expire().await {
+            Some(warning) => self.send(&warning).await,
+            None => ControlFlow::Continue(()),
         }
-        ControlFlow::Continue(())
     }
 
     async fn receive(&mut self, message: Option<Result<Message, axum::Error>>) -> ControlFlow<End> {

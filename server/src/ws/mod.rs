@@ -30,7 +30,7 @@ const AT_ONCE_BYTES: usize = 1 << 10;
 /// `GET /v1/control`.
 pub(crate) async fn control(
     State(host): State<Arc<Host>>,
-    ConnectInfo(Caller { attention, local }): ConnectInfo<Caller>,
+    ConnectInfo(Caller { attention, local, .. }): ConnectInfo<Caller>,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
@@ -57,7 +57,7 @@ pub(crate) async fn control(
         Ok(identity) => identity,
         Err(refusal) => return Problem(refusal).into_response(),
     };
-    let place = match host.place_for_connection() {
+    let place = match host.place_for_connection(identity.as_ref()) {
         Ok(place) => place,
         Err(refusal) => return Problem(refusal).into_response(),
     };

@@ -3,20 +3,32 @@
 //! registered for waking only while somebody sleeps on it.
 
 use super::local::Local;
-use axum::extract::connect_info::Connected;
-use axum::serve::{IncomingStream, Listener};
+use crate::net::Entry;
 use std::io::{self, ErrorKind, IoSlice, Read, Write};
-use std::net::{Shutdown, SocketAddr, TcpStream};
+use std::net::{IpAddr, Shutdown, SocketAddr, TcpStream};
 use std::os::fd::OwnedFd;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::task::{Context, Poll};
+use std::task::{Context, Poll, ready};
+use std::time::Duration;
+use tokio::io::unix::AsyncFd;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::TcpListener;
 
 /// Most that is read at once, bytes.
 const AT_ONCE: usize = 16 << 10;
+/// What is thrown away at most of what a caller goes on sending after it was answered, bytes: a socket that is closed with
+/// unread bytes takes the answer with it.
+const UNREAD: usize = 1 << 20;
+/// How long no connection is taken after the system could give none, mostly because it has no file descriptor left.
+const PAUSE: Duration = Duration::from_millis(200);
+
+/// What a connection is told for which there is no place.
+const FULL: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/problem+json\r\n\
+    retry-after: 5\r\nconnection: close\r\ncontent-length: 183\r\n\r\n\
+    {\"type\":\"about:blank\",\"title\":\"Service Unavailable\",\"status\":503,\"detail\":\"too many connections \
+    from this address, or to this server; try again\",\"code\":\"capacity\",\"retry_after_s\":5.0}";
 
 /// Whether whoever reads from a connection looks for bytes himself and need not be woken.
 #[derive(Clone, Debug, Default)]
@@ -45,12 +57,15 @@ pub(crate) struct Caller {
     pub(super) attention: Attention,
     /// The socket that this caller may come through instead: he is on the same machine.
     pub(super) local: Option<Arc<str>>,
+    /// Where it calls from; none through the local socket.
+    pub(crate) address: Option<IpAddr>,
 }
 
-impl Connected<IncomingStream<'_, WireListener>> for Caller {
-    fn connect_info(stream: IncomingStream<'_, WireListener>) -> Self {
-        let wire = stream.io();
-        Caller { attention: wire.attention.clone(), local: wire.local.clone() }
+impl Caller {
+    /// Who calls through this.
+    pub(crate) fn of(wire: &Wire, address: Option<SocketAddr>) -> Self {
+        let address = address.map(|address| address.ip().to_canonical());
+        Caller { attention: wire.attention.clone(), local: wire.local.clone(), address }
     }
 }
 
@@ -77,24 +92,30 @@ impl WireListener {
         // All that is done with it can be done with a socket of either kind.
         Ok(TcpStream::from(OwnedFd::from(stream.into_std()?)))
     }
-}
 
-impl Listener for WireListener {
-    type Io = Wire;
-    type Addr = Option<SocketAddr>;
-
-    async fn accept(&mut self) -> (Wire, Option<SocketAddr>) {
+    /// The next connection.
+    pub(crate) async fn accept(&mut self) -> (Wire, Option<SocketAddr>) {
         loop {
-            let (stream, address) = tokio::select! {
-                accepted = Listener::accept(&mut self.tcp) => accepted,
+            let accepted = tokio::select! {
+                accepted = self.tcp.accept() => accepted,
                 neighbour = Self::neighbour(self.local.as_ref()) => match neighbour {
                     Ok(stream) => return (Wire::new(stream, None), None),
-                    Err(error) => {
-                        tracing::warn!(%error, "the local socket takes no more connections");
-                        self.local = None;
-                        continue;
-                    }
+                    Err(error) => Err(error),
                 },
+            };
+            let (stream, address) = match accepted {
+                Ok(accepted) => accepted,
+                // It was given up before it was taken.
+                Err(error)
+                    if matches!(error.kind(), ErrorKind::ConnectionAborted | ErrorKind::ConnectionReset) =>
+                {
+                    continue;
+                }
+                Err(error) => {
+                    tracing::warn!(%error, "no connection can be taken; trying again");
+                    tokio::time::sleep(PAUSE).await;
+                    continue;
+                }
             };
             // Small messages, each waited for: Nagle's algorithm would only hold them back.
             if let Err(error) = stream.set_nodelay(true) {
@@ -109,32 +130,81 @@ impl Listener for WireListener {
         }
     }
 
-    fn local_addr(&self) -> io::Result<Option<SocketAddr>> {
-        self.tcp.local_addr().map(Some)
+    #[cfg(test)]
+    fn local_addr(&self) -> io::Result<SocketAddr> {
+        self.tcp.local_addr()
     }
 }
 
 /// A connection; its socket does not block.
 #[derive(Debug)]
 pub(crate) struct Wire {
-    stream: TcpStream,
-    /// The same connection, registered for waking. None while nobody has to be woken.
-    bell: Option<tokio::net::TcpStream>,
+    /// The connection while nobody has to be woken; ...
+    stream: Option<TcpStream>,
+    /// ... the same, registered for waking, otherwise. One descriptor in either place.
+    bell: Option<AsyncFd<TcpStream>>,
     attention: Attention,
     local: Option<Arc<str>>,
+    /// Given back when the connection is gone.
+    _entry: Option<Entry>,
 }
 
 impl Wire {
     fn new(stream: TcpStream, local: Option<Arc<str>>) -> Self {
-        Wire { stream, bell: None, attention: Attention::default(), local }
+        Wire { stream: Some(stream), bell: None, attention: Attention::default(), local, _entry: None }
     }
 
-    fn bell(&mut self) -> io::Result<Pin<&mut tokio::net::TcpStream>> {
-        let bell = match self.bell.take() {
-            Some(bell) => bell,
-            None => tokio::net::TcpStream::from_std(self.stream.try_clone()?)?,
-        };
-        Ok(Pin::new(self.bell.insert(bell)))
+    /// Counts it.
+    pub(crate) fn entered(&mut self, entry: Entry) {
+        self._entry = Some(entry);
+    }
+
+    /// Says that there is no place, to whoever listens, and closes it.
+    pub(crate) fn refuse(self) {
+        if let Ok(mut stream) = self.stream() {
+            let _ = stream.write(FULL);
+            let _ = stream.shutdown(Shutdown::Write);
+            self.drain();
+        }
+    }
+
+    fn stream(&self) -> io::Result<&TcpStream> {
+        let registered = self.bell.as_ref().map(AsyncFd::get_ref);
+        registered.or(self.stream.as_ref()).ok_or_else(|| ErrorKind::NotConnected.into())
+    }
+
+    /// The connection, registered for waking.
+    fn bell(&mut self) -> io::Result<&AsyncFd<TcpStream>> {
+        if let Some(stream) = self.stream.take() {
+            // What it is replaced by is unsafe; of a type that owns its descriptor until it is gone it asks for nothing more.
+            #[expect(
+                deprecated,
+                reason = "a socket of the standard library upholds what `register` is unsafe for"
+            )]
+            let bell = AsyncFd::new(stream)?;
+            self.bell = Some(bell);
+        }
+        self.bell.as_ref().ok_or_else(|| ErrorKind::NotConnected.into())
+    }
+
+    /// From now on nobody has to be woken.
+    fn silence(&mut self) {
+        if let Some(bell) = self.bell.take() {
+            self.stream = Some(bell.into_inner());
+        }
+    }
+
+    /// Throws away what has come and nobody will read.
+    fn drain(&self) {
+        let Ok(mut stream) = self.stream() else { return };
+        let mut scratch = [0; 4096];
+        let mut left = UNREAD;
+        while let Ok(count @ 1..) = stream.read(&mut scratch) {
+            left = left.saturating_sub(count);
+            if left == 0 {
+                return;
+            }
+        }
     }
 }
 
@@ -145,19 +215,69 @@ impl AsyncRead for Wire {
         buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
         if !self.attention.0.load(Ordering::Acquire) {
-            return self.bell()?.poll_read(context, buffer);
+            return self.poll_wake_and_read(context, buffer);
         }
         let room = buffer.remaining().min(AT_ONCE);
-        match self.stream.read(buffer.initialize_unfilled_to(room)) {
+        let mut stream = self.stream()?;
+        match stream.read(buffer.initialize_unfilled_to(room)) {
             Ok(count) => {
                 buffer.advance(count);
                 Poll::Ready(Ok(()))
             }
             Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {
-                self.bell = None;
+                self.silence();
                 Poll::Pending
             }
             Err(error) => Poll::Ready(Err(error)),
+        }
+    }
+}
+
+impl Wire {
+    /// Reads as soon as there is something.
+    fn poll_wake_and_read(
+        &mut self,
+        context: &mut Context<'_>,
+        buffer: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        let bell = self.bell()?;
+        let room = buffer.remaining().min(AT_ONCE);
+        loop {
+            let mut guard = ready!(bell.poll_read_ready(context))?;
+            let read = guard.try_io(|bell| {
+                let mut stream = bell.get_ref();
+                stream.read(buffer.initialize_unfilled_to(room))
+            });
+            match read {
+                Ok(Ok(count)) => {
+                    // Where the system tells of what is new only, less than there was room for is all there is.
+                    if cfg!(target_os = "linux") && (1..room).contains(&count) {
+                        guard.clear_ready();
+                    }
+                    buffer.advance(count);
+                    return Poll::Ready(Ok(()));
+                }
+                Ok(Err(error)) if error.kind() == ErrorKind::Interrupted => {}
+                Ok(Err(error)) => return Poll::Ready(Err(error)),
+                Err(_nothing_yet) => {}
+            }
+        }
+    }
+
+    /// Writes as soon as there is room.
+    fn poll_room(
+        &mut self,
+        context: &mut Context<'_>,
+        write: impl Fn(&TcpStream) -> io::Result<usize>,
+    ) -> Poll<io::Result<usize>> {
+        let bell = self.bell()?;
+        loop {
+            let mut guard = ready!(bell.poll_write_ready(context))?;
+            match guard.try_io(|bell| write(bell.get_ref())) {
+                Ok(Err(error)) if error.kind() == ErrorKind::Interrupted => {}
+                Ok(done) => return Poll::Ready(done),
+                Err(_no_room_yet) => {}
+            }
         }
     }
 }
@@ -176,9 +296,9 @@ impl AsyncWrite for Wire {
         context: &mut Context<'_>,
         bytes: &[u8],
     ) -> Poll<io::Result<usize>> {
-        match sent(self.stream.write(bytes)) {
+        match sent(self.stream()?.write(bytes)) {
             Some(done) => Poll::Ready(done),
-            None => self.bell()?.poll_write(context, bytes),
+            None => self.poll_room(context, |mut stream| stream.write(bytes)),
         }
     }
 
@@ -187,9 +307,9 @@ impl AsyncWrite for Wire {
         context: &mut Context<'_>,
         parts: &[IoSlice<'_>],
     ) -> Poll<io::Result<usize>> {
-        match sent(self.stream.write_vectored(parts)) {
+        match sent(self.stream()?.write_vectored(parts)) {
             Some(done) => Poll::Ready(done),
-            None => self.bell()?.poll_write_vectored(context, parts),
+            None => self.poll_room(context, |mut stream| stream.write_vectored(parts)),
         }
     }
 
@@ -202,9 +322,12 @@ impl AsyncWrite for Wire {
     }
 
     fn poll_shutdown(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
-        match self.stream.shutdown(Shutdown::Write) {
+        match self.stream()?.shutdown(Shutdown::Write) {
             Err(error) if error.kind() != ErrorKind::NotConnected => Poll::Ready(Err(error)),
-            _ => Poll::Ready(Ok(())),
+            _ => {
+                self.drain();
+                Poll::Ready(Ok(()))
+            }
         }
     }
 }
@@ -218,7 +341,7 @@ mod tests {
 
     async fn pair() -> (Wire, TcpStream) {
         let mut listener = WireListener::new(TcpListener::bind("127.0.0.1:0").await.expect("a free port"));
-        let address = listener.local_addr().expect("bound").expect("of TCP");
+        let address = listener.local_addr().expect("bound");
         let connecting = std::thread::spawn(move || TcpStream::connect(address).expect("it listens"));
         let (wire, _) = listener.accept().await;
         (wire, connecting.join().expect("connected"))
@@ -288,7 +411,7 @@ mod tests {
         use std::os::linux::net::SocketAddrExt;
         use std::os::unix::net::{SocketAddr, UnixStream};
         let mut listener = WireListener::new(TcpListener::bind("127.0.0.1:0").await.expect("a free port"));
-        let address = listener.local_addr().expect("bound").expect("of TCP");
+        let address = listener.local_addr().expect("bound");
         let _first = TcpStream::connect(address).expect("it listens");
         let (first, _) = listener.accept().await;
         let name = first.local.expect("it is on this machine");
@@ -318,6 +441,15 @@ mod tests {
         wire.write_all(&bytes).await.expect("open");
         wire.shutdown().await.expect("open");
         assert_eq!(talk.join().expect("read"), bytes.len());
+    }
+
+    #[test]
+    fn what_a_refused_connection_is_told_is_a_whole_answer() {
+        let text = std::str::from_utf8(FULL).expect("text");
+        let (head, body) = text.split_once("\r\n\r\n").expect("a head and a body");
+        assert!(head.contains(&format!("content-length: {}", body.len())), "{}", body.len());
+        let problem: serde_json::Value = serde_json::from_str(body).expect("JSON");
+        assert_eq!(problem["code"], "capacity");
     }
 
     #[tokio::test]

@@ -59,7 +59,18 @@ impl Server {
 
     /// A server on a data directory that exists.
     pub(crate) fn start_in(folder: TempDir, arguments: &[&str]) -> Self {
-        let mut child = Command::new(program())
+        Self::spawn(Command::new(program()), folder, arguments)
+    }
+
+    /// A server that a shell starts after another command: `ulimit -n 64`.
+    pub(crate) fn start_limited(before: &str) -> Self {
+        let mut shell = Command::new("sh");
+        shell.arg("-c").arg(format!("{before} && exec \"$0\" \"$@\"")).arg(program());
+        Self::spawn(shell, TempDir::new().expect("temporary directory"), &[])
+    }
+
+    fn spawn(mut command: Command, folder: TempDir, arguments: &[&str]) -> Self {
+        let mut child = command
             .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
             .arg(folder.path())
             .args(arguments)

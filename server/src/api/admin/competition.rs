@@ -2,11 +2,12 @@
 
 use super::{Asked, deed, no_verb, store_failed};
 use crate::api::Problem;
+use crate::api::parts::Segment;
 use crate::protocol::{Code, Refusal};
 use crate::rules::Phase;
 use crate::session::Host;
 use axum::Json;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -31,7 +32,7 @@ pub(in crate::api) struct Answer {
 /// `open`, `close`, `reveal`.
 pub(super) async fn enter(
     State(host): State<Arc<Host>>,
-    Path(verb): Path<String>,
+    Segment(verb): Segment,
     asked: Asked<Body>,
 ) -> Result<Json<Answer>, Problem> {
     let (to, action) = match verb.as_str() {

@@ -3,6 +3,7 @@
 use super::{not_found, store_failed};
 use crate::api::Problem;
 use crate::api::csv;
+use crate::api::parts::{Asking, Segment};
 use crate::auth::Identity;
 use crate::backup;
 use crate::protocol::{Code, Refusal};
@@ -10,7 +11,7 @@ use crate::session::Host;
 use crate::store::{AuditEntry, Deed};
 use axum::Json;
 use axum::body::{Body, Bytes};
-use axum::extract::{Path, Query, State};
+use axum::extract::State;
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use futures_util::stream;
@@ -50,7 +51,7 @@ pub(super) struct Format {
 /// The records after a number.
 pub(super) async fn audit(
     State(host): State<Arc<Host>>,
-    Query(page): Query<Page>,
+    Asking(page): Asking<Page>,
 ) -> Result<Json<Records>, Problem> {
     let records = host.store.audit(page.after, page.limit.min(most())).await;
     Ok(Json(Records { records: records.map_err(|error| store_failed(&error))? }))
@@ -59,8 +60,8 @@ pub(super) async fn audit(
 /// `leaderboard`, `sessions`, `runs`, `audit`, as JSON or CSV.
 pub(super) async fn export(
     State(host): State<Arc<Host>>,
-    Path(what): Path<String>,
-    Query(format): Query<Format>,
+    Segment(what): Segment,
+    Asking(format): Asking<Format>,
 ) -> Result<Response, Problem> {
     let failed = |error| store_failed(&error);
     let bad = |error: serde_json::Error| {

@@ -2,11 +2,12 @@
 
 use super::{Asked, deed, needs_reason, no_verb, not_found, store_failed};
 use crate::api::Problem;
+use crate::api::parts::Segment;
 use crate::protocol::request::shortened;
 use crate::session::Host;
 use crate::store::HandRow;
 use axum::Json;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -45,7 +46,7 @@ pub(super) async fn list(State(host): State<Arc<Host>>) -> Result<Json<List>, Pr
 /// `approve`, `reject`.
 pub(super) async fn decide(
     State(host): State<Arc<Host>>,
-    Path(verb): Path<String>,
+    Segment(verb): Segment,
     asked: Asked<Body>,
 ) -> Result<Json<Decided>, Problem> {
     let Body { hand_id, reason } = &asked.body;

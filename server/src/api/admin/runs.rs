@@ -2,12 +2,13 @@
 
 use super::{Asked, deed, needs_reason, no_verb, not_found, store_failed};
 use crate::api::Problem;
+use crate::api::parts::Segment;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use crate::session::{Host, Order, Session, give_back};
 use crate::store::{RunRecord, SessionRow};
 use axum::Json;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -34,7 +35,7 @@ pub(in crate::api) struct Answer {
 /// `void`, `reverify`.
 pub(super) async fn act(
     State(host): State<Arc<Host>>,
-    Path(verb): Path<String>,
+    Segment(verb): Segment,
     asked: Asked<Body>,
 ) -> Result<Json<Answer>, Problem> {
     let Body { run_id, reason } = &asked.body;

@@ -2,13 +2,14 @@
 
 use super::{Asked, deed, needs_reason, no_verb, not_found, store_failed};
 use crate::api::Problem;
+use crate::api::parts::Segment;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use crate::rules::Phase;
 use crate::session::{Host, Order, Session};
 use crate::store::SessionRow;
 use axum::Json;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -41,7 +42,7 @@ const MOST_S: f64 = 86_400.0;
 /// dies before the session hears of it.
 pub(super) async fn act(
     State(host): State<Arc<Host>>,
-    Path(verb): Path<String>,
+    Segment(verb): Segment,
     asked: Asked<Body>,
 ) -> Result<Json<Answer>, Problem> {
     let Body { session_id, reason, seconds } = &asked.body;

@@ -1,0 +1,132 @@
+//! Who is let in: nobody can keep the others out, or fill the server's memory.
+
+use crate::harness::{Client, Official, Server, assert_error, bearer, get};
+use serde_json::json;
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::time::Duration;
+use tokio_tungstenite::connect_async;
+
+#[tokio::test]
+async fn silent_sockets_of_one_team_do_not_keep_another_out() {
+    let cup = Official::start();
+    let (hostile, innocent) = (cup.team("crabs"), cup.team("eels"));
+    cup.open();
+    let (mut silent, mut refused) = (Vec::new(), 0);
+    for _ in 0..300 {
+        match connect_async(cup.handshake("/v1/control", &hostile)).await {
+            Ok((socket, _)) => silent.push(socket),
+            Err(_) => refused += 1,
+        }
+    }
+    assert!((1..=16).contains(&silent.len()) && refused > 0, "{} of 300 were let in", silent.len());
+    let (mut client, _) = cup.greet(&innocent).await;
+    assert_eq!(client.ask(crate::harness::official_reset()).await["op"], "obs");
+    client.goes_on(0).await;
+}
+
+#[tokio::test]
+async fn who_does_not_say_hello_is_asked_to_leave() {
+    let server = Server::start_with(&["--hello-timeout-s", "1"]);
+    let mut silent = Client::connect(&server).await;
+    assert_error(&silent.next().await, "too_slow", true);
+    assert_eq!(silent.closed().await, (4408, "too_slow".to_owned()));
+    let (mut client, welcome) = Client::playing(&server, "polite").await;
+    assert_eq!(welcome["limits"]["hello_timeout_s"], 1.0);
+    client.listen_for(Duration::from_millis(1500)).await;
+    client.goes_on(0).await;
+}
+
+/// Sends the head of an upload and as much of its body as the server takes, and does not end it.
+fn upload(server: &Server, path: &str, headers: &str, bytes: usize) -> TcpStream {
+    let mut stream = TcpStream::connect(server.address()).expect("connects");
+    stream.set_write_timeout(Some(Duration::from_secs(20))).expect("a timeout");
+    let length = 32 << 20;
+    let host = server.address();
+    write!(stream, "POST {path} HTTP/1.1\r\nHost: {host}\r\n{headers}Content-Length: {length}\r\n\r\n")
+        .expect("sent");
+    // A server that refuses does not take it.
+    let _ = stream.write_all(&vec![0; bytes]);
+    stream
+}
+
+fn status(mut stream: TcpStream) -> u16 {
+    stream.set_read_timeout(Some(Duration::from_secs(60))).expect("a timeout");
+    let mut head = [0; 12];
+    stream.read_exact(&mut head).expect("an answer");
+    String::from_utf8_lossy(&head[9..]).parse().expect("a status")
+}
+
+#[test]
+fn a_token_is_looked_at_before_the_body_comes() {
+    let cup = Official::start();
+    for (headers, expected) in [
+        (String::new(), 401),
+        (bearer(&format!("plm_{}_{}", "0".repeat(16), "0".repeat(64))), 401),
+        (bearer(&cup.organizer), 403),
+    ] {
+        // Not a byte of the body is sent: who waits for it does not answer.
+        assert_eq!(status(upload(&cup.server, "/v1/hands", &headers, 0)), expected);
+    }
+}
+
+#[test]
+fn bodies_that_are_held_back_have_a_bound_all_together() {
+    let server = Server::start();
+    let held: Vec<TcpStream> =
+        (0..6).map(|_| upload(&server, "/v1/hands?team=crabs", "", (32 << 20) - 1)).collect();
+    // Two of them fill the share of an address; all others are told so.
+    let mut refused = 0;
+    for mut stream in held.into_iter().rev() {
+        let mut head = [0; 12];
+        stream.set_read_timeout(Some(Duration::from_secs(5))).expect("a timeout");
+        // Those that are kept hear nothing yet, or that they are too slow.
+        refused += usize::from(stream.read_exact(&mut head).is_ok() && head.ends_with(b"503"));
+    }
+    assert!(refused >= 3, "only {refused} of 6 were refused");
+    assert_eq!(get(&server, "/healthz").status, 200);
+}
+
+#[tokio::test]
+async fn a_server_without_descriptors_recovers() {
+    let server = Server::start_limited("ulimit -n 96");
+    let mut held = Vec::new();
+    for _ in 0..120 {
+        // The system takes connections that the program cannot.
+        held.extend(TcpStream::connect(server.address()));
+    }
+    assert!(held.len() > 96);
+    drop(held);
+    let (mut client, _) = Client::playing(&server, "patient").await;
+    client.goes_on(0).await;
+    assert_eq!(get(&server, "/readyz").status, 200);
+}
+
+#[tokio::test]
+async fn of_many_hellos_at_once_one_begins_and_the_others_hear_that_it_is_taken() {
+    let cup = Official::start();
+    let token = cup.team("crabs");
+    cup.open();
+    let mut clients = Vec::new();
+    for _ in 0..16 {
+        clients.push(cup.connect(&token).await);
+    }
+    let asked = clients.into_iter().map(|mut client| {
+        tokio::spawn(async move {
+            let reply = client.ask(json!({"op": "hello", "client": "test"})).await;
+            (client, reply)
+        })
+    });
+    let asked: Vec<_> = asked.collect();
+    let mut begun = 0;
+    let mut kept = Vec::new();
+    for answer in asked {
+        let (client, reply) = answer.await.expect("an answer");
+        match reply["op"].as_str() {
+            Some("welcome") => begun += 1,
+            _ => assert_error(&reply, "session_taken", false),
+        }
+        kept.push(client);
+    }
+    assert_eq!(begun, 1);
+}
