@@ -44,7 +44,8 @@ fn a_token_that_is_missing_is_401_and_one_of_the_wrong_role_403() {
                 ("/v1/hands", _) => "optional",
                 _ => continue,
             };
-            let concrete = path.replace("{verb}", "nothing").replace("{what}", "nothing");
+            let concrete =
+                path.replace("{verb}", "nothing").replace("{what}", "nothing").replace("{id}", "nothing");
             for (credential, headers) in &credentials {
                 let Some(status) = expected(needs, credential) else { continue };
                 let answer = send(&cup.server, &method.to_uppercase(), &concrete, headers, b"");
