@@ -55,7 +55,7 @@ class Organizer:
         """Run a command, return the JSON it prints."""
         assert PROGRAM is not None
         where = ["--url", self._server.url, "--token-file", str(self._token_file)]
-        done = subprocess.run([PROGRAM, "admin", *where, *args], capture_output=True, text=True, check=False)
+        done = subprocess.run([PROGRAM, "admin", *where, "--json", *args], capture_output=True, text=True, check=False)
         assert done.returncode == 0, f"palmares admin {' '.join(args)}: {done.stderr}{done.stdout}"
         return json.loads(done.stdout)
 
