@@ -46,6 +46,12 @@ pub const CASES: &[Case] = &[
     },
 ];
 
+/// Friction coefficient of the hand's surfaces and of the object in these cases, whatever the hand's gloves are made of.
+const GLOVE: f64 = 1.0;
+
+/// ... and of both on the pedestal.
+const ON_PEDESTAL: f64 = 0.5;
+
 /// Where the object lies in the hand's frame before closing, on the palm's normal (+x) and across the fingers, and
 /// how far the motor closes.
 #[derive(Clone, Copy, Debug)]
@@ -256,9 +262,11 @@ pub fn scene(
     grasp: &Grasp,
     placement: Placement,
 ) -> Result<(Model, State, Pose)> {
-    let mut model = Model::new(config, Some(Arc::clone(hand)))?;
+    let mut hand = Hand::clone(hand);
+    hand.links.iter_mut().flat_map(|link| &mut link.geoms).for_each(|geom| geom.friction = GLOVE);
+    let mut model = Model::new(config, Some(Arc::new(hand.clone())))?;
     let parts = vec![(Pose::IDENTITY, grasp.shape.clone())];
-    let object = Object::new("object", parts, grasp.mass, 0.8, 0.0)?;
+    let object = Object::new("object", parts, grasp.mass, GLOVE, 0.0)?;
     let (shape, upright) = grasp.shape.to_parry().context("the grasp shapes are solid")?;
     let shape_at = |x: f64| {
         let at = Vec3::new(x, placement.across_m, placement.along_m);
@@ -287,7 +295,9 @@ pub fn scene(
     let object_pose = Pose::from_parts(Vec3::ZERO, down * grasp.hand_from_object);
     let low = shape.compute_aabb(&(object_pose * upright)).mins.z;
     let pedestal = Shape::Box { half_extents: [0.02, 0.02, 0.02], rounding: 0.0 };
-    model.add_static("pedestal", &pedestal, Pose::translation(0.0, 0.0, low - 0.02 - 1e-5), 0.5)?;
+    // Friction of a pair is the geometric mean.
+    let on_pedestal = ON_PEDESTAL.powi(2) / GLOVE;
+    model.add_static("pedestal", &pedestal, Pose::translation(0.0, 0.0, low - 0.02 - 1e-5), on_pedestal)?;
     model.add_object(Arc::new(object))?;
     let state = State::at_rest(&model, base, &[object_pose]);
     Ok((model, state, base))
