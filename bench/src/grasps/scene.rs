@@ -1,0 +1,124 @@
+//! The scene of a grasp: the hand palm down before the object, which stands on a pedestal.
+
+use super::family::Trial;
+use anyhow::{Context, Result};
+use palmares_models::catalogue::rotation_of;
+use palmares_models::shape::Shape;
+use palmares_models::{Pose, Rotation, Vec3};
+use palmares_sim::{Config, Model, Owner, State};
+use parry3d_f64::query;
+use parry3d_f64::shape::SharedShape;
+use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
+
+/// The object is moved away from the palm in steps of at least this until it is free, m.
+const SEARCH_M: f64 = 5e-4;
+/// Edge of the pedestal's half, m, its friction, and how far the object starts above it, m.
+const PEDESTAL_M: f64 = 0.02;
+const PEDESTAL_FRICTION: f64 = 0.5;
+const ABOVE_M: f64 = 1e-5;
+
+/// A grasp ready to begin.
+pub struct Scene {
+    /// Hand, pedestal and object.
+    pub model: Model,
+    /// At rest.
+    pub state: State,
+    /// The hand's base.
+    pub start: Pose,
+}
+
+/// Makes the scene; the origin of the world is the object's frame.
+///
+/// # Errors
+/// A shape without volume.
+pub fn scene(trial: &Trial, step_s: f64) -> Result<Scene> {
+    // Peers do better without sleeping, and nothing here may sleep but the object before it is touched.
+    let config = Config { sleeping: false, ..Config::with_step(step_s) };
+    let hand = trial.hand.model()?;
+    let mut model = Model::new(config, Some(Arc::clone(&hand)))?;
+    let solid = |(pose, shape): &(Pose, Shape)| {
+        let (parry, upright) = shape.to_parry().context("a part of the object has no volume")?;
+        Ok((*pose * upright, parry))
+    };
+    let parts: Vec<(Pose, SharedShape)> = trial.object.parts.iter().map(solid).collect::<Result<_>>()?;
+    let q = State::at_rest(&model, Pose::IDENTITY, &[]).q;
+    let links = hand.base_from_links(&q);
+    let hand_from_grip = Pose::from_parts(Vec3::ZERO, trial.hand_from_grip);
+    let at = |x: f64| Vec3::new(x, trial.across_m, trial.along_m);
+    let clearance = |x: f64| {
+        let hand_from_object = hand_from_grip * Pose::from_parts(at(x), trial.grip_from_object);
+        let mut least = f64::INFINITY;
+        for collider in model.colliders() {
+            let Owner::Link(i) = collider.owner else { continue };
+            let pose = links[i] * collider.body_from_shape;
+            for (part, shape) in &parts {
+                let gap = query::distance(&pose, &*collider.shape, &(hand_from_object * *part), &**shape);
+                least = least.min(gap.map_or(f64::INFINITY, |gap| gap.distance));
+            }
+        }
+        least
+    };
+    let mut x = 0.0;
+    loop {
+        let missing = trial.gap_m - clearance(x);
+        if missing <= 0.0 {
+            break;
+        }
+        // No surface comes nearer by more than the object moves.
+        x += missing.max(SEARCH_M);
+    }
+    // The palm's normal points down.
+    let world_from_grip = rotation_of([0.0, FRAC_PI_2, 0.0]);
+    let world_from_hand: Rotation = world_from_grip * trial.hand_from_grip.inverse();
+    let start = Pose::from_parts(-(world_from_grip * at(x)), world_from_hand);
+    let object = Pose::from_parts(Vec3::ZERO, world_from_grip * trial.grip_from_object);
+    let low = parts.iter().map(|(part, shape)| shape.compute_aabb(&(object * *part)).mins.z);
+    let low = low.fold(f64::INFINITY, f64::min);
+    let cube = Shape::Box { half_extents: [PEDESTAL_M; 3], rounding: 0.0 };
+    let under = Pose::translation(0.0, 0.0, low - PEDESTAL_M - ABOVE_M);
+    model.add_static("pedestal", &cube, under, PEDESTAL_FRICTION)?;
+    model.add_object(Arc::clone(&trial.object))?;
+    let state = State::at_rest(&model, start, &[object]);
+    Ok(Scene { model, state, start })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cases::grasp::{self, Grasp};
+    use crate::cases::synergy::softhand;
+    use crate::grasps::family::{Family, HandKind};
+    use crate::robust::placements;
+
+    #[test]
+    fn the_cases_placements_make_the_cases_scenes() {
+        for (family, object) in [(Family::CaseCylinder, Grasp::cylinder()), (Family::CaseBox, Grasp::cuboid())] {
+            let trial = &Trial::of(HandKind::SoftHand, family, 7).expect("placements")[6];
+            let here = scene(trial, 1e-3).expect("a sound scene");
+            let placement = placements::grid()[6];
+            let hand = softhand().expect("built in");
+            let (_, state, start) =
+                grasp::scene(&hand, Config::default(), &object, placement).expect("a sound scene");
+            // The searches end up to one step of half a millimetre apart.
+            assert!((here.start.translation - start.translation).length() < 5.1e-4);
+            assert!(here.start.rotation.angle_between(start.rotation) < 1e-7);
+            let turned = here.state.objects[0].rotation.angle_between(state.objects[0].rotation);
+            assert!(turned < 1e-7, "{turned}");
+        }
+    }
+
+    #[test]
+    fn every_object_starts_before_the_palm_and_clear_of_the_hand() {
+        for hand in HandKind::ALL {
+            for family in Family::DRAWN {
+                for trial in Trial::of(hand, family, 3).expect("drawn") {
+                    let scene = scene(&trial, 1e-3).expect("a sound scene");
+                    // Below the palm, no farther than a large object's half and the gap.
+                    let away = -(scene.state.base.translation.z);
+                    assert!(away < 0.0 && away > -0.25, "{trial:?}: {away}");
+                }
+            }
+        }
+    }
+}
