@@ -299,12 +299,8 @@ fn self_pairs(hand: &Hand, colliders: &[Collider]) -> Vec<(u32, u32)> {
     pairs
 }
 
-/// Friction of a pair of surfaces: the rougher of two moving bodies, the smoother against furniture, which
-/// is how the 2016 scenes were tuned.
+/// Coulomb coefficient of a pair of surfaces: the geometric mean `√(μ_a μ_b)`, as in Box2D and Jolt. A surface's own
+/// coefficient is then that of two of its kind, both surfaces count alike, and a frictionless one slides on everything.
 pub fn pair_friction(a: &Collider, b: &Collider) -> f64 {
-    if a.owner == Owner::Static || b.owner == Owner::Static {
-        a.friction.min(b.friction)
-    } else {
-        a.friction.max(b.friction)
-    }
+    (a.friction * b.friction).sqrt()
 }

@@ -28,7 +28,7 @@ pub struct SceneBody {
     pub mass: f64,
     /// Centre of mass in the body frame, m.
     pub com: [f64; 3],
-    /// Coulomb friction coefficient.
+    /// Coulomb friction coefficient of two surfaces like this one; two bodies have the geometric mean of theirs.
     pub friction: f64,
     /// Pose at tick 0.
     pub position: [f64; 3],

@@ -171,12 +171,12 @@ pub fn rolling_box_balls(setup: &Setup, recorder: &mut Recorder) -> Result<Findi
         let direction = Vec3::new(cos, sin, 0.0);
         let (length, height, radius) = (20.0, 0.1, 0.1);
         let at = Pose::translation(0.0, 0.0, 0.5 * height);
-        // Friction of two moving bodies is that of the rougher one, against furniture of the smoother: so the
-        // ground decides under the box, and the balls on it.
-        let mut scene = Scene::new(rigid(setup.dt_s))?.floor(ground)?.body(
+        // Friction of a pair is the geometric mean: box and balls have that of each other, the floor what makes μ₁.
+        let floor = ground * ground / top;
+        let mut scene = Scene::new(rigid(setup.dt_s))?.floor(floor)?.body(
             cuboid(length, length, height),
             big,
-            ground,
+            top,
             at,
         )?;
         for k in 0..25 {

@@ -98,7 +98,7 @@ pub fn mass_ratio(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         let (mut engine, command) = Scene::new(config)?
             .floor(0.9)?
             .body(cube(), light, 0.9, Pose::translation(0.0, 0.0, 0.5 * side))?
-            .body(cube(), heavy, 0.95, Pose::translation(0.0, 0.0, 1.5 * side))?
+            .body(cube(), heavy, 0.9, Pose::translation(0.0, 0.0, 1.5 * side))?
             .start(setup)?;
         for _ in 0..steps(1.0, setup.dt_s) {
             recorder.step(&mut *engine, &command)?;

@@ -79,6 +79,7 @@ class SceneBody(Placed, kw_only=True):
     mass: float
     """kg; 0 for furniture"""
     friction: float
+    """Coulomb coefficient of two such surfaces; a pair of bodies has the geometric mean of theirs"""
     com: Vec3 = (0.0, 0.0, 0.0)
     """Centre of mass in the body frame, m"""
     parts: list[ScenePart]

@@ -2,5 +2,6 @@
 
 mod bolted;
 mod energy;
+mod friction;
 mod overlap;
 mod rebound;

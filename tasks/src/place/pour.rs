@@ -8,6 +8,7 @@ use crate::task::{Pour, Task};
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3, inertia};
 use rapier3d_f64::dynamics::{FrictionModel, RigidBodyBuilder};
+use rapier3d_f64::dynamics::CoefficientCombineRule;
 use rapier3d_f64::geometry::ColliderBuilder;
 use rapier3d_f64::pipeline::PhysicsWorld;
 
@@ -57,9 +58,8 @@ pub(super) fn pour(task: &Task, pour: &Pour, objects: &[Placed], dice: &mut Dice
         .chain(task.boxes.iter().flat_map(|b| b.slabs().into_iter().map(|slab| (slab, b.friction))));
     for (slab, friction) in slabs {
         let [x, y, z] = slab.half_extents;
-        let collider =
-            ColliderBuilder::cuboid(x, y, z).translation(Vec3::from_array(slab.position)).friction(friction);
-        world.insert_collider(collider, None);
+        let collider = ColliderBuilder::cuboid(x, y, z).translation(Vec3::from_array(slab.position));
+        world.insert_collider(surface(collider, friction), None);
     }
     let bodies: Vec<_> = drop_points(task, pour, dice)
         .into_iter()
@@ -75,9 +75,8 @@ pub(super) fn pour(task: &Task, pour: &Pour, objects: &[Placed], dice: &mut Dice
                     / object.parts.iter().map(|(_, s)| inertia::volume(s)).sum::<f64>();
                 let collider = ColliderBuilder::new(parry)
                     .position(*body_from_part * upright)
-                    .mass(object.mass * share)
-                    .friction(object.friction);
-                world.insert_collider(collider, Some(body));
+                    .mass(object.mass * share);
+                world.insert_collider(surface(collider, object.friction), Some(body));
             }
             body
         })
@@ -97,6 +96,11 @@ pub(super) fn pour(task: &Task, pour: &Pour, objects: &[Placed], dice: &mut Dice
         if ball { Pose::from_translation(at.translation) } else { at }
     });
     poses.collect()
+}
+
+/// Friction of a pair is the geometric mean, as in our own contact law: the product of square roots.
+fn surface(collider: ColliderBuilder, friction: f64) -> ColliderBuilder {
+    collider.friction(friction.sqrt()).friction_combine_rule(CoefficientCombineRule::Multiply)
 }
 
 #[cfg(test)]

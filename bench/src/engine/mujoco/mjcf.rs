@@ -6,6 +6,7 @@ use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};
 use palmares_sim::{Model, Owner, State};
 use std::fmt::Write;
+use std::sync::Arc;
 
 /// Constraint softness of contacts and joint limits. MuJoCo raises the time constant of 2 ms to 2 h where that is
 /// more. Softer ones (5 ms; impedance 0.99) hold grasped objects less, and let block and spheres sink.
@@ -69,8 +70,18 @@ const SIGNS: [[f64; 3]; 8] = [
     [1.0, 1.0, 1.0],
 ];
 
+/// A shape that has been written under the name `g` and its place in the list.
+struct Written {
+    owner: Owner,
+    friction: f64,
+    rolling: f64,
+}
+
 struct Writer<'a> {
     model: &'a Model,
+    /// Friction of most objects, and the largest rolling resistance.
+    common: Option<(f64, f64)>,
+    written: Vec<Written>,
     hinges: Vec<HingeDof>,
     masters: Vec<Option<usize>>,
     out: String,
@@ -88,8 +99,9 @@ pub(super) fn settings() -> Vec<String> {
             .into(),
         "base: three slides and three hinges with the servo's gains; hand weight by gravcomp".into(),
         "rounded boxes and hulls are convex meshes with 26 corners for each rounding; wide furniture is a plane".into(),
-        "friction of a pair with furniture: the furniture's, at most that of the smoothest object; rolling \
-         resistance by condim 6"
+        "friction of a pair: the geometric mean, as ours, wherever an object takes part: hand and furniture have \
+         priority, with that of theirs and most objects'; objects of another friction have explicit pairs. Hand on \
+         hand and on furniture have the coefficient that they have on objects; rolling resistance by condim 6"
             .into(),
     ]
 }
@@ -100,6 +112,8 @@ pub(super) fn document(model: &Model, state: &State) -> Option<Document> {
     let coordinates = model.hand().map_or(0, |hand| hand.coordinates.len());
     let mut w = Writer {
         model,
+        common: common(model.objects()),
+        written: Vec::new(),
         hinges: Vec::new(),
         masters: vec![None; coordinates],
         out: String::new(),
@@ -111,6 +125,7 @@ pub(super) fn document(model: &Model, state: &State) -> Option<Document> {
         w.object(k, object, &state.objects[k])?;
     }
     let world = std::mem::take(&mut w.out);
+    w.pairs();
     w.constraints();
     let g = config.gravity;
     let sleep = if config.sleeping { "<flag sleep='enable'/>" } else { "" };
@@ -119,7 +134,7 @@ pub(super) fn document(model: &Model, state: &State) -> Option<Document> {
          <compiler angle='radian' autolimits='false' inertiafromgeom='false'/>\
          <option timestep='{}' integrator='discrete' cone='elliptic' impratio='{IMPRATIO}' gravity='{}' \
          sleep_tolerance='{}'>{sleep}</option>\
-         <size memory='256M'/><default><geom {CONTACT}/></default>\
+         <size memory='256M'/><default><geom {CONTACT}/><pair {CONTACT}/></default>\
          <asset>{}</asset><worldbody>{world}</worldbody>{}</mujoco>",
         config.step_s,
         vector(g),
@@ -195,17 +210,48 @@ impl Writer<'_> {
         write!(self.out, "<geom type='mesh' mesh='{name}' {} {more}/>", place(pose)).ok()
     }
 
+    /// Name and surface of the next shape. MuJoCo takes the larger coefficient of two, or that of the one with
+    /// priority: what is no object has the geometric mean with that of most objects.
+    fn surface(&mut self, owner: Owner, friction: f64, rolling: f64) -> String {
+        let name = format!("name='g{}'", self.written.len());
+        self.written.push(Written { owner, friction, rolling });
+        match (owner, self.common) {
+            (Owner::Static | Owner::Link(_), Some((of_objects, rolling))) => {
+                format!("{name} priority='1' {}", surface((friction * of_objects).sqrt(), rolling))
+            }
+            _ => format!("{name} {}", surface(friction, rolling)),
+        }
+    }
+
+    /// The pairs that shapes of objects with another friction than most make.
+    fn pairs(&mut self) {
+        let Some((common, _)) = self.common else { return };
+        let differs = |shape: &Written| matches!(shape.owner, Owner::Object(_)) && shape.friction != common;
+        let mut out = String::from("<contact>");
+        for (j, b) in self.written.iter().enumerate() {
+            for (i, a) in self.written[..j].iter().enumerate() {
+                if a.owner != b.owner && (differs(a) || differs(b)) {
+                    let (mu, rolling) = ((a.friction * b.friction).sqrt(), a.rolling.max(b.rolling));
+                    let condim = if rolling > 0.0 { 6 } else { 3 };
+                    out += &format!(
+                        "<pair geom1='g{i}' geom2='g{j}' condim='{condim}' \
+                         friction='{mu:?} {mu:?} {rolling:?} {rolling:?} {rolling:?}'/>"
+                    );
+                }
+            }
+        }
+        self.out += &out;
+        self.out += "</contact>";
+    }
+
     fn furniture(&mut self, state: &State) -> Option<()> {
-        let objects = self.model.objects();
-        let smoothest = objects.iter().fold(f64::INFINITY, |least, object| least.min(object.friction));
-        let rolling = objects.iter().fold(0.0, |most: f64, object| most.max(object.rolling_friction));
         let middle = state.objects.iter().fold(Vec3::ZERO, |sum, pose| sum + pose.translation)
             / state.objects.len().max(1) as f64;
         for collider in self.model.colliders() {
             if collider.owner != Owner::Static {
                 continue;
             }
-            let surface = format!("priority='1' {}", surface(collider.friction.min(smoothest), rolling));
+            let surface = self.surface(Owner::Static, collider.friction, 0.0);
             let pose = collider.body_from_shape;
             if let Some(cuboid) = collider.shape.as_cuboid() {
                 let half = cuboid.half_extents.to_array();
@@ -237,7 +283,8 @@ impl Writer<'_> {
         self.out += &inertial(&inertia);
         for (at, shape) in &object.parts {
             let central = Pose::from_parts(at.translation - object.com, at.rotation);
-            self.geom(shape, &central, &surface(object.friction, object.rolling_friction))?;
+            let surface = self.surface(Owner::Object(k), object.friction, object.rolling_friction);
+            self.geom(shape, &central, &surface)?;
         }
         self.out += "</body>";
         Some(())
@@ -272,7 +319,8 @@ impl Writer<'_> {
         }
         self.out += &inertial(&link.inertia);
         for geom in &link.geoms {
-            self.geom(&geom.shape, &geom.link_from_geom, &surface(geom.friction, 0.0))?;
+            let surface = self.surface(Owner::Link(index), geom.friction, 0.0);
+            self.geom(&geom.shape, &geom.link_from_geom, &surface)?;
         }
         for child in 0..hand.links.len() {
             if hand.links[child].parent == Some(index) {
@@ -405,6 +453,14 @@ impl Writer<'_> {
         out += "</actuator>";
         self.out = out;
     }
+}
+
+/// The friction that most objects have, of several the first, and the largest rolling resistance.
+fn common(objects: &[Arc<Object>]) -> Option<(f64, f64)> {
+    let rolling = objects.iter().fold(0.0, |most: f64, object| most.max(object.rolling_friction));
+    let as_many = |object: &&Arc<Object>| objects.iter().filter(|o| o.friction == object.friction).count();
+    let most = objects.iter().rev().max_by_key(as_many)?;
+    Some((most.friction, rolling))
 }
 
 fn surface(friction: f64, rolling: f64) -> String {

@@ -1,0 +1,54 @@
+//! Friction of unlike surfaces: the geometric mean of their coefficients, whoever they belong to.
+
+use crate::{Command, Config, Model, State, World};
+use palmares_models::object::Object;
+use palmares_models::shape::Shape;
+use palmares_models::{Pose, Vec3};
+use std::sync::Arc;
+
+const BLOCK: [f64; 3] = [0.1, 0.1, 0.02];
+
+/// How far a block of friction `upper` slides within half a second on a block of friction `lower` that lies on a floor of
+/// friction `floor`, and that one on the floor, m. Gravity leans by `slope` of its weight.
+fn slides(upper: f64, lower: f64, floor: f64, slope: f64) -> [f64; 2] {
+    let gravity = Vec3::new(9.81 * slope, 0.0, -9.81);
+    let mut model = Model::new(Config { gravity, ..Config::default() }, None).expect("no hand");
+    let slab = Shape::Box { half_extents: [2.0, 2.0, 0.05], rounding: 0.0 };
+    model.add_static("floor", &slab, Pose::translation(0.0, 0.0, -0.05), floor).expect("furniture");
+    for (name, friction) in [("lower", lower), ("upper", upper)] {
+        let parts = vec![(Pose::IDENTITY, Shape::Box { half_extents: BLOCK, rounding: 0.0 })];
+        let object = Object::new(name, parts, 1.0, friction, 0.0).expect("a block");
+        model.add_object(Arc::new(object)).expect("it fits");
+    }
+    let poses = [0.02, 0.06].map(|z| Pose::translation(0.0, 0.0, z));
+    let state = State::at_rest(&model, Pose::IDENTITY, &poses);
+    let mut world = World::new(Arc::new(model), state);
+    let stay = Command::stay(world.model(), Pose::IDENTITY);
+    for _ in 0..500 {
+        world.step(&stay);
+    }
+    let [low, high] = [0, 1].map(|k| world.state().objects[k].translation.x);
+    [high - low, low]
+}
+
+#[test]
+fn a_block_slides_on_another_beyond_the_geometric_mean_of_both() {
+    // √(0.1 · 0.9) = 0.3; the lower one sticks to the floor.
+    assert!(slides(0.1, 0.9, 2.0, 0.29)[0] < 1e-4);
+    assert!(slides(0.1, 0.9, 2.0, 0.31)[0] > 1e-2);
+    // The other way round it is the same.
+    assert!(slides(0.9, 0.1, 20.0, 0.29)[0] < 1e-4);
+    assert!(slides(0.9, 0.1, 20.0, 0.31)[0] > 1e-2);
+}
+
+#[test]
+fn a_block_slides_on_furniture_beyond_the_geometric_mean_of_both() {
+    assert!(slides(2.0, 0.9, 0.1, 0.29)[1] < 1e-4);
+    assert!(slides(2.0, 0.9, 0.1, 0.31)[1] > 1e-2);
+}
+
+#[test]
+fn a_frictionless_surface_slides_on_everything() {
+    assert!(slides(2.0, 0.0, 5.0, 0.1)[1] > 0.1);
+    assert!(slides(0.0, 2.0, 5.0, 0.1)[0] > 0.1);
+}
