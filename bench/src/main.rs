@@ -57,6 +57,12 @@ enum What {
         /// Engine to run it on.
         #[arg(long, default_value = "own")]
         engine: String,
+        /// Named settings of a peer; what there is, and why, is in the report.
+        #[arg(long)]
+        settings: Option<String>,
+        /// Which start: 0 is the scene as it is, in the others objects stand up to 0.1 mm aside.
+        #[arg(long, default_value_t = 0)]
+        start: u32,
         /// Print one JSON object instead of text.
         #[arg(long)]
         json: bool,
@@ -119,21 +125,30 @@ fn main() -> Result<()> {
             }
         }
         What::Report { out, engines, cases, steps_ms, repeats, quick, run_limit_s } => {
-            let engines = engines.iter().map(|name| EngineKind::from_name(name)).collect::<Result<_>>()?;
+            let engines: Vec<Vec<EngineKind>> =
+                engines.iter().map(|name| EngineKind::with_all_settings(name)).collect::<Result<_>>()?;
+            let engines = engines.concat();
             let options = report::Options { out, engines, cases, steps_ms, repeats, quick, run_limit_s };
             report::write(&options)?;
         }
         What::Check { report } => report::runner::check(&report)?,
-        What::Case { name, dt, engine, json, reference_dt } => {
+        What::Case { name, dt, engine, settings, start, json, reference_dt } => {
             let reference_dt_s = (reference_dt > 0.0).then_some(reference_dt);
-            let setup = Setup { engine: EngineKind::from_name(&engine)?, dt_s: dt, reference_dt_s };
+            let engine = EngineKind::from_names(&engine, settings.as_deref())?;
+            let setup = Setup { engine, dt_s: dt, reference_dt_s, start };
             let (report, recorder) = cases::run(&name, &setup)?;
             if json {
                 println!("{}", serde_json::to_string(&report)?);
             } else {
                 let (mean, most) = recorder.newton();
                 let t = report.us_per_step;
-                println!("{} on {} at {} ms", report.case, report.engine, report.dt_s * 1e3);
+                println!(
+                    "{} on {} ({}) at {} ms",
+                    report.case,
+                    report.engine,
+                    report.settings,
+                    report.dt_s * 1e3
+                );
                 println!("  speed      {:.1} x real time, {:.1} us per step", report.rtf, t.total);
                 println!(
                     "  split      dynamics {:.1}, collision {:.1}, solver {:.1}, worst {:.0} us",

@@ -27,9 +27,11 @@ pub mod torsion;
 
 use crate::engine::limit::{self, NotFinished};
 use crate::engine::{Engine, EngineKind};
+use crate::random::Random;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants, Report};
 use anyhow::{Result, bail};
+use palmares_models::Vec3;
 use palmares_sim::{Model, State};
 use std::any::Any;
 use std::cell::RefCell;
@@ -53,11 +55,28 @@ pub struct Setup {
     pub dt_s: f64,
     /// Step of the reference run for cases without an analytic answer; `None` leaves it out.
     pub reference_dt_s: Option<f64>,
+    /// Which of many starts: 0 is the scene as it is, in the others every object stands up to [`ASIDE_M`] aside.
+    pub start: u32,
 }
 
+/// How far objects are put aside for another start, m, along x and along y: less than anybody could place them.
+pub const ASIDE_M: f64 = 1e-4;
+
 impl Setup {
+    /// The scene as it is, without a reference run.
+    pub fn new(engine: EngineKind, dt_s: f64) -> Self {
+        Setup { engine, dt_s, reference_dt_s: None, start: 0 }
+    }
+
     /// The engine of this setup, about to take its first step of the model's own length.
-    pub fn start(&self, model: impl Into<Arc<Model>>, state: State) -> Result<Box<dyn Engine>> {
+    pub fn start(&self, model: impl Into<Arc<Model>>, mut state: State) -> Result<Box<dyn Engine>> {
+        if self.start > 0 {
+            let mut random = Random::new(self.start.into());
+            for pose in &mut state.objects {
+                let aside = random.cube() * ASIDE_M;
+                pose.translation += Vec3::new(aside.x, aside.y, 0.0);
+            }
+        }
         self.engine.start(model.into(), state)
     }
 
@@ -69,7 +88,8 @@ impl Setup {
     /// What `make` makes of this setup; made once for each `name`, engine and step, since reference runs are long. Nor is
     /// one begun again that did not come to an end in its time.
     pub fn once<T: Clone + 'static>(&self, name: &str, make: impl FnOnce(&Setup) -> Result<T>) -> Result<T> {
-        let key = format!("{name} {} {:e}", self.engine.name(), self.dt_s);
+        let Setup { engine, dt_s, start, .. } = self;
+        let key = format!("{name} {} {} {dt_s:e} {start}", engine.name(), engine.settings());
         let known = MADE.with_borrow(|made| {
             made.get(&key).and_then(|it| it.downcast_ref::<Result<T, NotFinished>>()).cloned()
         });
@@ -149,6 +169,7 @@ pub fn run(name: &str, setup: &Setup) -> Result<(Report, Recorder)> {
     let report = Report {
         case: name.to_owned(),
         engine: setup.engine.name().to_owned(),
+        settings: setup.engine.settings().to_owned(),
         dt_s: setup.dt_s,
         rtf: recorder.rtf(setup.dt_s),
         us_per_step: recorder.times(),

@@ -99,20 +99,20 @@ impl Engine for Limited {
 mod tests {
     use super::*;
     use crate::cases::{self, Setup};
-    use crate::engine::EngineKind;
+    use crate::engine::{EngineKind, rapier};
 
     fn run(engine: EngineKind) -> Result<()> {
-        let setup = Setup { engine, dt_s: 8e-3, reference_dt_s: None };
+        let setup = Setup::new(engine, 8e-3);
         cases::run("bowling", &setup).map(|_| ())
     }
 
     #[test]
     fn a_peer_ends_with_its_time_and_ours_does_not() {
-        let error = within(0.0, || run(EngineKind::Rapier)).expect_err("there is no time");
+        let error = within(0.0, || run(EngineKind::Rapier(&rapier::STIFF120))).expect_err("there is no time");
         assert_eq!(error.downcast_ref(), Some(&NotFinished { allowed_s: 0.0 }));
         within(0.0, || run(EngineKind::Own)).expect("ours has no limit");
-        within(600.0, || run(EngineKind::Rapier)).expect("there is time");
-        run(EngineKind::Rapier).expect("there is no limit");
+        within(600.0, || run(EngineKind::Rapier(&rapier::STIFF120))).expect("there is time");
+        run(EngineKind::Rapier(&rapier::STIFF120)).expect("there is no limit");
     }
 
     #[test]

@@ -16,7 +16,7 @@ fn free_motion_converges_with_first_order_at_least() {
 #[test]
 fn free_fingers_close_with_less_than_a_tenth_of_the_error_of_implicit_euler() {
     let trace = |dt_s| {
-        let setup = Setup { engine: EngineKind::Own, dt_s, reference_dt_s: None };
+        let setup = Setup::new(EngineKind::Own, dt_s);
         close_trace(&setup, &mut Recorder::default()).expect("the hand closes")
     };
     let reference = trace(0.0625e-3);

@@ -47,7 +47,7 @@ fn nothing_creeps_out_of_the_hand_in_a_minute() {
 #[test]
 fn a_grasp_hardly_depends_on_the_step() {
     for case in GRASPS {
-        let setup = Setup { engine: EngineKind::Own, dt_s: 1e-3, reference_dt_s: Some(2e-5) };
+        let setup = Setup { reference_dt_s: Some(2e-5), ..Setup::new(EngineKind::Own, 1e-3) };
         let (report, _) = run(case, &setup).expect("the case runs");
         assert!(error(&report) <= 0.4, "{case}: {} mm", error(&report));
     }
@@ -56,7 +56,7 @@ fn a_grasp_hardly_depends_on_the_step() {
 #[test]
 fn both_objects_are_held_wherever_they_lie_in_the_hand() {
     // Contact points that lost their memory when their features changed dropped the cylinder from ten of these.
-    let setup = Setup { engine: EngineKind::Own, dt_s: 1e-3, reference_dt_s: None };
+    let setup = Setup::new(EngineKind::Own, 1e-3);
     for grasp in [Grasp::cylinder(), Grasp::cuboid()] {
         for along_mm in [142, 145, 148, 151, 154] {
             for across_mm in [-14, -12, -10, -8, -6] {

@@ -28,7 +28,7 @@ use crate::report::Report;
 
 /// Runs a case of ours without a reference run.
 pub(crate) fn report(case: &str, dt_s: f64) -> Report {
-    let setup = Setup { engine: EngineKind::Own, dt_s, reference_dt_s: None };
+    let setup = Setup::new(EngineKind::Own, dt_s);
     run(case, &setup).expect("the case runs").0
 }
 
@@ -50,9 +50,11 @@ pub(crate) fn converged(report: &Report) {
 
 #[test]
 fn unknown_names_are_refused_with_the_known_ones() {
-    let setup = Setup { engine: EngineKind::Own, dt_s: 1e-3, reference_dt_s: None };
+    let setup = Setup::new(EngineKind::Own, 1e-3);
     let message = run("softhand_fre", &setup).err().expect("refused").to_string();
     assert!(message.contains("softhand_free"), "{message}");
-    let message = EngineKind::from_name("other").expect_err("refused").to_string();
+    let message = EngineKind::from_names("other", None).expect_err("refused").to_string();
     assert!(message.contains("known engines: own, rapier, mujoco"), "{message}");
+    let message = EngineKind::from_names("mujoco", Some("stiff")).expect_err("refused").to_string();
+    assert!(message.contains("known settings: default, ") && message.contains("stiff5"), "{message}");
 }

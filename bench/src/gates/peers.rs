@@ -3,7 +3,7 @@
 use super::error;
 use crate::cases::synergy::softhand;
 use crate::cases::{Setup, run, steps};
-use crate::engine::EngineKind;
+use crate::engine::{EngineKind, rapier};
 use palmares_models::Pose;
 use palmares_sim::{Command, Config, Model, State};
 use std::sync::Arc;
@@ -24,7 +24,7 @@ fn closing(engine: EngineKind) -> Vec<f64> {
 
 #[test]
 fn a_free_hand_moves_in_rapier_as_in_ours() {
-    let (own, rapier) = (closing(EngineKind::Own), closing(EngineKind::Rapier));
+    let (own, rapier) = (closing(EngineKind::Own), closing(EngineKind::Rapier(&rapier::STIFF120)));
     assert!(own.iter().any(|q| *q > 0.05), "it moves: {own:?}");
     for (a, b) in own.iter().zip(&rapier) {
         assert!((a - b).abs() < 2e-3, "{own:?} {rapier:?}");
@@ -33,7 +33,7 @@ fn a_free_hand_moves_in_rapier_as_in_ours() {
 
 #[test]
 fn rapier_stops_a_sliding_cube_near_where_coulomb_says() {
-    let setup = Setup { engine: EngineKind::Rapier, dt_s: 2e-3, reference_dt_s: None };
+    let setup = Setup::new(EngineKind::Rapier(&rapier::STIFF120), 2e-3);
     let (report, _) = run("slide_stop", &setup).expect("the case runs");
     assert!(error(&report) <= 1.0, "{} %", error(&report));
 }

@@ -37,7 +37,7 @@ fn a_ball_is_held_without_creep_at_every_step() {
 /// The grasp is no lucky one.
 #[test]
 fn the_ball_is_held_wherever_it_lies_between_the_fingers() {
-    let setup = Setup { engine: EngineKind::Own, dt_s: 4e-3, reference_dt_s: None };
+    let setup = Setup::new(EngineKind::Own, 4e-3);
     for x_m in [0.0, 0.03] {
         for z_m in [0.145, 0.155] {
             for preshape in [0.0, 0.25, 0.5, 0.75, 1.0] {

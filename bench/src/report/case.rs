@@ -7,8 +7,10 @@ use serde::{Deserialize, Serialize};
 pub struct Report {
     /// Name of the case.
     pub case: String,
-    /// Name of the engine: `own`.
+    /// Name of the engine: `own`, `rapier`, `mujoco`.
     pub engine: String,
+    /// Name of its settings.
+    pub settings: String,
     /// Step, s.
     pub dt_s: f64,
     /// Simulated time per CPU time of the thread.

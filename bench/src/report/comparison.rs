@@ -61,6 +61,9 @@ pub struct Run {
     pub case: String,
     /// Which engine.
     pub engine: String,
+    /// Name of its settings.
+    #[serde(default)]
+    pub settings: String,
     /// Step, ms.
     pub dt_ms: f64,
     /// The case's figure; none when it did not get to an end.

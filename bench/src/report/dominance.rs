@@ -106,6 +106,7 @@ mod tests {
         Run {
             case: "c".into(),
             engine: engine.into(),
+            settings: "default".into(),
             dt_ms,
             error: Some(Figure::new("e", error, "mm")),
             invariants: Invariants::default(),

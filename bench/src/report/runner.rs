@@ -61,9 +61,9 @@ const LONGEST_LIMIT_S: f64 = 86400.0;
 /// step with a hand, so that its reference is coarser: a tenth of its finest step is left.
 fn reference_s(engine: EngineKind, quick: bool) -> f64 {
     match (engine, quick) {
-        (EngineKind::Rapier, false) => 1e-4,
+        (EngineKind::Rapier(_), false) => 1e-4,
         (_, false) => 2e-5,
-        (EngineKind::Rapier, true) => 1e-3,
+        (EngineKind::Rapier(_), true) => 1e-3,
         (_, true) => 2e-4,
     }
 }
@@ -79,9 +79,8 @@ pub fn write(options: &Options) -> Result<Comparison> {
     let begin = Instant::now();
     let (machine, commit) = (Machine::here(), machine::commit());
     let engines = notes(options);
-    let kinds: Vec<EngineKind> = EngineKind::ALL
-        .iter()
-        .copied()
+    let kinds: Vec<EngineKind> = EngineKind::all()
+        .filter(|kind| *kind == EngineKind::Own || options.engines.contains(kind))
         .filter(|kind| engines.iter().any(|note| note.ran && note.name == kind.name()))
         .collect();
     let (chosen, left_out) = choose(options)?;
@@ -118,8 +117,9 @@ pub fn write(options: &Options) -> Result<Comparison> {
             }
         }
     }
-    let peers: Vec<&str> =
+    let mut peers: Vec<&str> =
         kinds.iter().filter(|kind| **kind != EngineKind::Own).map(|kind| kind.name()).collect();
+    peers.dedup();
     let comparison = Comparison {
         format: FORMAT,
         quick: options.quick,
@@ -147,11 +147,13 @@ pub fn write(options: &Options) -> Result<Comparison> {
 fn notes(options: &Options) -> Vec<EngineNote> {
     let note = |kind: EngineKind| {
         let (version, settings) = match kind {
-            EngineKind::Own => (Ok(env!("CARGO_PKG_VERSION").to_owned()), own_settings()),
-            EngineKind::Rapier => (Ok("0.36.1".to_owned()), rapier::settings()),
-            EngineKind::MuJoCo => (mujoco::version(), mujoco::settings()),
+            EngineKind::Own => (Ok(env!("CARGO_PKG_VERSION").to_owned()), own_notes()),
+            EngineKind::Rapier(_) => (Ok("0.36.1".to_owned()), rapier::notes()),
+            EngineKind::MuJoCo(_) => (mujoco::version(), mujoco::notes()),
         };
-        let wanted = kind == EngineKind::Own || options.engines.contains(&kind);
+        let chosen: Vec<&EngineKind> =
+            options.engines.iter().filter(|other| other.name() == kind.name()).collect();
+        let wanted = kind == EngineKind::Own || !chosen.is_empty();
         let (ran, version) = match version {
             _ if !wanted => (false, "not asked for".to_owned()),
             Ok(version) => (true, version),
@@ -161,12 +163,16 @@ fn notes(options: &Options) -> Vec<EngineNote> {
             }
         };
         let reference_ms = 1e3 * reference_s(kind, options.quick);
+        let said = chosen.iter().map(|kind| format!("`{}`: {}", kind.settings(), kind.about_settings()));
+        let settings = settings.into_iter().chain(said).collect();
         EngineNote { name: kind.name().to_owned(), version, ran, reference_ms, settings }
     };
-    EngineKind::ALL.iter().map(|kind| note(*kind)).collect()
+    let mut engines: Vec<EngineKind> = EngineKind::all().collect();
+    engines.dedup_by_key(|kind| kind.name());
+    engines.into_iter().map(note).collect()
 }
 
-fn own_settings() -> Vec<String> {
+fn own_notes() -> Vec<String> {
     vec![
         "the constants of `sim/src/config.rs`, the same at every step, and in every case but those named next".into(),
         "contact stiffness: in mass_ratio in proportion to the load, in sphere_stack, incline_sphere, bowling, \
@@ -197,10 +203,12 @@ fn choose(options: &Options) -> Result<(Vec<&'static Case>, Vec<String>)> {
 
 /// One run for its error, with a reference run where it needs one.
 fn error_pass(case: &Case, kind: EngineKind, dt_ms: f64, quick: bool) -> Run {
-    let setup = Setup { engine: kind, dt_s: 1e-3 * dt_ms, reference_dt_s: Some(reference_s(kind, quick)) };
+    let reference_dt_s = Some(reference_s(kind, quick));
+    let setup = Setup { reference_dt_s, ..Setup::new(kind, 1e-3 * dt_ms) };
     let mut run = Run {
         case: case.name.to_owned(),
         engine: kind.name().to_owned(),
+        settings: kind.settings().to_owned(),
         dt_ms,
         error: None,
         invariants: Invariants::default(),
@@ -240,13 +248,13 @@ fn time_pass<'a>(
         |run: &mut dyn FnMut() -> Option<Times>| limit::within(options.run_limit_s.min(TIMED_S), run);
     let mut clocks = Vec::new();
     for (kind, run) in runs {
-        let setup = Setup { engine: kind, dt_s: 1e-3 * dt_ms, reference_dt_s: None };
+        let setup = Setup::new(kind, 1e-3 * dt_ms);
         let mut play = move || {
             let mut recorder = Recorder::for_at_most(longest_s);
             let finished = (case.run)(&setup, &mut recorder).is_ok();
             (finished || recorder.broke_off() || limit::used_up()).then(|| recorder.times())
         };
-        let clock: Box<dyn FnMut() -> Option<Times>> = if kind == EngineKind::MuJoCo {
+        let clock: Box<dyn FnMut() -> Option<Times>> = if matches!(kind, EngineKind::MuJoCo(_)) {
             let (first, mut recording) = mujoco::Recording::of(|| within(&mut play));
             Box::new(move || Some(Times { total: 1e6 * recording.replay(longest_s).ok()?, ..first? }))
         } else {
@@ -344,7 +352,7 @@ mod tests {
         let folder = Folder(std::env::temp_dir().join(format!("palmares-report-{}", std::process::id())));
         let options = Options {
             out: folder.0.clone(),
-            engines: vec![EngineKind::Own, EngineKind::Rapier],
+            engines: vec![EngineKind::Own, EngineKind::Rapier(&rapier::STIFF120)],
             cases: vec!["bowling".into()],
             steps_ms: vec![2.0, 8.0],
             repeats: 1,

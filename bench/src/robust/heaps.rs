@@ -150,7 +150,7 @@ impl Heap {
 
     /// Lets it fall for `time_s` and kicks it on the way.
     pub fn run(&self, dt_s: f64, time_s: f64) -> Result<Seen> {
-        let setup = Setup { engine: EngineKind::Own, dt_s, reference_dt_s: None };
+        let setup = Setup::new(EngineKind::Own, dt_s);
         let (mut engine, command) = self.start(&setup)?;
         let count = (time_s / dt_s).round() as u64;
         let mut seen = Seen { escaped_m: f64::NEG_INFINITY, ..Seen::default() };

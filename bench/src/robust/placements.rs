@@ -25,7 +25,7 @@ pub fn grid() -> Vec<Placement> {
 pub fn outcomes(placement: Placement, first_failure_only: bool) -> Result<Vec<[bool; 2]>> {
     let mut all = Vec::new();
     for dt_s in STEPS_S {
-        let setup = Setup { engine: EngineKind::Own, dt_s, reference_dt_s: None };
+        let setup = Setup::new(EngineKind::Own, dt_s);
         let mut seen = [false; 2];
         for (seen, grasp) in seen.iter_mut().zip([Grasp::cylinder(), Grasp::cuboid()]) {
             *seen = kept(&setup, &grasp, placement)?;

@@ -1,5 +1,6 @@
 //! The same scene as a MuJoCo model.
 
+use super::settings::Settings;
 use palmares_models::hand::{HingeKind, Inertia, Link};
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
@@ -8,13 +9,6 @@ use palmares_sim::{Model, Owner, State};
 use std::fmt::Write;
 use std::sync::Arc;
 
-/// Constraint softness of contacts and joint limits. MuJoCo raises the time constant of 2 ms to 2 h where that is
-/// more. Softer ones (5 ms; impedance 0.99) hold grasped objects less, and let block and spheres sink.
-const CONTACT: &str = "solref='0.002 1' solimp='0.999 0.9999 0.001'";
-/// ... and of the couplings of rolling joints.
-const COUPLING: &str = "solref='0.002 1' solimp='0.9999 0.99999 0.0001'";
-/// Ratio of frictional to normal constraint impedance. With 1 grasped objects creep by half a millimetre a second.
-const IMPRATIO: f64 = 100.0;
 /// A fixed box this large in two directions, m, is a plane.
 const PLANE_M: f64 = 1.0;
 
@@ -79,6 +73,7 @@ struct Written {
 
 struct Writer<'a> {
     model: &'a Model,
+    settings: &'a Settings,
     /// Friction of most objects, and the largest rolling resistance.
     common: Option<(f64, f64)>,
     written: Vec<Written>,
@@ -88,30 +83,31 @@ struct Writer<'a> {
     assets: String,
 }
 
-/// The options, for the report.
-pub(super) fn settings() -> Vec<String> {
-    vec![
-        format!("integrator discrete, cone elliptic, impratio {IMPRATIO}, Newton, default tolerances"),
-        format!("contacts and joint limits {CONTACT}; couplings of rolling joints {COUPLING}"),
-        "rolling joint: two hinges in one body and a joint equality, no coupler mass".into(),
+/// What holds for all settings, for the report.
+pub(super) fn notes() -> Vec<String> {
+    [
+        "elliptic cones, Newton, default tolerances; joint limits are as soft as contacts",
+        "bodies sleep as ours do in scenes without a hand; with one nothing sleeps, for MuJoCo would stop what is held",
+        "rolling joint: two hinges in one body and a joint equality, no coupler mass",
         "tendon: fixed tendon and affine actuator with K and b of the model; its set point is clamped to where the \
-         tendon will be and f_max beyond, since MuJoCo would clamp the force before its implicit step"
-            .into(),
-        "base: three slides and three hinges with the servo's gains; hand weight by gravcomp".into(),
-        "rounded boxes and hulls are convex meshes with 26 corners for each rounding; wide furniture is a plane".into(),
+         tendon will be and f_max beyond, since MuJoCo would clamp the force before its implicit step",
+        "base: three slides and three hinges with the servo's gains; hand weight by gravcomp",
+        "rounded boxes and hulls are convex meshes with 26 corners for each rounding; wide furniture is a plane",
         "friction of a pair: the geometric mean, as ours, wherever an object takes part: hand and furniture have \
          priority, with that of theirs and most objects'; objects of another friction have explicit pairs. Hand on \
-         hand and on furniture have the coefficient that they have on objects; rolling resistance by condim 6"
-            .into(),
+         hand and on furniture have the coefficient that they have on objects; rolling resistance by condim 6",
     ]
+    .map(String::from)
+    .to_vec()
 }
 
 /// Writes the scene as it is in `state`.
-pub(super) fn document(model: &Model, state: &State) -> Option<Document> {
+pub(super) fn document(model: &Model, state: &State, settings: &Settings) -> Option<Document> {
     let config = model.config();
     let coordinates = model.hand().map_or(0, |hand| hand.coordinates.len());
     let mut w = Writer {
         model,
+        settings,
         common: common(model.objects()),
         written: Vec::new(),
         hinges: Vec::new(),
@@ -128,13 +124,15 @@ pub(super) fn document(model: &Model, state: &State) -> Option<Document> {
     w.pairs();
     w.constraints();
     let g = config.gravity;
-    let sleep = if config.sleeping { "<flag sleep='enable'/>" } else { "" };
+    let sleep = if config.sleeping && model.hand().is_none() { "<flag sleep='enable'/>" } else { "" };
+    let Settings { integrator, impratio, .. } = settings;
+    let contact = settings.contact.attributes("");
     let xml = format!(
         "<mujoco model='palmares'>\
          <compiler angle='radian' autolimits='false' inertiafromgeom='false'/>\
-         <option timestep='{}' integrator='discrete' cone='elliptic' impratio='{IMPRATIO}' gravity='{}' \
+         <option timestep='{}' integrator='{integrator}' cone='elliptic' impratio='{impratio}' gravity='{}' \
          sleep_tolerance='{}'>{sleep}</option>\
-         <size memory='256M'/><default><geom {CONTACT}/><pair {CONTACT}/></default>\
+         <size memory='256M'/><default><geom {contact}/><pair {contact}/></default>\
          <asset>{}</asset><worldbody>{world}</worldbody>{}</mujoco>",
         config.step_s,
         vector(g),
@@ -379,7 +377,7 @@ impl Writer<'_> {
             let ends = [ratio * c.lower + offset, ratio * c.upper + offset];
             if ends.iter().all(|x| x.abs() < 100.0) {
                 let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
-                let limit = CONTACT.replace("solref", "solreflimit").replace("solimp", "solimplimit");
+                let limit = self.settings.contact.attributes("limit");
                 write!(self.out, " limited='true' range='{low:?} {high:?}' {limit}").ok()?;
             }
         }
@@ -411,7 +409,8 @@ impl Writer<'_> {
             let slope = hinge.ratio / self.hinges[m].ratio;
             let shift = hinge.offset - slope * self.hinges[m].offset;
             out += &format!(
-                "<joint joint1='j{i}' joint2='j{m}' polycoef='{shift:?} {slope:?} 0 0 0' {COUPLING}/>"
+                "<joint joint1='j{i}' joint2='j{m}' polycoef='{shift:?} {slope:?} 0 0 0' {}/>",
+                self.settings.coupling.attributes("")
             );
         }
         out += "</equality><tendon>";
@@ -451,7 +450,7 @@ impl Writer<'_> {
             );
         }
         out += "</actuator>";
-        self.out = out;
+        self.out += &out;
     }
 }
 

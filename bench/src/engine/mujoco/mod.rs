@@ -1,6 +1,7 @@
 //! MuJoCo: the same scene as an MJCF document, stepped by a Python process that talks in frames of floats.
 
 mod mjcf;
+mod settings;
 mod worker;
 
 use super::{Cost, Engine};
@@ -11,15 +12,16 @@ use palmares_sim::actuation::{base, motor};
 use palmares_sim::world::Outcome;
 use palmares_sim::{BaseCommand, Command, Model, State};
 use parry3d_f64::glamx::EulerRot;
+pub use settings::{SETTINGS, Settings};
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
 use worker::Worker;
 pub use worker::{python, version};
 
-/// What MuJoCo was told, for the report.
-pub fn settings() -> Vec<String> {
-    mjcf::settings()
+/// What holds for all settings, for the report.
+pub fn notes() -> Vec<String> {
+    mjcf::notes()
 }
 
 thread_local! {
@@ -69,8 +71,9 @@ pub(super) struct MuJoCo {
 }
 
 impl MuJoCo {
-    pub(super) fn new(model: Arc<Model>, state: State) -> Result<Self> {
-        let document = mjcf::document(&model, &state).context("this scene has no MuJoCo equivalent")?;
+    pub(super) fn new(model: Arc<Model>, state: State, settings: &Settings) -> Result<Self> {
+        let document =
+            mjcf::document(&model, &state, settings).context("this scene has no MuJoCo equivalent")?;
         let worker = Rc::new(RefCell::new(Worker::start(&document.xml)?));
         let base = Base::of(&model);
         let start = state.base;

@@ -1,4 +1,4 @@
-//! rapier: the same scene in an independent engine, with the settings that served it best.
+//! rapier: the same scene in an independent engine.
 //!
 //! The hand is one reduced-coordinate multibody. A rolling joint needs a massless coupler and a coupling of two
 //! coordinates, because a joint of rapier has its own coordinate; the tendon is an implicit cable that enters
@@ -6,60 +6,39 @@
 
 mod hand;
 mod scene;
+mod settings;
 mod tendon;
 
-use super::{Cost, Engine, RIGID, clock};
+use super::{Cost, Engine, clock};
 use anyhow::Result;
 use cpu_time::ThreadTime;
 use hand::HandBody;
 use palmares_sim::world::Outcome;
 use palmares_sim::{Command, Model, State};
-use rapier3d_f64::dynamics::{FrictionModel, RigidBodyHandle, SpringCoefficients};
+use rapier3d_f64::dynamics::RigidBodyHandle;
 use rapier3d_f64::pipeline::PhysicsWorld;
 use scene::Surfaces;
+pub use settings::{SETTINGS, STIFF120, Settings};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 /// What reading the clock costs.
 static OVERHEAD: OnceLock<Duration> = OnceLock::new();
 
-/// Typical length of the scene, m: rapier's tolerances are multiples of it.
-const LENGTH_UNIT_M: f64 = 0.05;
-/// Gauss-Seidel sweeps a step for scenes with a hand. Sub-steps would re-use a tension that was found for a
-/// whole step, so the effort goes into sweeps.
-const HAND_SWEEPS: usize = 32;
-/// Sub-steps and sweeps for scenes of free bodies, which rapier's solver is made for. With a hand the Coulomb
-/// model holds more; on its own it loses 6 % of a cube's friction, and the simplified one is exact.
-const FREE_SUBSTEPS: usize = 4;
-const FREE_SWEEPS: usize = 2;
-/// Frequency and damping ratio of contact springs. The default of 30 Hz lets links of a few grams sink.
-const CONTACT_HZ: f64 = 120.0;
-const CONTACT_DAMPING: f64 = 5.0;
-
-/// What rapier was told, for the report.
-pub fn settings() -> Vec<String> {
-    vec![
-        "rapier3d-f64 0.36.1, enhanced-determinism, one thread".into(),
-        format!("length_unit {LENGTH_UNIT_M}, contact recycling and clustering off"),
-        format!("hand scenes: FrictionModel::Coulomb, 1 sub-step, {HAND_SWEEPS} sweeps (16 hold less, 4 nothing)"),
-        format!(
-            "free bodies: FrictionModel::Simplified, {FREE_SUBSTEPS} sub-steps, {FREE_SWEEPS} sweeps (Coulomb stops \
-             a sliding cube 7 % late)"
-        ),
-        format!(
-            "contact springs {CONTACT_HZ} Hz (of rigid spheres a quarter of the rate of sub-steps), damping ratio \
-             {CONTACT_DAMPING}; friction also in the bias pass"
-        ),
-        "contacts foreseen over 2 mm + h · 1 m/s, as ours do for bodies at rest".into(),
+/// What holds for all settings, for the report.
+pub fn notes() -> Vec<String> {
+    [
+        "rapier3d-f64 0.36.1, enhanced-determinism, one thread",
+        "contact recycling and clustering off, no limit of speed",
         "hand: one multibody on a floating root; the base servo is spring and damper of the root, same gains; a bolted \
-         base is a fixed root"
-            .into(),
-        "rolling joints: two hinges, a coupler of 0.1 g, MultibodyDofCoupling".into(),
+         base is a fixed root",
+        "rolling joints: two hinges, a coupler of 0.1 g, MultibodyDofCoupling",
         "tendon: implicit cable by the reduced inertia (couplings and last contact impulses included), applied \
-         through set_spring"
-            .into(),
-        "no rolling resistance; a hand with gravity compensation weighs nothing".into(),
+         through set_spring",
+        "no rolling resistance; a hand with gravity compensation weighs nothing",
     ]
+    .map(String::from)
+    .to_vec()
 }
 
 /// A scene in rapier.
@@ -77,31 +56,10 @@ pub(super) struct Rapier {
 }
 
 impl Rapier {
-    pub(super) fn new(model: Arc<Model>, state: State) -> Result<Self> {
+    pub(super) fn new(model: Arc<Model>, state: State, settings: &Settings) -> Result<Self> {
         let mut world = PhysicsWorld::new();
         world.gravity = model.config().gravity;
-        let parameters = &mut world.integration_parameters;
-        parameters.length_unit = LENGTH_UNIT_M;
-        parameters.contact_recycling = false;
-        parameters.contact_clustering = false;
-        parameters.friction_in_bias_pass = true;
-        parameters.normalized_max_linear_velocity = f64::MAX;
-        parameters.normalized_prediction_distance = model.config().margin(false) / LENGTH_UNIT_M;
-        // As hard as its sub-steps can resolve.
-        let rigid = 0.25 * FREE_SUBSTEPS as f64 / model.config().step_s;
-        let natural_frequency =
-            if model.config().contact_stiffness >= RIGID { rigid.max(CONTACT_HZ) } else { CONTACT_HZ };
-        let softness = SpringCoefficients { natural_frequency, damping_ratio: CONTACT_DAMPING };
-        parameters.contact_softness = softness;
-        parameters.static_contact_softness = softness;
-        let (friction, substeps, sweeps) = match model.hand() {
-            Some(_) => (FrictionModel::Coulomb, 1, HAND_SWEEPS),
-            None => (FrictionModel::Simplified, FREE_SUBSTEPS, FREE_SWEEPS),
-        };
-        parameters.friction_model = friction;
-        parameters.num_solver_iterations = substeps;
-        parameters.num_internal_pgs_iterations = sweeps;
-
+        settings.apply(&mut world.integration_parameters, &model);
         let hand = match model.hand() {
             Some(hand) => Some(HandBody::build(&mut world, hand, &state, model.config().base.bolted)?),
             None => None,
