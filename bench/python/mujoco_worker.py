@@ -5,6 +5,8 @@ or by 0, a length and a message. Then, each led by one byte:
 
     P  qpos, qvel          set the state; no answer
     S  ctrl                one step; answered by CPU seconds, deepest overlap, warnings, qpos, qvel, actuator forces
+    C                      answered by the number of contacts of the last step, and of each: numbers in the names of both
+                           shapes, place, normal from the first to the second, force on the second, gap
     R  longest             play everything since the start again, for at most so many CPU seconds; answered by CPU
                            seconds per step
 
@@ -62,6 +64,21 @@ def replay(model, start, log, longest_ns):
     return (total / max(count, 1) - OVERHEAD_NS) * 1e-9
 
 
+def contacts(model, data):
+    """Of every touching contact: shapes, place, normal, force in the world's axes, gap."""
+    rows = []
+    wrench = np.zeros(6)
+    for k in range(data.ncon):
+        contact = data.contact[k]
+        if contact.efc_address < 0:
+            continue
+        mujoco.mj_contactForce(model, data, k, wrench)
+        frame = contact.frame.reshape(3, 3)
+        names = [int(model.geom(geom).name[1:]) for geom in contact.geom]
+        rows.append([*names, *contact.pos, *frame[0], *(frame.T @ wrench[:3]), contact.dist])
+    return np.array(rows)
+
+
 def main():
     source, sink = sys.stdin.buffer, sys.stdout.buffer
 
@@ -99,6 +116,9 @@ def main():
             overlap = max(0.0, -data.contact.dist.min()) if data.ncon else 0.0
             warnings = sum(warning.number for warning in data.warning)
             answer(spent, overlap, warnings, data.qpos, data.qvel, data.actuator_force)
+        elif op == b"C":
+            found = contacts(model, data)
+            answer(len(found), found.ravel())
         elif op == b"R":
             (longest,) = floats(source, 1)
             answer(replay(model, start, log, longest * 1e9))

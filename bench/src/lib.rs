@@ -10,6 +10,7 @@ pub mod engine;
 pub mod fingerprint;
 #[cfg(test)]
 mod gates;
+pub mod grasps;
 pub mod random;
 pub mod recorder;
 pub mod report;

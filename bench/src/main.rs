@@ -5,8 +5,9 @@ use clap::{Parser, Subcommand};
 use palmares_bench::cases::grasp::Placement;
 use palmares_bench::cases::{self, Setup};
 use palmares_bench::engine::EngineKind;
+use palmares_bench::grasps;
 use palmares_bench::report;
-use palmares_bench::robust::{self, grasps, heaps, placements};
+use palmares_bench::robust::{self, heaps, placements};
 use std::path::PathBuf;
 
 /// Speed against error of the hand emulator.
@@ -47,6 +48,8 @@ enum What {
         #[arg(long, default_value_t = 0.5)]
         time: f64,
     },
+    /// Count the grasps that engines keep, over drawn objects and placements and several steps.
+    Grasps(grasps::command::Options),
     /// Run one case and print its report.
     Case {
         /// Name of the case; see `palmares-bench list`.
@@ -114,7 +117,7 @@ fn main() -> Result<()> {
                 robust_placements(every_step)?;
             }
             if let Some(count) = grasps {
-                let worst = grasps::check(seed, count)?;
+                let worst = robust::grasps::check(seed, count)?;
                 println!("{count} disturbed grasps, 3 s at 1 to 8 ms, seed {seed}: all hold. {worst:#?}");
             }
             if let Some(count) = piles {
@@ -124,6 +127,7 @@ fn main() -> Result<()> {
                 );
             }
         }
+        What::Grasps(options) => grasps::command::run(&options)?,
         What::Report { out, engines, cases, steps_ms, repeats, quick, run_limit_s } => {
             let engines: Vec<Vec<EngineKind>> =
                 engines.iter().map(|name| EngineKind::with_all_settings(name)).collect::<Result<_>>()?;

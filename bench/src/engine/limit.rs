@@ -3,7 +3,7 @@
 use super::{Cost, Engine};
 use anyhow::Result;
 use palmares_models::Vec3;
-use palmares_sim::world::Outcome;
+use palmares_sim::world::{ContactForce, Outcome};
 use palmares_sim::{Command, Model, State};
 use std::cell::Cell;
 use std::sync::Arc;
@@ -92,6 +92,10 @@ impl Engine for Limited {
 
     fn outcome(&self) -> Outcome {
         self.0.outcome()
+    }
+
+    fn contacts(&mut self) -> Result<Vec<ContactForce>> {
+        self.0.contacts()
     }
 }
 

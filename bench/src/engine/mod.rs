@@ -13,7 +13,7 @@ use anyhow::{Context, Result, bail, ensure};
 use limit::Limited;
 use palmares_models::hand::Hand;
 use palmares_models::{Mat3, Vec3};
-use palmares_sim::world::Outcome;
+use palmares_sim::world::{ContactForce, Outcome};
 use palmares_sim::{Command, Model, State, World};
 use std::sync::Arc;
 
@@ -56,6 +56,10 @@ pub trait Engine {
     }
     /// How the last step went. Peers fill in the deepest overlap and whether all numbers are finite.
     fn outcome(&self) -> Outcome;
+    /// Touching contacts of the last step and their forces; none where the engine does not tell.
+    fn contacts(&mut self) -> Result<Vec<ContactForce>> {
+        Ok(self.world().map_or(Vec::new(), |world| world.contact_forces().to_vec()))
+    }
     /// Our own world, for figures that only it has (contact forces, joint residuals).
     fn world(&self) -> Option<&World> {
         None

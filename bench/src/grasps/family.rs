@@ -157,8 +157,12 @@ impl Family {
     pub fn about(self) -> &'static str {
         match self {
             Family::Cylinder => "radius 25 to 45 mm, 60 to 120 mm long, 50 to 300 g, axis along the knuckles",
-            Family::Box => "40 to 70 mm thick and wide, 60 to 140 mm long, 100 to 600 g, long side along the knuckles",
-            Family::Plate => "discs of radius 40 to 65 mm, 6 to 16 mm thick, 50 to 300 g, flat before the palm",
+            Family::Box => {
+                "40 to 70 mm thick and wide, 60 to 140 mm long, 100 to 600 g, long side along the knuckles"
+            }
+            Family::Plate => {
+                "discs of radius 40 to 65 mm, 6 to 16 mm thick, 50 to 300 g, flat before the palm"
+            }
             Family::Ball => "radius 25 to 50 mm, 50 to 500 g",
             Family::Cup => {
                 "vessels of a bottom and 12 slabs, radius 28 to 34 mm below and 34 to 42 mm above, 80 to 110 mm high, \
@@ -259,7 +263,8 @@ fn drawn(hand: HandKind, family: Family, count: usize) -> Result<Vec<Trial>> {
     (0..count)
         .map(|index| {
             let mut within = |[low, high]: [f64; 2]| random.between(low, high);
-            let (along_m, across_m, gap_m) = (within(grip.along_m), within(grip.across_m), within(grip.gap_m));
+            let (along_m, across_m, gap_m) =
+                (within(grip.along_m), within(grip.across_m), within(grip.gap_m));
             let turn = within([-FRAC_PI_6, FRAC_PI_6]);
             let (sigma, preshape) = (within([0.6, 1.0]), within([0.0, 0.6]));
             let sizes = [within([0.0, 1.0]), within([0.0, 1.0]), within([0.0, 1.0])];
@@ -293,13 +298,12 @@ fn object(
     let part = |k: usize, low: f64, high: f64| low + (high - low) * sizes[k];
     let mass = |low: f64, high: f64| low * libm::pow(high / low, mass);
     let along_knuckles = rotation_of([FRAC_PI_2, 0.0, 0.0]);
-    let single = |shape: Shape, mass: f64| {
+    let single = |shape: Shape, mass: f64| -> Result<Arc<Object>> {
         Ok(Arc::new(Object::new(family.name(), vec![(Pose::IDENTITY, shape)], mass, FRICTION, 0.0)?))
     };
     Ok(match family {
         Family::Cylinder | Family::CaseCylinder => {
-            let shape =
-                Shape::Cylinder { radius: part(0, 0.025, 0.045), half_length: part(1, 0.03, 0.06) };
+            let shape = Shape::Cylinder { radius: part(0, 0.025, 0.045), half_length: part(1, 0.03, 0.06) };
             (single(shape, mass(0.05, 0.3))?, along_knuckles)
         }
         Family::Box | Family::CaseBox => {
@@ -307,8 +311,7 @@ fn object(
             (single(Shape::Box { half_extents, rounding: 0.0 }, mass(0.1, 0.6))?, Rotation::IDENTITY)
         }
         Family::Plate => {
-            let shape =
-                Shape::Cylinder { radius: part(0, 0.04, 0.065), half_length: part(1, 0.003, 0.008) };
+            let shape = Shape::Cylinder { radius: part(0, 0.04, 0.065), half_length: part(1, 0.003, 0.008) };
             (single(shape, mass(0.05, 0.3))?, rotation_of([0.0, FRAC_PI_2, 0.0]))
         }
         Family::Ball => {
@@ -410,7 +413,12 @@ mod tests {
         for item in items() {
             let turned = longest_along_knuckles(item.size) * Vec3::from_array(item.size);
             let [x, y, z] = turned.abs().to_array();
-            assert!(x <= z + 1e-12 && z <= y + 1e-12, "{}: {:?} became {turned:?}", item.object.name, item.size);
+            assert!(
+                x <= z + 1e-12 && z <= y + 1e-12,
+                "{}: {:?} became {turned:?}",
+                item.object.name,
+                item.size
+            );
         }
     }
 

@@ -181,7 +181,14 @@ impl Judge {
     }
 
     /// Whether the grasp is decided at the end of the step that ends at `t`.
-    fn look(&mut self, schedule: &Schedule, t: f64, dt_s: f64, model: &Model, state: &State) -> Option<Ending> {
+    fn look(
+        &mut self,
+        schedule: &Schedule,
+        t: f64,
+        dt_s: f64,
+        model: &Model,
+        state: &State,
+    ) -> Option<Ending> {
         let at = in_palm(state).translation;
         let Some(settled) = self.settled else {
             if (at - self.start).length() > GONE_M {
@@ -231,8 +238,10 @@ fn overlap(hand: &Hand, model: &Model, state: &State) -> f64 {
         let bounds = shape_a.compute_aabb(&pose_a);
         for (b, _) in owners().filter(|(_, owner)| matches!(owner, Owner::Object(_))) {
             let (pose_b, shape_b) = placed(b);
-            if !parry3d_f64::bounding_volume::BoundingVolume::intersects(&bounds, &shape_b.compute_aabb(&pose_b))
-            {
+            if !parry3d_f64::bounding_volume::BoundingVolume::intersects(
+                &bounds,
+                &shape_b.compute_aabb(&pose_b),
+            ) {
                 continue;
             }
             let contact = query::contact(&pose_a, &**shape_a, &pose_b, &**shape_b, 0.0);

@@ -93,7 +93,9 @@ mod tests {
 
     #[test]
     fn the_cases_placements_make_the_cases_scenes() {
-        for (family, object) in [(Family::CaseCylinder, Grasp::cylinder()), (Family::CaseBox, Grasp::cuboid())] {
+        for (family, object) in
+            [(Family::CaseCylinder, Grasp::cylinder()), (Family::CaseBox, Grasp::cuboid())]
+        {
             let trial = &Trial::of(HandKind::SoftHand, family, 7).expect("placements")[6];
             let here = scene(trial, 1e-3).expect("a sound scene");
             let placement = placements::grid()[6];
@@ -114,9 +116,9 @@ mod tests {
             for family in Family::DRAWN {
                 for trial in Trial::of(hand, family, 3).expect("drawn") {
                     let scene = scene(&trial, 1e-3).expect("a sound scene");
-                    // Below the palm, no farther than a large object's half and the gap.
-                    let away = -(scene.state.base.translation.z);
-                    assert!(away < 0.0 && away > -0.25, "{trial:?}: {away}");
+                    // The palm is above the object, no farther than half of a large one and the gap.
+                    let above = scene.state.base.translation.z;
+                    assert!(above > 0.0 && above < 0.25, "{trial:?}: {above}");
                 }
             }
         }

@@ -2,7 +2,9 @@
 
 use super::play::Ending;
 use super::runner::Run;
+use serde::Serialize;
 use std::collections::BTreeMap;
+use std::ops::Add;
 
 /// 95 % of a normal distribution lie within so many standard deviations.
 const Z: f64 = 1.959_963_984_540_054;
@@ -21,7 +23,7 @@ pub fn wilson(kept: usize, of: usize) -> [f64; 2] {
 }
 
 /// What an engine made of a family at one step.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Count {
     /// Grasps kept.
     pub kept: usize,
@@ -54,8 +56,21 @@ impl Count {
     }
 }
 
+impl Add for Count {
+    type Output = Count;
+    fn add(self, other: Count) -> Count {
+        Count {
+            kept: self.kept + other.kept,
+            overlapping: self.overlapping + other.overlapping,
+            diverged: self.diverged + other.diverged,
+            not_finished: self.not_finished + other.not_finished,
+            of: self.of + other.of,
+        }
+    }
+}
+
 /// How often kept turns into lost, or the other way round, when the step changes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Flips {
     /// Changes from one step to the next longer one.
     pub flips: usize,
@@ -86,6 +101,18 @@ impl Flips {
             flips.of += 1;
         }
         flips
+    }
+}
+
+impl Add for Flips {
+    type Output = Flips;
+    fn add(self, other: Flips) -> Flips {
+        Flips {
+            flips: self.flips + other.flips,
+            pairs: self.pairs + other.pairs,
+            grasps: self.grasps + other.grasps,
+            of: self.of + other.of,
+        }
     }
 }
 

@@ -50,6 +50,8 @@ pub(super) struct Document {
     pub hinges: Vec<HingeDof>,
     /// The hinge that carries each coordinate.
     pub masters: Vec<usize>,
+    /// Whose the shape of each name is: `g` and its place here.
+    pub owners: Vec<Owner>,
 }
 
 /// Corners of a cube.
@@ -141,7 +143,8 @@ pub(super) fn document(model: &Model, state: &State, settings: &Settings) -> Opt
         w.out,
     );
     let masters = w.masters.into_iter().collect::<Option<Vec<usize>>>()?;
-    Some(Document { xml, hinges: w.hinges, masters })
+    let owners = w.written.iter().map(|shape| shape.owner).collect();
+    Some(Document { xml, hinges: w.hinges, masters, owners })
 }
 
 fn vector(v: Vec3) -> String {

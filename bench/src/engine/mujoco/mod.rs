@@ -9,14 +9,14 @@ use anyhow::{Context, Result, bail};
 use mjcf::{Base, Document};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::{base, motor};
-use palmares_sim::world::Outcome;
+use palmares_sim::world::{ContactForce, Outcome};
 use palmares_sim::{BaseCommand, Command, Model, State};
 use parry3d_f64::glamx::EulerRot;
 pub use settings::{SETTINGS, Settings};
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
-use worker::Worker;
+use worker::{Touch, Worker};
 pub use worker::{python, version};
 
 /// What holds for all settings, for the report.
@@ -254,5 +254,26 @@ impl Engine for MuJoCo {
 
     fn outcome(&self) -> Outcome {
         self.outcome
+    }
+
+    fn contacts(&mut self) -> Result<Vec<ContactForce>> {
+        let touches = self.worker.borrow_mut().contacts()?;
+        let owner = |name: f64| {
+            let known = self.document.owners.get(name as usize).copied();
+            known.context("MuJoCo told of a shape that the scene does not have")
+        };
+        let vector = |touch: &Touch, at: usize| Vec3::new(touch[at], touch[at + 1], touch[at + 2]);
+        let force = |touch: &Touch| {
+            Ok(ContactForce {
+                a: owner(touch[0])?,
+                b: owner(touch[1])?,
+                colliders: (touch[0] as u32, touch[1] as u32),
+                position: vector(touch, 2),
+                normal: vector(touch, 5),
+                force: vector(touch, 8),
+                distance: touch[11],
+            })
+        };
+        touches.iter().map(force).collect()
     }
 }

@@ -38,6 +38,10 @@ pub(super) struct Worker {
     pub steps: u64,
 }
 
+/// Numbers of the names of both shapes, place, normal from the first to the second, force on the second, gap.
+pub(super) type Touch = [f64; TOUCH];
+const TOUCH: usize = 12;
+
 /// The answer to a step.
 pub(super) struct Frame {
     pub spent_s: f64,
@@ -84,6 +88,14 @@ impl Worker {
         let mut numbers = self.read(3 + nq + nv + nu)?;
         let rest = numbers.split_off(3);
         Ok(Frame { spent_s: numbers[0], overlap_m: numbers[1], warnings: numbers[2] as u64, numbers: rest })
+    }
+
+    /// Contacts of the last step, each as a [`Touch`].
+    pub(super) fn contacts(&mut self) -> Result<Vec<Touch>> {
+        self.write(b'C', &[])?;
+        let count = self.read(1)?[0] as usize;
+        let numbers = self.read(TOUCH * count)?;
+        Ok(numbers.chunks_exact(TOUCH).filter_map(|it| it.try_into().ok()).collect())
     }
 
     /// CPU time per step, s, of a run of all steps so far, of at most `longest_s`.

@@ -1,0 +1,12 @@
+//! How many grasps does an engine keep? Lift, hold and shake over objects and placements that were drawn before any engine
+//! had seen them, at several steps.
+
+pub mod command;
+pub mod family;
+mod page;
+pub mod play;
+pub mod runner;
+pub mod scene;
+mod table;
+pub mod tally;
+mod trace;
