@@ -43,6 +43,9 @@ pub struct Options {
     /// Take the file's runs of peers whatever their commit.
     #[arg(long)]
     reuse_peers: bool,
+    /// Play nothing: count what the file of runs knows of the plan.
+    #[arg(long)]
+    count_only: bool,
     /// Wall time of a peer's run, s; beyond it the run is not finished and is not counted.
     #[arg(long, default_value_t = 120.0)]
     run_limit_s: f64,
@@ -72,6 +75,7 @@ impl Options {
             jobs: self.jobs,
             run_limit_s: self.run_limit_s,
             reuse_peers: self.reuse_peers,
+            count_only: self.count_only,
         })
     }
 

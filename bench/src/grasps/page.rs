@@ -90,6 +90,9 @@ fn line(page: &mut String, engine: &str, settings: &str, counts: &[Count], flips
 
 /// `17 of 24 (51–85 %)`, and what else happened.
 fn words(count: &Count) -> String {
+    if count.of + count.not_finished == 0 {
+        return "–".to_owned();
+    }
     let [low, high] = wilson(count.kept, count.of).map(|p| 100.0 * p);
     let mut words = format!("{} of {} ({low:.0}–{high:.0} %)", count.kept, count.of);
     for (number, what) in
