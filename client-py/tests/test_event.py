@@ -55,7 +55,8 @@ class Organizer:
         """Run a command, return the JSON it prints."""
         assert PROGRAM is not None
         where = ["--url", self._server.url, "--token-file", str(self._token_file)]
-        done = subprocess.run([PROGRAM, "admin", *where, "--json", *args], capture_output=True, text=True, check=False)
+        command = [PROGRAM, "admin", *where, "--json", *args]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode == 0, f"palmares admin {' '.join(args)}: {done.stderr}{done.stdout}"
         return json.loads(done.stdout)
 
@@ -223,7 +224,7 @@ def test_a_scripted_event(stage: tuple[Path, tuple[str, ...]]) -> None:
             organizer(
                 "session", "end", organizer.session(team)["session_id"], "--reason", "the event is over"
             )
-        organizer("reveal")
+        organizer("reveal", "--yes")
         secret = bytes.fromhex(organizer.get("/v1/competition")["seed_secret"])
         assert hashlib.sha256(secret).hexdigest() == commitment
         for run in organizer.runs().values():
