@@ -173,6 +173,11 @@ async fn a_rake_within_the_limits_is_shown_with_its_numbers_and_earns_nothing_by
     );
     assert!(std::fs::read(&picture).expect("written").starts_with(b"\x89PNG"));
 
+    let out = cup.admin(&["hand", "show", &id, "--json"]);
+    let shown: Value = serde_json::from_slice(&out.stdout).expect("JSON");
+    assert_eq!(shown["hand"]["id"], id.as_str());
+    assert!(shown["figures"].as_array().is_some_and(|rows| !rows.is_empty()), "{shown}");
+
     let out = cup.admin(&["hand", "try", &id]);
     let printed = text(&out.stdout);
     assert!(out.status.success(), "{printed}{}", text(&out.stderr));

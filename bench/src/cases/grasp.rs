@@ -3,6 +3,7 @@
 use super::synergy::softhand;
 use super::{Case, Finding, Setup, ramp, steps};
 use crate::engine::Engine;
+use crate::grasps::scene::{Lie, Scene, before};
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
 use anyhow::{Context, Result};
@@ -13,8 +14,7 @@ use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::base::BaseCommand;
 use palmares_sim::actuation::motor::wound;
 use palmares_sim::state::BaseReference;
-use palmares_sim::{Command, Config, Model, Owner, State, World};
-use parry3d_f64::query;
+use palmares_sim::{Command, Config, Model, State, World};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
@@ -51,6 +51,9 @@ const GLOVE: f64 = 1.0;
 
 /// ... and of both on the pedestal.
 const ON_PEDESTAL: f64 = 0.5;
+
+/// How far the object is before the hand, m.
+const GAP_M: f64 = 1e-3;
 
 /// Where the object lies in the hand's frame before closing, on the palm's normal (+x) and across the fingers, and
 /// how far the motor closes.
@@ -264,43 +267,20 @@ pub fn scene(
 ) -> Result<(Model, State, Pose)> {
     let mut hand = Hand::clone(hand);
     hand.links.iter_mut().flat_map(|link| &mut link.geoms).for_each(|geom| geom.friction = GLOVE);
-    let mut model = Model::new(config, Some(Arc::new(hand.clone())))?;
     let parts = vec![(Pose::IDENTITY, grasp.shape.clone())];
     let object = Object::new("object", parts, grasp.mass, GLOVE, 0.0)?;
-    let (shape, upright) = grasp.shape.to_parry().context("the grasp shapes are solid")?;
-    let shape_at = |x: f64| {
-        let at = Vec3::new(x, placement.across_m, placement.along_m);
-        Pose::from_parts(at, grasp.hand_from_object) * upright
+    let lie = Lie {
+        object: Arc::new(object),
+        hand_from_grip: Rotation::IDENTITY,
+        grip_from_object: grasp.hand_from_object,
+        along_m: placement.along_m,
+        across_m: placement.across_m,
+        gap_m: GAP_M,
+        // Friction of a pair is the geometric mean.
+        pedestal_friction: ON_PEDESTAL.powi(2) / GLOVE,
     };
-    let links = hand.base_from_links(&vec![0.0; hand.coordinates.len()]);
-    let clearance = |x: f64| {
-        let mut least = f64::INFINITY;
-        for collider in model.colliders() {
-            if let Owner::Link(i) = collider.owner {
-                let pose = links[i] * collider.body_from_shape;
-                let gap = query::distance(&pose, &*collider.shape, &shape_at(x), &*shape);
-                least = least.min(gap.map_or(f64::INFINITY, |gap| gap.distance));
-            }
-        }
-        least
-    };
-    let mut x = 0.0;
-    while clearance(x) < 1e-3 {
-        x += 5e-4;
-    }
-    let center = Vec3::new(x, placement.across_m, placement.along_m);
-    // Palm normal +x down.
-    let down = Rotation::from_rotation_y(FRAC_PI_2);
-    let base = Pose::from_parts(-(down * center), down);
-    let object_pose = Pose::from_parts(Vec3::ZERO, down * grasp.hand_from_object);
-    let low = shape.compute_aabb(&(object_pose * upright)).mins.z;
-    let pedestal = Shape::Box { half_extents: [0.02, 0.02, 0.02], rounding: 0.0 };
-    // Friction of a pair is the geometric mean.
-    let on_pedestal = ON_PEDESTAL.powi(2) / GLOVE;
-    model.add_static("pedestal", &pedestal, Pose::translation(0.0, 0.0, low - 0.02 - 1e-5), on_pedestal)?;
-    model.add_object(Arc::new(object))?;
-    let state = State::at_rest(&model, base, &[object_pose]);
-    Ok((model, state, base))
+    let Scene { model, state, start } = before(&Arc::new(hand), config, &lie)?;
+    Ok((model, state, start))
 }
 
 /// Largest unbalanced torque on a joint, `|Rᵀ f − E (q − q₀) + Jᵀ f_c + limits|`: the static balance of

@@ -81,6 +81,13 @@ fn every_contact_keeps_to_signorini_and_coulomb() {
 fn friction_opposes_slip() {
     let report = report("contact_dissipation", 1e-3);
     converged(&report);
-    // A tenth is what 32 heaps differ from more by.
-    assert!(error(&report) <= 1.1, "{} %", error(&report));
+    assert!(error(&report) <= 0.7, "{} %", error(&report));
+}
+
+#[test]
+fn a_contact_that_slides_off_and_on_carries_little_at_a_gap() {
+    // 2.4 mm while a point that had carried nothing was taken for stuck.
+    let report = report("contact_hover", 1e-3);
+    converged(&report);
+    assert!(error(&report) <= 0.8, "{} mm", error(&report));
 }

@@ -110,3 +110,36 @@ pub fn stretch_after(before: Vec3, impulse: Vec3, stiffness: f64, dissipation_s:
     let ratio = dissipation_s / h;
     (impulse * (-1.0 / (h * stiffness)) + before * ratio) / (1.0 + ratio)
 }
+
+/// Elastic stretch `x₁` of a contact that slid in the step: along the friction impulse's line, and no longer than the
+/// spring alone would hold it, `0 ≤ x·(−f̂) ≤ |f|/k_t`. Without it a spring stretched by an impact, or by slip in another
+/// direction, relaxes over the dissipation time and turns friction away from the slip meanwhile. It only shortens the
+/// spring: energy is lost.
+#[inline]
+pub fn stretch_sliding(stretch: Vec3, impulse: Vec3, stiffness: f64, h: f64) -> Vec3 {
+    let size = impulse.length();
+    if size == 0.0 {
+        return Vec3::ZERO;
+    }
+    let along = impulse * (-1.0 / size);
+    along * stretch.dot(along).clamp(0.0, size / (h * stiffness))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sliding_spring_turns_into_friction_and_never_grows() {
+        let impulse = Vec3::new(-2.0e-3, 0.0, 0.0);
+        let (k, h) = (2e5, 1e-3);
+        let most = 1e-5;
+        for (x, y) in [(0.5e-5, 0.0), (0.5e-5, 3e-5), (8e-5, -1e-5), (-2e-5, 1e-5)] {
+            let before = Vec3::new(x, y, 0.0);
+            let after = stretch_sliding(before, impulse, k, h);
+            assert!(after.y == 0.0 && after.x >= 0.0 && after.x <= most * (1.0 + 1e-15));
+            assert!(after.length() <= before.length());
+        }
+        assert_eq!(stretch_sliding(Vec3::X, Vec3::ZERO, k, h), Vec3::ZERO);
+    }
+}

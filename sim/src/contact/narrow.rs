@@ -226,13 +226,18 @@ impl Contacts {
             let on_b = pose_b.transform_point(point.local_p2);
             let r = (on_a + on_b) * 0.5 - origin;
             // Twice the present approach speed, and what a step may add to it from rest.
-            let approach = relative.at(r).dot(normal);
+            let velocity = relative.at(r);
+            let approach = velocity.dot(normal);
             if point.dist > from_rest + 2.0 * approach.abs() * config.step_s {
                 point.data = Anchor::IDLE;
                 continue;
             }
             if !point.data.known {
                 point.data = Anchor { known: true, loaded: false, ..pair.mean };
+            }
+            // What carried nothing slips as fast as the surfaces move.
+            if !point.data.loaded {
+                point.data.slip = (velocity - normal * approach).length();
             }
             self.points.push(ContactPoint {
                 r,

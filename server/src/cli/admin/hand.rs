@@ -43,9 +43,17 @@ fn fetched(client: &Client, id: &str) -> anyhow::Result<Hand> {
 }
 
 /// Prints the figures; draws the hand from three sides.
-pub(super) fn show(client: &Client, id: &str, picture: Option<&Path>) -> anyhow::Result<()> {
-    let shown = Shown::of(client, id)?;
+pub(super) fn show(client: &Client, id: &str, picture: Option<&Path>, json: bool) -> anyhow::Result<()> {
     let mut out = std::io::stdout().lock();
+    if json {
+        let answer = client.get(&format!("/v1/admin/hands/{}", escaped(id)))?;
+        writeln!(out, "{}", serde_json::to_string_pretty(&answer)?)?;
+        if let Some(file) = picture {
+            draw(&fetched(client, id)?, file)?;
+        }
+        return Ok(());
+    }
+    let shown = Shown::of(client, id)?;
     let (team, name) = (shown.word("team"), shown.word("name"));
     writeln!(out, "{id}: {name} of {team}, {}", shown.word("status"))?;
     for warning in shown.hand["warnings"].as_array().into_iter().flatten() {
@@ -63,7 +71,7 @@ pub(super) fn show(client: &Client, id: &str, picture: Option<&Path>) -> anyhow:
 }
 
 /// Plays the hand here, in each task of the server.
-pub(super) fn attempt(client: &Client, id: &str) -> anyhow::Result<()> {
+pub(super) fn attempt(client: &Client, id: &str, json: bool) -> anyhow::Result<()> {
     let hand = Arc::new(fetched(client, id)?);
     let listed = client.get("/v1/tasks")?;
     let served: Vec<&str> =
@@ -75,6 +83,11 @@ pub(super) fn attempt(client: &Client, id: &str) -> anyhow::Result<()> {
     }
     let (played, refused) = trials(&tasks, &hand);
     let mut out = std::io::stdout().lock();
+    if json {
+        let report = serde_json::json!({"played": played, "refused": refused});
+        writeln!(out, "{}", serde_json::to_string_pretty(&report)?)?;
+        return Ok(());
+    }
     write!(out, "{}: practice runs by a fixed script\n{}", hand.name, trial_table(&played, &refused))?;
     Ok(())
 }

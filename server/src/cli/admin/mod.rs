@@ -327,8 +327,10 @@ pub(super) fn admin(options: &AdminOptions) -> anyhow::Result<()> {
     }
     let client = Client::new(&options.access)?;
     match &options.command {
-        AdminCommand::Hand(Hand::Show { id, output }) => return hand::show(&client, id, output.as_deref()),
-        AdminCommand::Hand(Hand::Try { id }) => return hand::attempt(&client, id),
+        AdminCommand::Hand(Hand::Show { id, output }) => {
+            return hand::show(&client, id, output.as_deref(), options.json);
+        }
+        AdminCommand::Hand(Hand::Try { id }) => return hand::attempt(&client, id, options.json),
         AdminCommand::Hand(Hand::Approve(id)) => hand::warn(&client, &id.id)?,
         AdminCommand::Reveal { yes: false, .. } => confirm_reveal(&client)?,
         _ => {}

@@ -6,6 +6,7 @@ mod describe;
 mod draw;
 mod figure;
 mod figures;
+mod outline;
 mod predict;
 mod push;
 mod show;

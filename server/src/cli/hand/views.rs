@@ -1,15 +1,12 @@
 //! A hand from three sides: where its collision shapes are, open, and as outlines closed.
 
 use super::draw::{Area, COLOURS, FAINT, GRID, INK, MARGIN, Picture, letters, said};
+use super::outline::outline;
 use palmares_models::hand::Hand;
 use palmares_models::hand_limits::number;
-use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};
 use plotters::prelude::*;
-use std::f64::consts::TAU;
 
-/// Directions in which the outline of a shape is looked for.
-const DIRECTIONS: usize = 72;
 /// Width and height of a view, in the units of an SVG.
 const VIEW: u32 = 400;
 const HEAD: u32 = 62;
@@ -42,44 +39,6 @@ fn sides() -> [(&'static str, Vec3, Vec3, Vec3); 3] {
         ("side (along y): x, z", Vec3::X, Vec3::Z, -Vec3::Y),
         ("top (along −z): x, y", Vec3::X, Vec3::Y, Vec3::Z),
     ]
-}
-
-/// The point of a shape farthest along a direction.
-fn support(shape: &Shape, pose: &Pose, along: Vec3) -> Vec3 {
-    let local = pose.rotation.inverse() * along;
-    let sign = |x: f64| if x < 0.0 { -1.0 } else { 1.0 };
-    let (point, rounding) = match shape {
-        Shape::Sphere { radius } => (Vec3::ZERO, *radius),
-        Shape::Capsule { radius, half_length } => (Vec3::new(0.0, 0.0, sign(local.z) * half_length), *radius),
-        Shape::Cylinder { radius, half_length } => {
-            let across = Vec3::new(local.x, local.y, 0.0).normalize_or_zero() * *radius;
-            (across + Vec3::new(0.0, 0.0, sign(local.z) * half_length), 0.0)
-        }
-        Shape::Box { half_extents: [x, y, z], rounding: r } => {
-            let corner = Vec3::new(sign(local.x) * (x - r), sign(local.y) * (y - r), sign(local.z) * (z - r));
-            (corner, *r)
-        }
-        Shape::Hull { points, rounding } => {
-            let points = points.iter().map(|p| Vec3::from_array(*p));
-            let far = points.max_by(|a, b| a.dot(local).total_cmp(&b.dot(local)));
-            (far.unwrap_or(Vec3::ZERO), *rounding)
-        }
-    };
-    pose.transform_point(point) + along * rounding
-}
-
-/// The outline of a convex shape, seen along a direction.
-fn outline(shape: &Shape, pose: &Pose, right: Vec3, up: Vec3) -> Vec<(f64, f64)> {
-    let mut points: Vec<(f64, f64)> = Vec::new();
-    for k in 0..DIRECTIONS {
-        let angle = TAU * k as f64 / DIRECTIONS as f64;
-        let p = support(shape, pose, right * angle.cos() + up * angle.sin());
-        let seen = (p.dot(right), p.dot(up));
-        if points.last() != Some(&seen) {
-            points.push(seen);
-        }
-    }
-    points
 }
 
 impl Views {
@@ -215,23 +174,6 @@ fn around(mut points: Vec<(i32, i32)>) -> Vec<(i32, i32)> {
 mod tests {
     use super::*;
     use crate::cli::hand::draw::draw;
-
-    #[test]
-    fn outlines_are_as_wide_as_the_shapes() {
-        let pose = Pose::from_translation(Vec3::new(1.0, 0.0, 0.0));
-        let width = |shape: &Shape| {
-            let points = outline(shape, &pose, Vec3::X, Vec3::Z);
-            let xs = points.iter().map(|p| p.0);
-            (xs.clone().fold(f64::MAX, f64::min), xs.fold(f64::MIN, f64::max))
-        };
-        let near = |(low, high): (f64, f64), half: f64| {
-            assert!((low - (1.0 - half)).abs() < 1e-3 * half && (high - (1.0 + half)).abs() < 1e-3 * half);
-        };
-        near(width(&Shape::Sphere { radius: 0.1 }), 0.1);
-        near(width(&Shape::Capsule { radius: 0.1, half_length: 0.3 }), 0.1);
-        near(width(&Shape::Cylinder { radius: 0.1, half_length: 0.3 }), 0.1);
-        near(width(&Shape::Box { half_extents: [0.2, 0.1, 0.3], rounding: 0.01 }), 0.2);
-    }
 
     #[test]
     fn every_shape_is_in_each_of_three_views() {
