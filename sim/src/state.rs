@@ -248,7 +248,7 @@ impl Digest {
         self.floats(&v.to_array());
     }
 
-    fn pose(&mut self, pose: &Pose) {
+    pub(crate) fn pose(&mut self, pose: &Pose) {
         self.vector(pose.translation);
         let Rotation { x, y, z, w } = pose.rotation;
         self.floats(&[x, y, z, w]);

@@ -175,7 +175,7 @@ async fn a_rake_within_the_limits_is_shown_with_its_numbers_and_earns_nothing_by
 
     let out = cup.admin(&["hand", "show", &id, "--json"]);
     let shown: Value = serde_json::from_slice(&out.stdout).expect("JSON");
-    assert_eq!(shown["hand"]["id"], id.as_str());
+    assert_eq!(shown["hand"]["status"], "pending", "{shown}");
     assert!(shown["figures"].as_array().is_some_and(|rows| !rows.is_empty()), "{shown}");
 
     let out = cup.admin(&["hand", "try", &id]);

@@ -6,7 +6,7 @@
 //! matching of points by feature.
 
 use crate::state::Digest;
-use palmares_models::Vec3;
+use palmares_models::{Pose, Vec3};
 use parry3d_f64::query::{ContactManifold, TrackedContact};
 
 /// Memory of one contact point.
@@ -36,6 +36,9 @@ pub struct Pair {
     /// Overlap that the contact did not bring about, m: the shapes were first seen in each other. It counts as
     /// touching and is taken back slowly.
     pub excess: f64,
+    /// Gap of the deepest point when the points were last looked at, m, and where B then stood in A's frame; of a pair
+    /// without points 0 and nothing.
+    pub seen: (f64, Pose),
 }
 
 impl Anchor {
@@ -54,7 +57,13 @@ impl Anchor {
 impl Pair {
     /// A pair that has not touched yet.
     pub fn new(key: (u32, u32)) -> Self {
-        Pair { key, manifold: ContactManifold::new(), mean: Anchor::default(), excess: 0.0 }
+        Pair {
+            key,
+            manifold: ContactManifold::new(),
+            mean: Anchor::default(),
+            excess: 0.0,
+            seen: (0.0, Pose::IDENTITY),
+        }
     }
 
     /// Forgets everything: the shapes are apart. From the normals parry begins its search, so that they count.
@@ -64,11 +73,12 @@ impl Pair {
         self.manifold.local_n2 = Vec3::ZERO;
         self.mean = Anchor::default();
         self.excess = 0.0;
+        self.seen = (0.0, Pose::IDENTITY);
     }
 
     /// Whether there is nothing to remember. Which of the pairs that never touched are listed says nothing.
     fn is_blank(&self) -> bool {
-        let Pair { key: _, manifold, mean, excess } = self;
+        let Pair { key: _, manifold, mean, excess, seen: _ } = self;
         manifold.points.is_empty()
             && manifold.local_n1 == Vec3::ZERO
             && manifold.local_n2 == Vec3::ZERO
@@ -81,7 +91,7 @@ impl Pair {
             return;
         }
         // Taken apart by name, so that nothing can be forgotten; of convex shapes the rest is empty.
-        let Pair { key, manifold, mean, excess } = self;
+        let Pair { key, manifold, mean, excess, seen: (gap, a_from_b) } = self;
         let ContactManifold { points, local_n1, local_n2, subshape1, subshape2, subshape_poses: _, data: () } =
             manifold;
         h.word(u64::from(key.0) << 32 | u64::from(key.1));
@@ -89,6 +99,8 @@ impl Pair {
         h.vector(*local_n1);
         h.vector(*local_n2);
         h.float(*excess);
+        h.float(*gap);
+        h.pose(a_from_b);
         mean.digest(h);
         h.word(points.len() as u64);
         for TrackedContact { local_p1, local_p2, dist, fid1, fid2, data } in points {

@@ -155,11 +155,13 @@ impl Contacts {
             let taken_back = pair.excess - config.separation_speed * config.step_s;
             pair.excess = if first_sight && deepest < -config.overlap_m { -deepest } else { taken_back };
             pair.excess = pair.excess.min(-deepest).max(0.0);
-            near.remember(index, if deepest.is_finite() { deepest } else { 0.0 }, a_from_b);
+            pair.seen = (0.0, Pose::IDENTITY);
             if pair.manifold.points.is_empty() {
+                near.remember(index, 0.0, a_from_b);
                 pair.mean = Anchor::default();
                 continue;
             }
+            pair.seen = (deepest, a_from_b);
             let origin = match (a.owner, b.owner) {
                 (_, Owner::Object(k)) | (Owner::Object(k), _) => centers[k].translation,
                 _ => base_origin,
@@ -262,10 +264,13 @@ fn still_apart(
     a_from_b: &Pose,
     reachable: f64,
 ) -> Option<f64> {
+    // Points are part of the state, the distance found earlier is not: a restored snapshot knows none.
     if pair.manifold.points.iter().any(|point| point.data.loaded) {
         return None;
     }
-    let (gap, there) = near.gap(index);
+    let touched = !pair.manifold.points.is_empty();
+    // What was known before a snapshot is known after it: where there are points, the state has it.
+    let (gap, there) = if touched { pair.seen } else { near.gap(index) };
     // A shape without end comes nearer by any turn.
     if gap > reachable && b.reach.is_finite() {
         let travel = a_from_b.translation.distance(there.translation);
@@ -277,7 +282,7 @@ fn still_apart(
             return Some(left);
         }
     }
-    if !pair.manifold.points.is_empty() {
+    if touched {
         return None;
     }
     let found = DefaultQueryDispatcher.distance(a_from_b, &*a.shape, &*b.shape);

@@ -82,7 +82,7 @@ fn every_field_counts_in_the_digest() {
     let mut state = world.state().clone();
     state.earlier.smooth = true;
     type Change = (&'static str, fn(&mut State));
-    let changes: [Change; 42] = [
+    let changes: [Change; 46] = [
         ("step", |s| s.step ^= 1),
         ("base place", |s| nudge(&mut s.base.translation.y)),
         ("base turn", |s| nudge(&mut s.base.rotation.w)),
@@ -110,6 +110,9 @@ fn every_field_counts_in_the_digest() {
         ("subshape of a", |s| loaded(&mut s.pairs).manifold.subshape1 ^= 1),
         ("subshape of b", |s| loaded(&mut s.pairs).manifold.subshape2 ^= 1),
         ("excess", |s| nudge(&mut loaded(&mut s.pairs).excess)),
+        ("gap seen", |s| nudge(&mut loaded(&mut s.pairs).seen.0)),
+        ("place seen", |s| nudge(&mut loaded(&mut s.pairs).seen.1.translation.y)),
+        ("turn seen", |s| nudge(&mut loaded(&mut s.pairs).seen.1.rotation.w)),
         ("mean known", |s| loaded(&mut s.pairs).mean.known ^= true),
         ("mean loaded", |s| loaded(&mut s.pairs).mean.loaded ^= true),
         ("mean stretch", |s| nudge(&mut loaded(&mut s.pairs).mean.stretch.y)),
@@ -125,6 +128,7 @@ fn every_field_counts_in_the_digest() {
         ("slip", |s| nudge(&mut point(s).data.slip)),
         ("force", |s| nudge(&mut point(s).data.normal_force)),
         ("known", |s| point(s).data.known ^= true),
+        ("loaded", |s| point(s).data.loaded ^= true),
     ];
     let before = state.hash();
     for (name, change) in changes {
