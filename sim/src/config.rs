@@ -29,12 +29,12 @@ pub struct Config {
     /// fingers there would always be something to look for at long steps.
     pub self_approach_m: f64,
     /// Slip speed below which no correction for gliding is made, m/s. Without it stacks limit-cycle.
-    pub glide_deadband: f64,
+    pub de_saxce_deadband: f64,
     /// Where slip changes within a step so much that the lagged correction for gliding would leave a surface this
     /// far off, m, the step is solved again with the slip found.
-    pub hover_m: f64,
+    pub de_saxce_tolerance_m: f64,
     /// The same of a hand, m: in it something begins to slide at nearly every step.
-    pub hand_hover_m: f64,
+    pub hand_de_saxce_tolerance_m: f64,
     /// Points of a contact nearer to each other than this are one, m.
     pub coincident_m: f64,
     /// A cached manifold is re-used while its points have moved less than this, m.
@@ -131,9 +131,9 @@ impl Default for Config {
             contact_margin_m: 2e-3,
             approach_speed: 1.0,
             self_approach_m: 5e-3,
-            glide_deadband: 2e-3,
-            hover_m: 2e-5,
-            hand_hover_m: 1e-4,
+            de_saxce_deadband: 2e-3,
+            de_saxce_tolerance_m: 2e-5,
+            hand_de_saxce_tolerance_m: 1e-4,
             coincident_m: 1e-6,
             manifold_reuse_m: 1e-5,
             manifold_reuse_rad: 3.5e-4,
@@ -174,9 +174,9 @@ impl Config {
             contact_margin_m,
             approach_speed,
             self_approach_m,
-            glide_deadband,
-            hover_m,
-            hand_hover_m,
+            de_saxce_deadband,
+            de_saxce_tolerance_m,
+            hand_de_saxce_tolerance_m,
             coincident_m,
             manifold_reuse_m,
             manifold_reuse_rad,
@@ -215,8 +215,8 @@ impl Config {
         hash.flag(*bolted);
         hash.floats(&[*step_s, *contact_stiffness, *anchor_stiffness, *contact_dissipation_s]);
         hash.floats(&[*contact_onset_m, *limit_onset_rad, *contact_margin_m, *approach_speed]);
-        hash.floats(&[*self_approach_m, *hand_hover_m, *coincident_m]);
-        hash.floats(&[*glide_deadband, *hover_m, *manifold_reuse_m, *manifold_reuse_rad]);
+        hash.floats(&[*self_approach_m, *hand_de_saxce_tolerance_m, *coincident_m]);
+        hash.floats(&[*de_saxce_deadband, *de_saxce_tolerance_m, *manifold_reuse_m, *manifold_reuse_rad]);
         hash.floats(&[*round_reuse_m, *round_reuse_rad, *overlap_m]);
         hash.floats(&[*separation_speed, *rebound_speed, *limit_stiffness, *rolling_deadband]);
         hash.floats(&[*tolerance, *sleep_linear, *sleep_angular, *sleep_after_s]);

@@ -6,13 +6,16 @@
 
 pub mod actuation;
 pub mod bounds;
+mod command;
 pub mod config;
 pub mod contact;
+mod digest;
 pub mod dynamics;
 pub mod model;
+mod outcome;
 pub mod solver;
 pub mod state;
-pub mod step;
+mod step;
 pub mod world;
 
 #[cfg(test)]
@@ -20,7 +23,9 @@ mod tests;
 
 pub use actuation::base::BaseCommand;
 pub use bounds::Fault;
+pub use command::{Command, Push};
 pub use config::Config;
 pub use model::{Model, Owner};
+pub use outcome::{ContactForce, Outcome, Phase, Probe};
 pub use state::State;
-pub use world::{Command, Outcome, Push, World};
+pub use world::World;

@@ -33,7 +33,7 @@ pub struct Collider {
     /// Bounds in the shape's own frame; parry would compute a hull's from all its vertices every time.
     pub local_bounds: Aabb,
     /// Largest distance of a point of the shape from its own origin, m; infinite of a ground.
-    pub reach: f64,
+    pub bounding_radius: f64,
     /// Coulomb friction coefficient.
     pub friction: f64,
     /// Lever of rolling resistance, m.
@@ -178,7 +178,7 @@ impl Model {
             body_from_shape: Pose::translation(0.0, 0.0, height),
             shape: SharedShape::halfspace(Vec3::Z),
             local_bounds: Aabb { mins: Vec3::splat(-END_M), maxs: below },
-            reach: f64::INFINITY,
+            bounding_radius: f64::INFINITY,
             friction,
             rolling_friction: 0.0,
             restitution: 0.0,
@@ -225,7 +225,7 @@ impl Model {
         let local_bounds = parry.compute_local_aabb();
         self.colliders.push(Collider {
             owner,
-            reach: local_bounds.mins.abs().max(local_bounds.maxs.abs()).length(),
+            bounding_radius: local_bounds.mins.abs().max(local_bounds.maxs.abs()).length(),
             body_from_shape: body_from_geom * geom_from_parry,
             local_bounds,
             is_ball: parry.as_ball().is_some(),

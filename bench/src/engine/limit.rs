@@ -3,8 +3,8 @@
 use super::{Cost, Engine};
 use anyhow::{Result, bail};
 use palmares_models::Vec3;
-use palmares_sim::world::{ContactForce, Outcome};
 use palmares_sim::{Command, Model, State};
+use palmares_sim::{ContactForce, Outcome};
 use std::cell::Cell;
 use std::sync::Arc;
 use std::time::{Duration, Instant};

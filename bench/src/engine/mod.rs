@@ -13,8 +13,8 @@ use anyhow::{Context, Result, bail, ensure};
 use limit::Limited;
 use palmares_models::hand::Hand;
 use palmares_models::{Mat3, Vec3};
-use palmares_sim::world::{ContactForce, Outcome};
 use palmares_sim::{Command, Model, State, World};
+use palmares_sim::{ContactForce, Outcome};
 use std::sync::Arc;
 
 /// Contacts at least this stiff, N/m, stand for rigid bodies: peers get what serves them best there.

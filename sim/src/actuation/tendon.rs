@@ -42,10 +42,10 @@ pub fn terms(hand: &Hand, q: &[f64], motors: &[MotorState], h: f64, terms: &mut 
     }
 }
 
-/// Tells `add` (coordinate, stiffness) for what arms that shrink as a joint gives way add to its spring:
-/// `τ(q + h v) ≈ τ + h f R' v`, of which the part that resists, `−f R' > 0`, may be stiffer than a step can bear
-/// explicitly. Implicit, it slows the motion of one step and leaves the forces at rest as they are; the part that
-/// drives on stays explicit, or the problem would not be convex. `tension` is that of the last step.
+/// Geometric stiffness of tendons whose moment arm R depends on the joint: `−f dR/dq`, N·m/rad, from
+/// `τ(q + h v) ≈ τ + h f R' v`. `add` is told (coordinate, stiffness) of the positive part only, so that the problem stays
+/// convex; taken implicitly it damps one step's motion and leaves forces at rest as they are. `tension` f is that of the last
+/// step, N.
 pub fn geometric_stiffness(hand: &Hand, q: &[f64], tension: &[f64], mut add: impl FnMut(usize, f64)) {
     for (tendon, f) in hand.tendons.iter().zip(tension) {
         for element in &tendon.elements {

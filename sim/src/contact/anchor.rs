@@ -1,11 +1,16 @@
-//! What a contact remembers from step to step.
+//! What a contact remembers from step to step: stiction without creep.
 //!
-//! Regularised friction alone creeps. A stiction anchor is a tangential spring of stiffness k_t that starts
-//! where the contact first stuck; its stretch carries the friction force of a contact at rest, so that the
-//! slip speed at rest is zero. The anchor belongs to parry's contact point and follows it through parry's
-//! matching of points by feature.
+//! Regularised friction alone creeps: it needs a slip speed to give a force. A stiction anchor is a spring of stiffness
+//! k_t, N/m (`Config::anchor_stiffness`), with a damper k_t τ in parallel (τ = `Config::contact_dissipation_s`, s), both in
+//! series with Coulomb's slider:
+//!
+//! `f = −k_t (x + τ ẋ)`, `|f| ≤ μ f_n`
+//!
+//! with the stretch x, m, and the friction f, N, on body B in the tangent plane; x is the elastic displacement of B against A,
+//! so that f opposes it. At rest ẋ = 0 and the stretch carries the force: the slip speed is zero. The anchor belongs to
+//! parry's contact point and follows it through parry's matching of points by feature.
 
-use crate::state::Digest;
+use crate::digest::Digest;
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::query::{ContactManifold, TrackedContact};
 
@@ -35,7 +40,7 @@ pub struct Pair {
     pub mean: Anchor,
     /// Overlap that the contact did not bring about, m: the shapes were first seen in each other. It counts as
     /// touching and is taken back slowly.
-    pub excess: f64,
+    pub initial_overlap: f64,
     /// Gap of the deepest point when the points were last looked at, m, and where B then stood in A's frame; of a pair
     /// without points 0 and nothing.
     pub seen: (f64, Pose),
@@ -61,7 +66,7 @@ impl Pair {
             key,
             manifold: ContactManifold::new(),
             mean: Anchor::default(),
-            excess: 0.0,
+            initial_overlap: 0.0,
             seen: (0.0, Pose::IDENTITY),
         }
     }
@@ -72,18 +77,18 @@ impl Pair {
         self.manifold.local_n1 = Vec3::ZERO;
         self.manifold.local_n2 = Vec3::ZERO;
         self.mean = Anchor::default();
-        self.excess = 0.0;
+        self.initial_overlap = 0.0;
         self.seen = (0.0, Pose::IDENTITY);
     }
 
     /// Whether there is nothing to remember. Which of the pairs that never touched are listed says nothing.
     fn is_blank(&self) -> bool {
-        let Pair { key: _, manifold, mean, excess, seen: _ } = self;
+        let Pair { key: _, manifold, mean, initial_overlap, seen: _ } = self;
         manifold.points.is_empty()
             && manifold.local_n1 == Vec3::ZERO
             && manifold.local_n2 == Vec3::ZERO
             && *mean == Anchor::default()
-            && *excess == 0.0
+            && *initial_overlap == 0.0
     }
 
     pub(crate) fn digest(&self, h: &mut Digest) {
@@ -91,14 +96,14 @@ impl Pair {
             return;
         }
         // Taken apart by name, so that nothing can be forgotten; of convex shapes the rest is empty.
-        let Pair { key, manifold, mean, excess, seen: (gap, a_from_b) } = self;
+        let Pair { key, manifold, mean, initial_overlap, seen: (gap, a_from_b) } = self;
         let ContactManifold { points, local_n1, local_n2, subshape1, subshape2, subshape_poses: _, data: () } =
             manifold;
         h.word(u64::from(key.0) << 32 | u64::from(key.1));
         h.word(u64::from(*subshape1) << 32 | u64::from(*subshape2));
         h.vector(*local_n1);
         h.vector(*local_n2);
-        h.float(*excess);
+        h.float(*initial_overlap);
         h.float(*gap);
         h.pose(a_from_b);
         mean.digest(h);

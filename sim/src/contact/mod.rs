@@ -1,9 +1,10 @@
-//! Which shapes may touch, and where: broad phase, narrow phase by parry, and the memory of stiction.
+//! Which shapes may touch, and where: broad phase, narrow phase by parry, impacts, and the memory of stiction.
 
 pub mod anchor;
-pub mod broad;
-pub mod cascade;
-pub mod impact;
-pub mod narrow;
-pub mod near;
-pub mod touch;
+pub mod broad_phase;
+pub(crate) mod collide;
+pub mod distance_cache;
+pub mod impact_candidate;
+pub mod impact_sequence;
+pub mod narrow_phase;
+pub mod restitution;

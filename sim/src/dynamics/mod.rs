@@ -6,6 +6,7 @@
 
 pub mod crba;
 pub mod forward;
+pub(crate) mod hand;
 pub mod jacobian;
 pub mod pattern;
 pub mod rnea;

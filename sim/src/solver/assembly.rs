@@ -1,8 +1,8 @@
 //! The Newton matrix of an island: `H = A + Σ Jᵀ G J`, as blocks of bodies.
 
-use super::cone::ConeHessian;
-use super::newton::Newton;
-use super::problem::{Body, PairProblem, Problem};
+use super::friction_cone::ConeHessian;
+use super::problem::{PairBody, PairProblem, Problem};
+use super::workspace::Newton;
 use crate::dynamics::spatial::{SpatialMatrix, cross_columns, outer};
 use crate::dynamics::tree::Kinematics;
 use crate::model::{Model, Owner};
@@ -12,34 +12,6 @@ use palmares_models::{Mat3, Vec3};
 /// touch in a heap does not, and the matrix of what does falls apart. With few it would not pay for the new order.
 const MANY_OBJECTS: usize = 20;
 
-/// What determines the blocks and their couplings.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct LayOut {
-    hand_dofs: usize,
-    rows: usize,
-    objects: Vec<usize>,
-    pairs: Vec<(Owner, Owner)>,
-}
-
-impl LayOut {
-    fn describes(&self, problem: &Problem) -> bool {
-        self.hand_dofs == problem.hand_dofs
-            && self.rows == problem.rows
-            && self.objects.iter().eq(problem.objects.iter().map(|object| &object.object))
-            && self.pairs.len() == problem.pairs.len()
-            && self.pairs.iter().zip(&problem.pairs).all(|(&(a, b), pair)| a == pair.a && b == pair.b)
-    }
-
-    fn describe(&mut self, problem: &Problem) {
-        self.hand_dofs = problem.hand_dofs;
-        self.rows = problem.rows;
-        self.objects.clear();
-        self.objects.extend(problem.objects.iter().map(|object| object.object));
-        self.pairs.clear();
-        self.pairs.extend(problem.pairs.iter().map(|pair| (pair.a, pair.b)));
-    }
-}
-
 /// Whether a pair adds to the matrix.
 fn acts(pair: &PairProblem, hessians: &[ConeHessian]) -> bool {
     let open = |hessian: &ConeHessian| matches!(hessian, ConeHessian::Open);
@@ -48,27 +20,27 @@ fn acts(pair: &PairProblem, hessians: &[ConeHessian]) -> bool {
 
 impl Newton {
     /// Blocks and their couplings: the hand's clusters, the objects, and the tendons last.
-    pub(super) fn lay_out(&mut self, model: &Model, kin: &Kinematics, problem: &mut Problem) {
+    pub(super) fn update_block_structure(&mut self, model: &Model, kin: &Kinematics, problem: &mut Problem) {
         if !std::mem::take(&mut problem.fresh) {
             return;
         }
-        self.lay_out_blocks(model, problem);
+        self.update_blocks(model, problem);
         let Problem { pairs, objects, .. } = problem;
         for pair in pairs {
             let body = |owner: Owner| match owner {
-                Owner::Static => Body::Fixed,
-                Owner::Link(i) => Body::Link(i, pair.origin - kin.origin),
+                Owner::Static => PairBody::Fixed,
+                Owner::Link(i) => PairBody::Link(i, pair.origin - kin.origin),
                 Owner::Object(k) => {
                     let slot = self.slot[k];
                     let lever = pair.origin - objects[slot].center;
-                    if lever == Vec3::ZERO { Body::Centre(slot) } else { Body::Object(slot, lever) }
+                    if lever == Vec3::ZERO { PairBody::Centre(slot) } else { PairBody::Object(slot, lever) }
                 }
             };
             pair.bodies = [body(pair.a), body(pair.b)];
         }
     }
 
-    fn lay_out_blocks(&mut self, model: &Model, problem: &Problem) {
+    fn update_blocks(&mut self, model: &Model, problem: &Problem) {
         self.inverse_diagonal.clear();
         let h = problem.hand_dofs;
         self.inverse_diagonal.extend((0..h).map(|i| 1.0 / problem.hand_matrix[i * h + i]));
@@ -77,10 +49,10 @@ impl Newton {
             self.inverse_diagonal.extend([1.0 / object.mass; 3]);
             self.inverse_diagonal.extend([1.0 / i.x_axis.x, 1.0 / i.y_axis.y, 1.0 / i.z_axis.z]);
         }
-        if self.laid_out.describes(problem) {
+        if self.block_structure.describes(problem) {
             return;
         }
-        self.laid_out.describe(problem);
+        self.block_structure.describe(problem);
         self.sizes.clear();
         self.dof_block.clear();
         self.slot.resize(model.objects().len(), usize::MAX);
@@ -237,16 +209,18 @@ impl Newton {
                 &moved
             };
             match body {
-                Body::Fixed => {}
-                Body::Link(i, _) => {
+                PairBody::Fixed => {}
+                PairBody::Link(i, _) => {
                     self.link_stiffness[i] += about;
                     self.link_touched[i] = true;
                 }
-                Body::Centre(slot) | Body::Object(slot, _) => self.add_square(hand_blocks + slot, about, 1.0),
+                PairBody::Centre(slot) | PairBody::Object(slot, _) => {
+                    self.add_square(hand_blocks + slot, about, 1.0)
+                }
             }
         }
         let [a, b] = pair.bodies;
-        if matches!(a, Body::Fixed) || matches!(b, Body::Fixed) {
+        if matches!(a, PairBody::Fixed) || matches!(b, PairBody::Fixed) {
             return;
         }
         let (rows_moved, moved);
@@ -263,15 +237,15 @@ impl Newton {
             &moved
         };
         match (a, b) {
-            (Body::Fixed, _) | (_, Body::Fixed) => {}
-            (Body::Link(i, _), Body::Link(j, _)) => self.add_link_link(kin, i, j, across),
-            (Body::Link(i, _), Body::Centre(slot) | Body::Object(slot, _)) => {
+            (PairBody::Fixed, _) | (_, PairBody::Fixed) => {}
+            (PairBody::Link(i, _), PairBody::Link(j, _)) => self.add_link_link(kin, i, j, across),
+            (PairBody::Link(i, _), PairBody::Centre(slot) | PairBody::Object(slot, _)) => {
                 self.add_link_object(kin, i, hand_blocks + slot, across);
             }
-            (Body::Centre(slot) | Body::Object(slot, _), Body::Link(i, _)) => {
+            (PairBody::Centre(slot) | PairBody::Object(slot, _), PairBody::Link(i, _)) => {
                 self.add_link_object(kin, i, hand_blocks + slot, &across.transpose());
             }
-            (Body::Centre(a) | Body::Object(a, _), Body::Centre(b) | Body::Object(b, _)) => {
+            (PairBody::Centre(a) | PairBody::Object(a, _), PairBody::Centre(b) | PairBody::Object(b, _)) => {
                 self.subtract_spatial(hand_blocks + a, hand_blocks + b, across);
             }
         }

@@ -1,21 +1,10 @@
 //! The hand's part of the Newton matrix: its own inertia, contacts of its links, limits and tendons.
 
-use super::newton::Newton;
 use super::problem::Problem;
+use super::workspace::{Joint, Newton};
 use crate::dynamics::spatial::{Force, Motion, SpatialMatrix};
 use crate::dynamics::tree::Kinematics;
 use crate::model::Model;
-
-/// Where a link's joint enters the matrix.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Joint {
-    /// The link it hangs on.
-    parent: usize,
-    /// Block of its coordinate.
-    block: usize,
-    /// Place in the block.
-    row: usize,
-}
 
 /// `to[first + k · step] += x_k`, force before moment; the common steps are unrolled.
 #[inline]
@@ -40,8 +29,8 @@ fn add_strided(to: &mut [f64], first: usize, step: usize, x: Force, sign: f64) {
     }
 }
 
-/// By how much heavier than it is a bolted base is in the Newton matrix.
-const HELD: f64 = 1e30;
+/// A penalty on the diagonal freezes the rows of a bolted base.
+const BOLTED: f64 = 1e30;
 
 impl Newton {
     /// Of every link: its joint.
@@ -186,11 +175,11 @@ impl Newton {
             self.cholesky.data()[at.offset + i * (at.row + at.column)] += k;
         }
         self.add_rows(problem);
-        if problem.held {
+        if problem.bolted {
             // As good as infinitely heavy: what the joints do does not depend on it, and its own way is left out.
             if let Some(base) = self.cholesky.square(0) {
                 for (i, row) in base.iter_mut().enumerate() {
-                    row[i] *= HELD;
+                    row[i] *= BOLTED;
                 }
             }
         }

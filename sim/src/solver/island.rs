@@ -1,6 +1,6 @@
 //! Islands: groups of bodies that push each other. Each is solved for itself, and one at rest sleeps.
 
-use crate::contact::narrow::{ContactPair, Contacts};
+use crate::contact::narrow_phase::{ContactPair, Contacts};
 use crate::model::{Model, Owner};
 
 /// Bodies that are coupled in this step.

@@ -7,11 +7,12 @@
 
 mod assembly;
 pub mod cholesky;
-pub mod cone;
 mod dense;
+pub mod friction_cone;
 mod hand;
 pub mod island;
 pub mod newton;
 mod ordering;
 pub mod problem;
 pub mod terms;
+mod workspace;

@@ -5,13 +5,11 @@
 //! inertia does in the composite-rigid-body algorithm: `H = Sᵀ K S` costs as much as a mass matrix, not as
 //! much as all contact Jacobians.
 
-use super::assembly::LayOut;
-use super::cholesky::BlockCholesky;
-use super::cone::ConeHessian;
-use super::hand::Joint;
-use super::problem::{Body, Problem, multiply};
+use super::friction_cone::ConeHessian;
+use super::problem::{PairBody, Problem, multiply};
+pub use super::workspace::Newton;
 use crate::bounds::{POINT_WORK, hand_work};
-use crate::dynamics::spatial::{Force, Motion, SpatialMatrix};
+use crate::dynamics::spatial::{Force, Motion};
 use crate::dynamics::tree::Kinematics;
 use crate::model::Model;
 use palmares_models::Vec3;
@@ -60,44 +58,6 @@ pub struct SolveReport {
     pub work: u64,
 }
 
-/// Workspace of the solver; one per island, so that orderings are re-used from step to step.
-#[derive(Clone, Debug, Default)]
-pub struct Newton {
-    pub(super) cholesky: BlockCholesky,
-    pub(super) sizes: Vec<usize>,
-    pub(super) pattern: Vec<(u32, u32)>,
-    /// What the present ordering was made for.
-    pub(super) laid_out: LayOut,
-    /// Of every hand dof: (block, place in it).
-    pub(super) dof_block: Vec<(usize, usize)>,
-    /// Of every object in the model: place in the island.
-    pub(super) slot: Vec<usize>,
-    /// Of every link: where its joint stands; none of the base.
-    pub(super) joints: Vec<Option<Joint>>,
-    pub(super) link_velocity: Vec<Motion>,
-    pub(super) link_force: Vec<Force>,
-    pub(super) link_stiffness: Vec<SpatialMatrix>,
-    /// Which of them are not zero.
-    pub(super) link_touched: Vec<bool>,
-    pub(super) av: Vec<f64>,
-    pub(super) a_direction: Vec<f64>,
-    pub(super) gradient: Vec<f64>,
-    /// Impulse that holds a base whose velocities are given.
-    pub(super) mount: [f64; 6],
-    pub(super) direction: Vec<f64>,
-    pub(super) rhs: Vec<f64>,
-    pub(super) scratch: Vec<f64>,
-    pub(super) inverse_diagonal: Vec<f64>,
-    /// Square of the momenta in the metric of diag(A)⁻¹.
-    momentum: f64,
-    pub(super) hessians: Vec<ConeHessian>,
-    pub(super) axis_curvature: Vec<f64>,
-    pub(super) row_curvature: Vec<f64>,
-    pub(super) row_velocity: Vec<f64>,
-    pub(super) row_direction: Vec<f64>,
-    pub(super) columns: [Vec<(usize, Motion)>; 2],
-}
-
 impl Newton {
     /// Minimises over `v`, which holds the start and then the solution. Impulses stay in the problem's
     /// points and are returned for tendons by [`Newton::row_impulse`]. It may end without a
@@ -110,7 +70,7 @@ impl Newton {
         v: &mut [f64],
         stop: &Stop,
     ) -> SolveReport {
-        self.lay_out(model, kin, problem);
+        self.update_block_structure(model, kin, problem);
         let n = v.len();
         for buffer in
             [&mut self.av, &mut self.a_direction, &mut self.gradient, &mut self.direction, &mut self.rhs]
@@ -157,7 +117,7 @@ impl Newton {
             self.cholesky.solve(&mut self.rhs, &mut self.scratch);
             let mut direction = std::mem::take(&mut self.direction);
             direction.copy_from_slice(&self.rhs[..n]);
-            if problem.held {
+            if problem.bolted {
                 direction[..6].fill(0.0);
             }
             self.project(model, kin, problem, &direction, true);
@@ -215,7 +175,7 @@ impl Newton {
         problem.row_terms[row].law.impulse(self.row_velocity[row]).0
     }
 
-    /// Body velocities at `x`, then velocities of pairs, points and rows; of the search direction if asked.
+    /// Velocities of bodies at `x`, then velocities of pairs, points and rows; of the search direction if asked.
     fn project(
         &mut self,
         model: &Model,
@@ -242,15 +202,15 @@ impl Newton {
             Motion { linear: Vec3::new(v[0], v[1], v[2]), angular: Vec3::new(v[3], v[4], v[5]) }
         };
         for pair in pairs {
-            let velocity = |body: Body| match body {
-                Body::Fixed => Motion::ZERO,
-                Body::Link(i, lever) => self.link_velocity[i].moved(lever),
-                Body::Centre(slot) => object(slot),
-                Body::Object(slot, lever) => object(slot).moved(lever),
+            let velocity = |body: PairBody| match body {
+                PairBody::Fixed => Motion::ZERO,
+                PairBody::Link(i, lever) => self.link_velocity[i].moved(lever),
+                PairBody::Centre(slot) => object(slot),
+                PairBody::Object(slot, lever) => object(slot).moved(lever),
             };
             let [a, b] = pair.bodies;
             let relative = match a {
-                Body::Fixed => velocity(b),
+                PairBody::Fixed => velocity(b),
                 _ => velocity(b) - velocity(a),
             };
             if direction {
@@ -301,14 +261,14 @@ impl Newton {
             }
             for (body, sign) in pair.bodies.into_iter().zip([-1.0, 1.0]) {
                 let (slot, f) = match body {
-                    Body::Fixed => continue,
-                    Body::Link(i, lever) => {
+                    PairBody::Fixed => continue,
+                    PairBody::Link(i, lever) => {
                         let f = wrench.moved(-lever);
                         self.link_force[i] += Force { moment: f.moment * sign, force: f.force * sign };
                         continue;
                     }
-                    Body::Centre(slot) => (slot, wrench),
-                    Body::Object(slot, lever) => (slot, wrench.moved(-lever)),
+                    PairBody::Centre(slot) => (slot, wrench),
+                    PairBody::Object(slot, lever) => (slot, wrench.moved(-lever)),
                 };
                 for (gradient, x) in objects[slot].iter_mut().zip(f.components()) {
                     *gradient -= sign * x;
@@ -339,7 +299,7 @@ impl Newton {
                 self.gradient[dof] -= r * impulse;
             }
         }
-        if problem.held {
+        if problem.bolted {
             self.mount.copy_from_slice(&self.gradient[..6]);
             self.gradient[..6].fill(0.0);
         }

@@ -1,6 +1,6 @@
 //! The data of an island's minimisation problem.
 
-use super::cone::{ConeLaw, RollingLaw};
+use super::friction_cone::{ConeLaw, RollingLaw};
 use super::terms::{AxisTerm, RowTerm};
 use crate::dynamics::pattern::{columns, row_sum_abreast};
 use crate::dynamics::spatial::Motion;
@@ -38,7 +38,7 @@ impl Point {
 
 /// One of the two bodies of a pair, as the iteration sees it.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Body {
+pub(super) enum PairBody {
     /// Furniture.
     Fixed,
     /// A link of the hand, and the way from the base's origin to the pair's, m.
@@ -49,13 +49,13 @@ pub(super) enum Body {
     Object(usize, Vec3),
 }
 
-impl Body {
+impl PairBody {
     /// The way from the body's own origin to the pair's, m.
     #[inline]
     pub(super) fn lever(self) -> Vec3 {
         match self {
-            Body::Fixed | Body::Centre(_) => Vec3::ZERO,
-            Body::Link(_, lever) | Body::Object(_, lever) => lever,
+            PairBody::Fixed | PairBody::Centre(_) => Vec3::ZERO,
+            PairBody::Link(_, lever) | PairBody::Object(_, lever) => lever,
         }
     }
 }
@@ -75,7 +75,7 @@ pub struct PairProblem {
     pub first: usize,
     /// One past the last.
     pub end: usize,
-    pub(super) bodies: [Body; 2],
+    pub(super) bodies: [PairBody; 2],
     pub(super) relative: Motion,
     pub(super) direction: Motion,
 }
@@ -83,7 +83,7 @@ pub struct PairProblem {
 impl PairProblem {
     /// A pair before its first iteration.
     pub fn new(a: Owner, b: Owner, origin: Vec3, rolling: RollingLaw, first: usize, end: usize) -> Self {
-        let (bodies, still) = ([Body::Fixed; 2], Motion::ZERO);
+        let (bodies, still) = ([PairBody::Fixed; 2], Motion::ZERO);
         PairProblem { a, b, origin, rolling, first, end, bodies, relative: still, direction: still }
     }
 }
@@ -109,7 +109,7 @@ pub struct Problem {
     /// Length of the hand's part; 0 without the hand.
     pub hand_dofs: usize,
     /// Whether the base's velocities are given.
-    pub held: bool,
+    pub bolted: bool,
     /// A of the hand, row-major.
     pub hand_matrix: Vec<f64>,
     /// The objects, in ascending order.

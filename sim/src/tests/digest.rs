@@ -109,7 +109,7 @@ fn every_field_counts_in_the_digest() {
         ("normal on b", |s| nudge(&mut loaded(&mut s.pairs).manifold.local_n2.x)),
         ("subshape of a", |s| loaded(&mut s.pairs).manifold.subshape1 ^= 1),
         ("subshape of b", |s| loaded(&mut s.pairs).manifold.subshape2 ^= 1),
-        ("excess", |s| nudge(&mut loaded(&mut s.pairs).excess)),
+        ("initial_overlap", |s| nudge(&mut loaded(&mut s.pairs).initial_overlap)),
         ("gap seen", |s| nudge(&mut loaded(&mut s.pairs).seen.0)),
         ("place seen", |s| nudge(&mut loaded(&mut s.pairs).seen.1.translation.y)),
         ("turn seen", |s| nudge(&mut loaded(&mut s.pairs).seen.1.rotation.w)),

@@ -3,7 +3,7 @@
 use super::Run;
 use crate::observation::Wrench;
 use palmares_models::Vec3;
-use palmares_sim::world::Push;
+use palmares_sim::Push;
 
 /// Half the arm of the couple that a torque is made of, m.
 const COUPLE_ARM: f64 = 0.05;

@@ -13,7 +13,7 @@ use super::{Cost, Engine, clock};
 use anyhow::Result;
 use cpu_time::ThreadTime;
 use hand::HandBody;
-use palmares_sim::world::Outcome;
+use palmares_sim::Outcome;
 use palmares_sim::{Command, Model, State};
 use rapier3d_f64::dynamics::RigidBodyHandle;
 use rapier3d_f64::pipeline::PhysicsWorld;

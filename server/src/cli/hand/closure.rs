@@ -3,9 +3,9 @@
 use super::predict::{Equilibrium, Law, NoPrediction, largest_difference, settled};
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
+use palmares_sim::Push;
 use palmares_sim::model::ModelError;
 use palmares_sim::state::MotorState;
-use palmares_sim::world::Push;
 use palmares_sim::{BaseCommand, Command, Config, Model, Owner, State, World};
 use serde::Serialize;
 use std::collections::BTreeSet;

@@ -4,11 +4,11 @@ use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_models::plausible::LOOSE;
 use palmares_sim::Config;
+use palmares_sim::Push;
 use palmares_sim::actuation::equilibrium::{ClosedForm, NoClosedForm, NoRest, rest};
 use palmares_sim::actuation::motor::wound;
 use palmares_sim::dynamics::jacobian::add_point_force;
 use palmares_sim::dynamics::tree::Kinematics;
-use palmares_sim::world::Push;
 use serde::Serialize;
 
 /// The fixed point is iterated at most so often.

@@ -3,7 +3,7 @@
 use anyhow::{Context, bail};
 use palmares_models::Vec3;
 use palmares_models::hand::Hand;
-use palmares_sim::world::Push;
+use palmares_sim::Push;
 use std::str::FromStr;
 
 /// Largest force of a push, N.

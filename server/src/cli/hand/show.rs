@@ -11,7 +11,7 @@ use super::{hint, load_hand, parse_sigma};
 use anyhow::{Context, bail};
 use clap::Args;
 use palmares_models::hand::Hand;
-use palmares_sim::world::Push;
+use palmares_sim::Push;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! Which of the near pairs have to be looked at in a step.
+//! Distances of near pairs: which of them have to be looked at in a step.
 //!
 //! Every shape has an odometer: an upper bound of the way that any of its points has made. A pair that is known to be
 //! some distance apart is not looked at before the odometers could have used that distance up, so that most pairs
@@ -17,7 +17,7 @@ struct Watch {
 
 /// Odometers, and what is known of the distances of the near pairs.
 #[derive(Clone, Debug, Default)]
-pub struct Near {
+pub struct DistanceCache {
     /// In the order of the state's pairs.
     watches: Vec<Watch>,
     /// The same before the list of pairs changed.
@@ -32,7 +32,7 @@ pub struct Near {
     ahead: Vec<f64>,
 }
 
-impl Near {
+impl DistanceCache {
     /// Forgets all distances: the state has been changed from outside.
     pub fn forget(&mut self, shapes: usize) {
         self.odometer.clear();
@@ -109,22 +109,22 @@ mod tests {
 
     #[test]
     fn a_pair_is_looked_at_when_its_distance_may_be_used_up() {
-        let mut near = Near::default();
-        near.forget(3);
-        near.follow(&[Pair::new((0, 1)), Pair::new((0, 2)), Pair::new((1, 2))]);
+        let mut cache = DistanceCache::default();
+        cache.forget(3);
+        cache.follow(&[Pair::new((0, 1)), Pair::new((0, 2)), Pair::new((1, 2))]);
         let reach = [0.5, 0.0, 1.0];
-        near.travel(&[0.0; 3], reach.into_iter());
-        assert_eq!((near.next(0), near.next(1), near.next(3)), (Some(0), Some(1), None));
-        near.learn(0, 2.0);
-        near.learn(1, 2.0);
-        assert_eq!((near.next(0), near.next(3)), (Some(2), None));
-        near.travel(&[0.25, 0.5, 0.5], reach.into_iter());
+        cache.travel(&[0.0; 3], reach.into_iter());
+        assert_eq!((cache.next(0), cache.next(1), cache.next(3)), (Some(0), Some(1), None));
+        cache.learn(0, 2.0);
+        cache.learn(1, 2.0);
+        assert_eq!((cache.next(0), cache.next(3)), (Some(2), None));
+        cache.travel(&[0.25, 0.5, 0.5], reach.into_iter());
         // 0.75 of 2 m are used up, and 0.5 and 1.5 m of reach.
-        assert_eq!((near.next(0), near.slack(0)), (Some(1), 1.25));
+        assert_eq!((cache.next(0), cache.slack(0)), (Some(1), 1.25));
         // What is known survives a new list; what is new is looked at.
-        near.follow(&[Pair::new((0, 1)), Pair::new((0, 3))]);
-        assert_eq!(near.slack(0), 1.25);
-        near.forget(3);
-        assert_eq!(near.slack(0), f64::NEG_INFINITY);
+        cache.follow(&[Pair::new((0, 1)), Pair::new((0, 3))]);
+        assert_eq!(cache.slack(0), 1.25);
+        cache.forget(3);
+        assert_eq!(cache.slack(0), f64::NEG_INFINITY);
     }
 }

@@ -5,7 +5,7 @@
 //! moves with the mean of the velocities before and after instead.
 
 use crate::model::Owner;
-use crate::solver::cone::ConeHessian;
+use crate::solver::friction_cone::ConeHessian;
 use crate::solver::problem::Problem;
 use palmares_models::Vec3;
 

@@ -8,7 +8,7 @@
 //! All impulses push. So the velocities of the end are also what the step's convex problem has for its solution when each
 //! of the points asks for the normal velocity that it ended with.
 
-use super::touch::{Body, FIXED, Touch};
+use super::impact_candidate::{FIXED, ImpactBody, ImpactCandidate};
 use crate::bounds::{POINT_WORK, STEP_WORK};
 use palmares_models::Vec3;
 use std::ops::Range;
@@ -27,16 +27,16 @@ const SETTLED: f64 = 1e-12;
 
 /// The points between two bodies; furniture is one body.
 #[derive(Clone, Debug)]
-struct Meeting {
+struct ImpactEvent {
     bodies: [usize; 2],
-    touches: Range<usize>,
+    candidates: Range<usize>,
     /// The gaps are those of this time, s.
     known: f64,
     /// When the bodies meet next, s; infinite if they do not.
     next: f64,
 }
 
-impl Meeting {
+impl ImpactEvent {
     fn shares(&self, with: [usize; 2]) -> bool {
         self.bodies.iter().any(|&body| body != FIXED && with.contains(&body))
     }
@@ -44,68 +44,68 @@ impl Meeting {
 
 /// The impacts of an island in a step.
 #[derive(Clone, Debug, Default)]
-pub struct Cascade {
+pub struct ImpactSequence {
     /// The free bodies.
-    pub bodies: Vec<Body>,
+    pub bodies: Vec<ImpactBody>,
     /// The points; sorted by bodies once played.
-    pub touches: Vec<Touch>,
-    meetings: Vec<Meeting>,
+    pub candidates: Vec<ImpactCandidate>,
+    events: Vec<ImpactEvent>,
     /// What the last play computed.
     pub work: u64,
 }
 
-impl Cascade {
+impl ImpactSequence {
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.bodies.clear();
-        self.touches.clear();
-        self.meetings.clear();
+        self.candidates.clear();
+        self.events.clear();
     }
 
     /// Plays a step of `h`, in which surfaces rebound that meet faster than `least`. True if more came of it than a single
     /// impact, and the number of impacts was reasonable.
     pub fn play(&mut self, h: f64, least: f64) -> bool {
         self.arrange();
-        self.work = POINT_WORK * self.touches.len() as u64;
-        for k in 0..self.meetings.len() {
+        self.work = POINT_WORK * self.candidates.len() as u64;
+        for k in 0..self.events.len() {
             self.look_ahead(k, h, least);
         }
         let mut impacts = 0;
         while let Some((next, time)) = self.earliest() {
-            if impacts == MOST * self.meetings.len() || self.work > MOST_WORK {
+            if impacts == MOST * self.events.len() || self.work > MOST_WORK {
                 return false;
             }
             impacts += 1;
-            self.work += self.meetings.len() as u64;
+            self.work += self.events.len() as u64;
             self.meet(next, time, h, least);
         }
-        impacts > 1 || impacts == 1 && self.touches.iter().any(Touch::misses)
+        impacts > 1 || impacts == 1 && self.candidates.iter().any(ImpactCandidate::misses)
     }
 
     /// Velocity of B against A at a point: at the start and at the end of a step of `h`.
-    pub fn velocities(&self, touch: &Touch, h: f64) -> [Vec3; 2] {
-        let start = touch.relative(&self.bodies, |body| body.start);
-        [start, touch.relative(&self.bodies, |body| body.now) + touch.gravity * h]
+    pub fn velocities(&self, candidate: &ImpactCandidate, h: f64) -> [Vec3; 2] {
+        let start = candidate.relative(&self.bodies, |body| body.start);
+        [start, candidate.relative(&self.bodies, |body| body.now) + candidate.gravity * h]
     }
 
     /// Groups the points by bodies.
     fn arrange(&mut self) {
-        self.touches.sort_unstable_by_key(Touch::key);
-        self.meetings.clear();
-        for (k, touch) in self.touches.iter_mut().enumerate() {
-            for (side, &body) in touch.bodies.iter().enumerate() {
+        self.candidates.sort_unstable_by_key(ImpactCandidate::key);
+        self.events.clear();
+        for (k, candidate) in self.candidates.iter_mut().enumerate() {
+            for (side, &body) in candidate.bodies.iter().enumerate() {
                 if let Some(body) = self.bodies.get(body) {
-                    let moment = touch.arms[side].cross(touch.normal);
-                    touch.turns[side] = body.inverse_inertia * moment;
-                    touch.yielding += body.inverse_mass + moment.dot(touch.turns[side]);
+                    let moment = candidate.arms[side].cross(candidate.normal);
+                    candidate.turns[side] = body.inverse_inertia * moment;
+                    candidate.yielding += body.inverse_mass + moment.dot(candidate.turns[side]);
                 }
             }
-            let (a, b, _) = touch.key();
-            match self.meetings.last_mut() {
-                Some(last) if last.bodies == [a, b] => last.touches.end = k + 1,
-                _ => self.meetings.push(Meeting {
+            let (a, b, _) = candidate.key();
+            match self.events.last_mut() {
+                Some(last) if last.bodies == [a, b] => last.candidates.end = k + 1,
+                _ => self.events.push(ImpactEvent {
                     bodies: [a, b],
-                    touches: k..k + 1,
+                    candidates: k..k + 1,
                     known: 0.0,
                     next: f64::INFINITY,
                 }),
@@ -116,44 +116,44 @@ impl Cascade {
     /// Who meets first; of several at a time those that come first.
     fn earliest(&self) -> Option<(usize, f64)> {
         let mut found = None;
-        for (k, meeting) in self.meetings.iter().enumerate() {
-            if meeting.next < found.map_or(f64::INFINITY, |(_, time)| time) {
-                found = Some((k, meeting.next));
+        for (k, event) in self.events.iter().enumerate() {
+            if event.next < found.map_or(f64::INFINITY, |(_, time)| time) {
+                found = Some((k, event.next));
             }
         }
         found
     }
 
-    fn look_ahead(&mut self, meeting: usize, h: f64, least: f64) {
-        let meeting = &mut self.meetings[meeting];
-        meeting.next = f64::INFINITY;
-        for touch in &mut self.touches[meeting.touches.clone()] {
-            let meets = touch.meets(&self.bodies, meeting.known, h, least);
-            touch.due = meets.is_some_and(|(_, within)| within);
-            touch.misses = meets.is_some_and(|(_, within)| !within);
+    fn look_ahead(&mut self, event: usize, h: f64, least: f64) {
+        let event = &mut self.events[event];
+        event.next = f64::INFINITY;
+        for candidate in &mut self.candidates[event.candidates.clone()] {
+            let meets = candidate.meets(&self.bodies, event.known, h, least);
+            candidate.due = meets.is_some_and(|(_, within)| within);
+            candidate.misses = meets.is_some_and(|(_, within)| !within);
             if let Some((time, true)) = meets {
-                meeting.next = meeting.next.min(time);
+                event.next = event.next.min(time);
             }
         }
     }
 
     /// Lets two bodies exchange their impulse, and looks at whom they meet now.
     fn meet(&mut self, which: usize, time: f64, h: f64, least: f64) {
-        let who = self.meetings[which].bodies;
-        for meeting in self.meetings.iter_mut().filter(|meeting| meeting.shares(who)) {
-            for touch in &mut self.touches[meeting.touches.clone()] {
-                touch.gap += touch.velocity(&self.bodies, meeting.known) * (time - meeting.known);
+        let who = self.events[which].bodies;
+        for event in self.events.iter_mut().filter(|event| event.shares(who)) {
+            for candidate in &mut self.candidates[event.candidates.clone()] {
+                candidate.gap += candidate.velocity(&self.bodies, event.known) * (time - event.known);
             }
-            meeting.known = time;
+            event.known = time;
         }
         for body in who {
             if let Some(body) = self.bodies.get_mut(body) {
                 body.advance(time);
             }
         }
-        self.exchange(self.meetings[which].touches.clone(), time);
-        for k in 0..self.meetings.len() {
-            if self.meetings[k].shares(who) {
+        self.exchange(self.events[which].candidates.clone(), time);
+        for k in 0..self.events.len() {
+            if self.events[k].shares(who) {
                 self.look_ahead(k, h, least);
             }
         }
@@ -161,32 +161,32 @@ impl Cascade {
 
     /// The impulses between two bodies: every point that is due in the step comes out at `−e v_n` at least, and pushes
     /// only if it comes out at no more.
-    fn exchange(&mut self, touches: Range<usize>, time: f64) {
-        let (bodies, touches) = (&mut self.bodies, &mut self.touches[touches]);
+    fn exchange(&mut self, candidates: Range<usize>, time: f64) {
+        let (bodies, candidates) = (&mut self.bodies, &mut self.candidates[candidates]);
         let (mut fastest, mut together): (f64, usize) = (0.0, 0);
-        for touch in touches.iter_mut().filter(|touch| touch.due) {
-            let velocity = touch.velocity(bodies, time);
-            (touch.wanted, touch.given) = (-touch.restitution * velocity, 0.0);
+        for candidate in candidates.iter_mut().filter(|candidate| candidate.due) {
+            let velocity = candidate.velocity(bodies, time);
+            (candidate.wanted, candidate.given) = (-candidate.restitution * velocity, 0.0);
             fastest = fastest.max(-velocity);
             together += 1;
         }
         for _ in 0..if together == 1 { 1 } else { SWEEPS } {
             let mut change: f64 = 0.0;
-            for touch in touches.iter_mut().filter(|touch| touch.due) {
-                let missing = touch.wanted - touch.velocity(bodies, time);
-                let more = (missing / touch.yielding).max(-touch.given);
-                touch.push(bodies, more);
-                touch.given += more;
-                change = change.max((more * touch.yielding).abs());
+            for candidate in candidates.iter_mut().filter(|candidate| candidate.due) {
+                let missing = candidate.wanted - candidate.velocity(bodies, time);
+                let more = (missing / candidate.yielding).max(-candidate.given);
+                candidate.push(bodies, more);
+                candidate.given += more;
+                change = change.max((more * candidate.yielding).abs());
                 self.work += POINT_WORK / 2;
             }
             if change <= SETTLED * fastest {
                 break;
             }
         }
-        for touch in touches.iter_mut().filter(|touch| touch.due) {
-            touch.impulse += touch.given;
-            touch.timed += touch.given * time;
+        for candidate in candidates.iter_mut().filter(|candidate| candidate.due) {
+            candidate.impulse += candidate.given;
+            candidate.timed += candidate.given * time;
         }
     }
 }
@@ -200,31 +200,32 @@ mod tests {
     const LEAST: f64 = 0.05;
 
     /// Balls on the x axis that meet their neighbours at (masses, velocities, gaps), without gravity.
-    fn row(masses: &[f64], speeds: &[f64], gaps: &[f64], restitution: f64) -> Cascade {
-        let mut cascade = Cascade::default();
+    fn row(masses: &[f64], speeds: &[f64], gaps: &[f64], restitution: f64) -> ImpactSequence {
+        let mut sequence = ImpactSequence::default();
         for (k, (mass, speed)) in masses.iter().zip(speeds).enumerate() {
             let (center, spin) = (Vec3::X * k as f64, Mat3::from_diagonal(Vec3::splat(10.0 / mass)));
-            cascade.bodies.push(Body::new(center, 1.0 / mass, spin, [Vec3::X * *speed, Vec3::ZERO]));
+            sequence.bodies.push(ImpactBody::new(center, 1.0 / mass, spin, [Vec3::X * *speed, Vec3::ZERO]));
         }
         for (k, gap) in gaps.iter().enumerate() {
-            let mut touch = Touch::new([k, k + 1], Vec3::X, [Vec3::X * 0.5, Vec3::X * -0.5], *gap, k);
-            touch.restitution = restitution;
-            cascade.touches.push(touch);
+            let mut candidate =
+                ImpactCandidate::new([k, k + 1], Vec3::X, [Vec3::X * 0.5, Vec3::X * -0.5], *gap, k);
+            candidate.restitution = restitution;
+            sequence.candidates.push(candidate);
         }
-        cascade
+        sequence
     }
 
-    fn speeds(cascade: &Cascade) -> Vec<f64> {
-        cascade.bodies.iter().map(|body| body.now[0].x).collect()
+    fn speeds(sequence: &ImpactSequence) -> Vec<f64> {
+        sequence.bodies.iter().map(|body| body.now[0].x).collect()
     }
 
     /// Where the bodies come to in the step, from where they were.
-    fn ways(cascade: &Cascade) -> Vec<f64> {
-        let way = |body: &Body| match body.detour() {
+    fn ways(sequence: &ImpactSequence) -> Vec<f64> {
+        let way = |body: &ImpactBody| match body.detour() {
             None => body.start[0].x * H,
             Some((first, detour)) => body.start[0].x * first + body.now[0].x * (H - first) + detour.x,
         };
-        cascade.bodies.iter().map(way).collect()
+        sequence.bodies.iter().map(way).collect()
     }
 
     fn close(seen: &[f64], exact: &[f64]) {
@@ -241,9 +242,9 @@ mod tests {
             close(&speeds(&cradle), &[0.0, 0.0, 0.0, 0.0, 1.0]);
             // Each comes as far as to its neighbour's old place; the last has what is left of the step.
             close(&ways(&cradle), &[gap, gap, gap, gap, H - 4.0 * gap]);
-            for (touch, exact) in cradle.touches.iter().zip([0.0, 0.0, 0.0, 1.0]) {
-                let [_, end] = cradle.velocities(touch, H);
-                assert!((end.x - exact).abs() < 1e-12 && touch.hit().is_some());
+            for (candidate, exact) in cradle.candidates.iter().zip([0.0, 0.0, 0.0, 1.0]) {
+                let [_, end] = cradle.velocities(candidate, H);
+                assert!((end.x - exact).abs() < 1e-12 && candidate.hit().is_some());
             }
         }
     }
@@ -255,7 +256,7 @@ mod tests {
         close(&speeds(&cradle), &[0.0, 0.0, 0.0, 1.0, 1.0]);
         let masses = [0.5, 0.2, 0.05, 0.3];
         let mut chain = row(&masses, &[1.0, 0.0, -0.5, -2.0], &[1e-4, 2e-4, 5e-5], 1.0);
-        let sum = |chain: &Cascade, power| -> f64 {
+        let sum = |chain: &ImpactSequence, power| -> f64 {
             speeds(chain).iter().zip(masses).map(|(v, mass)| mass * v.powi(power)).sum()
         };
         let before = [sum(&chain, 1), sum(&chain, 2)];
@@ -269,9 +270,9 @@ mod tests {
     fn a_ball_on_a_falling_ball_is_thrown_up() {
         let (heavy, light, v) = (0.4, 0.1, 2.0);
         let mut tower = row(&[heavy, light], &[-v, -v], &[0.0], 1.0);
-        let mut floor = Touch::new([FIXED, 0], Vec3::X, [Vec3::ZERO, Vec3::X * -0.5], 1e-3, 1);
+        let mut floor = ImpactCandidate::new([FIXED, 0], Vec3::X, [Vec3::ZERO, Vec3::X * -0.5], 1e-3, 1);
         floor.restitution = 1.0;
-        tower.touches.push(floor);
+        tower.candidates.push(floor);
         assert!(tower.play(H, LEAST));
         let exact =
             [(heavy - 3.0 * light) / (heavy + light) * v, (3.0 * heavy - light) / (heavy + light) * v];
@@ -283,7 +284,7 @@ mod tests {
         // The second has 0.1 ms for 0.2 mm.
         let mut late = row(&[1.0; 3], &[1.0, 0.0, 0.0], &[9e-4, 2e-4], 1.0);
         assert!(late.play(H, LEAST));
-        assert!(late.touches[1].misses() && late.touches[1].hit().is_none());
+        assert!(late.candidates[1].misses() && late.candidates[1].hit().is_none());
         let mut lone = row(&[1.0, 1e3, 1.0], &[1.0, 0.0, 0.0], &[1e-4, 1e-4], 0.5);
         assert!(!lone.play(H, LEAST), "the heavy one is hardly moved");
     }
@@ -291,17 +292,17 @@ mod tests {
     /// All corners of a plate share an impulse: it does not turn.
     #[test]
     fn a_flat_plate_rebounds_flat() {
-        let mut cascade = Cascade::default();
+        let mut sequence = ImpactSequence::default();
         let inverse = Mat3::from_diagonal(Vec3::new(3.0, 5.0, 4.0));
-        cascade.bodies.push(Body::new(Vec3::ZERO, 0.5, inverse, [Vec3::Z * -1.0, Vec3::ZERO]));
+        sequence.bodies.push(ImpactBody::new(Vec3::ZERO, 0.5, inverse, [Vec3::Z * -1.0, Vec3::ZERO]));
         for (place, (x, y)) in [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)].into_iter().enumerate() {
             let arms = [Vec3::ZERO, Vec3::new(x, 0.7 * y, -0.1)];
-            let mut touch = Touch::new([FIXED, 0], Vec3::Z, arms, 1e-4, place);
-            touch.restitution = 0.8;
-            cascade.touches.push(touch);
+            let mut candidate = ImpactCandidate::new([FIXED, 0], Vec3::Z, arms, 1e-4, place);
+            candidate.restitution = 0.8;
+            sequence.candidates.push(candidate);
         }
-        cascade.play(H, LEAST);
-        let [linear, angular] = cascade.bodies[0].now;
+        sequence.play(H, LEAST);
+        let [linear, angular] = sequence.bodies[0].now;
         assert!((linear - Vec3::Z * 0.8).length() < 1e-10 && angular.length() < 1e-10, "{linear} {angular}");
     }
 

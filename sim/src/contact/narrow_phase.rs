@@ -1,13 +1,15 @@
 //! Narrow phase: contact points of near pairs, found by parry.
 
 use super::anchor::{Anchor, Pair};
-use super::broad::separation;
-use super::impact::Rebound;
-use super::near::Near;
+use super::broad_phase::separation;
+use super::distance_cache::DistanceCache;
+use super::restitution::Rebound;
 use crate::bounds::{DISTANCE_WORK, MANIFOLD_WORK, POINT_WORK};
 use crate::config::Config;
+use crate::dynamics::hand::HandDynamics;
 use crate::dynamics::spatial::Motion;
 use crate::model::{Collider, Model, Owner, pair_friction};
+use crate::state::Sleep;
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::query::details::contact_manifold_pfm_pfm_shapes;
@@ -55,7 +57,7 @@ pub struct ContactPair {
     /// Coefficient of restitution.
     pub restitution: f64,
     /// Overlap that counts as touching, m.
-    pub excess: f64,
+    pub initial_overlap: f64,
     /// Places in the list of points.
     pub points: Range<usize>,
     /// Place in the state's list of pairs.
@@ -75,28 +77,69 @@ pub struct Contacts {
     before: Vec<TrackedContact<Anchor>>,
 }
 
+/// The bodies of a world and how they move.
+pub struct Bodies<'a> {
+    /// Whose they are.
+    pub(crate) model: &'a Model,
+    /// Of the hand.
+    pub(crate) dynamics: &'a HandDynamics,
+    /// Generalized velocity.
+    pub(crate) v: &'a [f64],
+    /// Central poses of the objects.
+    pub(crate) objects: &'a [Pose],
+    /// Who sleeps.
+    pub(crate) sleep: &'a [Sleep],
+}
+
+impl Bodies<'_> {
+    /// How a body moves about a point of the world.
+    #[inline]
+    pub fn velocity(&self, owner: Owner, at: Vec3) -> Motion {
+        match owner {
+            Owner::Static => Motion::ZERO,
+            Owner::Link(i) => self.dynamics.recursion.velocity[i].moved(at - self.dynamics.kin.origin),
+            Owner::Object(k) => {
+                let v = &self.v[self.model.object_dofs(k)..];
+                let motion =
+                    Motion { linear: Vec3::new(v[0], v[1], v[2]), angular: Vec3::new(v[3], v[4], v[5]) };
+                motion.moved(at - self.objects[k].translation)
+            }
+        }
+    }
+
+    /// Whether a body may move in this step.
+    #[inline]
+    pub fn is_awake(&self, owner: Owner) -> bool {
+        match owner {
+            Owner::Static => false,
+            Owner::Link(_) => true,
+            Owner::Object(k) => !self.sleep[k].asleep,
+        }
+    }
+}
+
+/// All shapes in the world, in the order of the model's colliders.
+pub struct Shapes<'a> {
+    /// Their poses.
+    pub poses: &'a [Pose],
+    /// Their bounds, grown by the margin and the way of a step.
+    pub bounds: &'a [Aabb],
+    /// Upper bounds of the speed of their points, m/s.
+    pub speeds: &'a [f64],
+}
+
 impl Contacts {
-    /// Looks at every near pair of which at least one body is awake.
-    ///
-    /// `poses`, `bounds` and `speeds` (upper bounds over the shape's points) are those of the colliders in the world,
-    /// `near` knows which pairs are apart; `centers[k]` is the centre of mass of
-    /// object k; `awake(owner)` tells whether a body may move in this step, `velocity(owner, origin)` how it
-    /// moves, about a point of the world. Returns what it took to compute; beyond `allowed` the search ends.
-    #[allow(clippy::too_many_arguments)]
+    /// Looks at every near pair of which at least one body is awake; `distances` knows which pairs are apart. Returns
+    /// what it took to compute; beyond `allowed` the search ends.
     pub fn find(
         &mut self,
-        model: &Model,
-        poses: &[Pose],
-        bounds: &[Aabb],
-        speeds: &[f64],
-        near: &mut Near,
-        base_origin: Vec3,
-        centers: &[Pose],
-        awake: impl Fn(Owner) -> bool,
-        velocity: impl Fn(Owner, Vec3) -> Motion,
+        bodies: &Bodies<'_>,
+        shapes: &Shapes<'_>,
+        distances: &mut DistanceCache,
         pairs: &mut [Pair],
         allowed: u64,
     ) -> u64 {
+        let (model, Shapes { poses, bounds, speeds }) = (bodies.model, shapes);
         self.pairs.clear();
         self.points.clear();
         let mut spent = pairs.len() as u64;
@@ -106,7 +149,7 @@ impl Contacts {
             [flat, (libm::cos(config.round_reuse_rad), config.round_reuse_m.powi(2))]
         });
         let mut next = 0;
-        while let Some(index) = near.next(next) {
+        while let Some(index) = distances.next(next) {
             next = index + 1;
             if spent > allowed {
                 return spent;
@@ -114,7 +157,7 @@ impl Contacts {
             let pair = &mut pairs[index];
             let (i, j) = (pair.key.0 as usize, pair.key.1 as usize);
             let (a, b) = (&model.colliders()[i], &model.colliders()[j]);
-            if !awake(a.owner) && !awake(b.owner) {
+            if !bodies.is_awake(a.owner) && !bodies.is_awake(b.owner) {
                 continue;
             }
             // Twice the present approach speed at most, and what a step may add to it from rest.
@@ -123,24 +166,24 @@ impl Contacts {
             let from_rest = config.from_rest(within_hand);
             let margin = config.margin(within_hand) + approach;
             let reachable = (from_rest + 2.0 * approach).min(margin);
-            if near.slack(index) > reachable {
+            if distances.slack(index) > reachable {
                 continue;
             }
             let parted = separation(&bounds[i], &bounds[j]);
             if parted > 0.0 {
                 pair.clear();
                 // The bounds reach beyond the shapes by the margin and as far as they move in a step.
-                near.learn(index, parted + approach + from_rest);
+                distances.learn(index, parted + approach + from_rest);
                 continue;
             }
             spent += DISTANCE_WORK;
             let a_from_b = poses[i].inv_mul(&poses[j]);
-            if let Some(apart) = still_apart(pair, (&mut *near, index), (a, b), &a_from_b, reachable) {
+            if let Some(apart) = still_apart(pair, (&mut *distances, index), (a, b), &a_from_b, reachable) {
                 pair.clear();
-                near.learn(index, apart);
+                distances.learn(index, apart);
                 continue;
             }
-            near.learn(index, 0.0);
+            distances.learn(index, 0.0);
             let first_sight = pair.manifold.points.is_empty();
             let on_furniture = a.owner == Owner::Static || b.owner == Owner::Static;
             let reuse = if on_furniture && (a.is_round || b.is_round) { round } else { flat };
@@ -151,27 +194,30 @@ impl Contacts {
                 remember(&mut pair.manifold.points, &self.before, config.manifold_reuse_m.powi(2));
             }
             let deepest = pair.manifold.points.iter().map(|point| point.dist).fold(f64::INFINITY, f64::min);
-            // What was not overlapping cannot come to overlap far within a step: it was put there.
-            let taken_back = pair.excess - config.separation_speed * config.step_s;
-            pair.excess = if first_sight && deepest < -config.overlap_m { -deepest } else { taken_back };
-            pair.excess = pair.excess.min(-deepest).max(0.0);
+            // Bodies first seen overlapping by more than `Config::overlap_m` were placed so; the overlap is removed at
+            // `Config::separation_speed`.
+            let taken_back = pair.initial_overlap - config.separation_speed * config.step_s;
+            pair.initial_overlap =
+                if first_sight && deepest < -config.overlap_m { -deepest } else { taken_back };
+            pair.initial_overlap = pair.initial_overlap.min(-deepest).max(0.0);
             pair.seen = (0.0, Pose::IDENTITY);
             if pair.manifold.points.is_empty() {
-                near.remember(index, 0.0, a_from_b);
+                distances.remember(index, 0.0, a_from_b);
                 pair.mean = Anchor::default();
                 continue;
             }
             pair.seen = (deepest, a_from_b);
             let origin = match (a.owner, b.owner) {
-                (_, Owner::Object(k)) | (Owner::Object(k), _) => centers[k].translation,
-                _ => base_origin,
+                (_, Owner::Object(k)) | (Owner::Object(k), _) => bodies.objects[k].translation,
+                _ => bodies.dynamics.kin.origin,
             };
             let first = self.points.len();
-            let relative = velocity(b.owner, origin) - velocity(a.owner, origin);
+            let relative = bodies.velocity(b.owner, origin) - bodies.velocity(a.owner, origin);
             // What no point between the shapes can use up in this step: twice the present approach speed, and what a step
             // may add to it from rest.
-            let (bounded, reach) = if a.reach.is_finite() { (i, a.reach) } else { (j, b.reach) };
-            let way = (poses[bounded].translation - origin).length() + reach + margin;
+            let (bounded, radius) =
+                if a.bounding_radius.is_finite() { (i, a.bounding_radius) } else { (j, b.bounding_radius) };
+            let way = (poses[bounded].translation - origin).length() + radius + margin;
             let fastest = relative.linear.length() + relative.angular.length() * way;
             let farthest = 1.001 * (from_rest + 2.0 * config.step_s * fastest);
             self.collect(pair, &poses[i], &poses[j], origin, relative, (from_rest, farthest, config));
@@ -184,7 +230,7 @@ impl Contacts {
                     friction: pair_friction(a, b),
                     rolling_friction: a.rolling_friction.max(b.rolling_friction),
                     restitution: a.restitution.max(b.restitution),
-                    excess: pair.excess,
+                    initial_overlap: pair.initial_overlap,
                     points: first..self.points.len(),
                     pair: index,
                 });
@@ -237,7 +283,7 @@ impl Contacts {
             if !point.data.known {
                 point.data = Anchor { known: true, loaded: false, ..pair.mean };
             }
-            // What carried nothing slips as fast as the surfaces move.
+            // A point that carried nothing has no slip of its own yet: it slips as fast as the surfaces move.
             if !point.data.loaded {
                 point.data.slip = (velocity - normal * approach).length();
             }
@@ -259,7 +305,7 @@ impl Contacts {
 /// once; until their relative motion could have used it up, nothing needs to be computed.
 fn still_apart(
     pair: &Pair,
-    (near, index): (&mut Near, usize),
+    (distances, index): (&mut DistanceCache, usize),
     (a, b): (&Collider, &Collider),
     a_from_b: &Pose,
     reachable: f64,
@@ -270,14 +316,14 @@ fn still_apart(
     }
     let touched = !pair.manifold.points.is_empty();
     // What was known before a snapshot is known after it: where there are points, the state has it.
-    let (gap, there) = if touched { pair.seen } else { near.gap(index) };
+    let (gap, there) = if touched { pair.seen } else { distances.gap(index) };
     // A shape without end comes nearer by any turn.
-    if gap > reachable && b.reach.is_finite() {
+    if gap > reachable && b.bounding_radius.is_finite() {
         let travel = a_from_b.translation.distance(there.translation);
         // Chord of the turn: 2 sin(θ/2), from the quaternions' dot product cos(θ/2).
         let cosine = a_from_b.rotation.dot(there.rotation);
         let chord = 2.0 * (1.0 - cosine * cosine).max(0.0).sqrt();
-        let left = gap - travel - chord * b.reach;
+        let left = gap - travel - chord * b.bounding_radius;
         if left > reachable {
             return Some(left);
         }
@@ -287,7 +333,7 @@ fn still_apart(
     }
     let found = DefaultQueryDispatcher.distance(a_from_b, &*a.shape, &*b.shape);
     let gap = found.map_or(0.0, |found| found.distance);
-    near.remember(index, gap, *a_from_b);
+    distances.remember(index, gap, *a_from_b);
     (gap > reachable).then_some(gap)
 }
 

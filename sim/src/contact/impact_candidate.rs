@@ -1,4 +1,4 @@
-//! Free bodies and the points at which they could meet, as a cascade of impacts sees them.
+//! Free bodies and the points at which they could meet, as a sequence of impacts sees them.
 
 use palmares_models::{Mat3, Vec3};
 
@@ -10,7 +10,7 @@ const NO_LOAD: f64 = 1e-6;
 
 /// A free body.
 #[derive(Clone, Copy, Debug)]
-pub struct Body {
+pub struct ImpactBody {
     /// Centre of mass in the world, m.
     pub center: Vec3,
     /// 1/kg
@@ -27,10 +27,10 @@ pub struct Body {
     pub(super) way: Vec3,
 }
 
-impl Body {
+impl ImpactBody {
     /// A body that has not been hit.
     pub fn new(center: Vec3, inverse_mass: f64, inverse_inertia: Mat3, start: [Vec3; 2]) -> Self {
-        Body { center, inverse_mass, inverse_inertia, start, now: start, hit: None, way: Vec3::ZERO }
+        ImpactBody { center, inverse_mass, inverse_inertia, start, now: start, hit: None, way: Vec3::ZERO }
     }
 
     /// When it was hit first, and how much farther it comes than with the velocity of the start until then and with that
@@ -49,7 +49,7 @@ impl Body {
 
 /// A contact point at which two bodies could meet.
 #[derive(Clone, Copy, Debug)]
-pub struct Touch {
+pub struct ImpactCandidate {
     /// Bodies A and B, or [`FIXED`].
     pub bodies: [usize; 2],
     /// Unit normal from A to B.
@@ -84,10 +84,10 @@ pub struct Touch {
     pub(super) given: f64,
 }
 
-impl Touch {
+impl ImpactCandidate {
     /// A point that has not been hit.
     pub fn new(bodies: [usize; 2], normal: Vec3, arms: [Vec3; 2], gap: f64, place: usize) -> Self {
-        Touch {
+        ImpactCandidate {
             bodies,
             normal,
             arms,
@@ -123,11 +123,11 @@ impl Touch {
     }
 
     /// Normal velocity now, with what gravity has added until `time`.
-    pub(super) fn velocity(&self, bodies: &[Body], time: f64) -> f64 {
+    pub(super) fn velocity(&self, bodies: &[ImpactBody], time: f64) -> f64 {
         self.normal.dot(self.relative(bodies, |body| body.now) + self.gravity * time)
     }
 
-    pub(super) fn relative(&self, bodies: &[Body], of: impl Fn(&Body) -> [Vec3; 2]) -> Vec3 {
+    pub(super) fn relative(&self, bodies: &[ImpactBody], of: impl Fn(&ImpactBody) -> [Vec3; 2]) -> Vec3 {
         let at = |side: usize| {
             bodies.get(self.bodies[side]).map_or(Vec3::ZERO, |body| {
                 let [linear, angular] = of(body);
@@ -138,7 +138,7 @@ impl Touch {
     }
 
     /// When the surfaces meet if nothing else happens and they come nearer fast enough, and whether that is within the step.
-    pub(super) fn meets(&self, bodies: &[Body], time: f64, h: f64, least: f64) -> Option<(f64, bool)> {
+    pub(super) fn meets(&self, bodies: &[ImpactBody], time: f64, h: f64, least: f64) -> Option<(f64, bool)> {
         let (velocity, rest) = (self.velocity(bodies, time), h - time);
         if velocity >= -least || self.load * self.yielding > -velocity * NO_LOAD {
             return None;
@@ -147,7 +147,7 @@ impl Touch {
         Some(((time + self.gap.max(0.0) / -velocity).min(h), within))
     }
 
-    pub(super) fn push(&self, bodies: &mut [Body], impulse: f64) {
+    pub(super) fn push(&self, bodies: &mut [ImpactBody], impulse: f64) {
         for (side, sign) in [(0, -impulse), (1, impulse)] {
             if let Some(body) = bodies.get_mut(self.bodies[side]) {
                 body.now[0] += self.normal * (sign * body.inverse_mass);

@@ -1,7 +1,8 @@
 //! Rebound by Newton's law of impact, `v_n⁺ = −e v_n⁻`, at the moment within the step at which surfaces meet.
 //!
-//! The contact springs of a light ball are softer than a step is short, so that what they give back depends on
-//! the step. A surface with a coefficient of restitution therefore rebounds as a rigid one, in one step.
+//! v_n is the normal velocity of B against A, m/s, negative when they approach, e the coefficient of restitution, 0 to 1.
+//! Why not by the contact springs: against a light ball they act for less than a step, so that what they give back would
+//! depend on the step. A surface with e > 0 therefore rebounds as a rigid one, in one step.
 
 /// A rebound within a step.
 #[derive(Clone, Copy, Debug, PartialEq)]

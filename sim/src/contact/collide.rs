@@ -1,0 +1,141 @@
+//! Collision detection of one step: bounds, near pairs, contact points; bodies that are touched wake.
+
+use super::broad_phase::{BroadPhase, tight_bounds};
+use super::distance_cache::DistanceCache;
+use super::narrow_phase::{Bodies, Contacts, Shapes};
+use crate::bounds::STEP_WORK;
+use crate::dynamics::hand::HandDynamics;
+use crate::model::{Model, Owner};
+use crate::state::State;
+use palmares_models::Pose;
+use parry3d_f64::bounding_volume::Aabb;
+
+/// The contacts of a step, and the scratch memory of their search.
+#[derive(Default)]
+pub(crate) struct Collision {
+    pub contacts: Contacts,
+    /// Of every shape in the world.
+    pub poses: Vec<Pose>,
+    pub distances: DistanceCache,
+    broad_phase: BroadPhase,
+    bounds: Vec<Aabb>,
+    /// Upper bound of the speed of any point of each shape, m/s.
+    speeds: Vec<f64>,
+    /// The same one step earlier; empty when the state was changed from outside.
+    speeds_before: Vec<f64>,
+    /// Largest way that any point of each shape can have made in the last step, m.
+    paths: Vec<f64>,
+}
+
+impl Collision {
+    /// Forgets what was found in earlier steps: the state has been changed from outside.
+    pub(crate) fn invalidate(&mut self) {
+        self.broad_phase.invalidate();
+        self.bounds.clear();
+        self.speeds.clear();
+    }
+}
+
+/// Finds the contact points of a step in `state`, whose hand has these `dynamics`; bodies that are touched wake, and with
+/// them what they touch. `spent` has been computed in the step already; returns what has been then. Beyond
+/// [`STEP_WORK`] the search ends.
+pub(crate) fn collide(
+    model: &Model,
+    state: &mut State,
+    dynamics: &HandDynamics,
+    collision: &mut Collision,
+    mut spent: u64,
+) -> u64 {
+    if model.colliders().is_empty() {
+        return spent;
+    }
+    update_shapes(model, state, dynamics, collision);
+    let Collision { contacts, poses, distances, broad_phase, bounds, speeds, speeds_before, paths } =
+        collision;
+    if broad_phase.update(model, bounds, &mut state.pairs) {
+        distances.follow(&state.pairs);
+        spent += (model.colliders().len() * model.colliders().len()) as u64;
+    }
+    let known = speeds_before.len() == speeds.len();
+    update_paths(model, speeds, speeds_before, paths);
+    if !known {
+        distances.forget(speeds.len());
+    }
+    let h = model.config().step_s;
+    let from_rest = model.config().from_rest(false);
+    let ahead = speeds.iter().map(|speed| 2.0 * h * speed + 0.5 * from_rest);
+    distances.travel(if known { paths } else { &[] }, ahead);
+    // Every round but the last wakes an object at least.
+    loop {
+        let bodies = Bodies { model, dynamics, v: &state.v, objects: &state.objects, sleep: &state.sleep };
+        let shapes = Shapes { poses, bounds, speeds };
+        spent +=
+            contacts.find(&bodies, &shapes, distances, &mut state.pairs, STEP_WORK.saturating_sub(spent));
+        let mut woken = false;
+        for pair in &contacts.pairs {
+            for owner in [pair.a, pair.b] {
+                if let Owner::Object(k) = owner {
+                    woken |= state.sleep[k].asleep;
+                    state.sleep[k].asleep = false;
+                }
+            }
+        }
+        if !woken || spent > STEP_WORK {
+            return spent;
+        }
+    }
+}
+
+/// Pose, bounds and speed of every shape.
+fn update_shapes(model: &Model, state: &State, dynamics: &HandDynamics, collision: &mut Collision) {
+    let (h, margin) = (model.config().step_s, 0.5 * model.config().margin(false));
+    let Collision { poses, bounds, speeds, speeds_before, .. } = collision;
+    let fresh = bounds.len() != model.colliders().len();
+    if fresh {
+        poses.resize(model.colliders().len(), Pose::IDENTITY);
+        bounds.resize(model.colliders().len(), Aabb::new_invalid());
+    }
+    let bodies = Bodies { model, dynamics, v: &state.v, objects: &state.objects, sleep: &state.sleep };
+    std::mem::swap(speeds, speeds_before);
+    speeds.clear();
+    for (i, collider) in model.colliders().iter().enumerate() {
+        let pose = match collider.owner {
+            // Furniture is where it was.
+            Owner::Static if !fresh => {
+                speeds.push(0.0);
+                continue;
+            }
+            Owner::Static => collider.body_from_shape,
+            Owner::Link(i) => dynamics.kin.pose[i] * collider.body_from_shape,
+            Owner::Object(k) => state.objects[k] * collider.body_from_shape,
+        };
+        let speed = if collider.owner == Owner::Static {
+            0.0
+        } else {
+            let motion = bodies.velocity(collider.owner, pose.translation);
+            motion.linear.length() + motion.angular.length() * collider.bounding_radius
+        };
+        bounds[i] = tight_bounds(&collider.local_bounds, &pose, margin + h * speed);
+        poses[i] = pose;
+        speeds.push(speed);
+    }
+}
+
+/// How far each shape can have moved in the last step. Nothing moved farther than at the faster of its two speeds, but for
+/// what gravity adds to a ballistic way and rounding.
+fn update_paths(model: &Model, speeds: &[f64], before: &[f64], paths: &mut Vec<f64>) {
+    let h = model.config().step_s;
+    let fall = model.config().gravity.length() * h * h;
+    paths.resize(speeds.len(), f64::INFINITY);
+    if before.len() != speeds.len() {
+        paths.fill(f64::INFINITY);
+        return;
+    }
+    let faster = speeds.iter().zip(before).map(|(a, b)| a.max(*b));
+    for ((path, speed), collider) in paths.iter_mut().zip(faster).zip(model.colliders()) {
+        let own = if speed > 0.0 { 1.01 * h * speed + fall } else { 0.0 };
+        // A hand's step begins with a third of the way of the last one (BDF2).
+        let linked = matches!(collider.owner, Owner::Link(_)) && path.is_finite();
+        *path = if linked { own.max((*path + 2.0 * own) / 3.0) } else { own };
+    }
+}

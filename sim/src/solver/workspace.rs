@@ -1,0 +1,84 @@
+//! What the solver keeps of an island: the block structure of its matrix, and scratch memory.
+
+use super::cholesky::BlockCholesky;
+use super::friction_cone::ConeHessian;
+use super::problem::Problem;
+use crate::dynamics::spatial::{Force, Motion, SpatialMatrix};
+use crate::model::Owner;
+
+/// What determines the blocks and their couplings.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct BlockStructure {
+    hand_dofs: usize,
+    rows: usize,
+    objects: Vec<usize>,
+    pairs: Vec<(Owner, Owner)>,
+}
+
+impl BlockStructure {
+    pub(super) fn describes(&self, problem: &Problem) -> bool {
+        self.hand_dofs == problem.hand_dofs
+            && self.rows == problem.rows
+            && self.objects.iter().eq(problem.objects.iter().map(|object| &object.object))
+            && self.pairs.len() == problem.pairs.len()
+            && self.pairs.iter().zip(&problem.pairs).all(|(&(a, b), pair)| a == pair.a && b == pair.b)
+    }
+
+    pub(super) fn describe(&mut self, problem: &Problem) {
+        self.hand_dofs = problem.hand_dofs;
+        self.rows = problem.rows;
+        self.objects.clear();
+        self.objects.extend(problem.objects.iter().map(|object| object.object));
+        self.pairs.clear();
+        self.pairs.extend(problem.pairs.iter().map(|pair| (pair.a, pair.b)));
+    }
+}
+
+/// Where a link's joint enters the matrix.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Joint {
+    /// The link it hangs on.
+    pub parent: usize,
+    /// Block of its coordinate.
+    pub block: usize,
+    /// Place in the block.
+    pub row: usize,
+}
+
+/// Workspace of the solver; one per island, so that orderings are re-used from step to step.
+#[derive(Clone, Debug, Default)]
+pub struct Newton {
+    pub(super) cholesky: BlockCholesky,
+    pub(super) sizes: Vec<usize>,
+    pub(super) pattern: Vec<(u32, u32)>,
+    /// What the present ordering was made for.
+    pub(super) block_structure: BlockStructure,
+    /// Of every hand dof: (block, place in it).
+    pub(super) dof_block: Vec<(usize, usize)>,
+    /// Of every object in the model: place in the island.
+    pub(super) slot: Vec<usize>,
+    /// Of every link: where its joint stands; none of the base.
+    pub(super) joints: Vec<Option<Joint>>,
+    pub(super) link_velocity: Vec<Motion>,
+    pub(super) link_force: Vec<Force>,
+    pub(super) link_stiffness: Vec<SpatialMatrix>,
+    /// Which of them are not zero.
+    pub(super) link_touched: Vec<bool>,
+    pub(super) av: Vec<f64>,
+    pub(super) a_direction: Vec<f64>,
+    pub(super) gradient: Vec<f64>,
+    /// Impulse that holds a base whose velocities are given.
+    pub(super) mount: [f64; 6],
+    pub(super) direction: Vec<f64>,
+    pub(super) rhs: Vec<f64>,
+    pub(super) scratch: Vec<f64>,
+    pub(super) inverse_diagonal: Vec<f64>,
+    /// Square of the momenta in the metric of diag(A)⁻¹.
+    pub(super) momentum: f64,
+    pub(super) hessians: Vec<ConeHessian>,
+    pub(super) axis_curvature: Vec<f64>,
+    pub(super) row_curvature: Vec<f64>,
+    pub(super) row_velocity: Vec<f64>,
+    pub(super) row_direction: Vec<f64>,
+    pub(super) columns: [Vec<(usize, Motion)>; 2],
+}

@@ -1,0 +1,177 @@
+//! Assembles an island's minimisation problem: A, A v*, contacts, limits, servo and tendons
+//! (see [`crate::solver`] for the problem).
+
+use super::drive::Drive;
+use super::slip_correction::{de_saxce, nearness, rest_target};
+use super::torque_free::free_turn;
+use crate::actuation::{base, tendon};
+use crate::config::Config;
+use crate::contact::narrow_phase::{ContactPair, Contacts};
+use crate::dynamics::hand::HandDynamics;
+use crate::dynamics::pattern::{columns, row_sum};
+use crate::model::{Model, Owner};
+use crate::solver::friction_cone::{ConeLaw, RollingLaw};
+use crate::solver::island::Island;
+use crate::solver::problem::{ObjectProblem, PairProblem, Point, Problem};
+use crate::solver::terms::{AxisTerm, ScalarLaw};
+use crate::state::State;
+use palmares_models::Vec3;
+
+/// A rebounding contact is this much stiffer than the heavier of its objects is heavy: as good as rigid.
+const REBOUND_STIFFNESS: f64 = 1e6;
+
+/// What a problem is assembled from.
+pub(super) struct Input<'a> {
+    pub model: &'a Model,
+    pub state: &'a State,
+    pub dynamics: &'a HandDynamics,
+    pub contacts: &'a Contacts,
+    pub drive: &'a Drive,
+    /// Force and torque from outside, of every object or of none.
+    pub loads: &'a [(Vec3, Vec3)],
+}
+
+/// Fills in A, A v*, contacts and terms of a step of length `h`, s; `v` becomes the starting point: the present velocities,
+/// but those of a bolted base, which are what they must be.
+pub(super) fn assemble(input: &Input<'_>, island: &Island, h: f64, problem: &mut Problem, v: &mut Vec<f64>) {
+    v.clear();
+    problem.momentum.clear();
+    problem.axis_terms.clear();
+    problem.objects.clear();
+    problem.hand_dofs = 0;
+    problem.bolted = false;
+    problem.rows = 0;
+    problem.fresh = true;
+    if island.hand {
+        assemble_hand(input, h, problem, v);
+    }
+    for &k in &island.objects {
+        assemble_object(input, k, h, problem, v);
+    }
+    assemble_contacts(input.model, input.contacts, island, problem);
+}
+
+fn assemble_hand(input: &Input<'_>, h: f64, problem: &mut Problem, v: &mut Vec<f64>) {
+    let Input { model, state, dynamics, drive, .. } = input;
+    let Some(hand) = model.hand() else { return };
+    let (config, n) = (model.config(), model.hand_dofs());
+    problem.hand_dofs = n;
+    problem.hand_matrix.clear();
+    problem.hand_matrix.extend_from_slice(&dynamics.mass);
+    v.extend_from_slice(&state.v[..n]);
+    for (block, cluster) in model.clusters()[..model.hand_clusters()].iter().enumerate() {
+        let columns = columns(model.clusters(), block, n);
+        for i in cluster.dofs.clone() {
+            let p = row_sum(&dynamics.mass[i * n..][..n], v, &columns);
+            problem.momentum.push(p - h * dynamics.bias[i]);
+        }
+    }
+    problem.bolted = drive.bolted;
+    if drive.bolted {
+        v[..6].copy_from_slice(&base::way(&state.reference, state.base).map(|way| way / h));
+    } else if drive.servo_on {
+        base::servo(&config.base, &state.reference, state.base, h, &mut problem.axis_terms);
+    }
+    for (i, coordinate) in hand.coordinates.iter().enumerate() {
+        let k = 6 + i;
+        let (e, d) = (coordinate.stiffness, coordinate.damping);
+        problem.hand_matrix[k * n + k] += h * (d + h * e);
+        problem.momentum[k] -= h * e * (state.q[i] - coordinate.rest);
+        let lower = state.q[i] - coordinate.lower;
+        let upper = coordinate.upper - state.q[i];
+        push_limit(&mut problem.axis_terms, config, h, (k, 1.0), lower, v[k]);
+        push_limit(&mut problem.axis_terms, config, h, (k, -1.0), upper, -v[k]);
+    }
+    tendon::terms(hand, &state.q, &state.motors, h, &mut problem.row_terms);
+    tendon::geometric_stiffness(hand, &state.q, &state.tension, |c, k| {
+        problem.hand_matrix[(6 + c) * (n + 1)] += h * h * k;
+    });
+    problem.rows = hand.tendons.len();
+}
+
+fn assemble_object(input: &Input<'_>, k: usize, h: f64, problem: &mut Problem, v: &mut Vec<f64>) {
+    let Input { model, state, loads, .. } = input;
+    let (object, gravity) = (&model.objects()[k], model.config().gravity);
+    let (linear, angular) = state.object_velocity(model, k);
+    v.extend(linear.to_array());
+    v.extend(angular.to_array());
+    let rotation = state.objects[k].rotation;
+    let inverse = model.object_inertia_inverse(k);
+    let (inertia, turn) = free_turn(rotation, angular, object.inertia, inverse, h);
+    let carried = turn.map_or(angular, |(_, omega)| omega);
+    let (force, torque) = loads.get(k).copied().unwrap_or_default();
+    problem.momentum.extend(((linear + gravity * h) * object.mass + force * h).to_array());
+    problem.momentum.extend((inertia * carried + torque * h).to_array());
+    let center = state.objects[k].translation;
+    problem.objects.push(ObjectProblem { object: k, center, mass: object.mass, inertia, turn });
+}
+
+/// The contact points' laws. The step of a contact is always the whole one, also where the hand's is shorter (BDF2): a hand
+/// that touches is stepped by implicit Euler.
+fn assemble_contacts(model: &Model, contacts: &Contacts, island: &Island, problem: &mut Problem) {
+    let config = model.config();
+    let (h, tau) = (config.step_s, config.contact_dissipation_s);
+    problem.pairs.clear();
+    problem.points.clear();
+    for &index in &island.pairs {
+        let pair = &contacts.pairs[index];
+        let first = problem.points.len();
+        let mut load = 0.0;
+        let tangential = h * config.anchor_stiffness * (h + tau);
+        for point in &contacts.points[pair.points.clone()] {
+            let [t1, t2] = point.tangents;
+            let axes = [t1, t2, point.normal];
+            let (rest, tau_n) = rest_target(config, pair, point);
+            let stretch = point.anchor.stretch;
+            let target = [
+                -stretch.dot(t1) / (h + tau),
+                -stretch.dot(t2) / (h + tau),
+                rest - de_saxce(config, pair, point.anchor.slip),
+            ];
+            let normal = h * config.contact_stiffness * (h + tau_n);
+            let law = match point.rebound {
+                None => ConeLaw::new(pair.friction, tangential, normal, target),
+                Some(rebound) => {
+                    let rigid = REBOUND_STIFFNESS * heavier(model, pair);
+                    ConeLaw::new(pair.friction, rigid, rigid, [0.0, 0.0, rebound.velocity])
+                }
+            };
+            load += point.anchor.normal_force;
+            problem.points.push(Point::new(point.r, axes, law));
+        }
+        let rolling =
+            RollingLaw { limit: pair.rolling_friction * load * h, deadband: config.rolling_deadband };
+        let end = problem.points.len();
+        problem.pairs.push(PairProblem::new(pair.a, pair.b, pair.origin, rolling, first, end));
+    }
+}
+
+fn push_limit(
+    terms: &mut Vec<AxisTerm>,
+    config: &Config,
+    h: f64,
+    (dof, sign): (usize, f64),
+    gap: f64,
+    rate: f64,
+) {
+    // Only limits that the step could reach: within 0.05 rad plus what 20 rad/s covers.
+    if gap + h * rate >= 0.05 + 20.0 * h {
+        return;
+    }
+    let tau = h * nearness(gap, config.limit_onset_rad);
+    let inverse_regularisation = h * config.limit_stiffness * (h + tau);
+    terms.push(AxisTerm {
+        dof,
+        sign,
+        law: ScalarLaw::Limit { inverse_regularisation, target: -gap / (h + tau) },
+    });
+}
+
+/// Mass of the heavier object of a pair, kg.
+fn heavier(model: &Model, pair: &ContactPair) -> f64 {
+    let mass = |owner: Owner| match owner {
+        Owner::Object(k) => model.objects()[k].mass,
+        Owner::Static | Owner::Link(_) => 0.0,
+    };
+    mass(pair.a).max(mass(pair.b))
+}

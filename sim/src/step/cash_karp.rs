@@ -1,0 +1,334 @@
+//! An explicit Runge–Kutta method for a hand that loses no energy: its motion is smooth and hardly stiff.
+//!
+//! The pair of orders 5 and 4 of Cash and Karp (1990), with their way out after two stages. The first stage is the
+//! dynamics the step begins with anyway; the difference of two orders says into how many substeps a step is divided.
+
+use super::drive::Drive;
+use super::momentum;
+use super::torque_free::{rate, turned};
+use super::work::Work;
+use crate::actuation::base;
+use crate::actuation::motor::wound;
+use crate::bounds::{STEP_WORK, hand_work};
+use crate::dynamics::forward::accelerations;
+use crate::dynamics::hand::HandDynamics;
+use crate::model::Model;
+use crate::state::{BaseReference, State};
+use palmares_models::hand::Hand;
+use palmares_models::{Pose, Rotation, Vec3};
+
+const STAGES: usize = 6;
+
+/// Where in a substep a stage lies.
+const NODES: [f64; STAGES] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 3.0 / 5.0, 1.0, 7.0 / 8.0];
+
+/// How much of the slopes before it leads to a stage, ...
+const COUPLINGS: [[f64; STAGES - 1]; STAGES] = [
+    [0.0; 5],
+    [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0],
+    [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0],
+    [3.0 / 10.0, -9.0 / 10.0, 6.0 / 5.0, 0.0, 0.0],
+    [-11.0 / 54.0, 5.0 / 2.0, -70.0 / 27.0, 35.0 / 27.0, 0.0],
+    [1631.0 / 55296.0, 175.0 / 512.0, 575.0 / 13824.0, 44275.0 / 110592.0, 253.0 / 4096.0],
+];
+
+/// ... to the end by the fifth order, ...
+const WEIGHTS: [f64; STAGES] = [37.0 / 378.0, 0.0, 250.0 / 621.0, 125.0 / 594.0, 0.0, 512.0 / 1771.0];
+
+/// ... and how much more than by the fourth.
+const DIFFERENCES: [f64; STAGES] = [
+    37.0 / 378.0 - 2825.0 / 27648.0,
+    0.0,
+    250.0 / 621.0 - 18575.0 / 48384.0,
+    125.0 / 594.0 - 13525.0 / 55296.0,
+    -277.0 / 14336.0,
+    512.0 / 1771.0 - 1.0 / 4.0,
+];
+
+/// The second order needs the first two stages alone, ...
+const STEADY_WEIGHTS: [f64; 2] = [-3.0 / 2.0, 5.0 / 2.0];
+
+/// ... and differs by this from the first.
+const STEADY_DIFFERENCES: [f64; 2] = [-5.0 / 2.0, 5.0 / 2.0];
+
+/// Where that is no more than this part of what may be, accelerations do not change: a hand rests, a top precesses
+/// steadily. All other stages would say the same.
+const STEADY: f64 = 1e-4;
+
+/// Orders may differ in the velocities by this part, in the norm of the energy: the whipping chain of a SoftHand's joints
+/// changes its energy by a millionth of the kinetic one in 2 s, ...
+const TOLERANCE: f64 = 1e-7;
+
+/// ... or by what is rounding, √J.
+const ROUNDING: f64 = 1e-13;
+
+/// A substep twice as long differs 32 times as much, and a little more.
+const AMPLE: f64 = 1.0 / 64.0;
+
+/// A bolted base that is not farther from its set point than this, m or rad, and not faster, is there.
+const STANDS: f64 = 1e-12;
+
+/// What needs more substeps, ...
+const MOST_PARTS: u32 = 1024;
+
+/// ... or more computing, is stiff, and a case for implicit Euler.
+const MOST_WORK: u64 = STEP_WORK / 2;
+
+/// Memory of the method.
+#[derive(Default)]
+pub(crate) struct Stages {
+    /// Where the step, and the substep, began.
+    start: Place,
+    from: Place,
+    /// A stage's coordinates and velocities.
+    at: Place,
+    /// Velocities and accelerations of the stages, and how their base turns.
+    rates: [Vec<f64>; STAGES],
+    changes: [Vec<f64>; STAGES],
+    turns: [Rotation; STAGES],
+    /// Diagonal of the mass matrix at the start of the step.
+    weights: Vec<f64>,
+}
+
+/// The hand's configuration and velocities.
+#[derive(Default)]
+struct Place {
+    base: Pose,
+    q: Vec<f64>,
+    v: Vec<f64>,
+}
+
+impl Place {
+    fn set(&mut self, base: Pose, q: &[f64], v: &[f64]) {
+        self.base = base;
+        self.q.clear();
+        self.q.extend_from_slice(q);
+        self.v.clear();
+        self.v.extend_from_slice(v);
+    }
+}
+
+/// Steps a hand without dampers that touches nothing. False, and nothing done, when a tendon or a limit acts, when a
+/// bolted base moves, or when the motion is too stiff.
+pub(super) fn step(model: &Model, state: &mut State, work: &mut Work, stages: &mut Stages) -> bool {
+    let Some(hand) = model.hand() else { return false };
+    if work.drive.bolted && !base_stands(state) || acts(hand, state) {
+        return false;
+    }
+    stages.resize(model.hand_dofs());
+    let done = substeps(model, hand, state, work, stages);
+    if done {
+        if work.drive.bolted {
+            state.base = state.reference.pose;
+            state.v[..6].fill(0.0);
+        }
+        state.tension.fill(0.0);
+        state.earlier.smooth = false;
+    } else {
+        let start = &stages.start;
+        state.substeps = 0;
+        state.base = start.base;
+        state.q.copy_from_slice(&start.q);
+        state.v[..start.v.len()].copy_from_slice(&start.v);
+        work.dynamics.update(model, false, start.base, &start.q, &start.v);
+        work.dynamics.add_pushes(model, &work.drive.pushes);
+    }
+    done
+}
+
+/// Whether the set point of a bolted base stands, and the base at it.
+fn base_stands(state: &State) -> bool {
+    let reference = &state.reference;
+    let still = |x: &f64| x.abs() < STANDS;
+    state.v[..6].iter().all(still)
+        && reference.linear.to_array().iter().all(still)
+        && reference.angular.to_array().iter().all(still)
+        && (reference.pose == state.base || base::way(reference, state.base).iter().all(still))
+}
+
+/// Divides the step into as many substeps as its error needs.
+fn substeps(model: &Model, hand: &Hand, state: &mut State, work: &mut Work, stages: &mut Stages) -> bool {
+    let (n, h, bolted) = (model.hand_dofs(), model.config().step_s, work.drive.bolted);
+    stages.start.set(state.base, &state.q, &state.v[..n]);
+    stages.weights.clear();
+    stages.weights.extend((0..n).map(|i| work.dynamics.mass[i * (n + 1)]));
+    let free = !work.drive.servo_on && work.drive.pushes.is_empty();
+    let due = free.then(|| momentum::due_after_flight(model, &work.dynamics, state));
+    let mut parts = state.substeps.max(1);
+    let (mut done, mut known) = (0, false);
+    while done < parts {
+        let (part, left) = (h / f64::from(parts), h * f64::from(parts - done) / f64::from(parts));
+        if !known {
+            stages.from.set(state.base, &state.q, &state.v[..n]);
+            stages.at.set(state.base, &state.q, &state.v[..n]);
+            if done > 0 {
+                stage_dynamics(model, work, &stages.at);
+            }
+            if !stage_slopes(model, hand, state, work, stages, 0, left) {
+                return false;
+            }
+            if done == 0 {
+                report_mount(model, work, stages);
+            }
+        }
+        let (mut weights, mut differences) = (&WEIGHTS[..], &DIFFERENCES[..]);
+        for stage in 1..STAGES {
+            stages.go(&COUPLINGS[stage][..stage], part, bolted);
+            work.outcome.work += hand_work(hand.links.len(), n) + (n * n * n / 6) as u64;
+            if work.outcome.work > MOST_WORK {
+                return false;
+            }
+            stage_dynamics(model, work, &stages.at);
+            if !stage_slopes(model, hand, state, work, stages, stage, left - NODES[stage] * part) {
+                return false;
+            }
+            if stage == 1 && stages.difference(&STEADY_DIFFERENCES, part, bolted) < STEADY {
+                (weights, differences) = (&STEADY_WEIGHTS, &STEADY_DIFFERENCES);
+                break;
+            }
+        }
+        let difference = stages.difference(differences, part, bolted);
+        if difference > 1.0 {
+            (parts, done, known) = (2 * parts, 2 * done, true);
+            if parts > MOST_PARTS {
+                return false;
+            }
+            continue;
+        }
+        stages.go(weights, part, bolted);
+        state.base = stages.at.base;
+        state.q.copy_from_slice(&stages.at.q);
+        state.v[..n].copy_from_slice(&stages.at.v);
+        if acts(hand, state) || difference.is_nan() {
+            return false;
+        }
+        (done, known) = (done + 1, false);
+        if difference < AMPLE && done % 2 == 0 && parts > 1 {
+            (parts, done) = (parts / 2, done / 2);
+        }
+    }
+    state.substeps = parts;
+    if let Some(due) = due {
+        momentum::keep(model, state, &mut work.dynamics, due, stages.start.base.translation);
+    }
+    true
+}
+
+/// Whether a tendon or a limit acts.
+fn acts(hand: &Hand, state: &State) -> bool {
+    let stopped = hand.coordinates.iter().zip(&state.q).any(|(c, q)| *q < c.lower || *q > c.upper);
+    stopped
+        || hand.tendons.iter().any(|tendon| {
+            let motor = tendon.motor;
+            let stretch = wound(&hand.motors[motor], state.motors[motor].position) - tendon.length(&state.q);
+            let mut speed = 0.0;
+            tendon.gradient(&state.q, |c, r| speed += r * state.v[6 + c]);
+            tendon.both_ways || tendon.stiffness * stretch > tendon.damping * speed
+        })
+}
+
+/// Mass matrix and bias at a stage.
+fn stage_dynamics(model: &Model, work: &mut Work, at: &Place) {
+    work.dynamics.update(model, work.drive.bolted, at.base, &at.q, &at.v);
+    work.dynamics.add_pushes(model, &work.drive.pushes);
+}
+
+/// Velocities and accelerations at a stage, `left` before the end of the step. False if there is no such thing.
+fn stage_slopes(
+    model: &Model,
+    hand: &Hand,
+    state: &State,
+    work: &mut Work,
+    stages: &mut Stages,
+    stage: usize,
+    left: f64,
+) -> bool {
+    let Work { dynamics, drive, forces, .. } = work;
+    let (HandDynamics { mass, bias, .. }, Drive { servo_on, bolted, .. }) = (dynamics, drive);
+    let Stages { at, rates, changes, turns, .. } = stages;
+    let (rates, force) = (&mut rates[stage], &mut changes[stage]);
+    rates.copy_from_slice(&at.v);
+    let joints = force[6..].iter_mut().zip(&bias[6..]).zip(&hand.coordinates).zip(&at.q);
+    for (((force, bias), c), q) in joints {
+        *force = -bias - c.stiffness * (q - c.rest);
+    }
+    if !*bolted {
+        for (force, bias) in force[..6].iter_mut().zip(&bias[..6]) {
+            *force = -bias;
+        }
+        turns[stage] = rate(at.base.rotation, Vec3::new(at.v[3], at.v[4], at.v[5]));
+        if *servo_on {
+            let to = &state.reference;
+            let pose = Pose::from_parts(
+                to.pose.translation - to.linear * left,
+                turned(to.pose.rotation, to.angular * -left),
+            );
+            let reference = BaseReference { pose, ..*to };
+            let pull = base::pull(&model.config().base, &reference, at.base, &at.v);
+            if stage == 0 {
+                forces.base = pull;
+            }
+            for (force, pull) in force.iter_mut().zip(pull) {
+                *force += pull;
+            }
+        }
+    }
+    accelerations(mass, if *bolted { 6 } else { 0 }, force)
+}
+
+/// Force that holds a bolted base, at the start of the step.
+fn report_mount(model: &Model, work: &mut Work, stages: &Stages) {
+    let n = model.hand_dofs();
+    let Work { dynamics, drive, forces, .. } = work;
+    if drive.bolted {
+        for (k, force) in forces.base.iter_mut().enumerate() {
+            let row = &dynamics.mass[k * n + 6..(k + 1) * n];
+            *force =
+                row.iter().zip(&stages.changes[0][6..]).fold(dynamics.bias[k], |sum, (m, a)| sum + m * a);
+        }
+    } else if !drive.servo_on {
+        forces.base = [0.0; 6];
+    }
+}
+
+impl Stages {
+    fn resize(&mut self, n: usize) {
+        for slopes in self.rates.iter_mut().chain(&mut self.changes) {
+            slopes.resize(n, 0.0);
+        }
+    }
+
+    /// Goes from the start of the substep along slopes.
+    fn go(&mut self, weights: &[f64], part: f64, bolted: bool) {
+        let Stages { from, at, rates, changes, turns, .. } = self;
+        let first = if bolted { 6 } else { 0 };
+        let sum = |slopes: &[Vec<f64>; STAGES], i: usize| {
+            weights.iter().zip(slopes).fold(0.0, |sum, (w, slope)| sum + w * slope[i])
+        };
+        for i in first..at.v.len() {
+            at.v[i] = from.v[i] + part * sum(changes, i);
+        }
+        for i in 0..at.q.len() {
+            at.q[i] = from.q[i] + part * sum(rates, 6 + i);
+        }
+        if !bolted {
+            let way = Vec3::new(sum(rates, 0), sum(rates, 1), sum(rates, 2)) * part;
+            let turn =
+                weights.iter().zip(&*turns).fold(from.base.rotation, |r, (w, turn)| r + *turn * (part * w));
+            at.base = Pose::from_parts(from.base.translation + way, turn.normalize());
+        }
+    }
+
+    /// How much the two orders differ, as a multiple of what they may.
+    fn difference(&self, differences: &[f64], part: f64, bolted: bool) -> f64 {
+        let (mut difference, mut scale) = (0.0, 0.0);
+        for i in if bolted { 6 } else { 0 }..self.weights.len() {
+            let of_orders =
+                differences.iter().zip(&self.changes).fold(0.0, |sum, (d, slope)| sum + d * slope[i]);
+            let change = part * self.changes[0][i];
+            difference += self.weights[i] * (part * of_orders).powi(2);
+            scale += self.weights[i] * (self.from.v[i].powi(2) + change * change);
+        }
+        (difference / (TOLERANCE * TOLERANCE * scale + ROUNDING * ROUNDING)).sqrt()
+    }
+}

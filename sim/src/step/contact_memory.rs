@@ -1,0 +1,83 @@
+//! What a step's solution leaves with its contact points: anchors for the next step, forces for those who ask.
+
+use super::forces::StepForces;
+use super::impacts::{ObjectImpact, on_object};
+use crate::contact::anchor::{Anchor, Pair, stretch_after, stretch_sliding};
+use crate::contact::collide::Collision;
+use crate::model::Model;
+use crate::outcome::ContactForce;
+use crate::solver::island::Island;
+use crate::solver::problem::Problem;
+
+/// Writes the island's anchors to `pairs`, its contact forces to `forces`, and when objects rebound to `impacts`.
+pub(super) fn remember(
+    model: &Model,
+    collision: &Collision,
+    island: &Island,
+    problem: &Problem,
+    pairs: &mut [Pair],
+    impacts: &mut [Option<ObjectImpact>],
+    forces: &mut StepForces,
+) {
+    let config = model.config();
+    let (h, tau) = (config.step_s, config.contact_dissipation_s);
+    // A point that was not worth solving for has been blanked by the search already.
+    for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
+        let found = &collision.contacts.pairs[index];
+        let pair = &mut pairs[found.pair];
+        let into_a = collision.poses[pair.key.0 as usize].rotation.inverse();
+        let (mut mean, mut loaded) = (Anchor::default(), 0.0);
+        let points = &collision.contacts.points[found.points.clone()];
+        for (point, seen) in problem.points[solved.first..solved.end].iter().zip(points) {
+            let [t1, t2, n] = point.axes;
+            let [g1, g2, gn] = point.impulse;
+            let data = &mut pair.manifold.points[seen.point as usize].data;
+            if gn <= 0.0 {
+                *data = Anchor::IDLE;
+                continue;
+            }
+            // What a rebound exchanges in an instant says nothing about the next step.
+            if let Some(rebound) = seen.rebound {
+                *data = Anchor::IDLE;
+                for k in [found.a, found.b].into_iter().filter_map(on_object) {
+                    // A rebound that never comes was only not to be braked: nothing was met.
+                    if rebound.time_s.is_finite() {
+                        let impact = &mut impacts[k];
+                        *impact =
+                            Some(impact.map_or(ObjectImpact::at(rebound.time_s), |impact| {
+                                impact.or_at(rebound.time_s)
+                            }));
+                    }
+                }
+                continue;
+            }
+            let friction = t1 * g1 + t2 * g2;
+            // The law saw the stretch's projection on the tangent plane.
+            let before = t1 * seen.anchor.stretch.dot(t1) + t2 * seen.anchor.stretch.dot(t2);
+            let mut stretch = stretch_after(before, friction, config.anchor_stiffness, tau, h);
+            let slip = point.law.slip_speed(point.velocity, point.impulse);
+            if slip > 0.0 {
+                stretch = stretch_sliding(stretch, friction, config.anchor_stiffness, h);
+            }
+            let normal_force = gn / h;
+            *data = Anchor { known: true, loaded: true, stretch: into_a * stretch, slip, normal_force };
+            loaded += 1.0;
+            mean.stretch += data.stretch;
+            mean.slip += slip;
+            forces.contacts.push(ContactForce {
+                a: found.a,
+                b: found.b,
+                colliders: pair.key,
+                position: found.origin + point.r,
+                normal: n,
+                force: (friction + n * gn) / h,
+                distance: seen.distance,
+            });
+        }
+        if loaded > 0.0 {
+            mean.stretch /= loaded;
+            mean.slip /= loaded;
+        }
+        pair.mean = mean;
+    }
+}

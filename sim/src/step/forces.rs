@@ -1,0 +1,49 @@
+//! Forces at the solution of a step.
+
+use crate::outcome::ContactForce;
+use crate::solver::newton::Newton;
+use crate::solver::problem::Problem;
+use crate::solver::terms::AxisTerm;
+
+/// Forces that acted in the last step.
+#[derive(Default)]
+pub(crate) struct StepForces {
+    /// At touching contacts.
+    pub contacts: Vec<ContactForce>,
+    /// Of the joint limits that act: N or N·m.
+    pub limits: Vec<(AxisTerm, f64)>,
+    /// Force and torque of the base servo, or of the mount of a bolted base: N, N·m about the base's origin.
+    pub base: [f64; 6],
+}
+
+impl StepForces {
+    /// Forgets contacts and limits.
+    pub(crate) fn clear(&mut self) {
+        self.contacts.clear();
+        self.limits.clear();
+    }
+
+    /// Reads base and limits from the solution `v` of a problem that the hand is part of, over a step of h; tensions go to
+    /// `tension`. An impulse γ over h is a force γ/h.
+    pub(crate) fn read_hand(
+        &mut self,
+        problem: &Problem,
+        newton: &Newton,
+        v: &[f64],
+        h: f64,
+        tension: &mut [f64],
+    ) {
+        for (k, tension) in tension[..problem.rows].iter_mut().enumerate() {
+            *tension = newton.row_impulse(problem, k) / h;
+        }
+        self.base = if problem.bolted { newton.mount_impulse().map(|impulse| impulse / h) } else { [0.0; 6] };
+        for term in &problem.axis_terms {
+            let force = term.sign * term.law.impulse(term.sign * v[term.dof]).0 / h;
+            if term.dof < 6 {
+                self.base[term.dof] = force;
+            } else if force != 0.0 {
+                self.limits.push((*term, force));
+            }
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Positions at the end of a step, from the velocities there: `x₁ = x₀ + h v₁`.
+//!
+//! An object that rebounds at time t within the step flies ballistically before and after it; one that contacts leave free
+//! moves with the mean velocity ([`super::midpoint_correction`]).
+
+use super::impacts::ObjectImpact;
+use super::midpoint_correction::{Correction, correction};
+use super::torque_free::turned;
+use crate::model::Model;
+use crate::solver::island::Island;
+use crate::solver::problem::Problem;
+use crate::state::State;
+use palmares_models::{Pose, Vec3};
+
+/// Moves joint coordinates by `v · time`; returns where the base comes to.
+fn advanced(base: Pose, q: &mut [f64], v: &[f64], time: f64) -> Pose {
+    for (q, rate) in q.iter_mut().zip(&v[6..]) {
+        *q += time * rate;
+    }
+    let [linear, angular] = [&v[..3], &v[3..6]].map(Vec3::from_slice);
+    Pose::from_parts(base.translation + linear * time, turned(base.rotation, angular * time))
+}
+
+/// Moves the hand with velocity `v` for a time, s. A bolted base comes to its set point.
+pub(super) fn move_hand(model: &Model, state: &mut State, bolted: bool, v: &[f64], time_s: f64) {
+    let n = model.hand_dofs();
+    state.v[..n].copy_from_slice(&v[..n]);
+    state.base = advanced(state.base, &mut state.q, &v[..n], time_s);
+    if bolted {
+        state.base = state.reference.pose;
+    }
+}
+
+/// Moves the objects of an island, whose part of `v` begins at `at`; takes their `impacts`.
+pub(super) fn move_objects(
+    model: &Model,
+    state: &mut State,
+    island: &Island,
+    problem: &Problem,
+    v: &[f64],
+    impacts: &mut [Option<ObjectImpact>],
+) {
+    let (h, gravity) = (model.config().step_s, model.config().gravity);
+    let mut at = problem.hand_dofs;
+    let alone = !island.hand && island.objects.len() == 1;
+    for (slot, (&k, solved)) in island.objects.iter().zip(&problem.objects).enumerate() {
+        let to = model.object_dofs(k);
+        let own = &v[at..at + 6];
+        let [after, angular] = [&own[..3], &own[3..]].map(Vec3::from_slice);
+        let before = Vec3::from_slice(&state.v[to..to + 3]);
+        let carried = match solved.turn {
+            None => Vec3::from_slice(&state.v[to + 3..to + 6]),
+            Some((_, omega)) => omega,
+        };
+        let pose = &mut state.objects[k];
+        let mut more = Correction::default();
+        match impacts[k].take() {
+            None if !alone => pose.translation += after * h,
+            None => {
+                let short = ((before - after) * (0.5 * h), (carried - angular) * (0.5 * h));
+                more = correction(problem, slot, angular * h, short.0, short.1);
+                // Nothing may go farther than the faster of its velocities takes it: gaps are trusted for that.
+                let farthest = before.length_squared().max(after.length_squared()) * h * h;
+                if (after * h + more.linear).length_squared() > farthest {
+                    more = Correction::default();
+                }
+                pose.translation += after * h + more.linear;
+            }
+            Some(ObjectImpact { time_s: t, detour }) => {
+                let rest = h - t;
+                pose.translation +=
+                    before * t + after * rest + gravity * (0.5 * (t * t - rest * rest)) + detour;
+            }
+        }
+        state.v[to..to + 6].copy_from_slice(own);
+        // Torque turns the body on from where it comes to without: its angular momentum is kept to rounding.
+        pose.rotation = match solved.turn {
+            None => turned(pose.rotation, angular * h + more.angular),
+            Some((rotation, omega)) => turned(rotation, (angular - omega) * h + more.angular),
+        };
+        at += 6;
+    }
+}

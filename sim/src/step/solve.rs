@@ -1,0 +1,32 @@
+//! Solves an island's problem, within what is left of the step's budget.
+
+use super::work::Work;
+use crate::bounds::{Fault, STEP_WORK};
+use crate::model::Model;
+use crate::solver::newton::{Newton, Stop};
+use crate::solver::problem::Problem;
+
+/// Minimises from `v` on, and counts what it took.
+pub(super) fn solve(
+    model: &Model,
+    work: &mut Work,
+    problem: &mut Problem,
+    newton: &mut Newton,
+    v: &mut [f64],
+) {
+    let config = model.config();
+    let Work { outcome, fault, dynamics, .. } = work;
+    let stop = Stop {
+        tolerance: config.tolerance,
+        max_iterations: config.max_iterations,
+        max_work: STEP_WORK.saturating_sub(outcome.work),
+    };
+    let report = newton.solve(model, &dynamics.kin, problem, v, &stop);
+    outcome.work += report.work;
+    if report.unsolvable {
+        *fault = Some(Fault::Unsolvable);
+    }
+    outcome.iterations = outcome.iterations.max(report.iterations);
+    outcome.evaluations += report.evaluations;
+    outcome.converged &= report.converged;
+}
