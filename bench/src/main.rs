@@ -102,7 +102,7 @@ enum What {
         /// The file.
         report: PathBuf,
     },
-    /// Does what README.md and ARCHITECTURE.md say of the peers agree with the committed reports? Fails if not.
+    /// Does what README.md and docs/physics.md say of the peers agree with the committed reports? Fails if not.
     Claims {
         /// Write it anew instead.
         #[arg(long)]

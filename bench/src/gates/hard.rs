@@ -62,7 +62,7 @@ fn a_fast_spinning_capsule_does_not_explode() {
     for dt in [0.25e-3, 1e-3, 4e-3, 16e-3] {
         let report = report("hard_spin", dt);
         converged(&report);
-        // It hops, slides and spins at 100 rad/s, and takes some percent of its energy from nowhere; see ARCHITECTURE.md.
+        // It hops, slides and spins at 100 rad/s, and takes some percent of its energy from nowhere; see docs/physics.md.
         // When its turning was stepped to the first order it took a thousand times all it had.
         assert!(error(&report) <= 10.0, "at {dt}: {} %", error(&report));
     }

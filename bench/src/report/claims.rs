@@ -1,4 +1,4 @@
-//! What README.md and ARCHITECTURE.md say of the peers: written from the committed reports between two marks, and held
+//! What README.md and docs/physics.md say of the peers: written from the committed reports between two marks, and held
 //! against them by a test.
 
 use super::Comparison;
@@ -53,7 +53,7 @@ fn documents(root: &Path) -> Result<[(&'static str, String, String); 2]> {
         |file: &str| fs::read_to_string(root.join(file)).with_context(|| format!("cannot read {file}"));
     Ok([
         ("README.md", text("README.md")?, readme(&reports)),
-        ("ARCHITECTURE.md", text("ARCHITECTURE.md")?, architecture(&reports)),
+        ("docs/physics.md", text("docs/physics.md")?, physics(&reports)),
     ])
 }
 
@@ -80,7 +80,7 @@ fn readme(reports: &[Comparison; 2]) -> String {
     out
 }
 
-fn architecture(reports: &[Comparison; 2]) -> String {
+fn physics(reports: &[Comparison; 2]) -> String {
     let mut out = said_of_all(reports);
     let ahead: Vec<&Verdict> = reports.iter().flat_map(Comparison::ahead).collect();
     if !ahead.is_empty() {

@@ -294,3 +294,60 @@ pub(super) fn subtract_square<const N: usize, const K: usize>(c: &mut [f64], b: 
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `A = B Bᵀ + s I` with numbers of a simple generator.
+    fn positive(s: usize) -> Vec<f64> {
+        let b = |i: usize, k: usize| ((7 * i + 3 * k + 1) % 11) as f64 / 11.0;
+        let entry = |i: usize, j: usize| (0..s).map(|k| b(i, k) * b(j, k)).sum::<f64>();
+        (0..s * s).map(|n| entry(n / s, n % s) + if n / s == n % s { s as f64 } else { 0.0 }).collect()
+    }
+
+    #[test]
+    fn factor_forward_and_backward_solve_every_size() {
+        for s in 1..=9 {
+            let a = positive(s);
+            let x: Vec<f64> = (0..s).map(|i| i as f64 - 1.5).collect();
+            let mut y: Vec<f64> = (0..s).map(|i| (0..s).map(|j| a[i * s + j] * x[j]).sum()).collect();
+            let mut l = a.clone();
+            assert!(factor_diagonal(&mut l, s), "size {s}");
+            forward(&l, &mut y);
+            backward(&l, &mut y);
+            for (y, x) in y.iter().zip(&x) {
+                assert!((y - x).abs() < 1e-12, "size {s}: {y} for {x}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_matrix_that_is_not_positive_definite_is_told() {
+        for s in 1..=7 {
+            let mut a = positive(s);
+            a[s * s - 1] = -1.0;
+            assert!(!factor_diagonal(&mut a, s), "size {s}");
+        }
+    }
+
+    #[test]
+    fn unrolled_kernels_compute_what_the_general_one_does() {
+        for (rows, columns) in [(1, 6), (3, 4), (6, 6), (5, 2), (4, 3)] {
+            let l: Vec<f64> = (0..rows * columns).map(|k| (k % 5) as f64 - 2.0).collect();
+            let x: Vec<f64> = (0..columns).map(|k| 0.5 + k as f64).collect();
+            let mut y = vec![1.0; rows];
+            subtract_block(&l, &x, &mut y);
+            for (i, y) in y.iter().enumerate() {
+                let product: f64 = (0..columns).map(|k| l[i * columns + k] * x[k]).sum();
+                assert!((y - (1.0 - product)).abs() < 1e-14);
+            }
+            let (up, mut down) = (vec![2.0; rows], x.clone());
+            subtract_transposed(&l, &up, &mut down);
+            for (k, down) in down.iter().enumerate() {
+                let product: f64 = (0..rows).map(|i| 2.0 * l[i * columns + k]).sum();
+                assert!((down - (x[k] - product)).abs() < 1e-14);
+            }
+        }
+    }
+}

@@ -102,3 +102,54 @@ fn node(owner: Owner) -> Option<usize> {
         Owner::Object(k) => Some(k + 1),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use palmares_models::object::Object;
+    use palmares_models::shape::Shape;
+    use palmares_models::{Pose, Vec3};
+    use std::sync::Arc;
+
+    fn pair(a: Owner, b: Owner) -> ContactPair {
+        ContactPair {
+            a,
+            b,
+            origin: Vec3::ZERO,
+            friction: 0.5,
+            rolling_friction: 0.0,
+            restitution: 0.0,
+            initial_overlap: 0.0,
+            points: 0..0,
+            pair: 0,
+        }
+    }
+
+    #[test]
+    fn who_touches_shares_an_island_whatever_the_order_and_furniture_joins_nobody() {
+        let mut model = Model::new(Config::default(), None).expect("no hand");
+        for k in 0..5 {
+            let parts = vec![(Pose::IDENTITY, Shape::Sphere { radius: 0.1 })];
+            let ball = Object::new(format!("{k}"), parts, 1.0, 0.5, 0.0).expect("sound");
+            model.add_object(Arc::new(ball)).expect("it fits");
+        }
+        let (fixed, object) = (Owner::Static, Owner::Object);
+        let mut pairs = vec![
+            pair(object(3), object(1)),
+            pair(fixed, object(0)),
+            pair(fixed, object(2)),
+            pair(object(4), object(1)),
+        ];
+        for _ in 0..2 {
+            let mut islands = Islands::default();
+            let mut contacts = Contacts::default();
+            contacts.pairs.clone_from(&pairs);
+            islands.update(&model, &contacts);
+            let objects: Vec<&[usize]> = islands.list().iter().map(|i| i.objects.as_slice()).collect();
+            assert_eq!(objects, [&[0][..], &[1, 3, 4], &[2]]);
+            assert_eq!(islands.list().iter().map(|island| island.pairs.len()).sum::<usize>(), 4);
+            pairs.reverse();
+        }
+    }
+}

@@ -418,3 +418,82 @@ impl Newton {
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::friction_cone::{ConeLaw, RollingLaw};
+    use super::super::problem::{ObjectProblem, PairProblem, Point};
+    use super::*;
+    use crate::config::Config;
+    use crate::model::Owner;
+    use palmares_models::object::Object;
+    use palmares_models::shape::Shape;
+    use palmares_models::{Mat3, Pose};
+    use std::sync::Arc;
+
+    const MASS: f64 = 2.0;
+    const STIFF: f64 = 1e3;
+
+    /// A ball that one frictional point at its centre holds up, after a step with velocity v*.
+    fn on_a_point(friction: f64, free: Vec3) -> (Model, Problem) {
+        let mut model = Model::new(Config::default(), None).expect("no hand");
+        let parts = vec![(Pose::IDENTITY, Shape::Sphere { radius: 0.1 })];
+        let ball = Object::new("ball", parts, MASS, friction, 0.0).expect("sound");
+        model.add_object(Arc::new(ball)).expect("it fits");
+        let law = ConeLaw::new(friction, STIFF, STIFF, [0.0; 3]);
+        let rolling = RollingLaw { limit: 0.0, deadband: 1.0 };
+        let problem = Problem {
+            objects: vec![ObjectProblem {
+                object: 0,
+                center: Vec3::ZERO,
+                mass: MASS,
+                inertia: Mat3::IDENTITY,
+                turn: None,
+            }],
+            momentum: vec![MASS * free.x, MASS * free.y, MASS * free.z, 0.0, 0.0, 0.0],
+            pairs: vec![PairProblem::new(Owner::Static, Owner::Object(0), Vec3::ZERO, rolling, 0, 1)],
+            points: vec![Point::new(Vec3::ZERO, [Vec3::X, Vec3::Y, Vec3::Z], law)],
+            fresh: true,
+            ..Problem::default()
+        };
+        (model, problem)
+    }
+
+    fn solved(friction: f64, free: Vec3) -> (Vec<f64>, [f64; 3]) {
+        let (model, mut problem) = on_a_point(friction, free);
+        let mut v = vec![free.x, free.y, free.z, 0.0, 0.0, 0.0];
+        let stop = Stop { tolerance: 1e-10, max_iterations: 50, max_work: u64::MAX };
+        let report = Newton::default().solve(&model, &Kinematics::default(), &mut problem, &mut v, &stop);
+        assert!(report.converged && !report.unsolvable, "{report:?}");
+        (v, problem.points[0].impulse)
+    }
+
+    #[test]
+    fn the_minimum_balances_momentum_and_impulse() {
+        for free in [Vec3::new(0.0, 0.0, -1.0), Vec3::new(3.0, -1.0, -1.0), Vec3::new(0.1, 0.0, -2.0)] {
+            let (v, gamma) = solved(0.5, free);
+            for k in 0..3 {
+                assert!((MASS * (v[k] - free[k]) - gamma[k]).abs() < 1e-8, "{free}: {v:?} {gamma:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_point_sticks_within_the_cone_slides_on_it_and_lets_go_beyond() {
+        let size = |gamma: [f64; 3]| (gamma[0] * gamma[0] + gamma[1] * gamma[1]).sqrt();
+        let (v, stuck) = solved(0.5, Vec3::new(0.1, 0.0, -2.0));
+        assert!(size(stuck) < 0.5 * stuck[2] && v[0].abs() < 1e-3);
+        let (v, slid) = solved(0.5, Vec3::new(3.0, 0.0, -1.0));
+        assert!((size(slid) - 0.5 * slid[2]).abs() < 1e-9 && v[0] > 1.0);
+        assert_eq!(solved(0.5, Vec3::new(0.0, 0.0, 1.0)).1, [0.0; 3]);
+    }
+
+    #[test]
+    fn a_solve_ends_without_an_answer_when_it_may_not_compute() {
+        let (model, mut problem) = on_a_point(0.5, Vec3::new(3.0, 0.0, -1.0));
+        let mut v = vec![3.0, 0.0, -1.0, 0.0, 0.0, 0.0];
+        let stop = Stop { tolerance: 1e-10, max_iterations: 0, max_work: u64::MAX };
+        let report = Newton::default().solve(&model, &Kinematics::default(), &mut problem, &mut v, &stop);
+        assert!(!report.converged);
+    }
+}

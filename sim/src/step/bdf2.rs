@@ -122,3 +122,34 @@ pub(super) fn copy_hand(model: &Model, state: &State, to: &mut Earlier) {
     to.v.clear();
     to.v.extend_from_slice(&state.v[..model.hand_dofs()]);
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Command, Config, Model, State, World};
+    use palmares_models::Pose;
+    use palmares_models::hand::Hand;
+
+    /// Where the fingers of the SoftHand are, its tendon slack, 50 ms after they were let go, in steps of h.
+    fn springing_back(h: f64) -> Vec<f64> {
+        let mut hand = Hand::clone(&Hand::builtin("softhand").expect("it is built in"));
+        hand.motors.iter_mut().for_each(|motor| motor.offset = 10.0);
+        let model = Model::new(Config::with_step(h), Some(hand.into())).expect("a hand");
+        let mut state = State::at_rest(&model, Pose::IDENTITY, &[]);
+        state.q.iter_mut().for_each(|q| *q += 0.1);
+        let mut world = World::new(model.into(), state);
+        let command = Command::stay(world.model(), Pose::IDENTITY);
+        for _ in 0..(0.05 / h).round() as u32 {
+            world.step(&command);
+        }
+        world.state().q.clone()
+    }
+
+    #[test]
+    fn the_error_falls_with_the_square_of_the_step() {
+        let fine = springing_back(6.25e-5);
+        let [coarse, half] = [2e-3, 1e-3]
+            .map(|h| springing_back(h).iter().zip(&fine).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
+        // 4 of a method of the second order, 2 of implicit Euler.
+        assert!(coarse / half > 3.0, "{coarse:e} {half:e}");
+    }
+}

@@ -122,3 +122,32 @@ pub(super) fn correction(
     let [x, y, z, a, b, c] = held.without(wanted);
     Correction { linear: Vec3::new(x, y, z), angular: Vec3::new(a, b, c) / gyration }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Command, Config, Model, State, World};
+    use palmares_models::Pose;
+    use palmares_models::object::Object;
+    use palmares_models::shape::Shape;
+    use std::sync::Arc;
+
+    #[test]
+    fn a_sliding_box_stops_where_coulomb_says_at_a_long_step() {
+        let (mu, v, h) = (0.4, 1.0, 8e-3);
+        let mut model = Model::new(Config::with_step(h), None).expect("no hand");
+        model.add_ground(0.0, mu);
+        let cube = Shape::Box { half_extents: [0.1, 0.1, 0.02], rounding: 0.0 };
+        let object = Object::new("box", vec![(Pose::IDENTITY, cube)], 1.0, mu, 0.0).expect("sound");
+        model.add_object(Arc::new(object)).expect("it fits");
+        let mut state = State::at_rest(&model, Pose::IDENTITY, &[Pose::translation(0.0, 0.0, 0.02)]);
+        state.v[0] = v;
+        let mut world = World::new(Arc::new(model), state);
+        let command = Command::stay(world.model(), Pose::IDENTITY);
+        for _ in 0..(0.5 / h) as u32 {
+            world.step(&command);
+        }
+        let (way, exact) = (world.state().objects[0].translation.x, v * v / (2.0 * mu * 9.81));
+        // v h/2 is 4 mm.
+        assert!((way - exact).abs() < 5e-4, "{way} for {exact}");
+    }
+}

@@ -29,3 +29,38 @@ pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Command, Config, Model, State, World};
+    use palmares_models::object::Object;
+    use palmares_models::shape::Shape;
+    use palmares_models::{Pose, Vec3};
+    use std::sync::Arc;
+
+    #[test]
+    fn a_box_at_rest_sleeps_and_wakes_when_it_is_hit() {
+        let mut model = Model::new(Config::default(), None).expect("no hand");
+        model.add_ground(0.0, 0.5);
+        for name in ["below", "above"] {
+            let cube = Shape::Box { half_extents: [0.05; 3], rounding: 0.0 };
+            let object = Object::new(name, vec![(Pose::IDENTITY, cube)], 1.0, 0.5, 0.0).expect("sound");
+            model.add_object(Arc::new(object)).expect("it fits");
+        }
+        let poses = [Pose::translation(0.0, 0.0, 0.05), Pose::translation(0.0, 0.0, 2.0)];
+        let state = State::at_rest(&model, Pose::IDENTITY, &poses);
+        let mut world = World::new(Arc::new(model), state);
+        let command = Command::stay(world.model(), Pose::IDENTITY);
+        for _ in 0..500 {
+            world.step(&command);
+        }
+        assert!(world.state().sleep[0].asleep && !world.state().sleep[1].asleep);
+        assert_eq!(world.state().object_velocity(world.model(), 0), (Vec3::ZERO, Vec3::ZERO));
+        let mut woke = false;
+        for _ in 0..200 {
+            world.step(&command);
+            woke |= !world.state().sleep[0].asleep;
+        }
+        assert!(woke, "the upper box has fallen on it");
+    }
+}
