@@ -4,7 +4,7 @@
 //! Only the hash is stored, so that whoever reads the database cannot play as anybody.
 
 use crate::protocol::{Code, Refusal};
-use crate::store::{Deed, NewToken, Store, StoreError};
+use crate::store::{NewAuditEntry, NewToken, Store, StoreError};
 use axum::http::HeaderMap;
 use axum::http::header::AUTHORIZATION;
 use sha2::{Digest, Sha256};
@@ -200,7 +200,7 @@ pub(crate) async fn issue(
     team: Option<&str>,
     label: &str,
     only: bool,
-    deed: &Deed<'_>,
+    deed: &NewAuditEntry<'_>,
 ) -> Result<(Token, Vec<String>), IssueError> {
     let token = Token::random()?;
     let secret_hash = token.secret_hash();

@@ -3,7 +3,7 @@
 use crate::auth::{hex, random_hex, sha256_hex};
 use crate::config::{Config, Mode};
 use crate::protocol::{Code, Refusal};
-use crate::store::{Deed, Store};
+use crate::store::{NewAuditEntry, Store};
 use anyhow::{Context, bail};
 use palmares_tasks::Seed;
 use schemars::JsonSchema;
@@ -194,7 +194,12 @@ impl Rules {
     ///
     /// # Errors
     /// The step is not possible from here.
-    pub(crate) async fn enter(&self, store: &Store, to: Phase, deed: &Deed<'_>) -> Result<(), Refusal> {
+    pub(crate) async fn enter(
+        &self,
+        store: &Store,
+        to: Phase,
+        deed: &NewAuditEntry<'_>,
+    ) -> Result<(), Refusal> {
         let wrong = |message: &str| Err(Refusal::new(Code::WrongState, message));
         if !self.official() {
             return wrong("this is a practice server: it is always open");

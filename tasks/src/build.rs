@@ -1,6 +1,6 @@
 //! From a task and a seed to a world at rest.
 
-use crate::place::{Dice, Placed, place};
+use crate::place::{Placed, SceneRng, place};
 use crate::scene::{Region, Scene, SceneBody, ScenePart};
 use crate::seed::Seed;
 use crate::start::{self, Overlap};
@@ -81,7 +81,7 @@ pub fn build(task: &Task, hand: Option<Arc<Hand>>, seed: Seed) -> Result<Built, 
 /// Furniture, containers and placed objects at rest. A placement in which something does not come to rest where it
 /// should is drawn again, so that every seed has a sound scene.
 fn draw(task: &Task, seed: Seed) -> Result<Built, SceneError> {
-    let mut dice = Dice::new(seed);
+    let mut dice = SceneRng::new(seed);
     let mut last = String::new();
     let mut work = 0;
     for _ in 0..DRAWS {

@@ -1,6 +1,6 @@
 //! What must hold of every referee, whatever it is shown in whatever order.
 
-use palmares_tasks::referee::{Referee, Sighting};
+use palmares_tasks::referee::{ObjectSnapshot, Referee};
 use palmares_tasks::task::{Rules, Task};
 use proptest::prelude::*;
 use std::sync::Arc;
@@ -19,18 +19,15 @@ fn position(task: &Task) -> BoxedStrategy<[f64; 3]> {
     prop_oneof![12 => inside, 6 => anywhere, 1 => odd].boxed()
 }
 
-fn sightings(task: &Task) -> BoxedStrategy<Vec<Sighting>> {
+fn sightings(task: &Task) -> BoxedStrategy<Vec<ObjectSnapshot>> {
     let in_hand =
         prop_oneof![4 => prop::array::uniform3(0.0..0.01f64), 1 => prop::array::uniform3(-0.2..0.2f64)];
-    let one = (position(task), in_hand, any::<bool>()).prop_map(|(position, in_hand, at_rest)| Sighting {
-        position,
-        in_hand,
-        at_rest,
-    });
+    let one = (position(task), in_hand, any::<bool>())
+        .prop_map(|(position, in_hand, at_rest)| ObjectSnapshot { position, in_hand, at_rest });
     prop::collection::vec(one, task.objects.count).boxed()
 }
 
-fn story(name: &'static str) -> BoxedStrategy<(Arc<Task>, Vec<Vec<Sighting>>)> {
+fn story(name: &'static str) -> BoxedStrategy<(Arc<Task>, Vec<Vec<ObjectSnapshot>>)> {
     let task = task(name);
     prop::collection::vec(sightings(&task), 2..60).prop_map(move |frames| (Arc::clone(&task), frames)).boxed()
 }
@@ -74,8 +71,8 @@ proptest! {
             prop_assert_eq!(referee.shaking(tick as u64), None);
         }
         // Shown the same once more, all at rest, the referee's running count is the verdict.
-        let last: Vec<Sighting> =
-            frames[frames.len() - 1].iter().map(|seen| Sighting { at_rest: true, ..*seen }).collect();
+        let last: Vec<ObjectSnapshot> =
+            frames[frames.len() - 1].iter().map(|seen| ObjectSnapshot { at_rest: true, ..*seen }).collect();
         let _ = referee.watch(frames.len() as u64, &last);
         let (count, score) = referee.verdict(&last);
         prop_assert_eq!(count, referee.count());
@@ -87,7 +84,7 @@ proptest! {
     /// The order in which objects stand in the scene gives no one an advantage.
     #[test]
     fn the_order_of_objects_does_not_matter((task, frames) in story("shelf"), turn in 0usize..10) {
-        let turned: Vec<Vec<Sighting>> = frames
+        let turned: Vec<Vec<ObjectSnapshot>> = frames
             .iter()
             .map(|frame| {
                 let mut frame = frame.clone();

@@ -9,7 +9,7 @@ use crate::net;
 use crate::replay;
 use crate::rules::{Phase, Rules, write_secret};
 use crate::session::{self, Host, STACK, Session};
-use crate::store::{Deed, Location, Store};
+use crate::store::{Location, NewAuditEntry, Store};
 use crate::telemetry;
 use crate::ws::WireListener;
 use anyhow::{Context, anyhow, bail};
@@ -67,7 +67,7 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     for run in store.abort_open_runs().await? {
         tracing::warn!(run, "the server stopped during this run; marked as aborted");
         let why = "the server stopped during this run; its time is given back";
-        let deed = Deed { actor: "server", action: "run.abort", subject: &run, reason: Some(why) };
+        let deed = NewAuditEntry { actor: "server", action: "run.abort", subject: &run, reason: Some(why) };
         store.record(&deed).await?;
     }
     let replays = archive(config, &hands)?;
@@ -158,8 +158,12 @@ async fn first_organizer(config: &Config, store: &Store) -> anyhow::Result<()> {
     if store.has_organizer().await? {
         return Ok(());
     }
-    let deed =
-        Deed { actor: "server", action: "token.issue", subject: "organizer", reason: Some("first start") };
+    let deed = NewAuditEntry {
+        actor: "server",
+        action: "token.issue",
+        subject: "organizer",
+        reason: Some("first start"),
+    };
     let (token, _) = auth::issue(store, Role::Organizer, None, "first", false, &deed).await?;
     let path = config.data_dir.join("organizer.token");
     // One of an earlier database is of no use any more.

@@ -1,6 +1,6 @@
 //! `palmares verify`.
 
-use crate::replay::{self, PublicKey, Refused, Replay, Verified};
+use crate::replay::{self, PublicKey, Replay, Verified, VerifyError};
 use anyhow::Context;
 use clap::Args;
 use serde_json::json;
@@ -54,14 +54,14 @@ pub(super) fn load(file: &Path) -> anyhow::Result<Vec<u8>> {
     std::fs::read(file).with_context(failed)
 }
 
-fn check(bytes: &[u8], key: Option<&PublicKey>) -> Result<(Replay, Verified), Refused> {
+fn check(bytes: &[u8], key: Option<&PublicKey>) -> Result<(Replay, Verified), VerifyError> {
     let replay = replay::read(bytes)?;
     replay.signed_by(key)?;
     let verified = replay::verify(&replay)?;
     Ok((replay, verified))
 }
 
-fn as_text(file: &Path, result: &Result<(Replay, Verified), Refused>, key: Option<PublicKey>) -> String {
+fn as_text(file: &Path, result: &Result<(Replay, Verified), VerifyError>, key: Option<PublicKey>) -> String {
     let file = file.display();
     match result {
         Ok((replay, verified)) => {
@@ -83,7 +83,7 @@ fn as_text(file: &Path, result: &Result<(Replay, Verified), Refused>, key: Optio
     }
 }
 
-fn as_json(file: &Path, result: &Result<(Replay, Verified), Refused>) -> String {
+fn as_json(file: &Path, result: &Result<(Replay, Verified), VerifyError>) -> String {
     let file = file.display().to_string();
     match result {
         Ok((replay, verified)) => json!({

@@ -4,9 +4,9 @@ use super::archive::Archive;
 use super::header::word;
 use super::likeness::Marks;
 use super::reader::{Replay, read};
-use super::refused::Refused;
-use super::tidy::tidy;
+use super::retention::apply_retention;
 use super::verify::verify;
+use super::verify_error::VerifyError;
 use crate::session::{Background, Level};
 use crate::store::{RunRecord, Store, StoreError, UnverifiedRun, Verdict};
 use serde_json::{Value, json};
@@ -63,7 +63,7 @@ async fn round(store: &Store, archive: &Arc<Archive>, background: &Background) -
         store.compare_actions(&run_id, &marks).await?;
         store.set_verdict(&run_id, verdict, Some(&note)).await?;
     }
-    tidy(store, archive).await
+    apply_retention(store, archive).await
 }
 
 /// What playing a run again has shown.
@@ -89,11 +89,11 @@ fn judge(
         }
         Err(error) => return Err(error),
     };
-    let verdict = (|| -> Result<_, Refused> {
+    let verdict = (|| -> Result<_, VerifyError> {
         let replay = read(&bytes)?;
         replay.signed_by(Some(&archive.key()))?;
         if replay.sha256 != run.replay_sha256 {
-            return Err(Refused::BadSignature(
+            return Err(VerifyError::BadSignature(
                 "it is not the file that was written at the end of the run".into(),
             ));
         }
@@ -110,7 +110,7 @@ fn judge(
 }
 
 /// Whether a replay tells what the database tells.
-fn same_run(record: &RunRecord, replay: &Replay) -> Result<(), Refused> {
+fn same_run(record: &RunRecord, replay: &Replay) -> Result<(), VerifyError> {
     // Strings, numbers and lists only: cannot fail.
     let record = serde_json::to_value(record).unwrap_or_default();
     let (header, outcome) = (&replay.header, &replay.outcome);
@@ -124,7 +124,9 @@ fn same_run(record: &RunRecord, replay: &Replay) -> Result<(), Refused> {
     match differs {
         Some((field, value)) => {
             let stored = record.get(field).unwrap_or(&Value::Null);
-            Err(Refused::ScoreDiffers(format!("{field} is {value} in the replay, {stored} in the database")))
+            Err(VerifyError::ScoreDiffers(format!(
+                "{field} is {value} in the replay, {stored} in the database"
+            )))
         }
         None => Ok(()),
     }

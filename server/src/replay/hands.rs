@@ -1,7 +1,7 @@
 //! The hand of a replay: one that comes with the program, or the attached one.
 
 use super::header::Header;
-use super::refused::Refused;
+use super::verify_error::VerifyError;
 use palmares_models::files::Files;
 use palmares_models::hand::Hand;
 use palmares_models::load::{self, LoadOptions};
@@ -9,17 +9,20 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// The hand the run was played with.
-pub(super) fn hand(header: &Header, files: Option<&[u8]>) -> Result<Arc<Hand>, Refused> {
+pub(super) fn hand(header: &Header, files: Option<&[u8]>) -> Result<Arc<Hand>, VerifyError> {
     let hand = match (header.hand_attached, files) {
         (true, Some(files)) => Arc::new(unpacked(files)?),
-        (true, None) => return Err(Refused::OtherHand("the hand's files are not attached".into())),
+        (true, None) => return Err(VerifyError::OtherHand("the hand's files are not attached".into())),
         (false, _) => Hand::builtin(&header.hand).ok_or_else(|| {
-            Refused::OtherHand(format!("this program has no hand `{}`, and it is not attached", header.hand))
+            VerifyError::OtherHand(format!(
+                "this program has no hand `{}`, and it is not attached",
+                header.hand
+            ))
         })?,
     };
     let found = hand.content_hash();
     if found != header.hand_hash {
-        return Err(Refused::OtherHand(format!(
+        return Err(VerifyError::OtherHand(format!(
             "the hand `{}` is another one here: its hash is {found}, recorded was {}",
             header.hand, header.hand_hash
         )));
@@ -28,9 +31,9 @@ pub(super) fn hand(header: &Header, files: Option<&[u8]>) -> Result<Arc<Hand>, R
 }
 
 /// The hand in an archive.
-pub(super) fn unpacked(files: &[u8]) -> Result<Hand, Refused> {
+pub(super) fn unpacked(files: &[u8]) -> Result<Hand, VerifyError> {
     let failed =
-        |error: &dyn ToString| Refused::OtherHand(format!("the attached hand: {}", error.to_string()));
+        |error: &dyn ToString| VerifyError::OtherHand(format!("the attached hand: {}", error.to_string()));
     let options = LoadOptions::default();
     let files =
         Files::archive(Path::new(super::HAND_FILES), files, &options.limits).map_err(|e| failed(&e))?;

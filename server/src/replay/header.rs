@@ -1,7 +1,7 @@
 //! What stands at the beginning of a replay: which run this is and what its bits depend on.
 
 use super::identity;
-use super::refused::Refused;
+use super::verify_error::VerifyError;
 use palmares_models::hand::Hand;
 use palmares_tasks::{Seed, Sensing, Task};
 use serde::Serialize;
@@ -140,11 +140,11 @@ impl Header {
     }
 
     /// Reads the metadata record.
-    pub(super) fn from_map(map: &BTreeMap<String, String>) -> Result<Self, Refused> {
+    pub(super) fn from_map(map: &BTreeMap<String, String>) -> Result<Self, VerifyError> {
         let fields = Fields(map);
         let format: u32 = fields.number("format")?;
         if format != FORMAT {
-            return Err(Refused::NotAReplay(format!(
+            return Err(VerifyError::NotAReplay(format!(
                 "its format is {format}; this program reads format {FORMAT}"
             )));
         }
@@ -177,8 +177,8 @@ impl Header {
     }
 }
 
-fn wrong(field: &str) -> Refused {
-    Refused::NotAReplay(format!("{}: `{field}` is missing or unreadable", super::RUN_RECORD))
+fn wrong(field: &str) -> VerifyError {
+    VerifyError::NotAReplay(format!("{}: `{field}` is missing or unreadable", super::RUN_RECORD))
 }
 
 /// The word serde writes for a value without fields.
@@ -190,16 +190,16 @@ pub(crate) fn word<T: Serialize>(value: &T) -> String {
 struct Fields<'a>(&'a BTreeMap<String, String>);
 
 impl Fields<'_> {
-    fn text(&self, field: &str) -> Result<&str, Refused> {
+    fn text(&self, field: &str) -> Result<&str, VerifyError> {
         self.0.get(field).map(String::as_str).ok_or_else(|| wrong(field))
     }
-    fn number<T: std::str::FromStr>(&self, field: &str) -> Result<T, Refused> {
+    fn number<T: std::str::FromStr>(&self, field: &str) -> Result<T, VerifyError> {
         self.text(field)?.parse().map_err(|_| wrong(field))
     }
-    fn optional<T: std::str::FromStr>(&self, field: &str) -> Result<Option<T>, Refused> {
+    fn optional<T: std::str::FromStr>(&self, field: &str) -> Result<Option<T>, VerifyError> {
         if self.0.contains_key(field) { self.number(field).map(Some) } else { Ok(None) }
     }
-    fn word<T: DeserializeOwned>(&self, field: &str) -> Result<T, Refused> {
+    fn word<T: DeserializeOwned>(&self, field: &str) -> Result<T, VerifyError> {
         serde_json::from_value(Value::String(self.text(field)?.into())).map_err(|_| wrong(field))
     }
 }

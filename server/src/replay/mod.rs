@@ -19,12 +19,12 @@ mod poses;
 mod reader;
 mod recorder;
 mod records;
-mod refused;
+mod retention;
 mod schema;
-mod sealed;
-mod tidy;
+mod signed_file;
 mod trajectory;
 mod verify;
+mod verify_error;
 mod writer;
 
 #[cfg(test)]
@@ -41,9 +41,9 @@ pub(crate) use pack::pack;
 pub(crate) use reader::{Replay, each_picture, read};
 pub(crate) use recorder::ReplayFile;
 pub(crate) use records::FILE_BYTES;
-pub(crate) use refused::Refused;
 pub(crate) use trajectory::Trajectory;
 pub(crate) use verify::{Verified, verify};
+pub(crate) use verify_error::VerifyError;
 
 use crate::auth::hex as to_hex;
 

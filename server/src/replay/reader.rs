@@ -8,7 +8,7 @@ use super::header::Header;
 use super::key::PublicKey;
 use super::messages::{ActionMessage, HashMessage, PushMessage, StateHash};
 use super::records::{self, Frame};
-use super::refused::Refused;
+use super::verify_error::VerifyError;
 use super::{
     ACTION, EVENT, HAND_FILES, HASH, POSES, RESULT_RECORD, RUN_RECORD, SCENE, SIGNATURE_DIGITS,
     SIGNATURE_RECORD, to_hex,
@@ -28,7 +28,7 @@ const MOST_EVENTS: usize = 1 << 20;
 
 /// What was done between two ticks.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Deed {
+pub(crate) struct NewAuditEntry {
     /// As applied.
     pub(crate) action: Action,
     /// Where it led.
@@ -43,7 +43,7 @@ pub(crate) struct Replay {
     /// Which run this is and what its bits depend on.
     pub(crate) header: Header,
     /// What was done in every tick.
-    pub(crate) deeds: Vec<Deed>,
+    pub(crate) deeds: Vec<NewAuditEntry>,
     /// What the referee noted during the run.
     pub(crate) events: Vec<Event>,
     /// Hashes of the state, by tick.
@@ -70,10 +70,10 @@ impl Replay {
     }
 
     /// Whether the expected key signed it; without one, any key will do.
-    pub(crate) fn signed_by(&self, expected: Option<&PublicKey>) -> Result<(), Refused> {
+    pub(crate) fn signed_by(&self, expected: Option<&PublicKey>) -> Result<(), VerifyError> {
         match expected {
             Some(expected) if *expected != self.key => {
-                Err(Refused::BadSignature(format!("signed by {}, not by {expected}", self.key)))
+                Err(VerifyError::BadSignature(format!("signed by {}, not by {expected}", self.key)))
             }
             _ => Ok(()),
         }
@@ -81,7 +81,7 @@ impl Replay {
 }
 
 /// Where the digits of the signature are in a file.
-pub(super) fn find_signature(bytes: &[u8]) -> Result<Range<usize>, Refused> {
+pub(super) fn find_signature(bytes: &[u8]) -> Result<Range<usize>, VerifyError> {
     let mut found = None;
     for frame in records::frames(bytes)? {
         let Some(metadata) = metadata(&frame)? else { continue };
@@ -97,19 +97,19 @@ pub(super) fn find_signature(bytes: &[u8]) -> Result<Range<usize>, Refused> {
         }
     }
     found.ok_or_else(|| {
-        Refused::Truncated("it has no signature: the run was cut off, or is still going on".into())
+        VerifyError::Truncated("it has no signature: the run was cut off, or is still going on".into())
     })
 }
 
 /// Reads a replay and checks its chain and its signature.
-pub(crate) fn read(bytes: &[u8]) -> Result<Replay, Refused> {
+pub(crate) fn read(bytes: &[u8]) -> Result<Replay, VerifyError> {
     // The bounds should suffice; should a library give up all the same, that is no reason to go down with it.
     catch_unwind(|| read_all(bytes))
-        .unwrap_or_else(|_| Err(Refused::ChainBroken("a damaged record brings the reader down".into())))
+        .unwrap_or_else(|_| Err(VerifyError::ChainBroken("a damaged record brings the reader down".into())))
 }
 
 /// The same without a net.
-pub(super) fn read_all(bytes: &[u8]) -> Result<Replay, Refused> {
+pub(super) fn read_all(bytes: &[u8]) -> Result<Replay, VerifyError> {
     let mut reading = Reading::default();
     let mut unpacked = 0;
     for frame in records::frames(bytes)? {
@@ -136,7 +136,7 @@ pub(super) fn read_all(bytes: &[u8]) -> Result<Replay, Refused> {
 }
 
 /// Calls `see` with every pose message: the bytes of a `foxglove.FrameTransforms`.
-pub(crate) fn each_picture(bytes: &[u8], see: &mut dyn FnMut(u64, &[u8])) -> Result<(), Refused> {
+pub(crate) fn each_picture(bytes: &[u8], see: &mut dyn FnMut(u64, &[u8])) -> Result<(), VerifyError> {
     let mut channels = BTreeMap::new();
     for frame in records::frames(bytes)?.iter().filter(|frame| frame.opcode == op::CHUNK) {
         records::each_of_chunk(frame, &mut |record| {
@@ -157,11 +157,11 @@ pub(crate) fn each_picture(bytes: &[u8], see: &mut dyn FnMut(u64, &[u8])) -> Res
     Ok(())
 }
 
-fn damaged(at: usize, what: impl ToString) -> Refused {
-    Refused::ChainBroken(format!("the record at byte {at} is damaged: {}", what.to_string()))
+fn damaged(at: usize, what: impl ToString) -> VerifyError {
+    VerifyError::ChainBroken(format!("the record at byte {at} is damaged: {}", what.to_string()))
 }
 
-fn metadata(frame: &Frame<'_>) -> Result<Option<Metadata>, Refused> {
+fn metadata(frame: &Frame<'_>) -> Result<Option<Metadata>, VerifyError> {
     if frame.opcode != op::METADATA {
         return Ok(None);
     }
@@ -178,7 +178,7 @@ struct Reading {
     header: Option<Header>,
     chain: Option<Chain>,
     channels: BTreeMap<u16, String>,
-    deeds: Vec<Deed>,
+    deeds: Vec<NewAuditEntry>,
     events: Vec<Event>,
     hashes: Vec<(u64, StateHash)>,
     outcome: Option<Outcome>,
@@ -189,7 +189,7 @@ struct Reading {
 }
 
 impl Reading {
-    fn metadata(&mut self, frame: &Frame<'_>) -> Result<(), Refused> {
+    fn metadata(&mut self, frame: &Frame<'_>) -> Result<(), VerifyError> {
         let Some(Metadata { name, metadata }) = metadata(frame)? else { return Ok(()) };
         let twice = || Err(damaged(frame.start, format!("{name} is there twice or in the wrong place")));
         match name.as_str() {
@@ -217,7 +217,7 @@ impl Reading {
         Ok(())
     }
 
-    fn attachment(&mut self, frame: &Frame<'_>) -> Result<(), Refused> {
+    fn attachment(&mut self, frame: &Frame<'_>) -> Result<(), VerifyError> {
         let (name, data) = records::attachment(frame)?;
         if name == HAND_FILES && self.hand_files.replace(data.to_vec()).is_some() {
             return Err(damaged(frame.start, format!("{HAND_FILES} is there twice")));
@@ -226,7 +226,7 @@ impl Reading {
     }
 
     /// A record of a chunk.
-    fn record(&mut self, at: usize, record: Record<'_>) -> Result<(), Refused> {
+    fn record(&mut self, at: usize, record: Record<'_>) -> Result<(), VerifyError> {
         match record {
             Record::Channel(channel) => {
                 let known = self.channels.insert(channel.id, channel.topic.clone());
@@ -256,28 +256,28 @@ impl Reading {
     }
 
     /// The chain, once the header is there.
-    fn chain(&mut self) -> Result<&mut Chain, Refused> {
+    fn chain(&mut self) -> Result<&mut Chain, VerifyError> {
         if self.outcome.is_some() {
-            return Err(Refused::ChainBroken("there are messages after the result".into()));
+            return Err(VerifyError::ChainBroken("there are messages after the result".into()));
         }
-        let missing = || Refused::NotAReplay(format!("it does not begin with {RUN_RECORD}"));
+        let missing = || VerifyError::NotAReplay(format!("it does not begin with {RUN_RECORD}"));
         self.chain.as_mut().ok_or_else(missing)
     }
 
-    fn action(&mut self, at: usize, data: &[u8]) -> Result<(), Refused> {
+    fn action(&mut self, at: usize, data: &[u8]) -> Result<(), VerifyError> {
         self.chain()?.extend(ACTION, data);
         let ActionMessage { tick, action, state, pushes } = parse(at, data)?;
         if tick != self.deeds.len() as u64 || self.deeds.len() == MOST_TICKS {
             let expected = self.deeds.len();
-            return Err(Refused::ChainBroken(format!(
+            return Err(VerifyError::ChainBroken(format!(
                 "there is an action for tick {tick} where {expected} is due"
             )));
         }
-        self.deeds.push(Deed { action, state, pushes });
+        self.deeds.push(NewAuditEntry { action, state, pushes });
         Ok(())
     }
 
-    fn event(&mut self, at: usize, data: &[u8]) -> Result<(), Refused> {
+    fn event(&mut self, at: usize, data: &[u8]) -> Result<(), VerifyError> {
         self.chain()?.extend(EVENT, data);
         if self.events.len() == MOST_EVENTS {
             return Err(damaged(at, "too many events"));
@@ -286,47 +286,47 @@ impl Reading {
         Ok(())
     }
 
-    fn hash(&mut self, at: usize, data: &[u8]) -> Result<(), Refused> {
+    fn hash(&mut self, at: usize, data: &[u8]) -> Result<(), VerifyError> {
         let before = self.chain()?.to_hex();
         let HashMessage { tick, state, chain } = parse(at, data)?;
         if chain != before {
-            return Err(Refused::ChainBroken(format!(
+            return Err(VerifyError::ChainBroken(format!(
                 "what stands before the hash of tick {tick} was changed"
             )));
         }
         if tick != self.deeds.len() as u64 || self.hashes.len() > MOST_TICKS {
-            return Err(Refused::ChainBroken(format!("the hash of tick {tick} is in the wrong place")));
+            return Err(VerifyError::ChainBroken(format!("the hash of tick {tick} is in the wrong place")));
         }
         self.chain()?.extend(HASH, data);
         self.hashes.push((tick, state));
         Ok(())
     }
 
-    fn end(self, bytes: &[u8]) -> Result<Replay, Refused> {
+    fn end(self, bytes: &[u8]) -> Result<Replay, VerifyError> {
         let (Some(header), Some(chain)) = (self.header, self.chain) else {
-            return Err(Refused::NotAReplay(format!("an MCAP file, but without a {RUN_RECORD} record")));
+            return Err(VerifyError::NotAReplay(format!("an MCAP file, but without a {RUN_RECORD} record")));
         };
         // Here, so that what was changed is told more exactly than by the signature.
         let place = find_signature(bytes)?;
         let (Some(outcome), Some(signature)) = (self.outcome, self.signature) else {
-            return Err(Refused::Truncated("it has no result".into()));
+            return Err(VerifyError::Truncated("it has no result".into()));
         };
         let field = |name: &str| signature.get(name).map_or("", String::as_str);
         if field("chain") != chain.to_hex() {
-            return Err(Refused::ChainBroken("what stands before the signature was changed".into()));
+            return Err(VerifyError::ChainBroken("what stands before the signature was changed".into()));
         }
         if field("algorithm") != "ed25519" {
-            return Err(Refused::BadSignature("its algorithm is not ed25519".into()));
+            return Err(VerifyError::BadSignature("its algorithm is not ed25519".into()));
         }
         let key: PublicKey = field("public_key")
             .parse()
-            .map_err(|why| Refused::BadSignature(format!("its public key cannot be read: {why}")))?;
+            .map_err(|why| VerifyError::BadSignature(format!("its public key cannot be read: {why}")))?;
         let mut hash = Sha256::new();
         hash.update(&bytes[..place.start]);
         hash.update([b'0'; SIGNATURE_DIGITS]);
         hash.update(&bytes[place.end..]);
         if !key.signed(&hash.finalize().into(), field("signature")) {
-            return Err(Refused::BadSignature(format!("the signature of {key} does not fit the file")));
+            return Err(VerifyError::BadSignature(format!("the signature of {key} does not fit the file")));
         }
         Ok(Replay {
             header,
@@ -343,6 +343,6 @@ impl Reading {
     }
 }
 
-fn parse<T: DeserializeOwned>(at: usize, data: &[u8]) -> Result<T, Refused> {
+fn parse<T: DeserializeOwned>(at: usize, data: &[u8]) -> Result<T, VerifyError> {
     serde_json::from_slice(data).map_err(|error| damaged(at, error))
 }

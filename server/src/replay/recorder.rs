@@ -5,7 +5,7 @@ use super::header::Header;
 use super::key::Signer;
 use super::messages::{ActionMessage, PushMessage, StateHash};
 use super::poses::{Picture, RATE};
-use super::sealed::Written;
+use super::signed_file::Written;
 use super::writer::{Plan, write};
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::{Event, Outcome, Run};

@@ -1,6 +1,6 @@
 //! The frame of an MCAP file: which bytes are which record. With bounds, since the file may come from anybody.
 
-use super::refused::Refused;
+use super::verify_error::VerifyError;
 use mcap::MAGIC;
 use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -29,20 +29,20 @@ pub(super) struct Frame<'a> {
     pub(super) body: &'a [u8],
 }
 
-fn damaged(at: usize, what: impl ToString) -> Refused {
-    Refused::ChainBroken(format!("the record at byte {at} is damaged: {}", what.to_string()))
+fn damaged(at: usize, what: impl ToString) -> VerifyError {
+    VerifyError::ChainBroken(format!("the record at byte {at} is damaged: {}", what.to_string()))
 }
 
 /// All records from the first to the footer, which must be the end of the file.
-pub(super) fn frames(bytes: &[u8]) -> Result<Vec<Frame<'_>>, Refused> {
+pub(super) fn frames(bytes: &[u8]) -> Result<Vec<Frame<'_>>, VerifyError> {
     if bytes.len() > FILE_BYTES {
-        return Err(Refused::NotAReplay(format!("it has {} bytes, more than {FILE_BYTES}", bytes.len())));
+        return Err(VerifyError::NotAReplay(format!("it has {} bytes, more than {FILE_BYTES}", bytes.len())));
     }
     if !bytes.starts_with(MAGIC) {
-        return Err(Refused::NotAReplay("it is no MCAP file: its first bytes are others".into()));
+        return Err(VerifyError::NotAReplay("it is no MCAP file: its first bytes are others".into()));
     }
     let cut =
-        || Refused::Truncated(format!("the file ends at byte {} in the middle of a record", bytes.len()));
+        || VerifyError::Truncated(format!("the file ends at byte {} in the middle of a record", bytes.len()));
     let mut frames = Vec::new();
     let mut at = MAGIC.len();
     loop {
@@ -62,15 +62,15 @@ pub(super) fn frames(bytes: &[u8]) -> Result<Vec<Frame<'_>>, Refused> {
     match &bytes[at..] {
         rest if rest == MAGIC => Ok(frames),
         rest if MAGIC.starts_with(rest) => Err(cut()),
-        _ => Err(Refused::ChainBroken("something else stands behind the end of the file".into())),
+        _ => Err(VerifyError::ChainBroken("something else stands behind the end of the file".into())),
     }
 }
 
 /// Unpacks a chunk and shows its records. Returns its size.
 pub(super) fn each_of_chunk(
     frame: &Frame<'_>,
-    see: &mut dyn FnMut(Record<'_>) -> Result<(), Refused>,
-) -> Result<u64, Refused> {
+    see: &mut dyn FnMut(Record<'_>) -> Result<(), VerifyError>,
+) -> Result<u64, VerifyError> {
     let failed = |error: mcap::McapError| damaged(frame.start, error);
     let Record::Chunk { header, data } = mcap::parse_record(frame.opcode, frame.body).map_err(failed)? else {
         return Err(damaged(frame.start, "not a chunk"));
@@ -116,7 +116,7 @@ pub(super) fn each_of_chunk(
 }
 
 /// Name and content of an attachment. The library's own parser trusts the lengths it reads.
-pub(super) fn attachment<'a>(frame: &Frame<'a>) -> Result<(&'a str, &'a [u8]), Refused> {
+pub(super) fn attachment<'a>(frame: &Frame<'a>) -> Result<(&'a str, &'a [u8]), VerifyError> {
     parse_attachment(frame.body)
         .ok_or_else(|| damaged(frame.start, "an attachment that does not fit its record"))
 }

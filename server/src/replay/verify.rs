@@ -3,8 +3,8 @@
 use super::hands::hand;
 use super::identity;
 use super::messages::StateHash;
-use super::reader::{Deed, Replay};
-use super::refused::Refused;
+use super::reader::{NewAuditEntry, Replay};
+use super::verify_error::VerifyError;
 use palmares_tasks::{Event, Outcome, Run, Task};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -20,10 +20,10 @@ pub(crate) struct Verified {
 }
 
 /// Simulates a replay from tick 0 and compares every state, event and count.
-pub(crate) fn verify(replay: &Replay) -> Result<Verified, Refused> {
+pub(crate) fn verify(replay: &Replay) -> Result<Verified, VerifyError> {
     // A hand from anybody's file may bring the simulation to places where it gives up.
     catch_unwind(AssertUnwindSafe(|| simulate(replay))).unwrap_or_else(|_| {
-        Err(Refused::StateDiffers {
+        Err(VerifyError::StateDiffers {
             tick: 0,
             last_equal: None,
             found: "a failure of the simulation".into(),
@@ -32,32 +32,32 @@ pub(crate) fn verify(replay: &Replay) -> Result<Verified, Refused> {
     })
 }
 
-fn simulate(replay: &Replay) -> Result<Verified, Refused> {
+fn simulate(replay: &Replay) -> Result<Verified, VerifyError> {
     let header = &replay.header;
     let engine = identity::engine();
     if header.engine != engine {
-        return Err(Refused::OtherEngine(format!(
+        return Err(VerifyError::OtherEngine(format!(
             "recorded by engine {}, this is {engine}; take the program of version {} ({})",
             header.engine, header.server_version, header.build_hash
         )));
     }
     let task = Task::builtin().into_iter().find(|task| task.name == header.task);
     let task =
-        task.ok_or_else(|| Refused::OtherTask(format!("this program has no task `{}`", header.task)))?;
+        task.ok_or_else(|| VerifyError::OtherTask(format!("this program has no task `{}`", header.task)))?;
     if identity::physics_hash(&task) != header.physics_hash {
-        return Err(Refused::OtherPhysics("the constants of the physics are others here".into()));
+        return Err(VerifyError::OtherPhysics("the constants of the physics are others here".into()));
     }
     if task.content_hash() != header.task_hash || task.tick_s != header.tick_s {
-        return Err(Refused::OtherTask(format!("the task `{}` is another one here", header.task)));
+        return Err(VerifyError::OtherTask(format!("the task `{}` is another one here", header.task)));
     }
     let longest = (task.time_limit_s / task.tick_s).ceil() as usize;
     if replay.deeds.len() > longest {
         let ticks = replay.deeds.len();
-        return Err(Refused::ScoreDiffers(format!("it has {ticks} ticks; the task allows {longest}")));
+        return Err(VerifyError::ScoreDiffers(format!("it has {ticks} ticks; the task allows {longest}")));
     }
     let hand = hand(header, replay.hand_files.as_deref())?;
     let run = Run::new(task, hand, header.seed);
-    let run = run.map_err(|error| Refused::StateDiffers {
+    let run = run.map_err(|error| VerifyError::StateDiffers {
         tick: 0,
         last_equal: None,
         found: error.to_string(),
@@ -74,13 +74,13 @@ struct Simulation<'a> {
 }
 
 impl Simulation<'_> {
-    fn play(mut self, replay: &Replay) -> Result<Verified, Refused> {
+    fn play(mut self, replay: &Replay) -> Result<Verified, VerifyError> {
         self.compare(None)?;
         let mut events: Vec<Event> = Vec::new();
-        for Deed { action, state, pushes } in &replay.deeds {
+        for NewAuditEntry { action, state, pushes } in &replay.deeds {
             let tick = self.run.tick();
             let bad = |error: &dyn ToString| {
-                Refused::ChainBroken(format!("the action of tick {tick}: {}", error.to_string()))
+                VerifyError::ChainBroken(format!("the action of tick {tick}: {}", error.to_string()))
             };
             for push in pushes {
                 self.run.push(&push.link, push.wrench, push.duration_s).map_err(|error| bad(&error))?;
@@ -88,26 +88,26 @@ impl Simulation<'_> {
             self.run.step(action).map_err(|error| bad(&error))?;
             if self.run.applied() != action {
                 let message = format!("the action of tick {tick} is not one that can have been applied");
-                return Err(Refused::ChainBroken(message));
+                return Err(VerifyError::ChainBroken(message));
             }
             events.extend_from_slice(self.run.events());
             self.compare(*state)?;
         }
         if events != replay.events {
-            return Err(Refused::ScoreDiffers(difference(&events, &replay.events)));
+            return Err(VerifyError::ScoreDiffers(difference(&events, &replay.events)));
         }
         let ticks = self.run.tick();
         let outcome = self.run.finish(replay.outcome.reason);
         self.equal(&outcome.state_hash, &replay.outcome.state_hash)?;
         self.states += 1;
         if outcome != replay.outcome {
-            return Err(Refused::ScoreDiffers(describe(&outcome, &replay.outcome)));
+            return Err(VerifyError::ScoreDiffers(describe(&outcome, &replay.outcome)));
         }
         Ok(Verified { ticks, states: self.states, score: outcome.score })
     }
 
     /// Compares the present state with what was recorded of it: with the action that led to it, on its own, or not.
-    fn compare(&mut self, told: Option<StateHash>) -> Result<(), Refused> {
+    fn compare(&mut self, told: Option<StateHash>) -> Result<(), VerifyError> {
         let tick = self.run.tick();
         let noted = match self.hashes.as_slice().first() {
             Some((at, recorded)) if *at == tick => {
@@ -115,7 +115,7 @@ impl Simulation<'_> {
                 Some(*recorded)
             }
             _ if tick.is_multiple_of(super::HASH_EVERY) => {
-                return Err(Refused::ChainBroken(format!("there is no hash of tick {tick}")));
+                return Err(VerifyError::ChainBroken(format!("there is no hash of tick {tick}")));
             }
             _ => None,
         };
@@ -134,12 +134,12 @@ impl Simulation<'_> {
     }
 
     /// Holds the present state against a recorded one.
-    fn equal(&self, found: &str, recorded: &str) -> Result<(), Refused> {
+    fn equal(&self, found: &str, recorded: &str) -> Result<(), VerifyError> {
         if found == recorded {
             return Ok(());
         }
         let (tick, last_equal) = (self.run.tick(), self.last_equal);
-        Err(Refused::StateDiffers { tick, last_equal, found: found.into(), recorded: recorded.into() })
+        Err(VerifyError::StateDiffers { tick, last_equal, found: found.into(), recorded: recorded.into() })
     }
 }
 

@@ -8,7 +8,7 @@ use super::key::Signer;
 use super::messages::HashMessage;
 use super::poses::{Picture, Shown};
 use super::recorder::Item;
-use super::sealed::{Sealed, Written};
+use super::signed_file::{Sealed, Written};
 use super::{
     ACTION, EVENT, HAND_FILES, HASH, POSES, RESULT_RECORD, RUN_RECORD, SCENE, SIGNATURE_DIGITS,
     SIGNATURE_RECORD, schema,

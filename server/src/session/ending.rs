@@ -6,7 +6,7 @@ use super::machine::{Playing, Stopping};
 use super::world::Fault;
 use crate::protocol::reply::{ReplayInfo, RunResult};
 use crate::protocol::{Code, Refusal, Reply};
-use crate::store::{Deed, FinishedRun};
+use crate::store::{FinishedRun, NewAuditEntry};
 use palmares_tasks::{Outcome, Reason};
 use tokio::task::spawn_blocking;
 
@@ -135,15 +135,23 @@ impl Session {
         let refund = refund || (status == "voided" && finished.status != "voided");
         let Finished { run, outcome, course, replay, note, .. } = finished;
         if status == "voided" && outcome.reason != Reason::Voided {
-            let deed =
-                Deed { actor: "server", action: "run.void", subject: &run.run_id, reason: note.as_deref() };
+            let deed = NewAuditEntry {
+                actor: "server",
+                action: "run.void",
+                subject: &run.run_id,
+                reason: note.as_deref(),
+            };
             if let Err(error) = self.host.store.record(&deed).await {
                 tracing::error!(%error, run = run.run_id, "no record of a void run");
             }
         }
         if status == "aborted" {
-            let deed =
-                Deed { actor: "server", action: "run.abort", subject: &run.run_id, reason: note.as_deref() };
+            let deed = NewAuditEntry {
+                actor: "server",
+                action: "run.abort",
+                subject: &run.run_id,
+                reason: note.as_deref(),
+            };
             if let Err(error) = self.host.store.record(&deed).await {
                 tracing::error!(%error, run = run.run_id, "no record of a run without a tick");
             }

@@ -1,10 +1,10 @@
 //! What all sessions of a server share.
 
+use super::admission::{Admission, Admitted, RETRY_S, admit};
 use super::background::Background;
 use super::live::STREAMED;
 use super::pace::HOLD_TICKS;
 use super::pacer::Pacer;
-use super::places::{Place, Places, RETRY_S, admit};
 use super::registry::Registry;
 use super::scheduler::Scheduler;
 use crate::auth::{Auth, Identity};
@@ -89,7 +89,7 @@ pub(crate) struct Host {
     /// Who keeps realtime worlds on the clock.
     pub(crate) pacer: Pacer,
     /// Which worlds are open.
-    pub(crate) places: Places,
+    pub(crate) places: Admission,
     /// Connections that wait for their next request without sleeping.
     pub(crate) awake: Awake,
     /// Who is let in.
@@ -160,7 +160,7 @@ impl Host {
             registry: Registry::default(),
             watch: Arc::default(),
             pacer: Pacer::start(cores),
-            places: Places::default(),
+            places: Admission::default(),
             awake: Awake::default(),
             doors: Doors::new(settings.max_connections, settings.max_connections_per_address),
             guard: config.guard.clone(),
@@ -190,7 +190,7 @@ impl Host {
     }
 
     /// A place for another world.
-    pub(crate) fn place_for_world(&self, mode: Pacing, official: bool) -> Result<Place, Refusal> {
+    pub(crate) fn admit_world(&self, mode: Pacing, official: bool) -> Result<Admitted, Refusal> {
         let load = self.scheduler.load().report(Instant::now());
         let (most, cores) = (self.settings.max_worlds, self.scheduler.cores());
         let may = |open| admit(open, most, cores, &load, mode, official);

@@ -6,7 +6,7 @@
 use super::pace::{Pace, Part, Tempo};
 use super::pacer::{Paced, Pacer};
 use super::scheduler::{Scheduler, Urgency};
-use super::slot::Slot;
+use super::tick_phase::TickPhase;
 use super::world::{StepError, World};
 use crate::metrics::METRICS;
 use palmares_models::hand::Hand;
@@ -63,7 +63,7 @@ struct Stream {
 /// A realtime world.
 pub(crate) struct Live {
     hand: Arc<Hand>,
-    slot: Slot,
+    tick_phase: TickPhase,
     official: bool,
     scheduler: Scheduler,
     inbox: Mutex<Inbox>,
@@ -93,10 +93,10 @@ impl Live {
         scheduler: &Scheduler,
         pacer: &Pacer,
     ) -> Arc<Self> {
-        let slot = pacer.slot();
-        let pace = Pace::new(slot.not_before(Instant::now(), tick_s), tick_s);
+        let tick_phase = pacer.tick_phase();
+        let pace = Pace::new(tick_phase.not_before(Instant::now(), tick_s), tick_s);
         let due = pace.due();
-        let live = Arc::new(Self::new(world, hand, pace, slot, official, scheduler.clone()));
+        let live = Arc::new(Self::new(world, hand, pace, tick_phase, official, scheduler.clone()));
         pacer.enlist(due, 0, live.clone());
         live
     }
@@ -105,13 +105,13 @@ impl Live {
         world: World,
         hand: Arc<Hand>,
         pace: Pace,
-        slot: Slot,
+        tick_phase: TickPhase,
         official: bool,
         scheduler: Scheduler,
     ) -> Self {
         Live {
             hand,
-            slot,
+            tick_phase,
             official,
             scheduler,
             inbox: Mutex::new(Inbox { action: None, tick: 0, turn: 0, paused: false }),
@@ -203,7 +203,7 @@ impl Live {
             return;
         }
         inbox.paused = false;
-        let origin = self.slot.not_before(Instant::now(), stage.pace.tick_s());
+        let origin = self.tick_phase.not_before(Instant::now(), stage.pace.tick_s());
         stage.pace.restart(origin);
         let (due, turn) = (stage.pace.due(), inbox.turn);
         drop((stage, inbox));

@@ -4,6 +4,7 @@
 //! [`Session`] carries it out. A session belongs to the thread of its connection; while its client is away, to a
 //! task that waits for it (see [`registry`]) and computes nothing.
 
+mod admission;
 mod background;
 mod clock;
 mod driver;
@@ -17,13 +18,12 @@ mod orders;
 mod overrun;
 mod pace;
 mod pacer;
-mod places;
 mod play;
 mod record;
 mod refunds;
 mod registry;
 mod scheduler;
-mod slot;
+mod tick_phase;
 mod world;
 
 pub(crate) use background::{Background, Level, STACK};

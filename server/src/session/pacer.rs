@@ -6,7 +6,7 @@
 
 use super::background::STACK;
 use super::scheduler::OVERRUN;
-use super::slot::{Slot, Slots};
+use super::tick_phase::{TickPhase, TickPhases};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -177,7 +177,7 @@ fn come_first() {
 /// The threads. They end when this is dropped.
 pub(crate) struct Pacer {
     shared: Arc<Shared>,
-    slots: Slots,
+    tick_phases: TickPhases,
 }
 
 impl std::fmt::Debug for Pacer {
@@ -191,7 +191,7 @@ impl Pacer {
     pub(crate) fn start(threads: usize) -> Self {
         let shared = Arc::new(Shared::default());
         (0..threads.max(1)).for_each(|_| shared.employ());
-        Pacer { shared, slots: Slots::new(Instant::now()) }
+        Pacer { shared, tick_phases: TickPhases::new(Instant::now()) }
     }
 
     /// Puts other threads into the places of those whose tick overran.
@@ -205,8 +205,8 @@ impl Pacer {
     }
 
     /// When the ticks of another world are to lie.
-    pub(super) fn slot(&self) -> Slot {
-        self.slots.next()
+    pub(super) fn tick_phase(&self) -> TickPhase {
+        self.tick_phases.next()
     }
 
     /// The first tick of `paced` is due at `due`.

@@ -47,7 +47,7 @@ impl Session {
             return Err(Refusal::new(Code::BadRequest, message));
         }
         let (hand, hand_sha256) = official::hand(&self.host, &self.team, &reset.hand).await?;
-        let place = self.host.place_for_world(reset.mode, self.official)?;
+        let place = self.host.admit_world(reset.mode, self.official)?;
         let run_id = format!("run_{}", random_hex(8)?);
         let origin = official::origin(&self.host, &self.team, task, reset.seed).await?;
         let Origin { seed, number, k } = origin;

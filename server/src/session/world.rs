@@ -1,8 +1,8 @@
 //! A world: the one place in the server where a run is stepped. Whoever wants to see every tick, a recorder or
 //! spectators, is a [`Witness`] of it.
 
+use super::admission::Admitted;
 use super::background::{Background, JobError, Level, panic_text};
-use super::places::Place;
 use super::scheduler::{Permit, Scheduler, Urgency};
 use crate::metrics::METRICS;
 use palmares_models::hand::Hand;
@@ -137,7 +137,7 @@ pub(crate) struct World {
     /// What was computed between the last tick and the next took so long.
     between: Duration,
     /// Given back when the world is gone.
-    _place: Place,
+    _place: Admitted,
 }
 
 impl std::fmt::Debug for World {
@@ -162,7 +162,7 @@ impl World {
     /// given back when the world is gone.
     pub(crate) async fn open(
         plan: Plan,
-        place: Place,
+        place: Admitted,
         background: &Background,
         witnesses: impl FnOnce(&Run) -> Vec<Box<dyn Witness>> + Send + 'static,
     ) -> Result<OpenedWorld, OpenError> {
@@ -181,7 +181,7 @@ impl World {
         game: Box<dyn Playable>,
         sensing: Sensing,
         witnesses: Vec<Box<dyn Witness>>,
-        place: Place,
+        place: Admitted,
     ) -> Self {
         World { game: Ok(game), sensing, witnesses, untold: false, between: Duration::ZERO, _place: place }
     }

@@ -7,7 +7,7 @@ use sqlx::{Any, Transaction};
 
 /// Something an organizer does.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Deed<'a> {
+pub(crate) struct NewAuditEntry<'a> {
     /// The token it was done with.
     pub(crate) actor: &'a str,
     /// What, as `session.pause`.
@@ -46,7 +46,7 @@ from_row!(AuditEntry {
 
 impl Store {
     /// A transaction that begins with a record of what it will do: both are stored or neither.
-    pub(super) async fn recorded(&self, deed: &Deed<'_>) -> Result<Recorded<'_>, StoreError> {
+    pub(super) async fn recorded(&self, deed: &NewAuditEntry<'_>) -> Result<Recorded<'_>, StoreError> {
         let numbering = self.audit.lock().await;
         let mut transaction = self.write().await?;
         sqlx::query(
@@ -64,7 +64,7 @@ impl Store {
     }
 
     /// Writes a record of something that changes nothing in the database.
-    pub(crate) async fn record(&self, deed: &Deed<'_>) -> Result<(), StoreError> {
+    pub(crate) async fn record(&self, deed: &NewAuditEntry<'_>) -> Result<(), StoreError> {
         self.recorded(deed).await?.commit().await
     }
 

@@ -1,6 +1,6 @@
 //! Hands that teams sent in.
 
-use super::{Deed, Store, StoreError, signed, unix_ms};
+use super::{NewAuditEntry, Store, StoreError, signed, unix_ms};
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
@@ -107,7 +107,7 @@ impl Store {
         &self,
         hand_id: &str,
         approved: bool,
-        deed: &Deed<'_>,
+        deed: &NewAuditEntry<'_>,
     ) -> Result<bool, StoreError> {
         let mut recorded = self.recorded(deed).await?;
         let decided =

@@ -1,6 +1,6 @@
 //! Runs of different teams with the same actions.
 
-use super::{Deed, Store, StoreError, signed};
+use super::{NewAuditEntry, Store, StoreError, signed};
 use crate::replay::{Marks, is_told};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -90,8 +90,12 @@ impl Store {
         }
         transaction.commit().await?;
         for reason in news {
-            let deed =
-                Deed { actor: "server", action: "run.similar", subject: run_id, reason: Some(&reason) };
+            let deed = NewAuditEntry {
+                actor: "server",
+                action: "run.similar",
+                subject: run_id,
+                reason: Some(&reason),
+            };
             self.record(&deed).await?;
         }
         Ok(())

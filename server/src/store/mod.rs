@@ -29,7 +29,7 @@ mod teams;
 mod tokens;
 mod verdicts;
 
-pub(crate) use audit::{AuditEntry, Deed};
+pub(crate) use audit::{AuditEntry, NewAuditEntry};
 pub(crate) use clocks::{ClockState, Paid, Taken};
 pub(crate) use dump::Table;
 pub(crate) use hands::{HandRow, NewHand};

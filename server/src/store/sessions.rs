@@ -1,7 +1,7 @@
 //! Rows of `sessions`, and the clocks in them.
 
 use super::clocks::{ClockState, bind_double};
-use super::{Deed, Store, StoreError, unix_ms};
+use super::{NewAuditEntry, Store, StoreError, unix_ms};
 use schemars::JsonSchema;
 use serde::Serialize;
 use sqlx::AnyConnection;
@@ -197,7 +197,7 @@ impl Store {
         &self,
         session_id: &str,
         paused: bool,
-        deed: &Deed<'_>,
+        deed: &NewAuditEntry<'_>,
     ) -> Result<bool, StoreError> {
         let mut recorded = self.recorded(deed).await?;
         let changed = sqlx::query(
@@ -214,7 +214,7 @@ impl Store {
         &self,
         session_id: &str,
         seconds: f64,
-        deed: &Deed<'_>,
+        deed: &NewAuditEntry<'_>,
     ) -> Result<bool, StoreError> {
         let mut recorded = self.recorded(deed).await?;
         let changed = sqlx::query(
@@ -230,7 +230,11 @@ impl Store {
     }
 
     /// Records that an organizer ends a session that is open; false when none is.
-    pub(crate) async fn order_end(&self, session_id: &str, deed: &Deed<'_>) -> Result<bool, StoreError> {
+    pub(crate) async fn order_end(
+        &self,
+        session_id: &str,
+        deed: &NewAuditEntry<'_>,
+    ) -> Result<bool, StoreError> {
         let mut recorded = self.recorded(deed).await?;
         let changed = sqlx::query(
             "UPDATE sessions SET status = 'ended', ended_at = $1 WHERE session_id = $2 AND status = 'open'",
@@ -286,7 +290,11 @@ impl Store {
 
     /// Voids a session and its runs: they count for nothing, and the team may have another session. False when
     /// there is no such session that is not void already.
-    pub(crate) async fn void_session(&self, session_id: &str, deed: &Deed<'_>) -> Result<bool, StoreError> {
+    pub(crate) async fn void_session(
+        &self,
+        session_id: &str,
+        deed: &NewAuditEntry<'_>,
+    ) -> Result<bool, StoreError> {
         let mut recorded = self.recorded(deed).await?;
         let changed = sqlx::query(
             "UPDATE sessions SET status = 'voided', ended_at = COALESCE(ended_at, $1) \

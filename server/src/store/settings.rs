@@ -1,6 +1,6 @@
 //! Facts about the competition, by name.
 
-use super::{Deed, Store, StoreError};
+use super::{NewAuditEntry, Store, StoreError};
 
 const WRITE: &str = "INSERT INTO settings (key, value) VALUES ($1, $2) \
      ON CONFLICT (key) DO UPDATE SET value = excluded.value";
@@ -26,7 +26,7 @@ impl Store {
         &self,
         key: &str,
         value: &str,
-        deed: &Deed<'_>,
+        deed: &NewAuditEntry<'_>,
     ) -> Result<(), StoreError> {
         let mut recorded = self.recorded(deed).await?;
         sqlx::query(WRITE).bind(key).bind(value).execute(&mut *recorded.transaction).await?;

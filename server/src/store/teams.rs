@@ -1,6 +1,6 @@
 //! Teams of an official competition.
 
-use super::{Deed, Store, StoreError, unix_ms};
+use super::{NewAuditEntry, Store, StoreError, unix_ms};
 use crate::names;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -28,7 +28,11 @@ from_row!(TeamRow {
 impl Store {
     /// Adds a team, unless there is one that is called so, or so that people take one for the other: then its name is
     /// returned, and nothing is recorded.
-    pub(crate) async fn add_team(&self, team: &str, deed: &Deed<'_>) -> Result<Option<String>, StoreError> {
+    pub(crate) async fn add_team(
+        &self,
+        team: &str,
+        deed: &NewAuditEntry<'_>,
+    ) -> Result<Option<String>, StoreError> {
         // One record at a time: nobody else adds a team meanwhile.
         let mut recorded = self.recorded(deed).await?;
         let had: Vec<(String,)> = sqlx::query_as("SELECT team FROM teams ORDER BY team")

@@ -1,6 +1,6 @@
 //! Tokens: a public id and the hash of a secret.
 
-use super::{Deed, Store, StoreError, unix_ms};
+use super::{NewAuditEntry, Store, StoreError, unix_ms};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -56,7 +56,7 @@ impl Store {
         &self,
         token: &NewToken<'_>,
         only: bool,
-        deed: &Deed<'_>,
+        deed: &NewAuditEntry<'_>,
     ) -> Result<Vec<String>, StoreError> {
         let mut recorded = self.recorded(deed).await?;
         let revoked: Vec<(String,)> = match token.team {
@@ -98,7 +98,11 @@ impl Store {
     }
 
     /// Revokes a token; false when there is none that lives. The last organizer's token stays.
-    pub(crate) async fn revoke_token(&self, token_id: &str, deed: &Deed<'_>) -> Result<bool, StoreError> {
+    pub(crate) async fn revoke_token(
+        &self,
+        token_id: &str,
+        deed: &NewAuditEntry<'_>,
+    ) -> Result<bool, StoreError> {
         let mut recorded = self.recorded(deed).await?;
         let revoked = sqlx::query(
             "UPDATE tokens SET revoked_at = $1 WHERE token_id = $2 AND revoked_at IS NULL AND (role <> 'organizer' \
@@ -116,7 +120,11 @@ impl Store {
     }
 
     /// Revokes all live tokens of a team; returns their ids.
-    pub(crate) async fn revoke_team(&self, team: &str, deed: &Deed<'_>) -> Result<Vec<String>, StoreError> {
+    pub(crate) async fn revoke_team(
+        &self,
+        team: &str,
+        deed: &NewAuditEntry<'_>,
+    ) -> Result<Vec<String>, StoreError> {
         let mut recorded = self.recorded(deed).await?;
         let revoked: Vec<(String,)> = sqlx::query_as(
             "UPDATE tokens SET revoked_at = $1 WHERE team = $2 AND revoked_at IS NULL RETURNING token_id",

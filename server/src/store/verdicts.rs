@@ -1,6 +1,6 @@
 //! Replays of runs and what playing them again has shown.
 
-use super::{Deed, Store, StoreError, unix_ms};
+use super::{NewAuditEntry, Store, StoreError, unix_ms};
 use std::collections::BTreeSet;
 
 /// What playing a replay again has shown.
@@ -108,7 +108,7 @@ impl Store {
     }
 
     /// Asks for a run to be verified again; false when it has no replay or was never to be verified.
-    pub(crate) async fn reverify(&self, run_id: &str, deed: &Deed<'_>) -> Result<bool, StoreError> {
+    pub(crate) async fn reverify(&self, run_id: &str, deed: &NewAuditEntry<'_>) -> Result<bool, StoreError> {
         let mut recorded = self.recorded(deed).await?;
         let changed = sqlx::query(
             "UPDATE runs SET status = 'provisional', verify_note = NULL, verified_at = NULL \
@@ -122,7 +122,7 @@ impl Store {
     }
 
     /// Voids a finished run: it counts for nothing. False when there is none.
-    pub(crate) async fn void_run(&self, run_id: &str, deed: &Deed<'_>) -> Result<bool, StoreError> {
+    pub(crate) async fn void_run(&self, run_id: &str, deed: &NewAuditEntry<'_>) -> Result<bool, StoreError> {
         let mut recorded = self.recorded(deed).await?;
         let changed = sqlx::query(
             "UPDATE runs SET status = 'voided', note = $1 WHERE run_id = $2 AND status NOT IN ('open', 'voided')",

@@ -5,7 +5,7 @@
 //! that sends faster fills its own socket. A client that reads slowly misses observations of its realtime run, the
 //! oldest first, but no other message; one that takes nothing at all is dropped.
 
-use super::linger::Gaps;
+use super::busy_poll::GapEstimate;
 use super::rate::RateLimit;
 use super::wire::Attention;
 use crate::auth::Identity;
@@ -52,7 +52,7 @@ enum End {
 const ALARM_SLACK: Duration = Duration::from_millis(2);
 
 /// After so many requests in a row that were waited for awake everything else has its turn.
-const LINGERS: u32 = 16;
+const BUSY_POLLS: u32 = 16;
 
 /// Bytes set aside for a message of which nothing is known.
 const ROOM: usize = 1024;
@@ -82,7 +82,7 @@ struct Connection {
     identity: Option<Identity>,
     session: Option<Box<Session>>,
     rate: RateLimit,
-    gaps: Gaps,
+    gaps: GapEstimate,
     /// Bytes the next message will probably need.
     room: usize,
     /// When the client last showed a sign of life.
@@ -116,7 +116,7 @@ pub(crate) async fn serve(
         identity,
         session: None,
         rate,
-        gaps: Gaps::new(),
+        gaps: GapEstimate::new(),
         room: ROOM,
         heard,
         hello_by,
@@ -207,7 +207,7 @@ impl Connection {
         let alarm = sleep_until(Instant::now());
         tokio::pin!(alarm);
         let mut armed = false;
-        let mut lingered = 0_u32;
+        let mut polled = 0_u32;
         loop {
             let change = match &self.session {
                 Some(session) => session.next_change(),
@@ -226,20 +226,20 @@ impl Connection {
                 None => armed = false,
             }
             // Not for ever: a client that never pauses must not keep organizers, pings and the clock waiting.
-            lingered += 1;
-            let hasty = match self.linger().await {
+            polled += 1;
+            let hasty = match self.busy_poll().await {
                 Some(message) => {
                     if let ControlFlow::Break(end) = self.receive(message).await {
                         return end;
                     }
-                    if lingered < LINGERS {
+                    if polled < BUSY_POLLS {
                         continue;
                     }
                     true
                 }
                 None => false,
             };
-            lingered = 0;
+            polled = 0;
             let live = self.session.as_ref().and_then(|session| session.stream().cloned());
             let flow = tokio::select! {
                 biased;
@@ -266,7 +266,7 @@ impl Connection {
     }
 
     /// Looks for the next request without going to sleep, where that pays.
-    async fn linger(&mut self) -> Option<Option<Result<Message, axum::Error>>> {
+    async fn busy_poll(&mut self) -> Option<Option<Result<Message, axum::Error>>> {
         let span = self.gaps.worth()?;
         let (host, scheduler) = (self.host.clone(), &self.host.scheduler);
         let _leave = host.awake.leave(scheduler.cores())?;

@@ -1,12 +1,12 @@
 //! WebSockets.
 
+mod busy_poll;
 mod connection;
-mod linger;
 mod local;
 mod rate;
 mod wire;
 
-pub(crate) use linger::Awake;
+pub(crate) use busy_poll::Awake;
 pub(crate) use wire::{Caller, WireListener};
 
 use crate::api::Problem;

@@ -34,7 +34,7 @@ const FULL: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: applicat
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Attention(Arc<AtomicBool>);
 
-/// Whoever holds it polls until he drops it.
+/// Whoever holds it polls until it drops it.
 pub(super) struct Attentive<'a>(&'a AtomicBool);
 
 impl Attention {
@@ -55,7 +55,7 @@ impl Drop for Attentive<'_> {
 #[derive(Clone, Debug)]
 pub(crate) struct Caller {
     pub(super) attention: Attention,
-    /// The socket that this caller may come through instead: he is on the same machine.
+    /// The socket that this caller may come through instead, on the same machine.
     pub(super) local: Option<Arc<str>>,
     /// Where it calls from; none through the local socket.
     pub(crate) address: Option<IpAddr>,
@@ -405,7 +405,7 @@ mod tests {
         later.join().expect("sent");
     }
 
-    /// A caller on this machine who comes back through the socket he was told of.
+    /// A caller on this machine who comes back through the socket it was told of.
     #[cfg(target_os = "linux")]
     async fn neighbours() -> (Wire, std::os::unix::net::UnixStream) {
         use std::os::linux::net::SocketAddrExt;

@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pair_that_meets_later_is_known_and_a_lone_impact_needs_no_cascade() {
+    fn a_pair_that_meets_later_is_known_and_a_lone_impact_needs_no_sequence() {
         // The second has 0.1 ms for 0.2 mm.
         let mut late = row(&[1.0; 3], &[1.0, 0.0, 0.0], &[9e-4, 2e-4], 1.0);
         assert!(late.play(H, LEAST));

@@ -123,7 +123,7 @@ fn a_row_of_balls_hands_an_impact_on() {
     }
 }
 
-/// A ball falls on one that is about to land on a third, which lies on the floor: the floor, which the cascade of their
+/// A ball falls on one that is about to land on a third, which lies on the floor: the floor, which the sequence of their
 /// impacts knows nothing of, must not make them jump.
 #[test]
 fn nothing_is_won_from_what_stands_behind() {

@@ -15,12 +15,12 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::sync::Arc;
 
 /// The randomness of a scene. What is drawn again goes on where the last draw ended.
-pub struct Dice(ChaCha12Rng);
+pub struct SceneRng(ChaCha12Rng);
 
-impl Dice {
-    /// Dice that fall as the seed says.
+impl SceneRng {
+    /// Random numbers of a seed.
     pub fn new(seed: Seed) -> Self {
-        Dice(ChaCha12Rng::from_seed(seed.0))
+        SceneRng(ChaCha12Rng::from_seed(seed.0))
     }
 
     /// In [0, 1).
@@ -51,7 +51,7 @@ pub struct Placed {
 }
 
 /// Draws a task's objects and places them; says what did not work out, if it did not.
-pub fn place(task: &Task, dice: &mut Dice) -> Result<Vec<Placed>, String> {
+pub fn place(task: &Task, dice: &mut SceneRng) -> Result<Vec<Placed>, String> {
     let mut chosen = draw(task, dice);
     let poses = match &task.place {
         Placing::Pour(pour) => pour::pour(task, pour, &chosen, dice),
@@ -84,7 +84,7 @@ pub fn placing_room(task: &Task) -> Option<([f64; 3], [f64; 3])> {
 }
 
 /// The objects of a run, in the order of the scene.
-fn draw(task: &Task, dice: &mut Dice) -> Vec<Placed> {
+fn draw(task: &Task, dice: &mut SceneRng) -> Vec<Placed> {
     let (kinds, count) = (&task.objects.kinds, task.objects.count);
     let placed =
         |object: Arc<Object>, kind: &Kind| Placed { object, pose: Pose::IDENTITY, color: kind.color };

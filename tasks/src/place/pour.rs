@@ -3,7 +3,7 @@
 //! A pile of free objects needs no hand and no tendon: an ordinary rigid-body engine settles it. The result is
 //! handed over at rest.
 
-use super::{Dice, Placed};
+use super::{Placed, SceneRng};
 use crate::task::{Pour, Task};
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3, inertia};
@@ -20,7 +20,7 @@ const STEP_S: f64 = 1.0 / 240.0;
 const STILL: f64 = 5e-3;
 
 /// Where the objects are dropped: layers of a jittered grid over part of the region, m.
-pub fn drop_points(task: &Task, pour: &Pour, dice: &mut Dice) -> Vec<Vec3> {
+pub fn drop_points(task: &Task, pour: &Pour, dice: &mut SceneRng) -> Vec<Vec3> {
     let Some((low, high)) = task.region(&pour.into) else { return Vec::new() };
     let (low, high) = (Vec3::from_array(low), Vec3::from_array(high));
     let (center, size) = ((low + high) * 0.5, high - low);
@@ -44,7 +44,7 @@ pub fn drop_points(task: &Task, pour: &Pour, dice: &mut Dice) -> Vec<Vec3> {
 }
 
 /// Poses of the objects after pouring.
-pub(super) fn pour(task: &Task, pour: &Pour, objects: &[Placed], dice: &mut Dice) -> Vec<Pose> {
+pub(super) fn pour(task: &Task, pour: &Pour, objects: &[Placed], dice: &mut SceneRng) -> Vec<Pose> {
     let mut world = PhysicsWorld::new();
     world.gravity = Vec3::new(0.0, 0.0, -9.81);
     let parameters = &mut world.integration_parameters;
@@ -119,7 +119,7 @@ mod tests {
     }
 
     fn poured(task: &Task, seed: u64) -> Vec<Vec3> {
-        let placed = place(task, &mut Dice::new(Seed::from_u64(seed))).expect("they fit");
+        let placed = place(task, &mut SceneRng::new(Seed::from_u64(seed))).expect("they fit");
         placed.iter().map(|placed| placed.pose.translation).collect()
     }
 
@@ -127,7 +127,7 @@ mod tests {
     fn the_grid_is_that_of_2016() {
         let task = balls();
         let Placing::Pour(pour) = &task.place else { panic!("balls are poured") };
-        let points = drop_points(&task, pour, &mut Dice::new(Seed::from_u64(1)));
+        let points = drop_points(&task, pour, &mut SceneRng::new(Seed::from_u64(1)));
         // Ten balls: four columns 0.11667 m apart, three rows 0.175 m apart, within the jitter.
         assert!((points[1].x - points[0].x - 0.11667).abs() < 0.0101);
         assert!((points[4].y - points[0].y - 0.175).abs() < 0.0101);

@@ -1,6 +1,6 @@
 //! Putting objects down side by side.
 
-use super::{Dice, Placed};
+use super::{Placed, SceneRng};
 use crate::task::{Scatter, Task};
 use palmares_models::catalogue::{bounds, rotation_of};
 use palmares_models::object::Object;
@@ -63,7 +63,7 @@ pub(super) fn scatter(
     task: &Task,
     scatter: &Scatter,
     objects: &[Placed],
-    dice: &mut Dice,
+    dice: &mut SceneRng,
 ) -> Result<Vec<Pose>, String> {
     let Some((low, high)) = task.region(&scatter.into) else {
         return Err(format!("there is no region `{}`", scatter.into));
@@ -94,7 +94,7 @@ fn round(
     order: &[(usize, Vec3, Vec3)],
     low: Vec3,
     high: Vec3,
-    dice: &mut Dice,
+    dice: &mut SceneRng,
 ) -> Option<Vec<Pose>> {
     let mut poses = vec![Pose::IDENTITY; objects.len()];
     let mut standing: Vec<Standing> = Vec::new();

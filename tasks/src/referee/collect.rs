@@ -1,6 +1,6 @@
 //! Bringing objects from one region to another.
 
-use super::Sighting;
+use super::ObjectSnapshot;
 use crate::observation::Event;
 use crate::score::{Count, score};
 use crate::task::{Collect, Task};
@@ -38,7 +38,7 @@ impl CollectReferee {
     }
 
     /// Looks at every object, in scene order, at a tick; returns what changed.
-    pub fn watch(&mut self, tick: u64, objects: &[Sighting]) -> Vec<Event> {
+    pub fn watch(&mut self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Event> {
         let mut events = Vec::new();
         for (k, (seen, place)) in objects.iter().zip(&mut self.places).enumerate() {
             let inside = contains(self.goal, seen.position);
@@ -86,7 +86,7 @@ impl CollectReferee {
     }
 
     /// The count at the end of a run, after settling: by position alone.
-    pub fn final_count(&self, objects: &[Sighting]) -> Count {
+    pub fn final_count(&self, objects: &[ObjectSnapshot]) -> Count {
         let mut count = Count::default();
         for seen in objects {
             if contains(self.goal, seen.position) {
@@ -119,8 +119,8 @@ mod tests {
         CollectReferee::new(task, rules, 10)
     }
 
-    fn all(position: [f64; 3], at_rest: bool) -> Vec<Sighting> {
-        vec![Sighting { position, in_hand: [0.0; 3], at_rest }; 10]
+    fn all(position: [f64; 3], at_rest: bool) -> Vec<ObjectSnapshot> {
+        vec![ObjectSnapshot { position, in_hand: [0.0; 3], at_rest }; 10]
     }
 
     fn kinds(events: &[Event]) -> Vec<&str> {
@@ -131,11 +131,11 @@ mod tests {
     fn a_carried_ball_counts_once_it_rests_in_the_goal() {
         let mut referee = start();
         let mut seen = all(IN_A, true);
-        let moving = Sighting { at_rest: false, ..seen[4] };
+        let moving = ObjectSnapshot { at_rest: false, ..seen[4] };
         assert!(referee.watch(1, &seen).is_empty());
-        seen[4] = Sighting { position: ABOVE, ..moving };
+        seen[4] = ObjectSnapshot { position: ABOVE, ..moving };
         assert!(referee.watch(2, &seen).is_empty());
-        seen[4] = Sighting { position: IN_B, ..moving };
+        seen[4] = ObjectSnapshot { position: IN_B, ..moving };
         assert!(referee.watch(3, &seen).is_empty());
         seen[4].at_rest = true;
         let events = referee.watch(4, &seen);
@@ -143,7 +143,7 @@ mod tests {
         assert_eq!(referee.count(), Count { in_goal: 1, outside: 0 });
         seen[4].at_rest = false;
         assert!(referee.watch(5, &seen).is_empty(), "a nudge takes nothing away");
-        seen[4] = Sighting { position: ABOVE, ..moving };
+        seen[4] = ObjectSnapshot { position: ABOVE, ..moving };
         assert_eq!(kinds(&referee.watch(6, &seen)), ["left_goal"]);
     }
 
@@ -151,7 +151,7 @@ mod tests {
     fn a_lost_ball_costs_until_it_is_back() {
         let mut referee = start();
         let mut seen = all(IN_A, true);
-        seen[0] = Sighting { position: GROUND, at_rest: true, ..seen[0] };
+        seen[0] = ObjectSnapshot { position: GROUND, at_rest: true, ..seen[0] };
         assert_eq!(kinds(&referee.watch(1, &seen)), ["outside"]);
         assert_eq!(referee.count(), Count { in_goal: 0, outside: 1 });
         seen[0].position = IN_A;

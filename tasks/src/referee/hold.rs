@@ -1,6 +1,6 @@
 //! Lifting, holding and shaking one object.
 
-use super::Sighting;
+use super::ObjectSnapshot;
 use crate::observation::Event;
 use crate::score::Count;
 use crate::task::Hold;
@@ -58,7 +58,7 @@ pub struct HoldReferee {
 
 impl HoldReferee {
     /// A referee at tick 0.
-    pub fn new(rules: &Hold, tick_s: f64, objects: &[Sighting]) -> Self {
+    pub fn new(rules: &Hold, tick_s: f64, objects: &[ObjectSnapshot]) -> Self {
         HoldReferee {
             rules: rules.clone(),
             tick_s,
@@ -70,7 +70,7 @@ impl HoldReferee {
     }
 
     /// Looks at the object at a tick; returns what changed.
-    pub fn watch(&mut self, tick: u64, objects: &[Sighting]) -> Vec<Event> {
+    pub fn watch(&mut self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Event> {
         let mut events = Vec::new();
         let Some(seen) = objects.first() else { return events };
         let mut note = |kind: &str| events.push(Event { tick, kind: kind.to_owned(), object: Some(0) });
@@ -168,11 +168,15 @@ mod tests {
     }
 
     /// The object at a height, moved in the hand.
-    fn at(z: f64, moved: f64) -> Sighting {
-        Sighting { position: [0.0, 0.0, z], in_hand: [moved, 0.0, 0.15], at_rest: false }
+    fn at(z: f64, moved: f64) -> ObjectSnapshot {
+        ObjectSnapshot { position: [0.0, 0.0, z], in_hand: [moved, 0.0, 0.15], at_rest: false }
     }
 
-    fn play(referee: &mut HoldReferee, ticks: std::ops::Range<u64>, seen: Sighting) -> Vec<(u64, String)> {
+    fn play(
+        referee: &mut HoldReferee,
+        ticks: std::ops::Range<u64>,
+        seen: ObjectSnapshot,
+    ) -> Vec<(u64, String)> {
         let events = ticks.flat_map(|tick| referee.watch(tick, &[seen]));
         events.map(|event| (event.tick, event.kind)).collect()
     }

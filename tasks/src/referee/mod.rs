@@ -12,7 +12,7 @@ use crate::task::{Rules, Task};
 
 /// What the referee is shown of an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sighting {
+pub struct ObjectSnapshot {
     /// Centre of mass, m.
     pub position: [f64; 3],
     /// The same in the frame of the hand's base, m.
@@ -32,7 +32,7 @@ pub enum Referee {
 
 impl Referee {
     /// A referee at tick 0, when the objects are where they are shown.
-    pub fn new(task: &Task, objects: &[Sighting]) -> Self {
+    pub fn new(task: &Task, objects: &[ObjectSnapshot]) -> Self {
         match &task.rules {
             Rules::Collect(rules) => Referee::Collect(CollectReferee::new(task, rules, objects.len())),
             Rules::Hold(rules) => Referee::Hold(HoldReferee::new(rules, task.tick_s, objects)),
@@ -40,7 +40,7 @@ impl Referee {
     }
 
     /// Looks at every object, in scene order, at a tick; returns what changed. Ticks ascend.
-    pub fn watch(&mut self, tick: u64, objects: &[Sighting]) -> Vec<Event> {
+    pub fn watch(&mut self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Event> {
         match self {
             Referee::Collect(referee) => referee.watch(tick, objects),
             Referee::Hold(referee) => referee.watch(tick, objects),
@@ -64,7 +64,7 @@ impl Referee {
     }
 
     /// Count and points at the end of a run, after settling.
-    pub fn verdict(&self, objects: &[Sighting]) -> (Count, f64) {
+    pub fn verdict(&self, objects: &[ObjectSnapshot]) -> (Count, f64) {
         match self {
             Referee::Collect(referee) => {
                 let count = referee.final_count(objects);

@@ -13,7 +13,7 @@ pub use push::PushError;
 use crate::action::{Action, ActionError, BaseTarget};
 use crate::build::{SceneError, build};
 use crate::observation::Event;
-use crate::referee::{Referee, Sighting};
+use crate::referee::{ObjectSnapshot, Referee};
 use crate::scene::Scene;
 use crate::score::Count;
 use crate::seed::Seed;
@@ -166,7 +166,7 @@ impl Run {
         Ok(())
     }
 
-    fn sightings(&self) -> Vec<Sighting> {
+    fn sightings(&self) -> Vec<ObjectSnapshot> {
         sightings(&self.world)
     }
 
@@ -238,14 +238,14 @@ impl Run {
 }
 
 /// What the referee is shown.
-fn sightings(world: &World) -> Vec<Sighting> {
+fn sightings(world: &World) -> Vec<ObjectSnapshot> {
     let state = world.state();
     let hand_from_world = state.base.inverse();
     (0..state.objects.len())
         .map(|k| {
             let (linear, _) = state.object_velocity(world.model(), k);
             let at = state.objects[k].translation;
-            Sighting {
+            ObjectSnapshot {
                 position: at.to_array(),
                 in_hand: hand_from_world.transform_point(at).to_array(),
                 at_rest: state.sleep[k].asleep || linear.length() < REST_SPEED,

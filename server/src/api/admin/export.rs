@@ -9,7 +9,7 @@ use crate::auth::Identity;
 use crate::backup;
 use crate::protocol::{Code, Refusal};
 use crate::session::Host;
-use crate::store::{AuditEntry, Deed};
+use crate::store::{AuditEntry, NewAuditEntry};
 use axum::Json;
 use axum::body::{Body, Bytes};
 use axum::extract::State;
@@ -98,7 +98,8 @@ pub(super) async fn export(
 
 /// Everything, as one archive. It holds secrets: whoever has it can run the competition.
 pub(super) async fn backup(State(host): State<Arc<Host>>, identity: Identity) -> Result<Response, Problem> {
-    let deed = Deed { actor: &identity.token_id, action: "backup", subject: "everything", reason: None };
+    let deed =
+        NewAuditEntry { actor: &identity.token_id, action: "backup", subject: "everything", reason: None };
     host.store.record(&deed).await.map_err(|error| store_failed(&error))?;
     let tables = host.store.dump().await.map_err(|error| store_failed(&error))?;
     let (sender, receiver) = mpsc::channel::<io::Result<Bytes>>(4);

@@ -15,7 +15,7 @@ use super::rest::store_failed;
 use crate::auth::Identity;
 use crate::protocol::{Code, Refusal};
 use crate::session::Host;
-use crate::store::Deed;
+use crate::store::NewAuditEntry;
 use axum::Router;
 use axum::body::Bytes;
 use axum::extract::{FromRequest, Request, State};
@@ -103,8 +103,8 @@ fn deed<'a>(
     action: &'a str,
     subject: &'a str,
     reason: &'a Option<String>,
-) -> Deed<'a> {
-    Deed { actor: &identity.token_id, action, subject, reason: reason.as_deref() }
+) -> NewAuditEntry<'a> {
+    NewAuditEntry { actor: &identity.token_id, action, subject, reason: reason.as_deref() }
 }
 
 /// Something that needs a reason has none.

@@ -80,7 +80,7 @@ impl Scenario {
 }
 
 /// Reads and simulates.
-fn check(bytes: &[u8]) -> Result<Verified, Refused> {
+fn check(bytes: &[u8]) -> Result<Verified, VerifyError> {
     verify(&read(bytes)?)
 }
 
@@ -108,7 +108,7 @@ fn a_push_is_part_of_the_replay() {
     assert!(check(&scenario.record().bytes).is_ok());
     scenario.push = Some((150, false));
     let refused = check(&scenario.record().bytes).expect_err("the recorder was not told");
-    let Refused::StateDiffers { tick, last_equal, .. } = refused else { panic!("{refused}") };
+    let VerifyError::StateDiffers { tick, last_equal, .. } = refused else { panic!("{refused}") };
     assert_eq!((tick, last_equal), (151, Some(150)));
 }
 

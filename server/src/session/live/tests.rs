@@ -1,7 +1,7 @@
 //! A realtime world, ticked by hand.
 
 use super::*;
-use crate::session::slot::Slots;
+use crate::session::tick_phase::TickPhases;
 use crate::session::world::toy::{Toy, toy_world};
 use palmares_models::builtin::builtin_hands;
 use palmares_tasks::BaseTarget;
@@ -9,8 +9,8 @@ use palmares_tasks::BaseTarget;
 fn live(toy: Toy) -> Arc<Live> {
     let hand = builtin_hands()[0].clone();
     let now = Instant::now();
-    let (pace, slot) = (Pace::new(now, 0.01), Slots::new(now).next());
-    Arc::new(Live::new(toy_world(toy).0, hand, pace, slot, false, Scheduler::new(1)))
+    let (pace, tick_phase) = (Pace::new(now, 0.01), TickPhases::new(now).next());
+    Arc::new(Live::new(toy_world(toy).0, hand, pace, tick_phase, false, Scheduler::new(1)))
 }
 
 fn moving(speed: f64) -> Action {

@@ -2,11 +2,11 @@
 
 use super::toy::{Toy, toy_world};
 use super::*;
-use crate::session::places::Places;
+use crate::session::admission::Admission;
 
 struct Stage {
     world: World,
-    places: Places,
+    places: Admission,
     scheduler: Scheduler,
     background: Background,
 }
@@ -66,7 +66,7 @@ async fn witnesses_see_every_tick_once_and_before_what_follows() {
     let hand = Hand::builtin("pinch").expect("built in");
     let link = hand.links[0].name.clone();
     let run = Run::new(task, hand, Seed::from_u64(1)).expect("the scene builds");
-    let places = Places::default();
+    let places = Admission::default();
     let place = places.take(crate::protocol::Mode::Lockstep, false, |_| Ok(())).expect("free");
     let (diary, told) = std::sync::mpsc::channel();
     let witnesses: Vec<Box<dyn Witness>> = vec![Box::new(Diary(diary))];

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::protocol::Mode;
-use crate::session::places::Places;
+use crate::session::admission::Admission;
 use palmares_tasks::observation::{BodyState, HandObservation};
 
 /// Counts ticks; ends, breaks, panics or does not come back when told.
@@ -95,8 +95,8 @@ impl Playable for Toy {
 }
 
 /// A world with a toy in it, and where its place is counted.
-pub(crate) fn toy_world(toy: Toy) -> (World, Places) {
-    let places = Places::default();
+pub(crate) fn toy_world(toy: Toy) -> (World, Admission) {
+    let places = Admission::default();
     let place = places.take(Mode::Lockstep, false, |_| Ok(())).expect("free");
     (World::of(Box::new(toy), Sensing::Truth, vec![], place), places)
 }

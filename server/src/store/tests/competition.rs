@@ -2,8 +2,8 @@
 
 use super::*;
 
-fn deed<'a>(action: &'a str, subject: &'a str) -> Deed<'a> {
-    Deed { actor: "tok_1", action, subject, reason: Some("because") }
+fn deed<'a>(action: &'a str, subject: &'a str) -> NewAuditEntry<'a> {
+    NewAuditEntry { actor: "tok_1", action, subject, reason: Some("because") }
 }
 
 fn token<'a>(token_id: &'a str, team: Option<&'a str>) -> NewToken<'a> {

@@ -43,7 +43,7 @@ fn run_of(name: &str) -> Option<&str> {
 }
 
 /// Deletes the oldest practice replays beyond what is kept.
-pub(super) async fn tidy(store: &Store, archive: &Archive) -> Result<(), StoreError> {
+pub(super) async fn apply_retention(store: &Store, archive: &Archive) -> Result<(), StoreError> {
     let folder = archive.folder();
     let looked = folder.clone();
     let files = tokio::task::spawn_blocking(move || lying(&looked)).await;

@@ -12,16 +12,16 @@ const WEIGHT: f64 = 0.2;
 
 /// How soon requests follow the replies of one connection.
 #[derive(Clone, Debug)]
-pub(super) struct Gaps {
+pub(super) struct GapEstimate {
     replied: Option<Instant>,
     /// Mean time from a reply to the next request, s; longer ones count as twice the longest worth waiting for.
     mean_s: f64,
 }
 
-impl Gaps {
+impl GapEstimate {
     /// Nothing known: not worth waiting for.
     pub(super) fn new() -> Self {
-        Gaps { replied: None, mean_s: 2.0 * LONGEST.as_secs_f64() }
+        GapEstimate { replied: None, mean_s: 2.0 * LONGEST.as_secs_f64() }
     }
 
     /// A reply was sent.
@@ -72,9 +72,9 @@ mod tests {
 
     #[test]
     fn waiting_pays_only_for_those_who_have_been_quick() {
-        let mut gaps = Gaps::new();
+        let mut gaps = GapEstimate::new();
         let mut now = Instant::now();
-        let mut go = |gaps: &mut Gaps, micros: u64, times: u32| {
+        let mut go = |gaps: &mut GapEstimate, micros: u64, times: u32| {
             for _ in 0..times {
                 gaps.replied(now);
                 now += Duration::from_micros(micros);

@@ -1,8 +1,8 @@
 //! Why a replay is not accepted.
 
-/// Why a replay is not accepted. Every reason has a [name](Refused::name).
+/// Why a replay is not accepted. Every reason has a [name](VerifyError::name).
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub(crate) enum Refused {
+pub(crate) enum VerifyError {
     /// Not a file of ours.
     #[error("{0}")]
     NotAReplay(String),
@@ -56,27 +56,27 @@ fn equal_until(tick: u64, last_equal: Option<u64>) -> String {
     }
 }
 
-impl Refused {
+impl VerifyError {
     /// One word for programs.
     pub(crate) fn name(&self) -> &'static str {
         match self {
-            Refused::NotAReplay(_) => "not_a_replay",
-            Refused::Truncated(_) => "truncated",
-            Refused::ChainBroken(_) => "chain_broken",
-            Refused::BadSignature(_) => "bad_signature",
-            Refused::OtherHand(_) => "other_hand",
-            Refused::OtherTask(_) => "other_task",
-            Refused::OtherEngine(_) => "other_engine",
-            Refused::OtherPhysics(_) => "other_physics",
-            Refused::StateDiffers { .. } => "state_differs",
-            Refused::ScoreDiffers(_) => "score_differs",
+            VerifyError::NotAReplay(_) => "not_a_replay",
+            VerifyError::Truncated(_) => "truncated",
+            VerifyError::ChainBroken(_) => "chain_broken",
+            VerifyError::BadSignature(_) => "bad_signature",
+            VerifyError::OtherHand(_) => "other_hand",
+            VerifyError::OtherTask(_) => "other_task",
+            VerifyError::OtherEngine(_) => "other_engine",
+            VerifyError::OtherPhysics(_) => "other_physics",
+            VerifyError::StateDiffers { .. } => "state_differs",
+            VerifyError::ScoreDiffers(_) => "score_differs",
         }
     }
 
     /// The first tick that differs, where there is one.
     pub(crate) fn tick(&self) -> Option<u64> {
         match self {
-            Refused::StateDiffers { tick, .. } => Some(*tick),
+            VerifyError::StateDiffers { tick, .. } => Some(*tick),
             _ => None,
         }
     }

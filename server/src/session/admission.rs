@@ -114,11 +114,11 @@ struct Counts {
 
 /// Counts the open worlds.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Places(Arc<Counts>);
+pub(crate) struct Admission(Arc<Counts>);
 
 /// The place of a world. Dropping it gives it back.
 #[derive(Debug)]
-pub(crate) struct Place {
+pub(crate) struct Admitted {
     counts: Arc<Counts>,
     mode: Mode,
     official: bool,
@@ -133,7 +133,7 @@ impl Counts {
     }
 }
 
-impl Places {
+impl Admission {
     /// The worlds that are open now.
     pub(crate) fn open(&self) -> Open {
         let count = |counter: &AtomicUsize| counter.load(Ordering::Acquire);
@@ -150,9 +150,9 @@ impl Places {
         mode: Mode,
         official: bool,
         may: impl FnOnce(Open) -> Result<(), Full>,
-    ) -> Result<Place, Full> {
+    ) -> Result<Admitted, Full> {
         // Counted first and looked at then: of two that come at once at most one too many is refused, none let in.
-        let place = Place { counts: self.0.clone(), mode, official };
+        let place = Admitted { counts: self.0.clone(), mode, official };
         self.0.of(mode).fetch_add(1, Ordering::AcqRel);
         self.0.official.fetch_add(usize::from(official), Ordering::AcqRel);
         let mut before = self.open();
@@ -161,12 +161,12 @@ impl Places {
             Mode::Lockstep => before.lockstep -= 1,
         }
         before.official -= usize::from(official);
-        // Refused, the place is given back as it is dropped.
+        // Refused, the admission is given back as it is dropped.
         may(before).map(|()| place)
     }
 }
 
-impl Drop for Place {
+impl Drop for Admitted {
     fn drop(&mut self) {
         self.counts.of(self.mode).fetch_sub(1, Ordering::AcqRel);
         self.counts.official.fetch_sub(usize::from(self.official), Ordering::AcqRel);
@@ -248,7 +248,7 @@ mod tests {
 
     #[test]
     fn a_place_is_given_back() {
-        let places = Places::default();
+        let places = Admission::default();
         let one = |open: Open| if open.all() == 0 { Ok(()) } else { Err(Full::Worlds(1)) };
         let place = places.take(Mode::Realtime, true, one).expect("free");
         assert_eq!(places.open(), Open { realtime: 1, lockstep: 0, official: 1 });
