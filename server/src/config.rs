@@ -5,17 +5,14 @@ mod file;
 use crate::net::Guard;
 use crate::session::Settings;
 use crate::store::Location;
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::Args;
 use file::File;
+pub(crate) use file::{LONGEST_SESSION_S, Mode};
 use palmares_models::hand_limits::HandLimits;
-use serde::{Deserialize, Serialize};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-
-/// Longest session, s.
-pub(crate) const LONGEST_SESSION_S: f64 = 86_400.0;
 
 /// What an official reset costs unless the organizer says otherwise, s: looking at scene after scene is not free.
 const RESET_COST_S: f64 = 10.0;
@@ -113,17 +110,6 @@ pub(crate) struct ServeOptions {
     #[arg(long, value_name = "SECONDS", env = "PALMARES_HELLO_TIMEOUT_S", default_value_t = 10, hide = true,
           value_parser = clap::value_parser!(u32).range(1..=3600))]
     pub(crate) hello_timeout_s: u32,
-}
-
-/// What is being played.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum Mode {
-    /// No token, own seeds, no limit of time.
-    #[default]
-    Practice,
-    /// Teams with tokens, hidden seeds, limited time, verified scores.
-    Official,
 }
 
 /// Everything `palmares serve` needs to know.
@@ -275,25 +261,4 @@ impl Config {
             None => Location::DataDir(self.data_dir.clone()),
         }
     }
-}
-
-/// A number of the file that must lie in a range, as the same option must.
-fn in_range<T: PartialOrd + std::fmt::Display>(
-    path: &Path,
-    field: &str,
-    value: Option<T>,
-    least: T,
-    most: T,
-) -> anyhow::Result<()> {
-    match value {
-        Some(value) if !(value >= least && value <= most) => {
-            bail!("{}: {field} = {value}: expected {least} to {most}", path.display())
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Reads a file of text.
-fn read(path: &Path) -> anyhow::Result<String> {
-    std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))
 }

@@ -3,20 +3,22 @@
 pub mod action;
 pub mod build;
 pub mod observation;
+pub mod overlap;
 pub mod place;
 pub mod referee;
 pub mod run;
 pub mod scene;
 pub mod score;
 pub mod seed;
+pub mod settle;
 pub mod start;
 pub mod table;
 pub mod task;
 
 pub use action::{Action, ActionError, ActionLimits, BaseTarget};
-pub use build::SceneError;
 pub use observation::{Event, Observation, Sensing};
 pub use run::{Outcome, Reason, Run};
 pub use scene::Scene;
 pub use seed::Seed;
+pub use settle::SceneError;
 pub use task::Task;

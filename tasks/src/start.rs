@@ -3,8 +3,9 @@
 //! A scene settles without a hand, or a hand could choose its scene by what it touches. The hand settles alone, in
 //! the air, and is then put beside the objects: these stay as they are, bit for bit.
 
-use crate::build::{Built, SCENE_WORK, SceneError, furnished};
+use crate::overlap::{Obstacle, Overlap};
 use crate::place::placing_room;
+use crate::settle::{Built, SCENE_WORK, SceneError, furnished};
 use crate::task::Task;
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Rotation, Vec3};
@@ -12,46 +13,10 @@ use palmares_sim::{Command, Config, Model, Owner, State, World};
 use parry3d_f64::bounding_volume::BoundingVolume;
 use parry3d_f64::query;
 use parry3d_f64::shape::SharedShape;
-use std::fmt;
 use std::sync::Arc;
 
 /// How long a hand is given to find its rest on its base before the run begins, s.
 const REST_S: f64 = 0.5;
-
-/// What a part of a hand overlaps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Obstacle {
-    /// Furniture or a container.
-    Furniture,
-    /// An object of the scene.
-    Object,
-    /// A region that the rules speak of.
-    Region,
-    /// Where objects may be placed, by whatever seed.
-    Placing,
-}
-
-/// A link of a hand that touches something where the hand starts.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Overlap {
-    /// Name of the link.
-    pub link: String,
-    /// What kind of thing it touches.
-    pub obstacle: Obstacle,
-    /// Name of the thing: `shelf`, `ball_3`.
-    pub name: String,
-}
-
-impl fmt::Display for Overlap {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Overlap { link, obstacle, name } = self;
-        match obstacle {
-            Obstacle::Furniture | Obstacle::Object => write!(f, "link `{link}` touches `{name}`"),
-            Obstacle::Region => write!(f, "link `{link}` reaches into region `{name}`"),
-            Obstacle::Placing => write!(f, "link `{link}` reaches to where objects are placed in `{name}`"),
-        }
-    }
-}
 
 /// Where the hand's base starts.
 pub fn start_pose(task: &Task) -> Pose {

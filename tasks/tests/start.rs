@@ -3,9 +3,11 @@
 use palmares_models::hand::{Geom, Hand};
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};
-use palmares_tasks::build::{Built, build};
+use palmares_tasks::build::build;
+use palmares_tasks::overlap::Obstacle;
 use palmares_tasks::run::Run;
-use palmares_tasks::start::{Obstacle, may_overlap, overlaps, start_pose};
+use palmares_tasks::settle::Built;
+use palmares_tasks::start::{may_overlap, overlaps, start_pose};
 use palmares_tasks::{SceneError, Seed, Sensing, Task};
 use std::sync::Arc;
 

@@ -1,11 +1,24 @@
 //! `competition.toml`.
 
-use super::{LONGEST_SESSION_S, Mode, in_range, read};
-use anyhow::bail;
+use anyhow::{Context, bail};
 use palmares_models::hand_limits::HandLimits;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+
+/// Longest session, s.
+pub(crate) const LONGEST_SESSION_S: f64 = 86_400.0;
+
+/// What is being played.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Mode {
+    /// No token, own seeds, no limit of time.
+    #[default]
+    Practice,
+    /// Teams with tokens, hidden seeds, limited time, verified scores.
+    Official,
+}
 
 /// The file as it is written. Every field may be left out.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -74,6 +87,27 @@ impl File {
         }
         Ok(file)
     }
+}
+
+/// A number of the file that must lie in a range, as the same option must.
+pub(super) fn in_range<T: PartialOrd + std::fmt::Display>(
+    path: &Path,
+    field: &str,
+    value: Option<T>,
+    least: T,
+    most: T,
+) -> anyhow::Result<()> {
+    match value {
+        Some(value) if !(value >= least && value <= most) => {
+            bail!("{}: {field} = {value}: expected {least} to {most}", path.display())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Reads a file of text.
+pub(super) fn read(path: &Path) -> anyhow::Result<String> {
+    std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))
 }
 
 #[cfg(test)]

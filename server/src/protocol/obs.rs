@@ -1,10 +1,30 @@
 //! The message `obs`, which comes thousands of times a second. It is written field by field: a derived writer gathers
 //! the fields of a struct within it in another buffer first.
 
-use super::reply::Opened;
-use palmares_tasks::{Observation, Scene};
+use super::request::Mode;
+use palmares_tasks::{Observation, Scene, Sensing};
 use schemars::JsonSchema;
-use serde::ser::{Serialize, SerializeStruct, Serializer};
+use serde::Serialize;
+use serde::ser::{SerializeStruct, Serializer};
+
+/// How a run was opened.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct Opened {
+    /// Name of the task.
+    pub(crate) task: String,
+    /// Name of the hand.
+    pub(crate) hand: String,
+    /// How time passes.
+    pub(crate) mode: Mode,
+    /// `sensors` or `truth`.
+    pub(crate) sensing: Sensing,
+    /// In practice: what `reset` takes to build this scene again.
+    pub(crate) seed: Option<u64>,
+    /// Length of a tick, s.
+    pub(crate) tick_s: f64,
+    /// Longest run, s of simulated time.
+    pub(crate) time_limit_s: f64,
+}
 
 /// `obs`: the state after `reset` or `step`, or after a tick of a realtime run.
 #[derive(Clone, Debug, JsonSchema)]

@@ -4,7 +4,7 @@ use super::code::{Code, Refusal};
 use super::obs::Obs;
 use super::request::Mode;
 use super::specs::Specs;
-use palmares_tasks::{Event, Outcome, Reason, Sensing};
+use palmares_tasks::{Event, Outcome, Reason};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -182,25 +182,6 @@ pub(crate) struct Ack {
     pub(crate) id: u64,
     /// The tick at which it takes effect: the `obs` of this tick is the first to show it.
     pub(crate) tick: u64,
-}
-
-/// How a run was opened.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(crate) struct Opened {
-    /// Name of the task.
-    pub(crate) task: String,
-    /// Name of the hand.
-    pub(crate) hand: String,
-    /// How time passes.
-    pub(crate) mode: Mode,
-    /// `sensors` or `truth`.
-    pub(crate) sensing: Sensing,
-    /// In practice: what `reset` takes to build this scene again.
-    pub(crate) seed: Option<u64>,
-    /// Length of a tick, s.
-    pub(crate) tick_s: f64,
-    /// Longest run, s of simulated time.
-    pub(crate) time_limit_s: f64,
 }
 
 /// `result`: what a finished run is worth. It stands in the server's database when this is sent.

@@ -11,6 +11,7 @@ mod frames;
 mod hands;
 mod header;
 mod identity;
+mod item;
 mod key;
 mod likeness;
 mod messages;

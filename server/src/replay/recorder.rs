@@ -2,13 +2,14 @@
 
 use super::HASH_EVERY;
 use super::header::Header;
+use super::item::Item;
 use super::key::Signer;
 use super::messages::{ActionMessage, PushMessage, StateHash};
 use super::poses::{Picture, RATE};
 use super::signed_file::Written;
 use super::writer::{Plan, write};
 use palmares_tasks::observation::Wrench;
-use palmares_tasks::{Event, Outcome, Run};
+use palmares_tasks::{Outcome, Run};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
@@ -19,21 +20,6 @@ use thread_priority::{ThreadPriority, ThreadPriorityValue};
 const WAITING: usize = 8;
 /// Pictures are left out while more items than this wait; actions never are.
 const CROWDED: usize = 4_000;
-
-/// Something to be written.
-#[derive(Debug)]
-pub(super) enum Item {
-    /// What led from a tick to the next.
-    Action(ActionMessage),
-    /// The referee's note.
-    Event(Event),
-    /// Digest of the state at a tick.
-    Hash(u64, StateHash),
-    /// Where everything is.
-    Picture(Picture),
-    /// How the run ended.
-    Outcome(Box<Outcome>),
-}
 
 /// Why there is no replay.
 #[derive(Clone, Debug, thiserror::Error)]

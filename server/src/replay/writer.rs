@@ -4,10 +4,10 @@ use super::chain::Chain;
 use super::foxglove::{SceneUpdate, Time, scene};
 use super::frames::{self, Frames};
 use super::header::Header;
+use super::item::Item;
 use super::key::Signer;
 use super::messages::HashMessage;
 use super::poses::{Picture, Shown};
-use super::recorder::Item;
 use super::signed_file::{Sealed, Written};
 use super::{
     ACTION, EVENT, HAND_FILES, HASH, POSES, RESULT_RECORD, RUN_RECORD, SCENE, SIGNATURE_DIGITS,

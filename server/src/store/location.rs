@@ -1,6 +1,6 @@
 //! Where the database is, and how one server keeps others away from it.
 
-use super::StoreError;
+use super::error::StoreError;
 use sqlx::any::AnyConnectOptions;
 use sqlx::{AnyConnection, Connection};
 use std::fmt::Write;

@@ -18,6 +18,7 @@ macro_rules! from_row {
 mod audit;
 mod clocks;
 mod dump;
+mod error;
 mod hands;
 mod leaderboard;
 mod likeness;
@@ -32,6 +33,7 @@ mod verdicts;
 pub(crate) use audit::{AuditEntry, NewAuditEntry};
 pub(crate) use clocks::{ClockState, Paid, Taken};
 pub(crate) use dump::Table;
+pub(crate) use error::StoreError;
 pub(crate) use hands::{HandRow, NewHand};
 pub(crate) use leaderboard::LeaderboardRow;
 #[cfg(test)]
@@ -48,7 +50,6 @@ use sqlx::any::{AnyPoolOptions, install_default_drivers};
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 use sqlx::{Any, AnyPool, Executor, SqlSafeStr, Transaction};
 use std::borrow::Cow;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tokio::sync::Mutex;
@@ -60,51 +61,6 @@ const MIGRATIONS: [(i64, &str, &str); 4] = [
     (3, "time given back", include_str!("../../migrations/0003_time_given_back.sql")),
     (4, "likeness of runs", include_str!("../../migrations/0004_likeness.sql")),
 ];
-
-/// Why the store did not do what it was asked.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum StoreError {
-    /// The URL names a database this version cannot use.
-    #[error(
-        "database URL `{url}`: {why}; use sqlite:///path/to/palmares.sqlite or postgres://user@host/database"
-    )]
-    Url {
-        /// As given, without what follows the scheme: it may hold a password.
-        url: String,
-        /// What is wrong with it.
-        why: String,
-    },
-    /// Another server uses the database.
-    #[error(
-        "the database {place} is in use by another server; choose another with --data-dir or --database-url"
-    )]
-    Taken {
-        /// Which.
-        place: String,
-    },
-    /// The data directory cannot be made or written.
-    #[error("cannot write in the data directory {}: {source}; choose another with --data-dir", path.display())]
-    Folder {
-        /// Which.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// The database cannot be opened.
-    #[error("cannot open the database {place}: {source}")]
-    Open {
-        /// Which.
-        place: String,
-        /// What the database said.
-        source: sqlx::Error,
-    },
-    /// The schema could not be brought up to date.
-    #[error("cannot bring the database up to date: {0}")]
-    Migrate(#[from] sqlx::migrate::MigrateError),
-    /// A query failed.
-    #[error("database: {0}")]
-    Query(#[from] sqlx::Error),
-}
 
 /// The database.
 #[derive(Clone, Debug)]

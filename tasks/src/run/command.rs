@@ -3,6 +3,7 @@
 //! Applying an applied action again changes no bit: a record of applied actions plays the run again.
 
 use super::Run;
+use super::driven::Target;
 use crate::action::{Action, ActionError, ActionLimits, BaseTarget, clipped, unit};
 use crate::task::{Rules, Shake};
 use palmares_models::{Pose, Rotation, Vec3};
@@ -10,15 +11,6 @@ use palmares_sim::actuation::base::shortest_turn;
 use palmares_sim::state::BaseReference;
 use palmares_sim::{BaseCommand, Command};
 use std::f64::consts::TAU;
-
-/// What the base is doing between two commands.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Target {
-    /// Go from one pose to the next during the tick, then stay.
-    Pose { from: Pose, to: Pose },
-    /// Keep a velocity.
-    Twist { linear: Vec3, angular: Vec3 },
-}
 
 impl Run {
     /// Whether [`Run::step`] would take this action.

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod command;
+mod driven;
 mod observe;
 mod outcome;
 mod push;
@@ -11,20 +12,20 @@ pub use outcome::{Outcome, Reason};
 pub use push::PushError;
 
 use crate::action::{Action, ActionError, BaseTarget};
-use crate::build::{SceneError, build};
+use crate::build::build;
 use crate::observation::Event;
 use crate::referee::{ObjectSnapshot, Referee};
 use crate::scene::Scene;
 use crate::score::Count;
 use crate::seed::Seed;
+use crate::settle::SceneError;
 use crate::start::start_pose;
 use crate::task::Task;
-use command::Target;
+use driven::{Pushing, Target};
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_sim::actuation::equilibrium::ClosedForm;
 use palmares_sim::{Fault, World};
-use push::Pushing;
 use std::sync::Arc;
 
 /// The most that the settling after a run may compute, in the unit of [`palmares_sim::bounds`]: some seconds. Then the

@@ -1,21 +1,13 @@
 //! Wrenches on links of the hand from outside, for a while: the virtual contacts of Rocchi & Hauser 2016.
 
 use super::Run;
+use super::driven::Pushing;
 use crate::observation::Wrench;
 use palmares_models::Vec3;
 use palmares_sim::Push;
 
 /// Half the arm of the couple that a torque is made of, m.
 const COUPLE_ARM: f64 = 0.05;
-
-/// A wrench that acts.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pushing {
-    link: usize,
-    force: Vec3,
-    torque: Vec3,
-    ticks_left: u64,
-}
 
 /// Why a push was refused. A refused push changes nothing.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

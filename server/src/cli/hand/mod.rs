@@ -6,6 +6,7 @@ mod describe;
 mod draw;
 mod figure;
 mod figures;
+mod fingers;
 mod outline;
 mod predict;
 mod push;

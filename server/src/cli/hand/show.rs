@@ -3,7 +3,8 @@
 use super::closure::{AT_REST, AT_SIGHT, Alone, Comparison, RAMP_S, compare};
 use super::describe::{describe, short};
 use super::draw::draw;
-use super::figure::{Curve, Figure, Panel, fingers};
+use super::figure::{Curve, Figure, Panel};
+use super::fingers::fingers;
 use super::predict::{Equilibrium, Law};
 use super::push::PushArg;
 use super::view::look;

@@ -1,6 +1,6 @@
 //! A hand seen from the side of its palm: the outlines of its shapes, those behind first.
 
-use super::figure::fingers;
+use super::fingers::fingers;
 use super::outline::outline;
 use palmares_models::hand::Hand;
 use palmares_models::{Rotation, Vec3};

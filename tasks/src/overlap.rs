@@ -1,0 +1,38 @@
+//! What a hand touches where it starts.
+
+use std::fmt;
+
+/// What a part of a hand overlaps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Obstacle {
+    /// Furniture or a container.
+    Furniture,
+    /// An object of the scene.
+    Object,
+    /// A region that the rules speak of.
+    Region,
+    /// Where objects may be placed, by whatever seed.
+    Placing,
+}
+
+/// A link of a hand that touches something where the hand starts.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Overlap {
+    /// Name of the link.
+    pub link: String,
+    /// What kind of thing it touches.
+    pub obstacle: Obstacle,
+    /// Name of the thing: `shelf`, `ball_3`.
+    pub name: String,
+}
+
+impl fmt::Display for Overlap {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Overlap { link, obstacle, name } = self;
+        match obstacle {
+            Obstacle::Furniture | Obstacle::Object => write!(f, "link `{link}` touches `{name}`"),
+            Obstacle::Region => write!(f, "link `{link}` reaches into region `{name}`"),
+            Obstacle::Placing => write!(f, "link `{link}` reaches to where objects are placed in `{name}`"),
+        }
+    }
+}
