@@ -6,6 +6,7 @@ mod elliptic;
 pub mod free_motion;
 pub mod friction;
 pub mod grasp;
+pub mod grasp_scene;
 pub mod gripper;
 pub mod hand_dynamics;
 pub mod hard;

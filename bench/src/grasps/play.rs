@@ -1,7 +1,8 @@
 //! One grasp in one engine: close, lift, hold, shake; kept or lost, judged from poses alone.
 
 use super::family::{HandKind, Trial};
-use super::scene::{Scene, scene};
+use super::scene::scene;
+use crate::cases::grasp_scene::Scene;
 use crate::cases::{Setup, ramp, steps};
 use crate::engine::Engine;
 use crate::engine::limit::NotFinished;

@@ -1,8 +1,8 @@
 //! The machine-readable report.
 
-use super::dominance::Verdict;
 use super::machine::Machine;
 use super::ticks::Ticks;
+use super::verdict::Verdict;
 use super::{Figure, Invariants, Times};
 use serde::{Deserialize, Serialize};
 

@@ -10,6 +10,7 @@ mod passes;
 mod plots;
 pub mod runner;
 pub mod ticks;
+mod verdict;
 
 pub use case::{Figure, Invariants, Report, Times};
 pub use comparison::Comparison;

@@ -1,0 +1,101 @@
+//! The scene of a grasp: the hand palm down before the object, which stands on a pedestal.
+
+use anyhow::{Context, Result};
+use palmares_models::catalogue::rotation_of;
+use palmares_models::hand::Hand;
+use palmares_models::object::Object;
+use palmares_models::shape::Shape;
+use palmares_models::{Pose, Rotation, Vec3};
+use palmares_sim::{Config, Model, Owner, State};
+use parry3d_f64::query;
+use parry3d_f64::shape::SharedShape;
+use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
+
+/// The object is moved away from the palm in steps of this until it is free, m.
+const SEARCH_M: f64 = 5e-4;
+/// Edge of the pedestal's half, m, and how far the object starts above it, m.
+const PEDESTAL_M: f64 = 0.02;
+const ABOVE_M: f64 = 1e-5;
+
+/// A grasp ready to begin.
+pub struct Scene {
+    /// Hand, pedestal and object.
+    pub model: Model,
+    /// At rest.
+    pub state: State,
+    /// The hand's base.
+    pub start: Pose,
+}
+
+/// Where an object lies before a hand. The grip's frame has the palm's normal as x and the fingers along z.
+pub struct Lie {
+    /// What is grasped.
+    pub object: Arc<Object>,
+    /// Turns the hand's frame into the grip's.
+    pub hand_from_grip: Rotation,
+    /// How the object is turned in the grip's frame.
+    pub grip_from_object: Rotation,
+    /// Where the object's frame is, along the fingers, m.
+    pub along_m: f64,
+    /// ... and along the knuckles, m.
+    pub across_m: f64,
+    /// How far the object is before the hand, m; half a millimetre more at most.
+    pub gap_m: f64,
+    /// Friction coefficient of the pedestal's surface.
+    pub pedestal_friction: f64,
+}
+
+/// The hand palm down before an object on a pedestal; the origin of the world is the object's frame.
+///
+/// # Errors
+/// A shape without volume.
+pub fn before(hand: &Arc<Hand>, config: Config, lie: &Lie) -> Result<Scene> {
+    let mut model = Model::new(config, Some(Arc::clone(hand)))?;
+    let solid = |(pose, shape): &(Pose, Shape)| {
+        let (parry, upright) = shape.to_parry().context("a part of the object has no volume")?;
+        Ok((*pose * upright, parry))
+    };
+    let parts: Vec<(Pose, SharedShape)> = lie.object.parts.iter().map(solid).collect::<Result<_>>()?;
+    let q = State::at_rest(&model, Pose::IDENTITY, &[]).q;
+    let links = hand.base_from_links(&q);
+    let hand_from_grip = Pose::from_parts(Vec3::ZERO, lie.hand_from_grip);
+    let at = |x: f64| Vec3::new(x, lie.across_m, lie.along_m);
+    let clearance = |x: f64| {
+        let hand_from_object = hand_from_grip * Pose::from_parts(at(x), lie.grip_from_object);
+        let mut least = f64::INFINITY;
+        for collider in model.colliders() {
+            let Owner::Link(i) = collider.owner else { continue };
+            let pose = links[i] * collider.body_from_shape;
+            for (part, shape) in &parts {
+                let gap = query::distance(&pose, &*collider.shape, &(hand_from_object * *part), &**shape);
+                least = least.min(gap.map_or(f64::INFINITY, |gap| gap.distance));
+            }
+        }
+        least
+    };
+    let mut x = 0.0;
+    loop {
+        let missing = lie.gap_m - clearance(x);
+        if missing <= 0.0 {
+            break;
+        }
+        // No surface comes nearer by more than the object moves: steps that cannot be enough are not looked at.
+        for _ in 0..(missing / SEARCH_M).ceil() as usize {
+            x += SEARCH_M;
+        }
+    }
+    // The palm's normal points down.
+    let world_from_grip = rotation_of([0.0, FRAC_PI_2, 0.0]);
+    let world_from_hand: Rotation = world_from_grip * lie.hand_from_grip.inverse();
+    let start = Pose::from_parts(-(world_from_grip * at(x)), world_from_hand);
+    let object = Pose::from_parts(Vec3::ZERO, world_from_grip * lie.grip_from_object);
+    let low = parts.iter().map(|(part, shape)| shape.compute_aabb(&(object * *part)).mins.z);
+    let low = low.fold(f64::INFINITY, f64::min);
+    let cube = Shape::Box { half_extents: [PEDESTAL_M; 3], rounding: 0.0 };
+    let under = Pose::translation(0.0, 0.0, low - PEDESTAL_M - ABOVE_M);
+    model.add_static("pedestal", &cube, under, lie.pedestal_friction)?;
+    model.add_object(Arc::clone(&lie.object))?;
+    let state = State::at_rest(&model, start, &[object]);
+    Ok(Scene { model, state, start })
+}
