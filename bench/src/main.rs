@@ -96,6 +96,15 @@ enum What {
         /// Wall time of a peer's run, and of its reference, s; beyond it the run is listed as not finished.
         #[arg(long, default_value_t = 60.0)]
         run_limit_s: f64,
+        /// File that keeps outcomes, from which a report that was stopped goes on if the program is of the same commit.
+        #[arg(long, default_value = "target/report.jsonl")]
+        runs: PathBuf,
+        /// Reuse the file's outcomes of peers whatever their commit.
+        #[arg(long)]
+        reuse_peers: bool,
+        /// Gather outcomes into the file and time nothing: beside other work. The report that follows takes them from there.
+        #[arg(long)]
+        outcomes_only: bool,
     },
     /// Judge the runs of a report's JSON again, and write its page and pictures anew, without running anything.
     Page {
@@ -142,12 +151,37 @@ fn main() -> Result<()> {
             }
         }
         What::Grasps(options) => grasps::command::run(&options)?,
-        What::Report { out, engines, cases, steps_ms, repeats, quick, run_limit_s } => {
+        What::Report {
+            out,
+            engines,
+            cases,
+            steps_ms,
+            repeats,
+            quick,
+            run_limit_s,
+            runs,
+            reuse_peers,
+            outcomes_only,
+        } => {
             let engines: Vec<Vec<EngineKind>> =
                 engines.iter().map(|name| EngineKind::with_all_settings(name)).collect::<Result<_>>()?;
             let engines = engines.concat();
-            let options = report::Options { out, engines, cases, steps_ms, repeats, quick, run_limit_s };
-            report::write(&options)?;
+            let options = report::Options {
+                out,
+                engines,
+                cases,
+                steps_ms,
+                repeats,
+                quick,
+                run_limit_s,
+                runs,
+                reuse_peers,
+            };
+            if outcomes_only {
+                report::runner::gather(&options)?;
+            } else {
+                report::write(&options)?;
+            }
         }
         What::Page { report } => report::runner::rewrite(&report)?,
         What::Claims { write: true, root } => report::claims::write(&root)?,

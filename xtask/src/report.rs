@@ -31,6 +31,12 @@ pub(crate) struct Options {
     /// Wall time of a peer's run, and of its reference, s; beyond it the run is listed as not finished.
     #[arg(long, default_value_t = 60.0)]
     run_limit_s: f64,
+    /// Gather outcomes and time nothing: beside other work. The report that follows takes them from target/report.jsonl.
+    #[arg(long)]
+    outcomes_only: bool,
+    /// Reuse gathered outcomes of peers whatever their commit.
+    #[arg(long)]
+    reuse_peers: bool,
 }
 
 /// Builds the bench, prepares MuJoCo if it can, and runs the comparison; its progress is shown as it goes.
@@ -48,8 +54,14 @@ pub(crate) fn run(options: &Options) -> Result<()> {
             report.args([flag, value]);
         }
     }
-    if options.quick {
-        report.arg("--quick");
+    for (flag, given) in [
+        ("--quick", options.quick),
+        ("--outcomes-only", options.outcomes_only),
+        ("--reuse-peers", options.reuse_peers),
+    ] {
+        if given {
+            report.arg(flag);
+        }
     }
     if options.engines.contains("mujoco") {
         eprintln!("== preparing MuJoCo");

@@ -4,6 +4,7 @@ mod case;
 pub mod claims;
 pub mod comparison;
 pub mod dominance;
+mod kept;
 pub mod machine;
 mod page;
 mod passes;

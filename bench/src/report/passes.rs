@@ -1,11 +1,13 @@
 //! The passes of a report: what came out, from how many starts, and how long it took.
 
 use super::comparison::{Run, Starts, trouble};
+use super::kept::Kept;
 use super::{Figure, Invariants, Report, Times};
 use crate::cases::{self, Case, Setup};
 use crate::engine::limit::{self, NotFinished};
 use crate::engine::{EngineKind, mujoco};
 use crate::recorder::Recorder;
+use anyhow::Result;
 use std::io::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -62,15 +64,29 @@ pub(super) fn reference_s(engine: EngineKind, quick: bool) -> f64 {
 }
 
 /// The outcome of every job at every step, in their order.
-pub(super) fn outcomes(jobs: &[Job], conduct: Conduct, progress: &Mutex<Progress>) -> Vec<Vec<Run>> {
+pub(super) fn outcomes(
+    jobs: &[Job],
+    conduct: Conduct,
+    kept: Kept,
+    progress: &Mutex<Progress>,
+) -> Result<Vec<Vec<Run>>> {
+    let kept = Mutex::new(kept);
+    let failed = Mutex::new(None);
     let next = AtomicUsize::new(0);
     let done: Vec<Mutex<Vec<Run>>> = jobs.iter().map(|_| Mutex::default()).collect();
     let work = || {
         while let Some(at) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|at| *at < jobs.len()) {
             let Job { case, kind } = &jobs[at];
             let runs = conduct.steps_ms.iter().map(|dt_ms| {
-                let mut run = outcome(case, *kind, *dt_ms, conduct);
-                run.starts = from_starts(case, *kind, &run, conduct);
+                let known = locked(&kept).get(case.name, *kind, *dt_ms).cloned();
+                let run = known.unwrap_or_else(|| {
+                    let mut run = outcome(case, *kind, *dt_ms, conduct);
+                    run.starts = from_starts(case, *kind, &run, conduct);
+                    if let Err(error) = locked(&kept).add(&run) {
+                        *locked(&failed) = Some(error);
+                    }
+                    run
+                });
                 locked(progress).line("error", &run, &said(&run));
                 run
             });
@@ -83,7 +99,10 @@ pub(super) fn outcomes(jobs: &[Job], conduct: Conduct, progress: &Mutex<Progress
             scope.spawn(work);
         }
     });
-    done.into_iter().map(|runs| runs.into_inner().unwrap_or_else(PoisonError::into_inner)).collect()
+    if let Some(error) = failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        return Err(error);
+    }
+    Ok(done.into_iter().map(|runs| runs.into_inner().unwrap_or_else(PoisonError::into_inner)).collect())
 }
 
 /// What a panic elsewhere left behind is as good as before.

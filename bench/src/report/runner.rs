@@ -2,6 +2,7 @@
 
 use super::comparison::{Choice, Comparison, EngineNote, FORMAT};
 use super::dominance::verdicts;
+use super::kept::Kept;
 use super::machine::{self, Machine};
 use super::passes::{self, Conduct, Job, Progress, reference_s};
 use super::{page, plots, ticks};
@@ -30,6 +31,10 @@ pub struct Options {
     pub quick: bool,
     /// Wall time of a run of a peer, and of its reference, s; beyond it the run is listed as not finished.
     pub run_limit_s: f64,
+    /// File that keeps outcomes, from which a report that was stopped goes on.
+    pub runs: PathBuf,
+    /// Whether the file's outcomes of peers count whatever the commit.
+    pub reuse_peers: bool,
 }
 
 /// The steps of a report, ms.
@@ -50,16 +55,49 @@ fn left_out(name: &str) -> Option<&'static str> {
 /// No run's limit is longer than this, s.
 const LONGEST_LIMIT_S: f64 = 86400.0;
 
-/// Runs everything and writes the report.
-pub fn write(options: &Options) -> Result<Comparison> {
+/// Gathers the outcomes into the file of [`Options::runs`] and times nothing: beside whatever else the machine does.
+///
+/// # Errors
+/// As [`write`].
+pub fn gather(options: &Options) -> Result<()> {
+    let Planned { jobs, steps, .. } = plan(options)?;
+    let progress = Progress { begin: Instant::now(), done: 0, all: jobs.len() * steps.len() };
+    passes::outcomes(
+        &jobs,
+        options.conduct(&steps),
+        options.kept(&machine::commit())?,
+        &Mutex::new(progress),
+    )?;
+    Ok(())
+}
+
+impl Options {
+    fn conduct<'a>(&self, steps_ms: &'a [f64]) -> Conduct<'a> {
+        let Options { repeats, quick, run_limit_s, .. } = *self;
+        Conduct { steps_ms, repeats, quick, run_limit_s }
+    }
+
+    fn kept(&self, commit: &str) -> Result<Kept> {
+        Kept::open(&self.runs, commit, self.quick, self.reuse_peers)
+    }
+}
+
+/// What a report is made of.
+struct Planned {
+    engines: Vec<EngineNote>,
+    kinds: Vec<EngineKind>,
+    jobs: Vec<Job>,
+    steps: Vec<f64>,
+    left_out: Vec<String>,
+}
+
+fn plan(options: &Options) -> Result<Planned> {
     ensure!(options.repeats > 0, "at least one timing run is needed");
     ensure!(
         options.run_limit_s > 0.0 && options.run_limit_s <= LONGEST_LIMIT_S,
         "a limit of {} s is out of range; it must be positive and at most a day",
         options.run_limit_s
     );
-    let begin = Instant::now();
-    let (machine, commit) = (Machine::here(), machine::commit());
     let engines = notes(options);
     let kinds: Vec<EngineKind> = EngineKind::all()
         .filter(|kind| *kind == EngineKind::Own || options.engines.contains(kind))
@@ -76,11 +114,22 @@ pub fn write(options: &Options) -> Result<Comparison> {
         let of = kinds.iter().filter(|kind| **kind == EngineKind::Own || case.peers);
         jobs.extend(of.map(|kind| Job { case, kind: *kind }));
     }
+    Ok(Planned { engines, kinds, jobs, steps, left_out })
+}
+
+/// Runs everything and writes the report.
+///
+/// # Errors
+/// An option is out of range, or a file cannot be written.
+pub fn write(options: &Options) -> Result<Comparison> {
+    let begin = Instant::now();
+    let (machine, commit) = (Machine::here(), machine::commit());
+    let Planned { engines, kinds, jobs, steps, left_out } = plan(options)?;
     println!("{} on {}, {} threads; commit {commit}", machine.system, machine.processor, machine.threads);
     let Options { repeats, quick, run_limit_s, .. } = *options;
-    let conduct = Conduct { steps_ms: &steps, repeats, quick, run_limit_s };
+    let conduct = options.conduct(&steps);
     let progress = Mutex::new(Progress { begin, done: 0, all: 2 * jobs.len() * steps.len() });
-    let mut runs = passes::outcomes(&jobs, conduct, &progress);
+    let mut runs = passes::outcomes(&jobs, conduct, options.kept(&commit)?, &progress)?;
     passes::timings(&jobs, &mut runs, conduct, &progress);
     let runs = runs.concat();
     let mut peers: Vec<&str> =
@@ -243,6 +292,8 @@ mod tests {
             repeats: 1,
             quick: true,
             run_limit_s: 60.0,
+            runs: folder.0.join("runs.jsonl"),
+            reuse_peers: false,
         };
         let made = write(&options).expect("it runs");
         assert_eq!(made.runs.len(), 4);
@@ -277,6 +328,8 @@ mod tests {
             repeats: 1,
             quick: true,
             run_limit_s: 60.0,
+            runs: folder.0.join("runs.jsonl"),
+            reuse_peers: false,
         };
         let made = write(&options).expect("it runs");
         let run = &made.runs[0];
@@ -298,6 +351,8 @@ mod tests {
             repeats: 1,
             quick: true,
             run_limit_s: 60.0,
+            runs: PathBuf::new(),
+            reuse_peers: false,
         };
         let message = write(&options).expect_err("refused").to_string();
         assert!(message.contains("bowling"), "{message}");

@@ -1,0 +1,128 @@
+//! Outcomes of a report's runs, kept in a file: nothing in them depends on the clock, so that they can be gathered beside
+//! other work and in several goes. Timings are never kept.
+
+use super::comparison::Run;
+use crate::engine::EngineKind;
+use anyhow::{Context, Result};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fs::{self, File, OpenOptions};
+use std::io::Write;
+use std::path::Path;
+
+/// A line of the file.
+#[derive(Serialize, Deserialize)]
+struct Line {
+    commit: String,
+    /// Of a quick report: its references are coarser.
+    quick: bool,
+    run: Run,
+}
+
+/// Case, engine, settings, step in ns.
+type Key = (String, String, String, u64);
+
+fn key(case: &str, engine: &str, settings: &str, dt_ms: f64) -> Key {
+    (case.to_owned(), engine.to_owned(), settings.to_owned(), (dt_ms * 1e6).round() as u64)
+}
+
+/// The file, and what it knows.
+pub(super) struct Kept {
+    commit: String,
+    quick: bool,
+    known: BTreeMap<Key, Run>,
+    log: File,
+}
+
+impl Kept {
+    /// Reads what the file knows of this commit; with `reuse_peers` what it knows of peers whatever the commit. A program
+    /// with changed files is no commit: its runs are played again.
+    ///
+    /// # Errors
+    /// The file cannot be made or written.
+    pub(super) fn open(file: &Path, commit: &str, quick: bool, reuse_peers: bool) -> Result<Self> {
+        let mut known = BTreeMap::new();
+        let text = fs::read_to_string(file).unwrap_or_default();
+        for (k, line) in text.lines().enumerate() {
+            // The last line may have been cut off when the program was stopped.
+            let Ok(line) = serde_json::from_str::<Line>(line) else {
+                eprintln!("{}: line {} is not a run and is left out", file.display(), k + 1);
+                continue;
+            };
+            let same = line.commit == commit && !commit.ends_with('+');
+            let run = line.run;
+            if line.quick == quick && (same || reuse_peers && run.engine != EngineKind::Own.name()) {
+                known.insert(key(&run.case, &run.engine, &run.settings, run.dt_ms), run);
+            }
+        }
+        if let Some(folder) = file.parent() {
+            fs::create_dir_all(folder)?;
+        }
+        let log = OpenOptions::new().create(true).append(true).open(file);
+        let log = log.with_context(|| format!("cannot write {}", file.display()))?;
+        Ok(Kept { commit: commit.to_owned(), quick, known, log })
+    }
+
+    /// The outcome of a case, if it is known.
+    pub(super) fn get(&self, case: &str, kind: EngineKind, dt_ms: f64) -> Option<&Run> {
+        self.known.get(&key(case, kind.name(), kind.settings(), dt_ms))
+    }
+
+    /// Keeps an outcome.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(super) fn add(&mut self, run: &Run) -> Result<()> {
+        let line = Line { commit: self.commit.clone(), quick: self.quick, run: run.clone() };
+        Ok(writeln!(self.log, "{}", serde_json::to_string(&line)?)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::Invariants;
+
+    fn run(engine: EngineKind) -> Run {
+        Run {
+            case: "slide_stop".into(),
+            engine: engine.name().into(),
+            settings: engine.settings().into(),
+            dt_ms: 2.0,
+            error: None,
+            invariants: Invariants::default(),
+            trouble: None,
+            unfinished: false,
+            starts: None,
+            cpu_s: 0.0,
+            cpu_s_between: [0.0; 2],
+            us_per_step: Default::default(),
+        }
+    }
+
+    #[test]
+    fn outcomes_of_the_commit_are_known_and_those_of_others_only_of_peers_and_if_asked_for() {
+        let folder = std::env::temp_dir().join(format!("palmares-kept-{}", std::process::id()));
+        let file = folder.join("report.jsonl");
+        let peer = EngineKind::all().find(|kind| *kind != EngineKind::Own).expect("a peer");
+        let mut kept = Kept::open(&file, "abc", false, false).expect("a file");
+        for kind in [EngineKind::Own, peer] {
+            assert!(kept.get("slide_stop", kind, 2.0).is_none());
+            kept.add(&run(kind)).expect("written");
+        }
+        drop(kept);
+        fs::write(&file, fs::read_to_string(&file).expect("text") + "{\"commit\":\"abc").expect("cut off");
+        for (commit, quick, reuse, own, other) in [
+            ("abc", false, false, true, true),
+            ("abc", true, true, false, false),
+            ("abc+", false, false, false, false),
+            ("def", false, false, false, false),
+            ("def", false, true, false, true),
+        ] {
+            let kept = Kept::open(&file, commit, quick, reuse).expect("a file");
+            let known = |kind| kept.get("slide_stop", kind, 2.0).is_some();
+            assert_eq!((known(EngineKind::Own), known(peer)), (own, other), "{commit} {quick} {reuse}");
+        }
+        fs::remove_dir_all(folder).expect("removed");
+    }
+}
