@@ -17,9 +17,9 @@ pub(super) const BY_STARTS: [&str; 4] =
     ["softhand_cylinder", "softhand_box", "softhand_balls", "thirty_objects_and_hand"];
 
 /// From so many starts each.
-const STARTS: u32 = 8;
+pub(super) const STARTS: u32 = 8;
 /// ... in a quick report, at steps below 1 ms, which would take as long as all others together, and where these all fail.
-const FEW_STARTS: u32 = 4;
+pub(super) const FEW_STARTS: u32 = 4;
 
 /// A timing run ends after this much CPU time, s, which hardly any is longer than; of a quick report.
 pub(super) const LONGEST_S: f64 = 10.0;
