@@ -58,7 +58,7 @@ fn head(page: &mut String, report: &Comparison) {
         is right, and makes no run useless. Scenes in which that difference does not fall with the step, and heaps ({}), are \
         judged by many starts: every object stands up to {} mm aside along x and along y, and the share of starts from which a \
         run fails is its error; it *does it* where at most half of them fail. There are {STARTS} starts, {FEW_STARTS} at steps below 1 ms and \
-        where the first {FEW_STARTS} all fail.\n",
+        where the first {FEW_STARTS} agree.\n",
         overlap::PART,
         BY_STARTS.map(|case| format!("`{case}`")).join(", "),
         1e3 * ASIDE_M
