@@ -2,7 +2,7 @@
 
 use super::comparison::{Comparison, Run};
 use super::dominance::{Outcome, Verdict};
-use super::passes::{BY_STARTS, ENOUGH_S, LONGEST_S};
+use super::passes::{BY_STARTS, ENOUGH_S, FEW_STARTS, LONGEST_S, STARTS};
 use super::plots::{at_one_ms, cases, largest_usable, picture};
 use crate::cases::{self as scenes, ASIDE_M};
 use crate::overlap;
@@ -57,8 +57,8 @@ fn head(page: &mut String, report: &Comparison) {
         scene on the same engine with a far smaller step, which says how much an engine's outcome depends on the step, not who \
         is right, and makes no run useless. Scenes in which that difference does not fall with the step, and heaps ({}), are \
         judged by many starts: every object stands up to {} mm aside along x and along y, and the share of starts from which a \
-        run fails is its error; it *does it* where at most half of them fail. There are 16 starts, 4 at steps below 1 ms and \
-        where the first 4 all fail.\n",
+        run fails is its error; it *does it* where at most half of them fail. There are {STARTS} starts, {FEW_STARTS} at steps below 1 ms and \
+        where the first {FEW_STARTS} agree.\n",
         overlap::PART,
         BY_STARTS.map(|case| format!("`{case}`")).join(", "),
         1e3 * ASIDE_M
