@@ -16,10 +16,12 @@ pub(super) fn step(model: &Model, state: &mut State, scratch: &mut Scratch, isla
     let Scratch { work, solvers, v, bdf2: history, cash_karp: stages, .. } = scratch;
     let alone = island.hand && island.objects.is_empty();
     let undamped = model.undamped_hand();
-    if alone && undamped && island.pairs.is_empty() {
-        if cash_karp::step(model, state, work, stages.get_or_insert_default()) {
-            return;
-        }
+    if alone
+        && undamped
+        && island.pairs.is_empty()
+        && cash_karp::step(model, state, work, stages.get_or_insert_default())
+    {
+        return;
     }
     let (problem, newton) = &mut solvers[slot];
     if !island.hand {
