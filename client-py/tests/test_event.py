@@ -143,7 +143,7 @@ def test_a_scripted_event(stage: tuple[Path, tuple[str, ...]]) -> None:
         # Two disconnects in one run.
         obs = ibexes.reset("balls", "softhand")
         for cut in (1, 2):
-            ibexes._link.hang_up()
+            ibexes._link.abort()
             assert ibexes.step(hand=[0.1 * cut]).run_id == obs.run_id
         assert ibexes.stop().ticks == 2
 

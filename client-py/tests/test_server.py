@@ -66,7 +66,7 @@ def test_a_server_on_this_machine_is_reached_through_its_local_socket(url: str) 
             assert obs.truth is not None
             assert [body.name for body in obs.truth.objects] == [body.name for body in client.scene.free]
             client.step(hand=[0.5], repeat=20)
-            client._link.hang_up()
+            client._link.abort()
             seen.append(client.step(repeat=20).sim_time_s)
             client.stop()
     assert seen[0] == seen[1]

@@ -38,7 +38,7 @@ def test_two_pulled_cables_in_a_run(url: str) -> None:
         run_id = client.reset("balls", "softhand", seed=3).run_id
         ticks = [client.step(repeat=5).tick]
         for _ in range(2):
-            client._link.hang_up()
+            client._link.abort()
             ticks.append(client.step(hand=[0.1]).tick)
         assert ticks == [5, 6, 7]
         result = client.stop()
@@ -48,7 +48,7 @@ def test_two_pulled_cables_in_a_run(url: str) -> None:
 def test_a_cable_pulled_while_the_world_computes(url: str) -> None:
     with palmares.Client(url) as client:
         run_id = client.reset("balls", "softhand", seed=3).run_id
-        threading.Timer(0.005, client._link.hang_up).start()
+        threading.Timer(0.005, client._link.abort).start()
         obs = client.step(hand=[0.2], repeat=100)
         # Taken whole, and seen one tick later; or answered just in time.
         assert obs.tick in (100, 101)
