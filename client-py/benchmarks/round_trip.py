@@ -1,12 +1,12 @@
-"""What lockstep costs beside the physics: the overhead of one call of `Client.step` for every tick.
+"""Overhead of lockstep: what a call of `Client.step` takes beside the physics of its tick.
 
-In every scene one run is played by each kind of client, tick by tick, and one in calls of 20 ticks. All
-get the same actions and compute the same physics, bit for bit. The physics of a block of 200 calls is
-what the server itself measured of their ticks, recording included (`palmares_tick_compute_seconds` at
-``/metrics``); what the calls took longer is the overhead: encoding, system calls, the server's reading,
-observing and writing, decoding. Blocks of all runs take turns, so that whatever else the machine does
-meets all of them. Of their values the median counts; the quartiles beside it tell how much it is worth.
-Start a server first, on an idle machine.
+In every scene each kind of client plays one run tick by tick, and one run is played in calls of 20 ticks. All
+of them send the same actions and so compute the same physics, bit for bit. The physics of a block of 200
+ticks is the server's own time for them, recording included (`palmares_tick_compute_seconds` at ``/metrics``).
+The rest of the calls' time is the overhead: encoding, system calls, the server's reading, observing and
+writing, decoding. Blocks of all runs take turns, so that other load on the machine affects all of them alike.
+The tables have the medians over the blocks and, in brackets, their quartiles. Start a server first, on an
+idle machine.
 """
 
 from __future__ import annotations
@@ -19,28 +19,29 @@ import sys
 import time
 import urllib.request
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import Literal
 
 import palmares
+from palmares.codec import Encoding
 from palmares.requests import Step
 from palmares.targets import action_of
 
-Encoding: TypeAlias = Literal["json", "msgpack"]
-
-# Ticks with one target, and of one call of the run that is played in long steps.
+TASK, HAND = "balls", "softhand"
+# Ticks with one target, and of one call in the run that is played in long steps.
 MOVE = 20
-# Ticks that one run plays before the next has its turn: few enough for the machine to be the same, enough
-# for the first call, for which the server has to be woken, not to count.
+# Ticks that one run plays before the next has its turn: few, so that the load of the machine is the same for
+# all runs, but enough that the first call, for which the server's thread has to wake up, does not matter.
 BLOCK = 200
 PALM_DOWN = (0.0, 1.0, 0.0, 0.0)
+# Position of the hand's base, m.
 SCENES = {"air": (0.0, 0.0, 0.75), "balls": (0.0, 0.0, 0.24)}
-# The hand comes down and closes before the clock is started.
+# The hand comes down and closes before the measurement begins.
 LEAD_IN_TICKS = 300
 
 
 @dataclass(frozen=True)
 class Case:
-    """A scene and how it is seen."""
+    """A scene, its sensing and the encoding of its messages."""
 
     scene: str
     sensing: Literal["sensors", "truth"]
@@ -48,35 +49,35 @@ class Case:
 
     @property
     def base(self) -> tuple[float, float, float]:
-        """Where the hand's base is, m."""
+        """Position of the hand's base, m."""
         return SCENES[self.scene]
 
 
 @dataclass
 class Played:
-    """A run and what its blocks took, µs per tick."""
+    """A run and the times of its blocks, µs per tick."""
 
     client: palmares.Client
     repeat: int
-    physics: list[float] = field(default_factory=list)
-    wall: list[float] = field(default_factory=list)
+    physics_us: list[float] = field(default_factory=list)
+    wall_us: list[float] = field(default_factory=list)
 
     def block(self, url: str) -> None:
         """Play a block."""
         before = ticks_and_seconds(url)
-        start = time.perf_counter()
+        begin_s = time.perf_counter()
         for tick in range(0, BLOCK, self.repeat):
             self.client.step(hand=target(tick), repeat=self.repeat)
-        wall = time.perf_counter() - start
+        wall_s = time.perf_counter() - begin_s
         after = ticks_and_seconds(url)
         if after[0] - before[0] != BLOCK:
-            sys.exit("somebody else plays on this server: its clock of the physics counts both")
-        self.wall.append(1e6 * wall / BLOCK)
-        self.physics.append(1e6 * (after[1] - before[1]) / BLOCK)
+            sys.exit("another client plays on this server, whose time for the physics counts both")
+        self.wall_us.append(1e6 * wall_s / BLOCK)
+        self.physics_us.append(1e6 * (after[1] - before[1]) / BLOCK)
 
 
 def ticks_and_seconds(url: str) -> tuple[int, float]:
-    """Return how many ticks the server has stepped, and what they took."""
+    """Return how many ticks the server has stepped, and how long they took, s."""
     with urllib.request.urlopen(f"{url}/metrics") as answer:
         lines = answer.read().decode().splitlines()
     values = dict(line.rsplit(" ", 1) for line in lines if line.startswith("palmares_tick_compute_seconds_"))
@@ -85,20 +86,20 @@ def ticks_and_seconds(url: str) -> tuple[int, float]:
 
 
 def open_run(client: palmares.Client, case: Case) -> None:
-    """Bring the hand where the case wants it."""
-    client.reset("balls", "softhand", seed=1, sensing=case.sensing)
+    """Open a run and bring the hand to its place."""
+    client.reset(TASK, HAND, seed=1, sensing=case.sensing)
     base = palmares.pose(case.base, PALM_DOWN)
     for tick in range(0, LEAD_IN_TICKS, MOVE):
         client.step(base=base, hand=[0.0 if tick < LEAD_IN_TICKS // 2 else 0.6], repeat=MOVE)
 
 
 def target(tick: int) -> list[float]:
-    """Where the hand is to be: it moves all the time."""
+    """Return σ of the motor at a tick: it moves all the time."""
     return [0.5 + 0.2 * (tick // MOVE % 2)]
 
 
 def measure(url: str, cases: list[Case], blocks: int, local: bool) -> None:
-    """Play all cases by turns and print what their calls cost."""
+    """Play all cases by turns and print the table of their overhead."""
     with contextlib.ExitStack() as stack:
 
         def played(case: Case, repeat: int) -> Played:
@@ -118,11 +119,11 @@ def measure(url: str, cases: list[Case], blocks: int, local: bool) -> None:
             if len({run.client.stop().state_hash for run in [whole[scene], *of_scene]}) != 1:
                 sys.exit("the runs differ: the measurement compares different physics")
     for case, run in single.items():
-        overhead = [wall - physics for wall, physics in zip(run.wall, run.physics, strict=True)]
-        shares = [more / physics for more, physics in zip(overhead, run.physics, strict=True)]
+        overhead = [wall - physics for wall, physics in zip(run.wall_us, run.physics_us, strict=True)]
+        shares = [more / physics for more, physics in zip(overhead, run.physics_us, strict=True)]
         low, _, high = statistics.quantiles(overhead, n=4)
-        long = statistics.median(whole[case.scene].physics)
-        physics, wall, over, share = map(statistics.median, (run.physics, run.wall, overhead, shares))
+        long = statistics.median(whole[case.scene].physics_us)
+        physics, wall, over, share = map(statistics.median, (run.physics_us, run.wall_us, overhead, shares))
         print(
             f"| {case.scene} | {case.sensing} | {case.encoding} | {long:.0f} | {physics:.0f} | {wall:.0f} "
             f"| {over:.0f} ({low:.0f} to {high:.0f}) | {share:.0%} |"
@@ -130,23 +131,23 @@ def measure(url: str, cases: list[Case], blocks: int, local: bool) -> None:
 
 
 def parts(url: str, case: Case, ticks: int, local: bool) -> dict[str, float]:
-    """Where the time of a call goes on this side of the socket, medians in µs."""
+    """Return the medians, µs, of the parts of a call in the client, and the size of a reply."""
     with palmares.Client(url, encoding=case.encoding, local=local) as client:
         open_run(client, case)
-        with client._link._lock:  # The heartbeat is not to read what is meant for this loop.
+        with client._link._lock:  # Keeps the heartbeat from reading replies to this loop.
             times, size = timed(client, case, ticks)
         client.stop()
     return {name: 1e6 * statistics.median(values) for name, values in times.items()} | {"bytes": size}
 
 
 def timed(client: palmares.Client, case: Case, ticks: int) -> tuple[dict[str, list[float]], int]:
-    """Do by hand what `Client.step` does and look at the clock between; the size of a reply, too."""
+    """Do the parts of `Client.step` one by one; return the times of each, s, and the size of a reply."""
     times: dict[str, list[float]] = {name: [] for name in ("encode", "send", "wait", "decode")}
     transport, codec = client._link._transport, client._link._codec
-    tick, size = client.tick or 0, 0
+    tick, size, motors = client.tick or 0, 0, len(client.welcome.hand(HAND).motors)
     for count in range(ticks):
         marks = [time.perf_counter()]
-        action = action_of(palmares.pose(case.base, PALM_DOWN), target(count), 1)
+        action = action_of(palmares.pose(case.base, PALM_DOWN), target(count), motors)
         request = codec.encode(Step(id=1_000_000 + count, tick=tick, action=action))
         marks.append(time.perf_counter())
         transport.send(request, binary=codec.binary)
@@ -164,7 +165,7 @@ def timed(client: palmares.Client, case: Case, ticks: int) -> tuple[dict[str, li
 
 
 def asking(url: str, encoding: Encoding, local: bool) -> float:
-    """Return the median time of a `time` request, which needs no physics: the floor, µs."""
+    """Return the median time, µs, of a `time` request, which needs no physics: the least overhead."""
     with palmares.Client(url, encoding=encoding, local=local) as client:
         times = []
         for _ in range(2000):
@@ -189,7 +190,7 @@ def main() -> None:
     print("| scene | sensing | encoding | long | physics | call | overhead | overhead/physics |")
     print("|---|---|---|---|---|---|---|---|")
     measure(args.url, cases, args.blocks, local)
-    print("\nWhere the time of a call goes on this side of the socket, medians:\n")
+    print("\nParts of a call in the client, medians in µs:\n")
     print("| scene | sensing | encoding | encode | send | wait | decode | bytes of the reply |")
     print("|---|---|---|---|---|---|---|---|")
     for case in cases:

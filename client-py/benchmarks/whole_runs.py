@@ -1,8 +1,8 @@
-"""What lockstep costs beside the physics in whole runs of the example controllers.
+"""Overhead of lockstep in whole runs of the example controllers.
 
-Every call of `Client.step` is timed; what the server measured of the same ticks
-(`palmares_tick_compute_seconds` at ``/metrics``) is taken off. Unlike in `round_trip.py` the controller
-thinks between its calls, the hand digs, carries and flies, and every call is one tick. Start a server
+Every call of `Client.step` is timed; the server's own time for the same ticks
+(`palmares_tick_compute_seconds` at ``/metrics``) is subtracted. Unlike in `round_trip.py` the controller
+computes between its calls, the hand digs, carries and flies, and every call is one tick. Start a server
 first, on an idle machine.
 """
 
@@ -23,13 +23,13 @@ CONTROLLERS = {"balls": "balls_softhand", "shelf": "shelf_softhand"}
 
 
 class Timed(palmares.Client):
-    """A client that knows what its steps took."""
+    """A client that measures how long its steps take."""
 
     seconds = 0.0
     calls = 0
 
     def step(self, *args: Any, **kwargs: Any) -> palmares.Observation:
-        """Step and look at the clock before and after."""
+        """Step and add up the time."""
         begun = time.perf_counter()
         obs = super().step(*args, **kwargs)
         self.seconds += time.perf_counter() - begun
@@ -38,16 +38,16 @@ class Timed(palmares.Client):
 
 
 def play(url: str, task: str, seed: int) -> str:
-    """Play a run; a row of the table."""
+    """Play a run; return a row of the table."""
     controller = importlib.import_module(CONTROLLERS[task])
     before = ticks_and_seconds(url)
     with Timed(url) as client:
-        summary = controller.run(client, seed, controller.PICKS, quiet=True)
+        summary = controller.run(client, seed)
         calls, wall = client.calls, client.seconds
     after = ticks_and_seconds(url)
     ticks, physics = after[0] - before[0], after[1] - before[1]
     if ticks != calls:
-        sys.exit(f"{calls} calls and {ticks} ticks: somebody else plays on this server")
+        sys.exit(f"{calls} calls and {ticks} ticks: another client plays on this server")
     over = wall - physics
     return (
         f"| {task} | {seed} | {summary.score:g} | {ticks} | {1e6 * physics / ticks:.0f} "

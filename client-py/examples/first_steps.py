@@ -8,7 +8,7 @@ import sys
 
 import palmares
 
-TICKS_PER_SECOND = 100
+CLOSE_S = 1.0
 
 
 def main() -> None:
@@ -23,10 +23,10 @@ def main() -> None:
         obs = client.reset("balls", "softhand", seed=1)
         print(f"run {obs.run_id}: {len(client.scene.bodies)} bodies in the scene")
 
-        for tick in range(TICKS_PER_SECOND):
-            sigma = (tick + 1) / TICKS_PER_SECOND  # 0 is open, 1 is closed
-            obs = client.step(hand=[sigma])
-            if tick % 20 == 19:
+        ticks = round(CLOSE_S / client.run.tick_s)
+        for tick in range(1, ticks + 1):
+            obs = client.step(hand=[tick / ticks])  # 0 is open, 1 is closed
+            if tick % 20 == 0:
                 motor = obs.hand.actuators[0]
                 print(f"{obs.sim_time_s:5.2f} s  sigma {motor.position:.2f}  tension {motor.tension:.3f}")
 

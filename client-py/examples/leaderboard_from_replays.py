@@ -1,12 +1,12 @@
-"""Compute the leaderboard from a folder of replays alone, to check a server that you do not want to trust.
+"""Compute the leaderboard from a folder of replays alone, to check that of the server.
 
     pip install mcap
     python leaderboard_from_replays.py replays/ --key 3b6a27bc...  [--practice] [--void run_1 run_2 ...]
 
 Uses nothing of Palmares: the files are read with the package `mcap`, signatures are checked with the few
-lines of Ed25519 below (RFC 8032). It believes the scores in the files; `palmares verify` plays them again.
-Runs that do not count (voided, rejected, cut off by a crash) have to be named with --void: their files do
-not know.
+lines of Ed25519 below (RFC 8032). The scores are those in the files; `palmares verify` simulates the runs
+again. Runs that do not count (voided, rejected, cut off by a crash) have to be named with --void, because
+nothing in their files says so.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def decoded(data: bytes) -> Point:
 
 
 def signed(key: bytes, message: bytes, signature: bytes) -> bool:
-    """Tell whether `key` signed `message`."""
+    """Return whether `key` signed `message`."""
     s = int.from_bytes(signature[32:], "little")
     base = decoded((4 * pow(5, P - 2, P) % P).to_bytes(32, "little"))
     k = int.from_bytes(hashlib.sha512(signature[:32] + key + message).digest(), "little") % ORDER
@@ -65,7 +65,7 @@ def signed(key: bytes, message: bytes, signature: bytes) -> bool:
 
 
 def read(path: Path, key: str | None) -> tuple[dict[str, str], dict[str, str]]:
-    """Return a replay's metadata on run and result; complain when the signature is not that of `key`."""
+    """Return a replay's metadata on run and result; `ValueError` when the signature is not that of `key`."""
     data = path.read_bytes()
     from mcap.reader import make_reader
 
@@ -74,19 +74,19 @@ def read(path: Path, key: str | None) -> tuple[dict[str, str], dict[str, str]]:
     proof = records["palmares.signature"]
     digits = proof["signature"].encode()
     if data.count(digits) != 1:
-        raise ValueError("the signature is not there once")
+        raise ValueError("the signature is not found exactly once")
     digest = hashlib.sha256(data.replace(digits, b"0" * len(digits))).digest()
     if key is not None and proof["public_key"] != key:
         raise ValueError(f"signed by {proof['public_key']}")
     public = bytes.fromhex(proof["public_key"])
     if not signed(public, b"palmares replay 1\0" + digest, bytes.fromhex(proof["signature"])):
-        raise ValueError("the signature does not fit")
+        raise ValueError("the signature is wrong")
     return records["palmares.run"], records["palmares.result"]
 
 
 @dataclass
 class Team:
-    """What a team has reached."""
+    """The runs of a team."""
 
     sensors_only: bool = True
     runs: int = 0
@@ -99,7 +99,7 @@ class Team:
         return sum(score for _, (score, _, _) in sorted(self.best.items()))
 
     @property
-    def reached(self) -> int:
+    def reached_unix_ms(self) -> int:
         """When the total was reached."""
         return max(end for _, end, _ in self.best.values())
 
@@ -137,7 +137,8 @@ def main() -> int:
         old = team.best.get(run["task"])
         if old is None or (-new[0], new[1], new[2]) < (-old[0], old[1], old[2]):
             team.best[run["task"]] = new
-    ranked = sorted((t for t in teams.items() if t[1].best), key=lambda t: (-t[1].total, t[1].reached, t[0]))
+    scored = [item for item in teams.items() if item[1].best]
+    ranked = sorted(scored, key=lambda item: (-item[1].total, item[1].reached_unix_ms, item[0]))
     rows = [
         {
             "rank": rank,

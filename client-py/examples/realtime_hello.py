@@ -1,7 +1,7 @@
 """The shortest useful controller in real time: open and close the hand while the world runs by the clock.
 
-Nothing waits here: the world ticks a hundred times a second, whatever the controller does. Start a server
-with `cargo run --release -p palmares -- serve`, then run this file.
+Nothing waits here: the world goes on from tick to tick, whatever the controller does. Start a server with
+`cargo run --release -p palmares -- serve`, then run this file.
 """
 
 import argparse
@@ -17,7 +17,7 @@ THINK_S = 0.5
 
 
 def main() -> None:
-    """Play three seconds, think for half a second in the middle, tell what that cost."""
+    """Play for `PLAY_S`, pause for `THINK_S` in the middle, print what was missed."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -34,7 +34,7 @@ def main() -> None:
             seen += 1
             if obs.done or obs.sim_time_s >= PLAY_S:
                 break
-            # 0 is open, 1 is closed. What `act` says holds from the next tick on.
+            # 0 is open, 1 is closed. The command holds from the next tick on.
             client.act(hand=[0.5 - 0.5 * math.cos(2.0 * math.pi * obs.sim_time_s / PERIOD_S)])
             if not thought and obs.sim_time_s >= PLAY_S / 2:
                 thought = True
@@ -43,7 +43,7 @@ def main() -> None:
         motor = obs.hand.actuators[0]
         print(f"{obs.sim_time_s:5.2f} s  sigma {motor.position:.2f}  tension {motor.tension:.3f}")
         result = client.stop()
-        print(f"saw {seen} of {obs.tick} observations, {client.skipped} were replaced by newer ones")
+        print(f"read {seen} of {obs.tick} observations, {client.skipped} were replaced by newer ones")
         print(
             f"{result.missed_ticks} ticks without a new action, {result.late_ticks} begun late by the server"
         )

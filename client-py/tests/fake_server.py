@@ -1,4 +1,4 @@
-"""A server without physics: the base jumps to its target, balls lie still. Speaks enough of the protocol."""
+"""A server without physics, for part of the protocol: the base jumps to its target, balls do not move."""
 
 from __future__ import annotations
 
@@ -22,31 +22,31 @@ from websockets.typing import Subprotocol
 
 @dataclass
 class FakeServer:
-    """What the tests can set and look at."""
+    """A fake server; tests set its behaviour and read the requests it got."""
 
     requests: list[dict[str, Any]] = field(default_factory=list)
     replies: list[dict[str, Any]] = field(default_factory=list)
-    """Sent instead of the ordinary reply, first one first; `id` is filled in."""
+    """Sent instead of the usual replies, in this order; `id` is filled in."""
     drop_before: set[str] = field(default_factory=set)
-    """Operations at which the connection breaks once, before they are taken."""
+    """Operations at which the connection breaks once, before they are processed."""
     drop_after: set[str] = field(default_factory=set)
-    """Operations at which the connection breaks once, after they were taken."""
+    """Operations at which the connection breaks once, after they were processed."""
     subprotocols: tuple[str, ...] = ("palmares.v1.json", "palmares.v1.msgpack")
-    """What the server speaks, what it would rather have first."""
+    """What the server speaks, its preferred one first."""
     token: str | None = None
-    """What a client must show; ``None`` lets anybody in."""
+    """The token that a client needs; ``None`` for none."""
     ping_interval_s: float | None = 20.0
     note: str | None = None
-    """What it says about the team's name."""
+    """`welcome.note`"""
     forget: bool = False
-    """Tell who comes back that its run is gone, as after a restart."""
+    """Tell a client that reconnects that there is no run, as after a restart."""
     closed_meanwhile: bool = False
-    """Tell who comes back that its run has ended and waits to be stopped."""
+    """Tell a client that reconnects that its run has ended and waits for `stop`."""
     ticks: int = 20
-    """Length of a run in real time; then it is cut short."""
+    """Length of a real-time run; then it is truncated."""
     realtime_tick_s: float = 0.002
     events: dict[int, str] = field(default_factory=dict)
-    """What happens in a run in real time: kinds of events by tick."""
+    """Events of a real-time run: their kinds by tick."""
     tick: int = 0
     running: bool = False
     base: dict[str, Any] = field(
@@ -58,7 +58,7 @@ class FakeServer:
 
     @property
     def url(self) -> str:
-        """Where it listens."""
+        """The address at which it listens."""
         assert self.server is not None
         host, port = self.server.socket.getsockname()[:2]
         return f"http{'s' if self.tls else ''}://{host}:{port}"
@@ -99,7 +99,7 @@ class FakeServer:
             socket.send(json.dumps(message))
 
     def _stream(self, socket: ServerConnection) -> None:
-        """Let the world run until the run's end or the connection's."""
+        """Send observations until the run ends or the connection breaks."""
         with contextlib.suppress(ConnectionClosed, OSError):
             while self.running and self.tick < self.ticks:
                 time.sleep(self.realtime_tick_s)
@@ -153,15 +153,7 @@ class FakeServer:
                     "session_id": "s",
                     "resume_token": "r",
                     "team": request["client"]["name"],
-                    "tasks": [],
-                    "hands": [],
-                    "limits": {
-                        "message_bytes": 65536,
-                        "repeat": 1000,
-                        "requests_per_s": 5000.0,
-                        "requests_burst": 1000.0,
-                        "resume_grace_s": 30.0,
-                    },
+                    **GREETING,
                     "run": run if self.running and not self.forget else None,
                     **({} if self.note is None else {"note": self.note}),
                 }
@@ -266,6 +258,27 @@ def packed(tables: Any) -> Any:
     return tables if strings else np.array(tables, "<f8").tobytes()
 
 
+GREETING: dict[str, Any] = {
+    "server": {"version": "0.1.0", "build_hash": "0" * 12},
+    "tasks": [{"name": "balls", "description": "", "tick_s": 0.01, "step_s": 0.001, "time_limit_s": 600.0}],
+    "hands": [{"name": "softhand", "description": "", "motors": ["synergy"], "joints": ["thumb", "index"]}],
+    "limits": {
+        "message_bytes": 65536,
+        "repeat": 1000,
+        "requests_per_s": 5000.0,
+        "requests_burst": 1000.0,
+        "resume_grace_s": 30.0,
+    },
+    "specs": {
+        "action": [
+            {"name": "base.position", "shape": [3], "unit": "m", "minimum": -2.0, "maximum": 2.0},
+            {"name": "base.linear", "shape": [3], "unit": "m/s", "minimum": -1.5, "maximum": 1.5},
+            {"name": "base.angular", "shape": [3], "unit": "rad/s", "minimum": -2.5, "maximum": 2.5},
+            {"name": "hand", "shape": ["motors"], "unit": "", "minimum": 0.0, "maximum": 1.0},
+        ],
+        "observation": [{"name": "tick", "shape": [], "unit": "", "minimum": 0.0, "maximum": None}],
+    },
+}
 BALLS = [[0.0, 0.0, 0.05], [0.15, 0.1, 0.05], [0.7, 0.0, 0.05]]
 SCENE: dict[str, Any] = {
     "bodies": [

@@ -1,4 +1,4 @@
-"""The real server as a child process, which may be killed and started again."""
+"""The real server as a child process, which can be killed and restarted."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class RealServer:
         self.url = line.removeprefix("listening on ").strip()
 
     def kill(self) -> None:
-        """End it as a power cut does."""
+        """Kill it, which leaves it no time to save anything."""
         assert self._child is not None
         self._child.kill()
         self._child.wait()

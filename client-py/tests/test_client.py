@@ -21,8 +21,8 @@ def server() -> Iterator[FakeServer]:
         yield fake
 
 
-def said_goodbye(server: FakeServer) -> list[dict[str, Any]]:
-    """Wait for the last request, to which the client awaits no answer, and return all of them."""
+def requests_until_bye(server: FakeServer) -> list[dict[str, Any]]:
+    """Wait for the last request, `bye`, which has no reply, and return all of them."""
     deadline = time.monotonic() + 5.0
     while time.monotonic() < deadline and server.requests[-1]["op"] != "bye":
         time.sleep(0.01)
@@ -50,13 +50,11 @@ def test_the_truth_is_the_same_in_both_encodings(
         (contact,) = truth.contacts
         assert (contact.a, contact.b) == ("palm", "ball_1")
         assert (contact.position, contact.force) == ((0.1, 0.2, 0.3), (0.0, 0.0, -2.0))
-        truth.positions[0] += 1.0  # An array of one's own.
+        truth.positions[0] += 1.0  # The array can be written to.
         assert truth.positions[0].tolist() == [1.0, 1.0, 1.05]
 
 
-def test_what_the_server_says_about_the_name_is_logged(
-    server: FakeServer, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_note_on_the_name_is_logged(server: FakeServer, caplog: pytest.LogCaptureFixture) -> None:
     server.note = "`crаbs` looks like the team `crabs`"
     with palmares.Client(server.url, team="crаbs"):
         pass
@@ -77,7 +75,7 @@ def test_a_run_from_reset_to_result(server: FakeServer) -> None:
         assert client.time().session_left_s is None
         assert client.stop().reason == "stopped"
         assert client.tick is None
-    ops = [(request["op"], request["id"]) for request in said_goodbye(server)]
+    ops = [(request["op"], request["id"]) for request in requests_until_bye(server)]
     assert ops == [
         ("hello", 1),
         ("reset", 2),
@@ -127,11 +125,11 @@ def test_every_error_code_has_its_exception(server: FakeServer) -> None:
         assert client.time().session_left_s is None
 
 
-def test_news_and_late_replies_are_skipped(server: FakeServer) -> None:
+def test_late_replies_are_skipped(server: FakeServer) -> None:
     with palmares.Client(server.url) as client:
         server.replies.append({"op": "obs", "id": 999})
         server.requests.clear()
-        # The fake sends one reply per request; the second request's reply serves the first.
+        # The fake server sends one reply per request; that to the second request answers the first.
         client._link._send(Time())
         assert client.time().session_left_s is None
 
@@ -174,7 +172,7 @@ def test_a_reset_survives_a_broken_connection(server: FakeServer, monkeypatch: p
         assert obs.tick == 0
         assert obs.run is not None
         assert obs.run.seed == 77
-    ops = [request["op"] for request in said_goodbye(server)]
+    ops = [request["op"] for request in requests_until_bye(server)]
     assert ops == ["hello", "reset", "hello", "stop", "reset", "bye"]
 
 
@@ -226,7 +224,7 @@ def test_no_server_says_what_to_do() -> None:
         palmares.Client("http://127.0.0.1:1")
 
 
-def test_an_address_that_is_none() -> None:
+def test_an_invalid_address() -> None:
     with pytest.raises(ValueError, match="not the address of a server"):
         palmares.Client("ftp://example.org")
 

@@ -1,4 +1,4 @@
-"""A whole event: four teams, two tasks, everything that goes wrong on such a day, and the books at its end.
+"""A whole event: four teams, two tasks, the usual failures, and an audit at its end.
 
 The leaderboard of the server must be the one that `examples/leaderboard_from_replays.py` computes from the
 replays alone.
@@ -48,7 +48,7 @@ class Organizer:
 
     @property
     def token(self) -> str:
-        """For the addresses that have no command."""
+        """For the HTTP addresses that have no command."""
         return self._token_file.read_text().strip()
 
     def __call__(self, *args: str) -> Any:
@@ -77,13 +77,13 @@ class Organizer:
 
 
 def all_at_once(*parts: Callable[[], Any]) -> list[Any]:
-    """Let several teams play at the same time."""
+    """Run the parts of several teams at the same time; return what they return."""
     with ThreadPoolExecutor(len(parts)) as pool:
         return [future.result() for future in [pool.submit(part) for part in parts]]
 
 
 def blind_run(client: palmares.Client, ticks: int = 200) -> palmares.Result:
-    """Swing the hand through box A without looking: a controller that has sensors only."""
+    """Swing the hand through box A with the sensors only; the controller does not react to anything."""
     client.reset("balls", "softhand", sensing="sensors")
     client.step(base=palmares.twist([0.0, 0.0, -0.5], [0.0, 0.0, 0.0]), hand=[0.2], repeat=100)
     for tick in range(0, ticks, 10):
@@ -93,7 +93,7 @@ def blind_run(client: palmares.Client, ticks: int = 200) -> palmares.Result:
 
 
 def forge(replay: Path) -> None:
-    """Raise the score that a replay tells."""
+    """Raise the score in a replay."""
     data = bytearray(replay.read_bytes())
     at = data.rindex(b'"score":') + len(b'"score":')
     assert chr(data[at]) in "-0123456789"
@@ -117,7 +117,7 @@ def test_a_scripted_event(stage: tuple[Path, tuple[str, ...]]) -> None:
         tokens = {team: organizer("team", "add", team)["token"] for team in TEAMS}
         commitment = organizer.get("/v1/competition")["seed_secret_sha256"]
 
-        # Without a token nobody gets in, and before the opening nobody plays.
+        # Without a token no client is admitted, and before the opening no team can play.
         with pytest.raises(palmares.NotAuthorizedError):
             palmares.Client(server.url, token="")
         with (
@@ -131,19 +131,19 @@ def test_a_scripted_event(stage: tuple[Path, tuple[str, ...]]) -> None:
             palmares.Client(server.url, token=tokens[team], reconnect_s=60.0) for team in TEAMS
         ]
 
-        # Everybody plays at the same time.
+        # All teams play at the same time.
         first = all_at_once(
-            lambda: balls.run(crabs, None, 3, True),
+            lambda: balls.run(crabs, None, 3),
             lambda: blind_run(geckos),
-            lambda: balls.run(ibexes, None, 1, True),
-            lambda: balls.run(otters, None, 2, True),
+            lambda: balls.run(ibexes, None, 1),
+            lambda: balls.run(otters, None, 2),
         )
         assert max(first[0].score, first[2].score, first[3].score) >= 1.0, "no ball at all was moved"
 
         # Two disconnects in one run.
         obs = ibexes.reset("balls", "softhand")
         for cut in (1, 2):
-            ibexes._link.hang_up()
+            ibexes._link.abort()
             assert ibexes.step(hand=[0.1 * cut]).run_id == obs.run_id
         assert ibexes.stop().ticks == 2
 
@@ -173,15 +173,15 @@ def test_a_scripted_event(stage: tuple[Path, tuple[str, ...]]) -> None:
             left, left_before = client.time().session_left_s, before[client]
             assert left is not None
             assert left_before is not None
-            # Not more than before the run, and not much less: what passes between two looks at the clock.
+            # Not more than before the run, and not much less: time passes between the two requests.
             assert left_before - 20.0 < left <= left_before
 
-        # The other task; and one token has leaked: its sockets close, it opens no new one.
+        # The other task; and one token has leaked: its connections close, and it opens no new one.
         leaked = tokens["geckos"]
         second = all_at_once(
-            lambda: shelf.run(crabs, None, 1, True),
-            lambda: balls.run(otters, None, 2, True),
-            lambda: shelf.run(ibexes, None, 1, True),
+            lambda: shelf.run(crabs, None, 1),
+            lambda: balls.run(otters, None, 2),
+            lambda: shelf.run(ibexes, None, 1),
         )
         assert all(summary.run_id for summary in second)
         tokens["geckos"] = organizer("team", "rotate", "geckos")["token"]
@@ -195,7 +195,7 @@ def test_a_scripted_event(stage: tuple[Path, tuple[str, ...]]) -> None:
         organizer("close")
         verified(organizer)
 
-        # Somebody with access to the disk makes a score better than it was.
+        # An intruder with access to the disk raises a score.
         best = max(organizer.runs().values(), key=lambda run: (run["task"] == "balls", run["score"] or 0.0))
         replays = data / "replays"
         forge(replays / f"{best['run_id']}.mcap")
@@ -203,11 +203,11 @@ def test_a_scripted_event(stage: tuple[Path, tuple[str, ...]]) -> None:
         runs = verified(organizer)
         assert runs[best["run_id"]]["status"] == "rejected"
 
-        # The books: what the server says, and what the replays say.
+        # The audit: the server's results, and those of the replays.
         states = [run["status"] for run in runs.values()]
         aborted = [run_id for run_id, run in runs.items() if run["status"] == "aborted"]
         recorded = [
-            deed["subject"] for deed in organizer("audit")["records"] if deed["action"] == "run.abort"
+            entry["subject"] for entry in organizer("audit")["records"] if entry["action"] == "run.abort"
         ]
         assert len(aborted) == 2
         assert sorted(recorded) == sorted(aborted)
@@ -247,7 +247,7 @@ def verified(organizer: Organizer) -> dict[str, dict[str, Any]]:
 def from_replays(
     folder: Path, key: str, runs: dict[str, dict[str, Any]], forged: str
 ) -> list[dict[str, Any]]:
-    """Compute the leaderboard without the server; the forged replay must be found out there, too."""
+    """Compute the leaderboard without the server; this must refuse the forged replay, too."""
     void = [run_id for run_id, run in runs.items() if run["status"] == "aborted"]
     script = [sys.executable, str(EXAMPLES / "leaderboard_from_replays.py"), str(folder), "--key", key]
     done = subprocess.run([*script, "--void", *void], capture_output=True, text=True, check=False)
@@ -259,6 +259,6 @@ def from_replays(
 
 
 def without_times(row: dict[str, Any]) -> dict[str, Any]:
-    """Keep what both leaderboards tell."""
+    """Keep what both leaderboards have."""
     best = {task: (run["score"], run["run_id"]) for task, run in row["tasks"].items()}
     return {key: row[key] for key in ("rank", "team", "total", "runs", "sensors_only")} | {"tasks": best}

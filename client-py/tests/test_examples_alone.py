@@ -1,4 +1,4 @@
-"""Every example as somebody has it who copied that one file: beside it nothing but the package."""
+"""Every example as a copy in another folder, with nothing but the package installed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.py"))
 
 
 def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    # As if the packages of the development environment were not there.
+    # Hide the packages of the development environment.
     missing = folder / "missing"
     missing.mkdir(exist_ok=True)
     for name in ("mcap", "gymnasium"):
@@ -27,22 +27,22 @@ def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
 def test_a_copied_example_explains_itself(example: Path, tmp_path: Path) -> None:
     shutil.copy(example, tmp_path)
-    told = run(tmp_path, example.name, "--help")
-    assert told.returncode == 0, told.stderr
-    assert "usage: " in told.stdout
-    assert "no server" not in told.stdout + told.stderr
-    options = [line for line in told.stdout.splitlines() if line.startswith("  -")]
-    assert len(options) >= 3, told.stdout
+    done = run(tmp_path, example.name, "--help")
+    assert done.returncode == 0, done.stderr
+    assert "usage: " in done.stdout
+    assert "no server" not in done.stdout + done.stderr
+    options = [line for line in done.stdout.splitlines() if line.startswith("  -")]
+    assert len(options) >= 3, done.stdout
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
-def test_without_a_server_it_says_so_in_a_line(example: Path, tmp_path: Path) -> None:
+def test_without_a_server_it_says_so_in_one_line(example: Path, tmp_path: Path) -> None:
     shutil.copy(example, tmp_path)
     if example.stem == "leaderboard_from_replays":
-        told = run(tmp_path, example.name, str(tmp_path), "--key", "00" * 32)
-        assert told.stderr == "this needs the package mcap: pip install mcap\n"
+        done = run(tmp_path, example.name, str(tmp_path), "--key", "00" * 32)
+        assert done.stderr == "this needs the package mcap: pip install mcap\n"
     else:
-        told = run(tmp_path, example.name, "--url", "http://127.0.0.1:9")
-        assert told.stderr.startswith("no server at http://127.0.0.1:9"), told.stderr
-        assert told.stderr.count("\n") == 1, told.stderr
-    assert told.returncode == 1
+        done = run(tmp_path, example.name, "--url", "http://127.0.0.1:9")
+        assert done.stderr.startswith("no server at http://127.0.0.1:9"), done.stderr
+        assert done.stderr.count("\n") == 1, done.stderr
+    assert done.returncode == 1

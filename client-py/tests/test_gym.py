@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import warnings
+from typing import cast
 
 import numpy as np
+import pytest
+from gymnasium import spaces
 from gymnasium.utils.env_checker import check_env
 
 from palmares.gym import PalmaresEnv
@@ -21,17 +24,48 @@ def test_an_episode() -> None:
         obs, reward, terminated, truncated, info = env.step(action)
         assert obs["motors"][0, 0] == 0.4
         assert (reward, terminated, truncated) == (0.0, False, False)
+        assert env.observation is not None
         assert env.observation.tick == info["tick"] == 5
         env.reset(seed=5)  # Closes the first run.
         env.close()
     asked = [(request["op"], request.get("seed")) for request in server.requests]
-    assert [ask for ask in asked if ask[0] in ("reset", "stop")] == [
-        ("reset", None),
-        ("stop", None),
-        ("reset", 4),
-        ("stop", None),
-        ("reset", 5),
-    ]
+    runs = [ask for ask in asked if ask[0] in ("reset", "stop")]
+    assert runs == [("reset", 4), ("stop", None), ("reset", 5)]
+
+
+def test_the_spaces_are_known_without_a_run() -> None:
+    with FakeServer() as server:
+        env = PalmaresEnv(server.url)
+        limits = [1.5] * 3 + [2.5] * 3
+        twist, hand = (cast(spaces.Dict, env.action_space)[name] for name in ("twist", "hand"))
+        assert twist == spaces.Box(-np.array(limits), np.array(limits), dtype=np.float64)
+        assert hand == spaces.Box(0.0, 1.0, (1,), dtype=np.float64)
+        observed = cast(spaces.Dict, env.observation_space)
+        assert isinstance(observed["objects"], spaces.Sequence)
+        assert {name: space.shape for name, space in observed.items() if name != "objects"} == {
+            "base": (13,),
+            "motors": (1, 4),
+            "wrist": (6,),
+            "joints": (2, 2),
+        }
+        env.close()
+        env = PalmaresEnv(server.url, sensing="sensors")
+        assert set(cast(spaces.Dict, env.observation_space)) == {"base", "motors", "wrist"}
+        env.close()
+    assert not [request for request in server.requests if request["op"] == "reset"]
+
+
+def test_a_learner_can_ask_for_a_fixed_number_of_objects() -> None:
+    with FakeServer() as server:
+        env = PalmaresEnv(server.url, objects=3)
+        assert cast(spaces.Dict, env.observation_space)["objects"].shape == (3, 13)
+        obs, _ = env.reset(seed=1)
+        assert env.observation_space.contains(obs)
+        env.close()
+        env = PalmaresEnv(server.url, objects=10)
+        with pytest.raises(ValueError, match="the scene has 3 objects, not 10"):
+            env.reset(seed=1)
+        env.close()
 
 
 def test_gymnasium_finds_nothing_wrong() -> None:

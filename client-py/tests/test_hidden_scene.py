@@ -1,4 +1,4 @@
-"""A scene in which the server does not tell where the objects are."""
+"""A scene in which the poses of the objects are hidden."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from palmares.errors import error_of
 from tests.fake_server import SCENE
 
 
-def test_where_objects_are_may_not_be_told() -> None:
+def test_the_poses_of_objects_may_be_hidden() -> None:
     hidden = [
         {k: v for k, v in body.items() if k not in {"position", "quat_xyzw"}} for body in SCENE["bodies"]
     ]
@@ -33,9 +33,9 @@ def test_a_hand_in_the_way_has_its_own_exception() -> None:
     assert isinstance(error, palmares.HandInTheWayError)
 
 
-def test_the_welcome_tells_what_a_reset_costs() -> None:
-    told = {"name": "Cup", "mode": "official", "session_s": 1800.0, "reset_cost_s": 10.0, "news": 1}
-    assert msgspec.convert(told, palmares.Competition).reset_cost_s == 10.0
+def test_the_greeting_has_the_cost_of_a_reset() -> None:
+    sent = {"name": "Cup", "mode": "official", "session_s": 1800.0, "reset_cost_s": 10.0, "news": 1}
+    assert msgspec.convert(sent, palmares.Competition).reset_cost_s == 10.0
     assert (
         msgspec.convert(
             {"name": "old", "mode": "practice", "session_s": None}, palmares.Competition

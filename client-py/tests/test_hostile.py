@@ -1,4 +1,4 @@
-"""Clients that misbehave on the bytes of the socket, beside one that plays: it must not notice."""
+"""Clients that violate the protocol beside a client that plays, which must not be affected."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def a_frame_that_claims_to_be_endless(url: str) -> None:
         read_on(transport)
 
 
-def requests_whose_replies_nobody_reads(url: str) -> None:
+def requests_whose_replies_are_not_read(url: str) -> None:
     transport = connection(url, timeout_s=0.5)
     transport.send(JSON.encode(Hello(id=1, client={"name": "deaf"})), binary=False)
     request = JSON.encode(Time(id=2))
@@ -77,7 +77,7 @@ def requests_whose_replies_nobody_reads(url: str) -> None:
         for _ in range(2_000_000):
             transport.send(request, binary=False)
 
-    # The server reads the next request only when the last reply is out: in the end this side has to wait.
+    # The server reads no request before it has sent the last reply: in the end this client has to wait.
     with pytest.raises(Closed):
         ask_on()
 
@@ -111,19 +111,19 @@ def no_http_at_all(url: str) -> None:
         frames_without_a_mask,
         half_a_frame_and_then_nothing,
         a_frame_that_claims_to_be_endless,
-        requests_whose_replies_nobody_reads,
+        requests_whose_replies_are_not_read,
         a_storm_of_pings,
         handshakes_left_half_way,
         no_http_at_all,
     ],
 )
-def test_who_plays_does_not_notice(url: str, misbehave: Callable[[str], None]) -> None:
+def test_a_client_that_plays_is_not_affected(url: str, misbehave: Callable[[str], None]) -> None:
     failures: list[BaseException] = []
 
     def run() -> None:
         try:
             misbehave(url)
-        except BaseException as error:  # Told below, where pytest hears of it.
+        except BaseException as error:  # Checked below, in pytest's thread.
             failures.append(error)
 
     with palmares.Client(url, timeout_s=10.0, reconnect_s=0.0) as client:

@@ -1,4 +1,4 @@
-"""The connection itself: encodings, tokens, heartbeat, restarts."""
+"""The connection: encodings, tokens, heartbeat, restarts."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_both_encodings(server: FakeServer, encoding: palmares.Encoding) -> None
         assert client.stop().score == 0.0
 
 
-def test_the_faster_encoding_that_the_server_speaks(server: FakeServer) -> None:
+def test_the_fastest_encoding_of_the_server_is_chosen(server: FakeServer) -> None:
     both = ("palmares.v1.json", "palmares.v1.msgpack")
     for spoken, chosen in ((both, "msgpack"), (both[1:], "msgpack"), (both[:1], "json")):
         server.subprotocols = spoken
@@ -68,7 +68,7 @@ def test_a_token_from_argument_or_environment(server: FakeServer, monkeypatch: p
         ("session_over", "the team has had all its sessions; ask the organizer", palmares.SessionOverError),
     ],
 )
-def test_who_may_not_play_now_is_told_at_once(
+def test_a_refusal_of_the_session_is_raised_at_once(
     server: FakeServer, code: str, message: str, kind: type[palmares.PalmaresError]
 ) -> None:
     server.replies.append({"op": "error", "code": code, "message": message, "retry_after_s": 10.0})
@@ -78,19 +78,19 @@ def test_who_may_not_play_now_is_told_at_once(
 
 
 def test_pings_are_answered_while_the_controller_thinks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(link_module, "TEND_S", 0.05)
+    monkeypatch.setattr(link_module, "HEARTBEAT_S", 0.05)
     with FakeServer(ping_interval_s=0.2) as server, palmares.Client(server.url) as client:
         client.reset("balls", "softhand")
-        time.sleep(1.0)  # The fake server hangs up after 0.2 s without a pong.
+        time.sleep(1.0)  # The fake server closes the connection after 0.2 s without a pong.
         assert client.step().tick == 1
     assert [request["op"] for request in server.requests].count("hello") == 1
 
 
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
-def test_a_client_that_nobody_closes_leaves_no_thread(
+def test_a_client_that_is_not_closed_leaves_no_thread(
     server: FakeServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(link_module, "TEND_S", 0.02)
+    monkeypatch.setattr(link_module, "HEARTBEAT_S", 0.02)
     client = palmares.Client(server.url)
     heartbeat = next(thread for thread in threading.enumerate() if thread.name == "palmares-heartbeat")
     del client
@@ -101,14 +101,14 @@ def test_a_client_that_nobody_closes_leaves_no_thread(
     assert not heartbeat.is_alive()
 
 
-def test_a_connection_that_breaks_meanwhile_is_taken_up_meanwhile(
+def test_the_heartbeat_resumes_a_session_whose_connection_broke(
     server: FakeServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(link_module, "TEND_S", 0.05)
+    monkeypatch.setattr(link_module, "HEARTBEAT_S", 0.05)
     with palmares.Client(server.url) as client:
         client.reset("balls", "softhand")
         client.step()
-        client._link.hang_up()
+        client._link.abort()
         deadline = time.monotonic() + 5.0
         while [request["op"] for request in server.requests].count("hello") < 2:
             assert time.monotonic() < deadline
@@ -116,7 +116,7 @@ def test_a_connection_that_breaks_meanwhile_is_taken_up_meanwhile(
         assert client.step().tick == 2
 
 
-def test_a_restart_that_voids_the_run_is_told(server: FakeServer) -> None:
+def test_a_restart_that_voids_the_run_is_an_error(server: FakeServer) -> None:
     with palmares.Client(server.url) as client:
         obs = client.reset("balls", "softhand")
         server.drop_before.add("step")
@@ -129,7 +129,7 @@ def test_a_restart_that_voids_the_run_is_told(server: FakeServer) -> None:
         assert client.reset("balls", "softhand").tick == 0
 
 
-def test_a_restart_seen_by_the_heartbeat_just_before_a_request_is_told(
+def test_a_restart_seen_by_the_heartbeat_just_before_a_request_is_an_error(
     server: FakeServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with palmares.Client(server.url) as client:
@@ -139,8 +139,8 @@ def test_a_restart_seen_by_the_heartbeat_just_before_a_request_is_told(
 
         def after_the_heartbeat(request: Request, kind: type[Any]) -> Any:
             monkeypatch.setattr(link, "exchange", exchange)
-            link.hang_up()
-            link.tend()
+            link.abort()
+            link.beat()
             return exchange(request, kind)
 
         monkeypatch.setattr(link, "exchange", after_the_heartbeat)
@@ -148,12 +148,12 @@ def test_a_restart_seen_by_the_heartbeat_just_before_a_request_is_told(
             client.step()
 
 
-def test_a_result_that_came_unasked_is_what_stop_returns(server: FakeServer) -> None:
+def test_a_result_that_came_without_a_request_is_what_stop_returns(server: FakeServer) -> None:
     with palmares.Client(server.url) as client:
         client.reset("balls", "softhand")
-        unasked = server._reply({"op": "stop"}) | {"id": None, "score": 4.0}
+        result = server._reply({"op": "stop"}) | {"id": None, "score": 4.0}
         server.running = server.forget = True
-        server.replies.append(unasked)
+        server.replies.append(result)
         server.drop_before.add("stop")
         client._link._send(Time())
         time.sleep(0.1)
@@ -172,7 +172,7 @@ def test_a_run_left_open_by_an_earlier_program_is_stopped(
     assert [record.message for record in caplog.records if "left open at tick 7" in record.message]
 
 
-def test_a_run_lost_says_what_is_known_of_it() -> None:
+def test_a_lost_run_says_how_it_ended() -> None:
     result = palmares.Result(
         run_id="r1",
         task="balls",

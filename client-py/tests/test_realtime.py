@@ -1,4 +1,4 @@
-"""Runs in real time, against a server without physics."""
+"""Real-time runs, against a server without physics."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_a_slow_controller_sees_the_newest_and_every_event(server: FakeServer) -
             time.sleep(0.05)
         behind = server.tick
         obs = next(client.observations())
-        # What had come when it asked, not what came first: the backlog is gone.
+        # The newest that had come, not the first: the backlog was skipped.
         assert behind > 40
         assert obs.tick >= behind - 20
         assert [event.kind for event in obs.events] == ["in_goal", "left_goal"]
@@ -55,7 +55,7 @@ def test_the_backlog_is_read_while_the_controller_thinks(server: FakeServer) -> 
     with palmares.Client(server.url) as client:
         client.reset("balls", "softhand", mode="realtime")
         deadline = time.monotonic() + 20.0
-        # The sockets' buffers are far too small for this run; it comes to its end because somebody reads.
+        # The sockets' buffers are far too small for this run: it ends only because the heartbeat reads.
         while server.tick < 2000 and time.monotonic() < deadline:
             time.sleep(0.05)
         assert server.tick == 2000
@@ -98,7 +98,7 @@ def test_a_run_in_real_time_goes_on_after_the_connection_broke(server: FakeServe
     with palmares.Client(server.url) as client:
         client.reset("balls", "softhand", mode="realtime")
         next(client.observations())
-        client._link.hang_up()
+        client._link.abort()
         assert client.act(hand=[0.5]) > 0
         client.stop()
     assert [request["op"] for request in server.requests if request["op"] == "hello"] == ["hello"] * 2
@@ -111,14 +111,14 @@ def test_a_run_that_ended_while_the_connection_was_broken(server: FakeServer) ->
         observations = client.observations()
         seen = next(observations).tick
         server.closed_meanwhile = True
-        client._link.hang_up()
+        client._link.abort()
         *_, last = observations
         assert last.done
         assert last.tick >= seen
         assert client.stop().reason == "stopped"
 
 
-def test_a_push_goes_over_the_wire(server: FakeServer) -> None:
+def test_a_perturbation_goes_over_the_wire(server: FakeServer) -> None:
     with palmares.Client(server.url) as client:
         client.reset("balls", "softhand")
         client.perturb("palm", force=[0, 0, 1.0], duration_s=0.2)
@@ -127,7 +127,7 @@ def test_a_push_goes_over_the_wire(server: FakeServer) -> None:
     assert push["wrench"] == {"force": [0.0, 0.0, 1.0], "torque": [0.0, 0.0, 0.0]}
 
 
-def test_what_is_left_of_another_run_is_not_looked_at() -> None:
+def test_an_observation_of_another_run_is_ignored() -> None:
     stream = Stream()
     stream.open("run-2")
     with FakeServer() as server, palmares.Client(server.url) as client:

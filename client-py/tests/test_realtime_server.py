@@ -1,4 +1,4 @@
-"""Runs in real time on the real server."""
+"""Real-time runs on the real server."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_each_mode_has_its_call(url: str) -> None:
         client.stop()
 
 
-def test_what_is_wrong_with_an_action_is_told(url: str) -> None:
+def test_an_invalid_action_is_an_error(url: str) -> None:
     with palmares.Client(url) as client:
         client.reset("balls", "softhand", mode="realtime")
         for bad in ([0.1, 0.2], [float("nan")]):
@@ -66,7 +66,7 @@ def test_what_is_wrong_with_an_action_is_told(url: str) -> None:
 def test_a_client_that_stops_reading_misses_observations_and_nothing_else(url: str) -> None:
     with palmares.Client(url, encoding="json") as client:
         client.reset("balls", "softhand", mode="realtime", seed=1)
-        with client._link._lock:  # Neither the controller nor the heartbeat reads.
+        with client._link._lock:  # Neither the controller nor the heartbeat can read.
             time.sleep(2.0)
         ticks = [next(client.observations()).tick for _ in range(3)]
         assert ticks == sorted(set(ticks))
@@ -81,7 +81,7 @@ def test_a_pulled_cable_in_real_time(url: str) -> None:
         run_id = client.reset("balls", "softhand", mode="realtime").run_id
         seen = next(client.observations()).tick
         for _ in range(2):
-            client._link.hang_up()
+            client._link.abort()
             obs = next(client.observations())
             # The world went on meanwhile.
             assert obs.run_id == run_id
@@ -90,7 +90,7 @@ def test_a_pulled_cable_in_real_time(url: str) -> None:
         assert client.stop().run_id == run_id
 
 
-def test_a_push_is_felt_at_the_wrist(url: str) -> None:
+def test_a_perturbation_is_measured_at_the_wrist(url: str) -> None:
     with palmares.Client(url) as client:
         client.reset("balls", "softhand", seed=1)
         calm = client.step(repeat=20).hand.wrist.force[0]

@@ -1,4 +1,4 @@
-"""Replays, read with the official MCAP package as Foxglove and other programs read them."""
+"""Replays, read with the official MCAP package as Foxglove reads them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Looking things up in a scene."""
+"""Bodies and regions of a scene."""
 
 from __future__ import annotations
 

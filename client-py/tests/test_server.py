@@ -55,7 +55,36 @@ def test_a_run_and_its_place_on_the_leaderboard(url: str) -> None:
         assert row.tasks["balls"].run_id == result.run_id
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="local sockets are Linux's")
+def test_limits_and_constants_come_from_the_server(url: str) -> None:
+    with palmares.Client(url) as client:
+        welcome = client.welcome
+        low, high = welcome.specs.action_field("base.linear").range
+        assert -low == high > 0.0
+        assert welcome.specs.action_field("hand").range == (0.0, 1.0)
+        with pytest.raises(KeyError, match=r"there are: base\.position"):
+            welcome.specs.action_field("base.spin")
+        units = {field.name: (field.shape, field.unit) for field in welcome.specs.observation}
+        assert units["truth.joints.velocity"] == (["joints"], "rad/s")
+        assert welcome.server.version
+        assert welcome.limits.ping_timeout_s is not None
+        hand, task = welcome.hand("softhand"), welcome.task("balls")
+        assert task.step_s <= task.tick_s
+
+        obs = client.reset("balls", "softhand", seed=1)
+        assert (client.run.tick_s, client.run.time_limit_s) == (task.tick_s, task.time_limit_s)
+        assert (client.run.seed, client.run.mode) == (1, "lockstep")
+        assert [motor.name for motor in obs.hand.actuators] == hand.motors
+        assert obs.truth is not None
+        assert obs.truth.joints.position.shape == (len(hand.joints),)
+        # Faster than the limit is clipped to it.
+        obs = client.step(base=palmares.twist([10.0 * high, 0, 0], [0, 0, 0]))
+        assert obs.applied_action.base is not None
+        assert obs.applied_action.base.linear == pytest.approx((high, 0.0, 0.0))
+        client.stop()
+        assert client.time().refunded_s == 0.0
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has local sockets")
 def test_a_server_on_this_machine_is_reached_through_its_local_socket(url: str) -> None:
     seen = []
     for local in (True, False):
@@ -66,7 +95,7 @@ def test_a_server_on_this_machine_is_reached_through_its_local_socket(url: str) 
             assert obs.truth is not None
             assert [body.name for body in obs.truth.objects] == [body.name for body in client.scene.free]
             client.step(hand=[0.5], repeat=20)
-            client._link.hang_up()
+            client._link.abort()
             seen.append(client.step(repeat=20).sim_time_s)
             client.stop()
     assert seen[0] == seen[1]

@@ -1,4 +1,4 @@
-"""What may be given as a target, and how it is said that something is none."""
+"""Forms of targets that are accepted, and the errors for others."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ POSE = palmares.pose([1, 2, 3], [0, 0, 0, 1])
         iter([1, 2, 3, 0, 0, 0, 1]),
     ],
 )
-def test_a_pose_is_taken_in_every_reasonable_form(base: Any) -> None:
+def test_a_pose_is_accepted_in_every_reasonable_form(base: Any) -> None:
     assert action_of(base, None, 1).base == POSE
 
 
@@ -38,7 +38,7 @@ def test_a_pose_is_taken_in_every_reasonable_form(base: Any) -> None:
     "hand",
     [0.5, np.float32(0.5), np.array(0.5), [0.5], (0.5,), np.array([0.5]), np.int64(1) / 2, iter([0.5])],
 )
-def test_one_motor_takes_a_number(hand: Any) -> None:
+def test_one_motor_accepts_a_number(hand: Any) -> None:
     assert action_of(None, hand, 1).hand == [0.5]
 
 
@@ -48,7 +48,7 @@ def test_of_several_motors_each_has_its_number() -> None:
 
 
 @pytest.mark.parametrize(
-    ("act", "said"),
+    ("act", "message"),
     [
         (
             lambda: action_of(None, 0.5, 4),
@@ -73,12 +73,12 @@ def test_of_several_motors_each_has_its_number() -> None:
         (lambda: action_of([[1], [2, 3], 4], None, 1), r"base: found list .*not numbers"),
     ],
 )
-def test_what_is_none_is_named_with_its_shape_and_the_one_wanted(act: Callable[[], Any], said: str) -> None:
-    with pytest.raises(palmares.BadActionError, match=said):
+def test_an_invalid_target_is_named_with_both_shapes(act: Callable[[], Any], message: str) -> None:
+    with pytest.raises(palmares.BadActionError, match=message):
         act()
 
 
-def test_the_client_takes_them_and_a_wrong_one_changes_nothing() -> None:
+def test_the_client_accepts_them_and_an_invalid_one_changes_nothing() -> None:
     with FakeServer() as server, palmares.Client(server.url) as client:
         client.reset("balls", "softhand")
         assert client.step(base=([0, 0, 0.5], (0, 0, 0, 1)), hand=0.5).tick == 1

@@ -1,4 +1,4 @@
-"""Frames, against a socket that says what no well-behaved server says."""
+"""Frames, against a socket that sends what no correct server sends."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Talk = Callable[[socket.socket], None]
 
 @contextmanager
 def server(talk: Talk, greeting: bytes = b"") -> Iterator[Transport]:
-    """Yield a connection whose other end shakes hands and then does what `talk` does."""
+    """Yield a connection whose other end does the handshake and then calls `talk`."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
 
         def serve() -> None:
@@ -110,7 +110,7 @@ def test_pings_do_not_count_as_an_answer() -> None:
         stop.set()
 
 
-def test_a_close_frame_tells_why_even_after_the_pipe_broke() -> None:
+def test_a_close_frame_gives_the_reason_even_after_the_pipe_broke() -> None:
     def talk(peer: socket.socket) -> None:
         peer.sendall(frame(Opcode.TEXT, b"last"))
         peer.sendall(frame(Opcode.CLOSE, Close(4410, "session_over").serialize()))
@@ -120,7 +120,7 @@ def test_a_close_frame_tells_why_even_after_the_pipe_broke() -> None:
         with pytest.raises(Closed) as caught:
             transport.send(b"too late", binary=False)
         assert (caught.value.code, caught.value.reason) == (4410, "session_over")
-        assert transport.last_words == [b"last"]
+        assert transport.unread == [b"last"]
         with pytest.raises(Closed):
             transport.recv()
 
@@ -135,17 +135,17 @@ def test_a_close_frame_tells_why_even_after_the_pipe_broke() -> None:
         b"\x82\x7f" + b"\xff" * 8,  # more bytes than there are
     ],
 )
-def test_nonsense_closes_the_connection(nonsense: bytes) -> None:
+def test_invalid_frames_close_the_connection(nonsense: bytes) -> None:
     with server(lambda peer: peer.sendall(nonsense)) as transport, pytest.raises(Closed):
         transport.recv()
 
 
-def test_a_server_that_hangs_up() -> None:
-    with server(say_nothing) as transport, pytest.raises(Closed, match="hung up"):
+def test_a_server_that_closes_the_connection() -> None:
+    with server(say_nothing) as transport, pytest.raises(Closed, match="closed the connection"):
         transport.recv()
 
 
-def test_somebody_who_speaks_something_else() -> None:
+def test_a_server_of_another_protocol() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
 
         def serve() -> None:

@@ -1,11 +1,21 @@
-"""Drive an emulated compliant hand on a Palmares server.
+"""Control a simulated compliant hand on a Palmares server.
 
 >>> with palmares.Client("http://127.0.0.1:8080") as client:      # doctest: +SKIP
 ...     obs = client.reset("balls", "softhand", seed=1)
 ...     obs = client.step(hand=[1.0], repeat=100)
 ...     print(client.stop().score)
+
+Units are SI. A scalar's name ends in its unit (``tick_s``, ``distance_m``, ``yaw_rad``, ``speed_m_s``); names
+that the protocol gives have these: ``position`` m, ``linear`` m/s, ``angular`` rad/s, ``force`` N, ``torque``
+N·m, ``mass`` kg, lengths of a `Shape` m. Vectors are in the world frame unless stated otherwise; quaternions
+are x, y, z, w.
+
+Fields of messages are tuples, as they come over the wire. Arrays are NumPy arrays of float64; every function
+and property that takes or returns one states its shape. `array` makes one of any numbers; ``xyz`` and
+``rotation`` of everything that has a pose are arrays already.
 """
 
+from palmares.arrays import Array, array
 from palmares.client import Client
 from palmares.codec import Encoding
 from palmares.errors import (
@@ -39,6 +49,7 @@ from palmares.messages import (
     BaseTarget,
     Competition,
     Event,
+    FieldSpec,
     HandInfo,
     HandState,
     LeaderboardRow,
@@ -48,6 +59,8 @@ from palmares.messages import (
     Replay,
     Result,
     RunInfo,
+    ServerInfo,
+    Specs,
     TaskBest,
     TaskInfo,
     Time,
@@ -62,6 +75,7 @@ from palmares.version import VERSION as __version__
 __all__ = [
     "Action",
     "Actuator",
+    "Array",
     "BadActionError",
     "BadJsonError",
     "BadRequestError",
@@ -74,6 +88,7 @@ __all__ = [
     "Contact",
     "Encoding",
     "Event",
+    "FieldSpec",
     "ForbiddenError",
     "HandInTheWayError",
     "HandInfo",
@@ -99,9 +114,11 @@ __all__ = [
     "Scene",
     "SceneBody",
     "ScenePart",
+    "ServerInfo",
     "SessionOverError",
     "SessionTakenError",
     "Shape",
+    "Specs",
     "StaleTickError",
     "TaskBest",
     "TaskInfo",
@@ -115,6 +132,7 @@ __all__ = [
     "Wrench",
     "WrongStateError",
     "__version__",
+    "array",
     "pose",
     "twist",
 ]

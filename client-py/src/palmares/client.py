@@ -21,13 +21,14 @@ from palmares.errors import (
     SessionOverError,
     WrongStateError,
 )
-from palmares.link import Link, Returned, raise_if_fatal
+from palmares.link import Link, Resumed, raise_if_fatal
 from palmares.messages import (
     Ack,
     Action,
     Competition,
     LeaderboardRow,
     Observation,
+    Opened,
     Reply,
     Result,
     Time,
@@ -42,9 +43,9 @@ from palmares.transport import Closed
 from palmares.version import VERSION
 
 LOG = logging.getLogger("palmares")
-# How often a single request may be put off by the rate limit or a broken connection.
-MOST_WAITS = 20
-# How long to listen for an observation before looking whether anybody is still there.
+# How often a single request is repeated after the rate limit or a broken connection.
+MAX_RETRIES = 20
+# How long to wait for an observation before checking that the server is still alive.
 LISTEN_S = 1.0
 
 Answer = TypeVar("Answer", bound=Reply)
@@ -55,21 +56,21 @@ class Client:
 
     Args:
         url: Where the server listens: ``http://host:port`` (or https, ws, wss).
-        team: The name on a practice server's leaderboard, 1 to 64 characters. In a competition the token says
-            who you are.
+        team: The name on a practice server's leaderboard, 1 to 64 characters. In a competition the token
+            identifies the team.
         token: The team's token; the environment variable ``PALMARES_TOKEN`` when left out. A
             practice server needs none.
-        session_s: Practice only: ask for a session of this length, s. Left out, it has no limit.
-        encoding: ``json`` or ``msgpack``; left out, the faster one of those that the server speaks.
-        local: Use the socket for neighbours that a server on this machine offers: through it a call takes
-            less time than through the loopback interface.
-        timeout_s: How long to wait for any reply before giving up, s.
-        reconnect_s: How long to try to come back when the connection breaks or the server restarts, s.
+        session_s: Practice only: length of the session. Left out, it has no limit.
+        encoding: ``json`` or ``msgpack``; left out, the fastest that the server supports.
+        local: Use the Unix socket that a server on this machine offers: a call takes less time there than
+            through the loopback interface.
+        timeout_s: How long to wait for a reply.
+        reconnect_s: How long to try to reconnect when the connection breaks or the server restarts.
 
     Raises:
-        NoServerError: Nobody answers at `url`.
-        NotAuthorizedError: The server wants a token, or another one.
-        PalmaresError: The server refused the greeting.
+        NoServerError: There is no server at `url`.
+        NotAuthorizedError: The token is missing or wrong.
+        PalmaresError: The server refused the session.
 
     """
 
@@ -90,12 +91,13 @@ class Client:
         self._timeout_s = timeout_s
         self._tick: int | None = None
         self._run_id: str | None = None
+        self._run: Opened | None = None
         self._scene: Scene | None = None
         self._names: list[str] = []
         self._motors = 0
         self._newest: Observation | None = None
         self._stream = Stream()
-        self._unasked: Result | None = None
+        self._unrequested: Result | None = None
         self._link = Link(
             self._http_url,
             ws_url,
@@ -105,12 +107,12 @@ class Client:
             local=local,
             timeout_s=timeout_s,
             reconnect_s=reconnect_s,
-            news=self._hear,
+            on_message=self._receive,
         )
         if self.welcome.note is not None:
             LOG.warning("%s", self.welcome.note)
 
-    # --- what a controller calls ---
+    # --- for controllers ---
 
     def reset(
         self,
@@ -121,27 +123,28 @@ class Client:
         sensing: Literal["sensors", "truth"] = "truth",
         seed: int | None = None,
     ) -> Observation:
-        """Open a run and return its first observation, tick 0, with the `scene` in it.
+        """Open a run and return its first observation, of tick 0.
 
         Args:
             task: Name of the task, such as ``balls``.
             hand: Name of the hand, such as ``softhand``.
             mode: ``lockstep``: the world waits for every `step`. ``realtime``: it runs by the clock;
-                `act` sets targets, `observations` and `latest` tell what happens.
+                `act` sets targets, `observations` and `latest` return observations.
             sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
-            seed: Which scene, in practice; left out, the server draws one and `obs.run.seed` tells it.
+            seed: Practice only: selects the scene; left out, the server draws one, see `run`.
 
-        A run of yours that is still open must be stopped first.
+        A run that is still open must be stopped first.
 
         """
-        self._stop_what_was_left()
+        self._stop_earlier_run()
         obs = self._ask(Reset(task=task, hand=hand, mode=mode, sensing=sensing, seed=seed), Observation)
-        self._tick, self._scene, self._run_id = obs.tick, obs.scene, obs.run_id
+        self._tick, self._run_id = obs.tick, obs.run_id
+        self._run, self._scene = obs.run, obs.scene
         self._names = [body.name for body in obs.scene.free] if obs.scene is not None else []
         self._motors = len(obs.hand.actuators)
         self._newest = self._named(obs)
         self._stream.open(obs.run_id)
-        self._link.keep_up(mode == "realtime")
+        self._link.set_realtime(mode == "realtime")
         return obs
 
     def step(
@@ -150,14 +153,14 @@ class Client:
         hand: Hand | None = None,
         repeat: int = 1,
     ) -> Observation:
-        """Advance the world by `repeat` ticks (of 10 ms) under one action; return what follows.
+        """Advance the world by `repeat` ticks under one action; return the observation after them.
 
         Args:
             base: `palmares.pose(…)` or `palmares.twist(…)`, or a pose as ``(position, quat_xyzw)`` or seven
                 numbers; left out, the last target stands.
             hand: σ of every motor in [0, 1], of a single motor also as a number; left out, the last command
                 stands.
-            repeat: How many ticks; fewer are taken when the run ends before.
+            repeat: How many ticks, at most `Limits.repeat`; fewer when the run ends before.
 
         Raises:
             BadActionError: `base` or `hand` has another shape; nothing was sent.
@@ -169,7 +172,7 @@ class Client:
         try:
             obs = self._ask(request, Observation)
         except (WrongStateError, SessionOverError):
-            # The step before the connection broke was the run's last one.
+            # The run ended with the step before this one, whose observation was lost with the connection.
             last = self._take()
             if last is None:
                 raise
@@ -178,7 +181,7 @@ class Client:
         return obs
 
     def act(self, base: Base | None = None, hand: Hand | None = None) -> int:
-        """Set the targets of a run in real time, from the next tick on; return that tick.
+        """Set the targets of a real-time run from the next tick on; return that tick.
 
         Args:
             base: As in `step`; left out, the last target stands.
@@ -190,16 +193,16 @@ class Client:
         try:
             return self._ask(Act(action=action_of(base, hand, self._motors)), Ack).tick
         except WrongStateError:
-            # The world ran on while this was under way: the next observation tells that it is over.
+            # The run ended meanwhile, and the observation that says so has not been read yet.
             if self._stream.over:
                 return self._tick
             raise
 
     def observations(self) -> Iterator[Observation]:
-        """Yield what happens in a run in real time, until it is over.
+        """Yield the observations of a real-time run until it is over.
 
-        Every observation is the newest there is. A controller that is slower than real time does not fall
-        behind: it misses observations, of which `skipped` tells the number; their events come with the next.
+        Each is the newest one. A controller that is slower than real time does not fall behind: it misses
+        observations, which `skipped` counts; their events come with the next one.
 
         """
         while self._run_id is not None:
@@ -209,16 +212,16 @@ class Client:
                 return
 
     def latest(self) -> Observation:
-        """Return the newest observation of a run in real time at once; the same again if none came."""
+        """Return the newest observation of a real-time run at once; the same again if none came."""
         if self._newest is None:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
         try:
-            self._check_return(Stop())
+            self._check_resumed(Stop())
             self._link.listen(0.0)
         except Closed as lost:
             raise_if_fatal(lost)
             self._link.resume(lost)
-            self._check_return(Stop())
+            self._check_resumed(Stop())
         return self._take() or self._newest
 
     def perturb(
@@ -228,20 +231,20 @@ class Client:
         torque: Numbers = (0.0, 0.0, 0.0),
         duration_s: float = 0.1,
     ) -> int:
-        """Push a link of the hand, in practice; return the tick at which it begins.
+        """Apply a wrench to a link of the hand, in practice; return the tick at which it begins.
 
         Args:
             link: Name of the link, as in `describe_hand`.
-            force: N, world frame, at the link's origin.
-            torque: N·m, world frame.
-            duration_s: How long, s of simulated time.
+            force: (3,), N, world frame, at the link's origin.
+            torque: (3,), N·m, world frame.
+            duration_s: How long, simulated time.
 
         """
         wrench = Wrench(force=vector("force", force), torque=vector("torque", torque))
         return self._ask(Perturb(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
 
     def stop(self) -> Result:
-        """Close the run: the objects settle, the referee counts."""
+        """Close the run and return its result: the objects settle and are counted."""
         run_id = self._run_id
         try:
             result = self._ask(Stop(), Result)
@@ -254,7 +257,7 @@ class Client:
         return result
 
     def time(self) -> Time:
-        """Read the session's clock. Works at any moment."""
+        """Return the session's clock."""
         return self._ask(AskTime(), Time)
 
     def leaderboard(self) -> list[LeaderboardRow]:
@@ -262,27 +265,34 @@ class Client:
         return rest.leaderboard(self._http_url, self._token)
 
     def describe_hand(self, name: str) -> dict[str, Any]:
-        """Return the description of a hand as the server gives it: links, joints, motors, shapes."""
+        """Return the server's description of a hand: links, joints, motors, tendons, shapes, masses."""
         return rest.get_object(self._http_url, f"/v1/hands/{name}", self._token)
 
     @property
     def welcome(self) -> Welcome:
-        """What the server said when this session began or was taken up: tasks, hands, limits, specs."""
+        """The server's greeting: tasks, hands, limits and the specs of actions and observations."""
         return self._link.welcome
 
     @property
     def competition(self) -> Competition:
-        """What is being played: its name, mode, the length of a session, what a reset costs."""
+        """The competition: its name, mode, the length of a session, the cost of a reset."""
         return self._link.welcome.competition
 
     @property
     def encoding(self) -> Encoding:
-        """How messages are written: ``json`` or ``msgpack``."""
+        """Encoding of the messages: ``json`` or ``msgpack``."""
         return self._link.encoding
 
     @property
+    def run(self) -> Opened:
+        """Parameters of the current or last run: its seed, length of a tick, time limit, mode."""
+        if self._run is None:
+            raise WrongStateError("wrong_state: no run was opened yet; call reset(…) first")
+        return self._run
+
+    @property
     def scene(self) -> Scene:
-        """The scene of the present run."""
+        """The scene of the current or last run."""
         if self._scene is None:
             raise WrongStateError("wrong_state: no run was opened yet; call reset(…) first")
         return self._scene
@@ -294,7 +304,7 @@ class Client:
 
     @property
     def skipped(self) -> int:
-        """Observations of the last run in real time that newer ones replaced before you took them."""
+        """Observations of the last real-time run that newer ones replaced before they were read."""
         return self._stream.skipped
 
     def close(self) -> None:
@@ -315,69 +325,69 @@ class Client:
     # --- requests and replies ---
 
     def _ask(self, request: Request, kind: type[Answer]) -> Answer:
-        """Ask until there is an answer: wait when told to, take up the session when it breaks."""
+        """Repeat a request until it is answered: wait when told to, resume the session when it breaks."""
         last: Exception | None = None
-        troubles = 0
-        while troubles < MOST_WAITS:
+        retries = 0
+        while retries < MAX_RETRIES:
             try:
-                if self._link.returned is not None:
-                    request = self._check_return(request)
+                if self._link.resumed is not None:
+                    request = self._check_resumed(request)
                 return self._link.exchange(request, kind)
-            except Returned:
-                continue  # Since the look a moment ago: look again.
+            except Resumed:
+                continue  # By the heartbeat, after the check above: check again.
             except RateLimitedError as slower:
                 # A request that fails has changed nothing, so it can be sent again.
                 time.sleep(0.1 if slower.retry_after_s is None else slower.retry_after_s)
                 last = slower
             except WrongStateError as paused:
-                # Only a session that an organizer has paused is told when to ask again.
+                # Only the refusals of a paused session say when to ask again.
                 if paused.retry_after_s is None:
                     raise
                 LOG.log(logging.DEBUG if last else logging.WARNING, "waiting: %s", paused)
                 time.sleep(paused.retry_after_s)
                 last = paused
-                continue  # It may take as long as it takes; the clock stands still.
+                continue  # The session's clock stands still: wait for as long as the pause takes.
             except Closed as lost:
                 raise_if_fatal(lost)
                 self._link.resume(lost)
                 last = lost
-            troubles += 1
+            retries += 1
         if isinstance(last, RateLimitedError):
             raise last
-        raise ConnectionLostError(f"the connection broke {MOST_WAITS} times during one request") from last
+        raise ConnectionLostError(f"the connection broke {MAX_RETRIES} times during one request") from last
 
-    def _check_return(self, request: Request) -> Request:
-        """Return what to send now that the connection is back; the request may have been taken before."""
-        welcome = self._link.take_return()
+    def _check_resumed(self, request: Request) -> Request:
+        """Return what to send after a reconnection; the server may have processed `request` before."""
+        welcome = self._link.take_resumed()
         if welcome is None:
             return request
         run = welcome.run
         if self._run_id is None:
             if run is not None and isinstance(request, Reset):
-                # The run was opened but its scene is lost: close it and open another.
+                # The run was opened but the reply with its scene was lost: close it and open another.
                 self._link.exchange(Stop(), Result)
         elif run is None or run.run_id != self._run_id:
             raise self._run_lost()
         elif not run.open and self._newest is not None:
-            # Nobody will say any more that it is over.
+            # The observation that said so was lost: make one.
             closed = structs.replace(self._newest, tick=run.tick, truncated=True, reason="closed", events=[])
             self._stream.put(closed)
         elif isinstance(request, Step) and run.tick != request.tick:
-            # The step was taken but its observation is lost: one tick more, with the same targets, shows it.
+            # The step was made but its observation was lost: make one more tick with the same targets.
             return Step(tick=run.tick, action=Action())
         return request
 
     def _run_lost(self) -> RunLostError:
-        """Find out what became of the run that the server has no more, and forget it."""
+        """Forget the run, which the server no longer has open; return the error that says how it ended."""
         run_id = self._run_id or ""
-        result = self._unasked
+        result = self._unrequested
         if result is None or result.run_id != run_id:
             result = rest.result_of(self._http_url, run_id, self._token)
         self._forget_run()
         return RunLostError.of(run_id, result)
 
-    def _stop_what_was_left(self) -> None:
-        """Stop the run of an earlier program of this team, whose session was taken up by the team's token."""
+    def _stop_earlier_run(self) -> None:
+        """Stop a run that an earlier program of this team left open in the session that was resumed."""
         left = self.welcome.run
         if left is None or self._run_id is not None:
             return
@@ -388,7 +398,7 @@ class Client:
         self.welcome.run = None
 
     def _named(self, obs: Observation) -> Observation:
-        """Let an observation know what its objects are called."""
+        """Set the names of an observation's objects; return it."""
         if obs.truth is not None:
             obs.truth.name_objects(self._names)
         return obs
@@ -396,15 +406,15 @@ class Client:
     def _forget_run(self) -> None:
         self._tick = self._run_id = self._newest = None
         self._stream.close()
-        self._link.keep_up(False)
+        self._link.set_realtime(False)
 
-    # --- what comes unasked ---
+    # --- messages that answer no request ---
 
-    def _hear(self, message: Message) -> None:
+    def _receive(self, message: Message) -> None:
         if isinstance(message, Observation):
             self._stream.put(self._named(message))
         elif isinstance(message, Result):
-            self._unasked = message
+            self._unrequested = message
 
     def _take(self) -> Observation | None:
         obs = self._stream.take()
@@ -416,8 +426,8 @@ class Client:
         """Wait for an observation newer than the last one."""
         while True:
             try:
-                if self._link.returned is not None:
-                    self._check_return(Stop())
+                if self._link.resumed is not None:
+                    self._check_resumed(Stop())
                 self._link.listen(LISTEN_S)
             except Closed as lost:
                 raise_if_fatal(lost)

@@ -1,4 +1,4 @@
-"""How messages are written: as JSON in text frames or as MessagePack in binary frames."""
+"""The two encodings of messages: JSON in text frames, MessagePack in binary frames."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from palmares.messages import (
 )
 
 Message: TypeAlias = Observation | Ack | Result | Time | Welcome | ErrorMessage | SessionWarning
-"""What a server says; told apart by `op`, in one pass over the bytes."""
+"""Any message of the server; decoded by its `op` in one pass over the bytes."""
 
 Encoding: TypeAlias = Literal["json", "msgpack"]
 
@@ -41,13 +41,13 @@ class Codec:
             message, envelope = msgspec.json.Decoder(Message), msgspec.json.Decoder(Envelope)
         self.encode: Callable[[Any], bytes] = encoder.encode
         self.message: Callable[[bytes | memoryview], Message] = message.decode
-        """Reads a message; raises `msgspec.MsgspecError` if it cannot."""
+        """Decodes a message; raises `msgspec.MsgspecError` if it cannot."""
         self._envelope: Callable[[bytes | memoryview], Envelope] = envelope.decode
 
-    def concerns(self, unreadable: bytes | memoryview, awaited: int | None) -> bool:
-        """Whether a message that cannot be read had to be: the `awaited` reply, or no message at all.
+    def is_fault(self, unreadable: bytes | memoryview, awaited: int | None) -> bool:
+        """Whether a message that cannot be decoded is an error: the `awaited` reply, or no message at all.
 
-        Others are news of a later version, or replies to requests given up.
+        Others may be ignored: messages of a later version, or replies to requests that timed out.
         """
         try:
             envelope = self._envelope(unreadable)
@@ -57,6 +57,6 @@ class Codec:
 
 
 SUBPROTOCOLS: dict[str, Encoding] = {"palmares.v1.msgpack": "msgpack", "palmares.v1.json": "json"}
-"""What the encodings are called in the handshake, the one we would rather have first."""
+"""Subprotocol names of the encodings in the handshake, the preferred one first."""
 
 CODECS: dict[Encoding, Codec] = {encoding: Codec(encoding) for encoding in ("json", "msgpack")}

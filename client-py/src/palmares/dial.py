@@ -1,4 +1,4 @@
-"""How a connection is made: through TCP, TLS, a proxy or a local socket, and the handshake of WebSocket."""
+"""Connections through TCP, TLS, a proxy or a local socket, and the handshake of WebSocket."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from palmares.rest import is_loopback
 
 CONNECT_TIMEOUT_S = 10.0
 READ_BYTES = 64 * 1024
-# Header of the answer to a handshake: a socket in Linux's abstract namespace.
-LOCAL = "palmares-local"
+# Header in the answer to a handshake: name of the server's Unix socket in Linux's abstract namespace.
+LOCAL_HEADER = "palmares-local"
 
 
-class Refused(Exception):  # noqa: N818 - the caller turns it into an error of its own
+class Refused(Exception):  # noqa: N818 - the caller raises an error of its own instead
     """The server answered the handshake with an HTTP status.
 
     Attributes:
         status: The HTTP status.
-        body: Of the answer.
+        body: The body of the answer.
 
     """
 
@@ -39,7 +39,7 @@ class Refused(Exception):  # noqa: N818 - the caller turns it into an error of i
 
 
 class NoWebSocket(Exception):  # noqa: N818
-    """Whoever answers does not speak our subprotocol."""
+    """The other side does not speak the subprotocol."""
 
 
 def dial(uri: WebSocketURI, url: str) -> socket.socket:
@@ -50,7 +50,7 @@ def dial(uri: WebSocketURI, url: str) -> socket.socket:
     else:
         sock = _through_proxy(proxy, uri)
     try:
-        # A request is one small packet that must not wait for company.
+        # A request is one small packet; it must not wait until there is more to send.
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         if uri.secure:
             return ssl.create_default_context().wrap_socket(sock, server_hostname=uri.host)
@@ -61,9 +61,9 @@ def dial(uri: WebSocketURI, url: str) -> socket.socket:
 
 
 def dial_local(name: str) -> socket.socket:
-    """Connect to a server's socket for its neighbours."""
+    """Connect to a server's Unix socket in the abstract namespace."""
     if sys.platform != "linux":
-        raise OSError("there are no such sockets here")
+        raise OSError("only Linux has an abstract namespace")
     sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
         sock.settimeout(CONNECT_TIMEOUT_S)
@@ -89,10 +89,10 @@ def _through_proxy(address: str, uri: WebSocketURI) -> socket.socket:
     return connection.sock
 
 
-def shake_hands(
+def handshake(
     sock: socket.socket, protocol: ClientProtocol, headers: dict[str, str]
 ) -> tuple[bytes, str | None]:
-    """Do the opening handshake; return what the server sent after it, and the name of its local socket."""
+    """Do the opening handshake; return the bytes that came after it, and the name of the local socket."""
     request = protocol.connect()
     request.headers.update(headers)
     protocol.send_request(request)
@@ -109,7 +109,7 @@ def shake_hands(
         received += data
         head, mark, rest = received.partition(b"\r\n\r\n")
         if mark and head.startswith(b"HTTP/1.1 101"):
-            # Frames that follow the answer at once are ours to cut.
+            # Keep frames that follow at once from the library: `Transport` parses them.
             data = data[: len(data) - len(rest)]
             received = rest
         protocol.receive_data(data)
@@ -117,7 +117,8 @@ def shake_hands(
     if isinstance(refusal, InvalidStatus):
         raise Refused(refusal.response.status_code, bytes(refusal.response.body or b""))
     if isinstance(refusal, InvalidHandshake) or protocol.state is not OPEN:
-        raise NoWebSocket(str(refusal or "it hung up during the handshake")) from refusal
+        raise NoWebSocket(str(refusal or "it closed the connection during the handshake")) from refusal
     answers = protocol.events_received()
-    name = next((answer.headers.get(LOCAL) for answer in answers if isinstance(answer, Response)), None)
+    headers_of = (answer.headers for answer in answers if isinstance(answer, Response))
+    name = next((found.get(LOCAL_HEADER) for found in headers_of), None)
     return received, name

@@ -1,4 +1,4 @@
-"""What can go wrong, one exception per error code of the protocol."""
+"""One exception per error code of the protocol."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ if TYPE_CHECKING:
 
 
 class PalmaresError(Exception):
-    """The server refused a request, or could not be talked to.
+    """The server refused a request, or could not be reached.
 
     Attributes:
         code: The protocol's error code, such as ``bad_action``.
         fatal: True when the session is over; the client cannot be used any more.
-        retry_after_s: When to try again, s; ``None`` when trying again would not help.
+        retry_after_s: When to try again; ``None`` when trying again would not help.
 
     """
 
@@ -36,13 +36,13 @@ class PalmaresError(Exception):
 
 
 class NoServerError(PalmaresError):
-    """Nobody answers at the given address."""
+    """There is no server at the given address."""
 
     code = "no_server"
 
 
 class ConnectionLostError(PalmaresError):
-    """The connection broke and could not be taken up again."""
+    """The connection broke and could not be made again."""
 
     code = "connection_lost"
 
@@ -53,7 +53,7 @@ class RunLostError(PalmaresError):
     The session goes on: `Client.reset` opens another run.
 
     Attributes:
-        result: What the server has kept of the run, if anything.
+        result: The result of the run, if the server has one.
 
     """
 
@@ -62,26 +62,26 @@ class RunLostError(PalmaresError):
 
     @classmethod
     def of(cls, run_id: str, result: Result | None) -> Self:
-        """Say what became of the run."""
+        """Return the error that says how the run ended."""
         if result is None:
-            fate = "ended while the connection was broken, and the server tells nothing of it"
+            outcome = "ended while the connection was broken, and the server has no result of it"
         elif result.voided:
-            fate = f"was voided ({result.reason}): it counts for nothing and its time is given back"
+            outcome = f"was voided ({result.reason}): it counts for nothing and its time is given back"
         else:
-            fate = f"ended while the connection was broken ({result.reason}), score {result.score:g}"
-        error = cls(f"run {run_id} {fate}; open another with reset(…)")
+            outcome = f"ended while the connection was broken ({result.reason}), score {result.score:g}"
+        error = cls(f"run {run_id} {outcome}; open another with reset(…)")
         error.result = result
         return error
 
 
 class ProtocolError(PalmaresError):
-    """The server sent something this client does not understand; the versions may not match."""
+    """The server sent a message that this client cannot decode; the versions may not match."""
 
     code = "protocol"
 
 
 class BadJsonError(PalmaresError):
-    """The message was not valid JSON."""
+    """The message was not valid JSON or MessagePack."""
 
     code = "bad_json"
 
@@ -93,7 +93,7 @@ class UnknownOpError(PalmaresError):
 
 
 class BadRequestError(PalmaresError):
-    """A field of the request is missing, superfluous or of the wrong type."""
+    """A field of the request is missing, unknown, of the wrong type or out of range."""
 
     code = "bad_request"
 
@@ -111,7 +111,7 @@ class StaleTickError(PalmaresError):
 
 
 class WrongStateError(PalmaresError):
-    """The request does not fit now: no run is open, or the greeting is missing."""
+    """The request is not allowed now: no run is open, or one is already open."""
 
     code = "wrong_state"
 
@@ -129,7 +129,7 @@ class UnknownHandError(PalmaresError):
 
 
 class HandInTheWayError(PalmaresError):
-    """The hand touches something, or reaches into a region of the rules, where it starts."""
+    """At its start the hand touches something, or reaches into a region of the rules."""
 
     code = "hand_in_the_way"
 
@@ -141,31 +141,31 @@ class NotAuthorizedError(PalmaresError):
 
 
 class ForbiddenError(PalmaresError):
-    """The token is good, but not for this."""
+    """The token is valid, but does not permit this."""
 
     code = "forbidden"
 
 
 class SessionTakenError(PalmaresError):
-    """Another connection drives this session."""
+    """Another connection holds this session."""
 
     code = "session_taken"
 
 
 class SessionOverError(PalmaresError):
-    """The session's time is spent."""
+    """The session's time is spent, or the session has ended."""
 
     code = "session_over"
 
 
 class CapacityError(PalmaresError):
-    """The server cannot hold another world now; see ``retry_after_s``."""
+    """The server has no room for another world or connection; see ``retry_after_s``."""
 
     code = "capacity"
 
 
 class RateLimitedError(PalmaresError):
-    """Too many messages in too short a time; see ``retry_after_s``."""
+    """Too many requests per second; see ``retry_after_s``."""
 
     code = "rate_limited"
 
@@ -216,7 +216,7 @@ _BY_CODE: dict[str, type[PalmaresError]] = {
 def error_of(
     code: str, message: str, *, fatal: bool = False, retry_after_s: float | None = None
 ) -> PalmaresError:
-    """Return the exception that stands for an error code; `PalmaresError` for an unknown one."""
+    """Return the exception for an error code; `PalmaresError` for an unknown one."""
     kind = _BY_CODE.get(code, PalmaresError)
     return kind(
         f"{code}: {message}" if message else code,

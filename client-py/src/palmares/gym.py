@@ -13,41 +13,45 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
+from palmares.arrays import Array, array
 from palmares.client import Client
-from palmares.messages import Observation
-from palmares.rotation import Array
+from palmares.messages import Observation, Specs
 from palmares.targets import twist
-from palmares.truth import BodyState
 
-Numbers: TypeAlias = dict[str, Array]
-LINEAR_M_S, ANGULAR_RAD_S = 2.0, 3.0
+Arrays: TypeAlias = dict[str, Array]
 
 
-class PalmaresEnv(gymnasium.Env[Numbers, Numbers]):
-    """A run as an episode. The reward of a step is what it adds to the score.
+class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
+    """A run as an episode. The reward of a step is the change of the score.
 
-    Actions are ``twist`` (m/s and rad/s of the base, world frame) and ``hand`` (σ of every motor). An
-    observation has:
+    An action has, within the limits in `Welcome.specs`:
 
-    - ``base``: position, quaternion x y z w, linear and angular velocity
-    - ``motors``: command, position, velocity and tension of each
-    - ``wrist``: force, torque
-    - ``objects``, with ``sensing="truth"``: as ``base``, for each
-    - ``joints``, with ``sensing="truth"``: position, velocity
+    - ``twist`` (6,): linear (m/s) and angular (rad/s) velocity of the base, world frame
+    - ``hand`` (motors,): σ of every motor
 
-    A first run is opened and closed to see how many objects there are.
+    An observation has:
+
+    - ``base`` (13,): position (m), quaternion x y z w, linear (m/s) and angular (rad/s) velocity
+    - ``motors`` (motors, 4): command, position, velocity (1/s) and tension of each
+    - ``wrist`` (6,): force (N), torque (N·m)
+    - ``objects`` (objects, 13), with ``sensing="truth"``: as ``base``, for each
+    - ``joints`` (2, joints), with ``sensing="truth"``: position (rad), velocity (rad/s)
+
+    The number of objects is not known before a run is opened. So the space of ``objects`` is a `Sequence` of
+    any length; with the argument `objects` it is a `Box` of fixed shape, which most learners need.
 
     Attributes:
-        client: The session, for all that an environment has no word for.
-        observation: The last observation, typed.
+        client: The session, for what gymnasium does not cover.
+        observation: The last observation, typed; ``None`` before the first `reset`.
 
     Args:
         url: Where the server listens.
         task: Name of the task.
         hand: Name of the hand.
         sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
-        ticks: Ticks of 10 ms per step, under the same action.
-        client: What else `Client` takes, such as ``team``.
+        ticks: Ticks per step, under the same action.
+        objects: Number of objects in every scene of the task; another number is a `ValueError` at `reset`.
+        client: Further arguments of `Client`, such as ``team``.
 
     """
 
@@ -61,66 +65,84 @@ class PalmaresEnv(gymnasium.Env[Numbers, Numbers]):
         hand: str = "softhand",
         sensing: Literal["sensors", "truth"] = "truth",
         ticks: int = 10,
+        objects: int | None = None,
         **client: Any,
     ) -> None:
         self.client = Client(url, **client)
         self._task, self._hand, self._sensing, self._ticks = task, hand, sensing, ticks
+        self._objects = objects
         self._score = 0.0
-        first = self.client.reset(task, hand, sensing=sensing)
-        self.observation = first
-        self.client.stop()
-        most = np.array([LINEAR_M_S] * 3 + [ANGULAR_RAD_S] * 3)
-        motors = (len(first.hand.actuators),)
-        actions: dict[str, spaces.Space[Any]] = {"twist": spaces.Box(-most, most, dtype=np.float64)}
-        actions["hand"] = spaces.Box(0.0, 1.0, motors, dtype=np.float64)
-        observations: dict[str, spaces.Space[Any]] = {
-            name: spaces.Box(-np.inf, np.inf, numbers.shape, dtype=np.float64)
-            for name, numbers in numbers_of(first).items()
-        }
-        self.action_space = cast(spaces.Space[Numbers], spaces.Dict(actions))
-        self.observation_space = cast(spaces.Space[Numbers], spaces.Dict(observations))
+        self.observation: Observation | None = None
+        played = self.client.welcome.hand(hand)
+        shapes = {"base": (13,), "motors": (len(played.motors), 4), "wrist": (6,)}
+        if sensing == "truth":
+            shapes["joints"] = (2, len(played.joints))
+        observations = {name: _unbounded(*shape) for name, shape in shapes.items()}
+        if sensing == "truth":
+            row = _unbounded(13)
+            observations["objects"] = (
+                spaces.Sequence(row, stack=True) if objects is None else _unbounded(objects, 13)
+            )
+        actions = _action_space(self.client.welcome.specs, len(played.motors))
+        self.action_space = cast(spaces.Space[Arrays], actions)
+        self.observation_space = cast(spaces.Space[Arrays], spaces.Dict(observations))
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Numbers, dict[str, Any]]:
-        """Stop the run that is open, if any, and open another; `seed` chooses the scene, and all after it."""
+    ) -> tuple[Arrays, dict[str, Any]]:
+        """Stop the open run, if any, and open another; `seed` sets this scene and those of later resets."""
         super().reset(seed=seed, options=options)
         if self.client.tick is not None:
             self.client.stop()
         if seed is None:
             seed = int(self.np_random.integers(2**53))
         obs = self.client.reset(self._task, self._hand, sensing=self._sensing, seed=seed)
+        found = len(self.client.scene.free)
+        if self._objects not in (None, found):
+            raise ValueError(f"the scene has {found} objects, not {self._objects}")
         self.observation, self._score = obs, obs.score
-        return numbers_of(obs), {"seed": seed}
+        return arrays_of(obs), {"seed": seed}
 
-    def step(self, action: Numbers) -> tuple[Numbers, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Arrays) -> tuple[Arrays, float, bool, bool, dict[str, Any]]:
         """Advance the world under one action."""
         base = twist(action["twist"][:3], action["twist"][3:])
         obs = self.client.step(base=base, hand=action["hand"], repeat=self._ticks)
         reward, self._score = obs.score - self._score, obs.score
         self.observation = obs
-        return numbers_of(obs), reward, obs.terminated, obs.truncated, {"tick": obs.tick, "score": obs.score}
+        return arrays_of(obs), reward, obs.terminated, obs.truncated, {"tick": obs.tick, "score": obs.score}
 
     def close(self) -> None:
         """End the session."""
         self.client.close()
 
 
-def numbers_of(obs: Observation) -> Numbers:
-    """Return an observation as arrays."""
-    hand = obs.hand
+def arrays_of(obs: Observation) -> Arrays:
+    """Return an observation as arrays; their shapes are in the docstring of `PalmaresEnv`."""
+    hand, base = obs.hand, obs.hand.base
     motors = [(motor.command, motor.position, motor.velocity, motor.tension) for motor in hand.actuators]
-    numbers = {
-        "base": np.array(_body(hand.base)),
-        "motors": np.array(motors).reshape(-1, 4),
-        "wrist": np.array([*hand.wrist.force, *hand.wrist.torque]),
+    found = {
+        "base": array([*base.position, *base.quat_xyzw, *base.linear, *base.angular]),
+        "motors": array(motors, -1, 4),
+        "wrist": array([*hand.wrist.force, *hand.wrist.torque]),
     }
     if obs.truth is not None:
         truth = obs.truth
-        numbers["objects"] = np.hstack([truth.positions, truth.quats_xyzw, truth.linear, truth.angular])
-        numbers["joints"] = np.array([truth.joints.position, truth.joints.velocity])
-    return numbers
+        found["objects"] = np.hstack([truth.positions, truth.quats_xyzw, truth.linear, truth.angular])
+        found["joints"] = array([truth.joints.position, truth.joints.velocity])
+    return found
 
 
-def _body(body: BodyState) -> tuple[float, ...]:
-    return (*body.position, *body.quat_xyzw, *body.linear, *body.angular)
+def _unbounded(*shape: int) -> spaces.Space[Any]:
+    return spaces.Box(-np.inf, np.inf, shape, dtype=np.float64)
+
+
+def _action_space(specs: Specs, motors: int) -> spaces.Dict:
+    ranges = [specs.action_field(name).range for name in ("base.linear", "base.angular")]
+    low, high = np.repeat(ranges, 3, axis=0).T
+    sigma_low, sigma_high = specs.action_field("hand").range
+    return spaces.Dict(
+        {
+            "twist": spaces.Box(low, high, dtype=np.float64),
+            "hand": spaces.Box(sigma_low, sigma_high, (motors,), dtype=np.float64),
+        }
+    )

@@ -1,4 +1,4 @@
-"""The link to the server: greets, asks, waits for answers, answers pings, comes back when it breaks."""
+"""The connection of a session: requests and replies, a heartbeat, and resumption after a break."""
 
 from __future__ import annotations
 
@@ -28,27 +28,29 @@ from palmares.messages import ErrorMessage, Reply, SessionWarning, Welcome
 from palmares.requests import Bye, Hello, Request
 from palmares.transport import Closed, Transport
 
-# Between attempts to come back; the last one repeats. The server may need 15 s to notice a dead socket.
+# Delays between attempts to reconnect; the last one repeats. The server refuses a new connection until it has
+# noticed that the old one is dead, which takes up to `Limits.ping_timeout_s`.
 RESUME_DELAYS_S = (0.0, 0.2, 0.5, 1.0, 2.0)
-# While the controller thinks, a thread looks after pings this often; the server drops who is silent for 15 s.
-TEND_S = 2.0
-# The same while a world runs in real time: its observations must not pile up in the socket.
-TEND_REALTIME_S = 0.05
+# Period of the heartbeat, the thread that answers pings while the controller computes: well below
+# `Limits.ping_timeout_s`.
+HEARTBEAT_S = 2.0
+# The same in a real-time run, whose observations must not pile up in the socket.
+HEARTBEAT_REALTIME_S = 0.05
 
 LOG = logging.getLogger("palmares")
 Answer = TypeVar("Answer", bound=Reply)
 
 
-class Returned(Exception):  # noqa: N818 - the caller acts on it
-    """The heartbeat has taken the session up again on another connection."""
+class Resumed(Exception):  # noqa: N818 - the caller acts on it
+    """The heartbeat has resumed the session on another connection."""
 
 
 class Link:
-    """One session's connection. Requests are made from one thread at a time.
+    """The connection of one session. Requests are made from one thread at a time.
 
     Attributes:
         welcome: The latest greeting of the server.
-        returned: The greeting after a broken connection was taken up again, until the client looks at it.
+        resumed: The greeting after a reconnection, until the client has read it with `take_resumed`.
 
     """
 
@@ -63,7 +65,7 @@ class Link:
         local: bool,
         timeout_s: float,
         reconnect_s: float,
-        news: Callable[[Message], None],
+        on_message: Callable[[Message], None],
     ) -> None:
         self._http_url, self._ws_url = http_url, ws_url
         self._hello = hello
@@ -71,55 +73,55 @@ class Link:
         self._local = local
         self._offers = [name for name, kind in SUBPROTOCOLS.items() if encoding in (None, kind)]
         self._timeout_s, self._reconnect_s = timeout_s, reconnect_s
-        self._news = news
+        self._on_message = on_message
         self._last_id = 0
         self._lock = threading.Lock()
-        self._pulse = _Pulse()
-        self.returned: Welcome | None = None
+        self._timer = _Timer()
+        self.resumed: Welcome | None = None
         self._codec: Codec
         self._transport = self._connect()
         try:
-            self.welcome = self._greet(hello)
+            self.welcome = self._open_session(hello)
         except BaseException:
             self._transport.close()
             raise
-        args = (weakref.ref(self), self._pulse)
-        threading.Thread(target=_tend, args=args, name="palmares-heartbeat", daemon=True).start()
+        args = (weakref.ref(self), self._timer)
+        threading.Thread(target=_heartbeat, args=args, name="palmares-heartbeat", daemon=True).start()
 
     @property
     def encoding(self) -> Encoding:
-        """What client and server agreed on."""
+        """The encoding that client and server agreed on."""
         return self._codec.encoding
 
     def exchange(self, request: Request, kind: type[Answer]) -> Answer:
-        """Ask and wait for the answer.
+        """Send a request and wait for its reply.
 
         Raises:
-            Returned: The connection is a new one; look at `returned` first. Nothing was asked.
+            Resumed: The connection is a new one; call `take_resumed` first. Nothing was sent.
             PalmaresError: The server refused, or did not answer in time.
-            Closed: The connection broke; the request may have been taken or not.
+            Closed: The connection broke; the server may have processed the request or not.
 
         """
         with self._lock:
-            if self.returned is not None:
-                raise Returned
+            if self.resumed is not None:
+                raise Resumed
             return self._exchange(request, kind)
 
     def listen(self, wait_s: float) -> None:
-        """Pass on what came unasked; if nothing did, wait for it up to `wait_s`."""
+        """Read all messages that have come; if there is none, wait for one up to `wait_s`."""
         with self._lock:
-            if self._hear() == 0 and wait_s > 0.0:
+            if self._drain() == 0 and wait_s > 0.0:
                 raw = self._transport.recv_within(wait_s)
                 if raw is not None:
-                    self._hear_one(raw)
-                    self._hear()
+                    self._receive(raw)
+                    self._drain()
 
     def resume(self, lost: Closed) -> None:
-        """Take the session up again on a new connection; `returned` tells what the server said.
+        """Resume the session on a new connection; `resumed` is then the server's greeting.
 
         Raises:
-            ConnectionLostError: The server did not come back in time.
-            PalmaresError: It is back and refuses.
+            ConnectionLostError: The server could not be reached in time.
+            PalmaresError: The server refused to resume the session.
 
         """
         last: Exception = lost
@@ -139,46 +141,46 @@ class Link:
         ) from last
 
     def silence_s(self) -> float:
-        """How long nothing at all has come from the server, not even a ping, s."""
-        return time.monotonic() - self._transport.heard
+        """How long nothing has come from the server, not even a ping."""
+        return time.monotonic() - self._transport.received_s
 
-    def take_return(self) -> Welcome | None:
-        """Return `returned`, once."""
+    def take_resumed(self) -> Welcome | None:
+        """Return `resumed` and clear it."""
         with self._lock:
-            welcome, self.returned = self.returned, None
+            welcome, self.resumed = self.resumed, None
         return welcome
 
-    def keep_up(self, realtime: bool) -> None:
-        """Look after the connection more often while a world runs in real time."""
-        self._pulse.every(TEND_REALTIME_S if realtime else TEND_S)
+    def set_realtime(self, realtime: bool) -> None:
+        """Let the heartbeat beat more often during a real-time run."""
+        self._timer.set_period(HEARTBEAT_REALTIME_S if realtime else HEARTBEAT_S)
 
     def close(self) -> None:
-        """Say `bye`, which ends the session, and hang up."""
-        self._pulse.stop()
+        """End the session with `bye` and close the connection."""
+        self._timer.stop()
         with self._lock:
-            with contextlib.suppress(Closed):  # That is what was wanted.
+            with contextlib.suppress(Closed):  # Already closed.
                 self._send(Bye())
             self._transport.close()
 
-    def hang_up(self) -> None:
-        """Leave without a word, as by a pulled cable. The session waits for its client to come back."""
+    def abort(self) -> None:
+        """Break the connection without closing it, as a pulled cable does. The server keeps the session."""
         self._transport.abort()
 
-    def tend(self) -> None:
-        """Answer pings and take the session up again while the controller is busy with other things."""
+    def beat(self) -> None:
+        """Answer pings, and resume the session if the connection broke, while no request is under way."""
         if not self._lock.acquire(blocking=False):
-            return  # A request is under way: whoever waits for its answer answers pings too.
+            return  # The thread that waits for a reply answers pings too.
         try:
-            self._hear()
+            self._drain()
         except ProtocolError as unreadable:
             LOG.warning("%s", unreadable)
         except Closed as lost:
-            if _names_an_error(lost) or self._pulse.stopped:
-                return  # The next request tells.
+            if _has_error_code(lost) or self._timer.stopped:
+                return  # The next request raises the error.
             try:
                 self._reopen()
-            except Exception as not_yet:  # The next request meets it again and tells.
-                LOG.debug("the connection broke and is not back yet: %s", not_yet)
+            except Exception as failed:  # The next request tries again and raises the error.
+                LOG.debug("the connection broke and could not be made again yet: %s", failed)
         finally:
             self._lock.release()
 
@@ -196,17 +198,17 @@ class Link:
                     f"no reply to `{_name(request)}` within {self._timeout_s:g} s from {self._http_url}"
                 ) from None
             except msgspec.MsgspecError as unreadable:
-                if codec.concerns(raw, request.id):
+                if codec.is_fault(raw, request.id):
                     raise ProtocolError(
                         f"cannot read the server's reply to `{_name(request)}`: {unreadable}"
                     ) from unreadable
                 continue
             if isinstance(message, kind) and message.reply_to == request.id:
                 return message
-            self._sort(message, request)
+            self._dispatch(message, request)
 
-    def _sort(self, message: Message, request: Request) -> None:
-        """Deal with a message that is not the answer to `request`; raise what the server refuses it with."""
+    def _dispatch(self, message: Message, request: Request) -> None:
+        """Handle a message other than the expected reply; raise the error if it refuses `request`."""
         if isinstance(message, ErrorMessage):
             if message.reply_to is None or message.reply_to == request.id:
                 raise error_of(
@@ -216,8 +218,8 @@ class Link:
                     retry_after_s=message.retry_after_s,
                 )
         elif message.reply_to is None:
-            self._pass_on(message)
-        # Anything else is the reply to a request given up.
+            self._deliver(message)
+        # Anything else is the reply to a request that timed out.
 
     def _send(self, request: Request) -> None:
         self._last_id += 1
@@ -225,53 +227,52 @@ class Link:
         try:
             self._transport.send(self._codec.encode(request), binary=self._codec.binary)
         except Closed:
-            self._hear_last_words()
+            # Messages that came before the connection broke.
+            unread, self._transport.unread = self._transport.unread, []
+            for raw in unread:
+                self._receive(raw)
             raise
 
-    def _hear(self) -> int:
-        heard = 0
+    def _drain(self) -> int:
+        """Read all messages that have come; return how many."""
+        count = 0
         while (raw := self._transport.recv_within(0.0)) is not None:
-            self._hear_one(raw)
-            heard += 1
-        return heard
+            self._receive(raw)
+            count += 1
+        return count
 
-    def _hear_one(self, raw: bytes | memoryview) -> None:
+    def _receive(self, raw: bytes | memoryview) -> None:
         try:
             message = self._codec.message(raw)
         except msgspec.MsgspecError as unreadable:
-            if self._codec.concerns(raw, None):
-                raise ProtocolError(f"cannot read what the server sent: {unreadable}") from unreadable
+            if self._codec.is_fault(raw, None):
+                raise ProtocolError(f"cannot read the server's message: {unreadable}") from unreadable
             return
         if message.reply_to is None:
-            self._pass_on(message)
+            self._deliver(message)
 
-    def _hear_last_words(self) -> None:
-        words, self._transport.last_words = self._transport.last_words, []
-        for raw in words:
-            self._hear_one(raw)
-
-    def _pass_on(self, message: Message) -> None:
+    def _deliver(self, message: Message) -> None:
         if isinstance(message, SessionWarning):
             LOG.warning("%.0f s of the session are left", message.session_left_s)
         else:
-            self._news(message)
+            self._on_message(message)
 
     def _reopen(self) -> None:
         self._transport.close()
         self._transport = self._connect()
         try:
-            self.welcome = self.returned = self._greet_again()
+            self.welcome = self.resumed = self._resume_session()
         except BaseException:
             self._transport.close()
             raise
 
     def _connect(self) -> Transport:
-        """Connect with the encoding we would rather have, or the next one."""
+        """Connect with the preferred encoding, or the next one."""
         for count, offer in enumerate(self._offers, start=1):
             try:
                 transport = self._connect_with(offer)
             except Refused as refused:
-                # So says a server that does not speak it. Offered both, it would take JSON, the slower.
+                # The server does not speak it. Both are not offered at once: of two, the server takes JSON.
                 if refused.status == 400 and count < len(self._offers):
                     continue
                 raise rest.error_of_response(refused.status, refused.body, self._http_url) from None
@@ -285,16 +286,16 @@ class Link:
         headers = {"Authorization": f"Bearer {self._token}"} if self._token else {}
         try:
             return Transport.connect(self._ws_url, [offer], headers, self._timeout_s, local=self._local)
-        except NoWebSocket as odd:
+        except NoWebSocket as error:
             raise NoServerError(
-                f"{self._http_url} does not speak {offer}: {odd}. Is it a Palmares server?"
-            ) from odd
+                f"{self._http_url} does not speak {offer}: {error}. Is it a Palmares server?"
+            ) from error
         except OSError as unreachable:
             raise NoServerError(
                 f"no server at {self._http_url} ({unreachable}); is `palmares serve` running?"
             ) from None
 
-    def _greet(self, hello: Hello) -> Welcome:
+    def _open_session(self, hello: Hello) -> Welcome:
         try:
             return self._exchange(hello, Welcome)
         except Closed as closed:
@@ -303,25 +304,25 @@ class Link:
                 f"the server closed the connection during the greeting: {closed}"
             ) from closed
 
-    def _greet_again(self) -> Welcome:
+    def _resume_session(self) -> Welcome:
         first = self._hello
         try:
-            return self._greet(Hello(client=first.client, resume_token=self.welcome.resume_token))
+            return self._open_session(Hello(client=first.client, resume_token=self.welcome.resume_token))
         except SessionOverError:
             practice = self.welcome.competition.mode == "practice"
             if not practice or first.session_s is not None:
                 raise
-            # A practice server that was started anew remembers nothing; there is no time to lose either.
-            return self._greet(first)
+            # A practice server that was restarted has no old sessions: begin a new one.
+            return self._open_session(first)
 
 
 def raise_if_fatal(closed: Closed) -> None:
-    """Raise the error a close frame names; codes 4400 to 4599 say that the session is over."""
-    if _names_an_error(closed):
+    """Raise the error of a close frame; its codes 4400 to 4599 mean that the session is over."""
+    if _has_error_code(closed):
         raise error_of(closed.reason, "the server closed the session", fatal=True) from closed
 
 
-def _names_an_error(closed: Closed) -> bool:
+def _has_error_code(closed: Closed) -> bool:
     return closed.code is not None and 4400 <= closed.code < 4600
 
 
@@ -335,15 +336,15 @@ def _resume_delays() -> Iterator[float]:
         yield RESUME_DELAYS_S[-1]
 
 
-class _Pulse:
-    """When the heartbeat's thread is to look after the link."""
+class _Timer:
+    """Times the beats of the heartbeat."""
 
     def __init__(self) -> None:
-        self._period_s = TEND_S
+        self._period_s = HEARTBEAT_S
         self._changed = threading.Event()
         self.stopped = False
 
-    def every(self, period_s: float) -> None:
+    def set_period(self, period_s: float) -> None:
         self._period_s = period_s
         self._changed.set()
 
@@ -352,17 +353,17 @@ class _Pulse:
         self._changed.set()
 
     def wait(self) -> bool:
-        """Wait for the next beat; False when there is none."""
+        """Wait for the next beat; return False when stopped."""
         self._changed.wait(self._period_s)
         self._changed.clear()
         return not self.stopped
 
 
-def _tend(link: weakref.ref[Link], pulse: _Pulse) -> None:
-    """Look after a link as long as somebody has it."""
-    while pulse.wait():
+def _heartbeat(link: weakref.ref[Link], timer: _Timer) -> None:
+    """Beat until the link is closed or garbage."""
+    while timer.wait():
         alive = link()
         if alive is None:
             return
-        alive.tend()
+        alive.beat()
         del alive

@@ -1,29 +1,29 @@
-"""What the server says in protocol v1, as typed structs. Units are SI; quaternions are x, y, z, w.
+"""Messages of the server in protocol v1, as typed structs. Units are SI; quaternions are x, y, z, w.
 
-Fields the server adds later are ignored here, so that an older client keeps working. Structs of which an
-observation has many are exempt from Python's cyclic garbage collection (``gc=False``): they form no cycles,
-and thousands of them per second would keep the collector busy.
+Unknown fields are ignored, so that this client works with a newer server. Structs of which an observation
+has many are exempt from Python's cyclic garbage collection (``gc=False``): they form no cycles, and thousands
+of them per second would keep the collector busy.
 """
 
 from __future__ import annotations
 
-from typing import Any
+import math
 
 import msgspec
 
-from palmares.scene import Quat, Scene, Vec3
+from palmares.scene import Quat, Scene, Vec3, named
 from palmares.truth import BodyState, Truth
 
 
 class Reply(msgspec.Struct, kw_only=True, tag_field="op"):
-    """A message from the server; `op` tells which."""
+    """A message from the server; `op` is its kind."""
 
     reply_to: int | None = msgspec.field(name="id", default=None)
-    """`id` of the request it answers; ``None`` for a message nobody asked for."""
+    """`id` of the request it answers; ``None`` for a message that answers none"""
 
 
 class BaseTarget(msgspec.Struct, omit_defaults=True, kw_only=True, gc=False):
-    """Where the hand's base should go: a pose or a velocity, never both. See `pose` and `twist`."""
+    """Target of the hand's base: a pose or a velocity, never both. See `pose` and `twist`."""
 
     position: Vec3 | None = None
     """m, world frame"""
@@ -35,7 +35,7 @@ class BaseTarget(msgspec.Struct, omit_defaults=True, kw_only=True, gc=False):
 
 
 class Action(msgspec.Struct, omit_defaults=True, kw_only=True, gc=False):
-    """Targets for one tick; what is left out keeps its last target."""
+    """Targets for one tick; ``None`` keeps the last target."""
 
     base: BaseTarget | None = None
     hand: list[float] | None = None
@@ -43,7 +43,7 @@ class Action(msgspec.Struct, omit_defaults=True, kw_only=True, gc=False):
 
 
 class Actuator(msgspec.Struct, kw_only=True, gc=False):
-    """What a motor's sensors read."""
+    """State of a motor, as its sensors read it."""
 
     name: str
     command: float
@@ -64,7 +64,7 @@ class Wrench(msgspec.Struct, kw_only=True, gc=False):
 
 
 class HandState(msgspec.Struct, kw_only=True, gc=False):
-    """What the hand's own sensors read."""
+    """State of the hand, as its own sensors read it."""
 
     base: BodyState
     actuators: list[Actuator]
@@ -72,15 +72,17 @@ class HandState(msgspec.Struct, kw_only=True, gc=False):
 
 
 class Event(msgspec.Struct, kw_only=True, gc=False):
-    """Something the referee noted; which kinds there are depends on the task (docs/protocol.md)."""
+    """An event that the referee recorded."""
 
     kind: str
+    """Such as ``in_goal``; docs/protocol.md lists the kinds of every task"""
     tick: int = 0
     object: int | None = None
+    """Row of the object in `Truth.positions`"""
 
 
 class Opened(msgspec.Struct, kw_only=True):
-    """How a run was opened."""
+    """The parameters of a run."""
 
     task: str
     hand: str
@@ -91,7 +93,7 @@ class Opened(msgspec.Struct, kw_only=True):
     time_limit_s: float
     """Longest run, s of simulated time"""
     seed: int | None = None
-    """In practice: what `reset` takes to build this scene again"""
+    """In practice: `Client.reset` with this seed gives the same scene"""
 
 
 class Observation(Reply, kw_only=True, tag="obs"):
@@ -102,20 +104,20 @@ class Observation(Reply, kw_only=True, tag="obs"):
     """Ticks since reset."""
     sim_time_s: float
     applied_action: Action
-    """The action as applied: clipped to the spec, with what was left out filled in."""
+    """The action as applied: clipped to the limits, targets that were left out filled in."""
     hand: HandState
     session_left_s: float | None = None
-    """What is left of the session; ``None`` in a practice session without a limit."""
+    """Remaining time of the session; ``None`` in a practice session without a limit."""
     truth: Truth | None = None
     events: list[Event] = []
     score: float = 0.0
-    """If the run ended now, without the settling rule."""
+    """Score if the run ended now, before the objects settle."""
     terminated: bool = False
-    """Nothing more can be gained."""
+    """The task is complete."""
     truncated: bool = False
-    """Cut short by a limit."""
+    """A limit ended the run."""
     late_s: float | None = None
-    """Realtime: how long after its tick was due it was sent, s"""
+    """Realtime: time from when its tick was due until it was sent"""
     reason: str | None = None
     run: Opened | None = None
     """Only in the reply to `reset`."""
@@ -129,7 +131,7 @@ class Observation(Reply, kw_only=True, tag="obs"):
 
 
 class Replay(msgspec.Struct, kw_only=True):
-    """The file that plays a run again: ``GET /v1/runs/{id}/replay``."""
+    """The recording of a run: ``GET /v1/runs/{id}/replay``."""
 
     sha256: str
     bytes: int
@@ -137,14 +139,14 @@ class Replay(msgspec.Struct, kw_only=True):
 
 
 class Result(Reply, kw_only=True, tag="result"):
-    """What a finished run is worth."""
+    """Outcome of a finished run."""
 
     run_id: str
     task: str
     hand: str
     status: str
     """``practice``; ``provisional`` in a competition until verified; ``aborted`` when it ended at tick 0;
-    ``voided`` after a fault of ours"""
+    ``voided`` after a fault of the server"""
     score: float
     in_goal: int
     """Objects in the goal"""
@@ -154,70 +156,79 @@ class Result(Reply, kw_only=True, tag="result"):
     """Why it ended: ``stopped``, ``complete``, ``time_limit``, ``session_over``, …"""
     ticks: int
     sim_time_s: float
-    """s of simulated time played"""
+    """Simulated time"""
     state_hash: str
     """Hash of the final state: the same for the same seed and actions"""
     missed_ticks: int = 0
-    """Realtime: ticks for which no new action had come"""
+    """Realtime: ticks without a new action"""
     late_ticks: int = 0
-    """Realtime: ticks that the server began late, by more than half a tick"""
+    """Realtime: ticks that the server began more than half a tick after they were due"""
     late_max_s: float = 0.0
-    """Realtime: the latest beginning of a tick, s"""
+    """Realtime: the longest such delay"""
     dropped_obs: int = 0
-    """Realtime: observations that the server dropped because this client did not take them in time"""
+    """Realtime: observations that the server dropped because this client did not read them in time"""
     mode: str = "lockstep"
     """``lockstep`` or ``realtime``"""
     events: list[Event] = []
     replay: Replay | None = None
-    """``None`` when the server does not record, or does not tell"""
+    """``None`` when the server does not record"""
     session_left_s: float | None = None
 
     @property
     def voided(self) -> bool:
-        """True when the run counts for nothing, through a fault of the server or by the organizer."""
+        """True when the run does not count, by a fault of the server or a decision of the organizer."""
         return self.status == "voided"
 
 
 class RunInfo(msgspec.Struct, kw_only=True):
-    """The session's present run."""
+    """The session's current run."""
 
     run_id: str
     task: str
     hand: str
+    mode: str = "lockstep"
+    """``lockstep`` or ``realtime``"""
     tick: int
     """The tick the next step must name"""
     open: bool
-    """False when the server closed it: `Client.stop` fetches the result"""
+    """False when the server closed it; `Client.stop` then returns the result"""
 
 
 class Time(Reply, kw_only=True, tag="time"):
-    """How the session's clock stands."""
+    """The session's clock."""
 
     session_left_s: float | None
-    """s; ``None`` when the session has no limit"""
+    """Remaining time; ``None`` when the session has no limit"""
     session_s: float | None
-    """Length of the session, s; ``None`` for no limit"""
+    """Length of the session; ``None`` for no limit"""
     elapsed_s: float
-    """The greater of the next two, s"""
+    """The greater of `wall_s` and `simulated_s`"""
     wall_s: float
-    """Wall-clock time since the first reset, s"""
+    """Wall-clock time since the first reset"""
     simulated_s: float
-    """Simulated time of all runs, s"""
+    """Simulated time of all runs"""
+    refunded_s: float = 0.0
+    """Time given back for runs that a fault of the server made void"""
+    paused: bool = False
+    """True while an organizer pauses the session"""
     run: RunInfo | None = None
 
 
 class TaskInfo(msgspec.Struct, kw_only=True):
-    """A task in short."""
+    """Constants of a task."""
 
     name: str
     description: str
     tick_s: float
+    """Length of a tick: actions and observations come at this interval"""
     step_s: float
+    """Time step of the integrator"""
     time_limit_s: float
+    """Longest run, simulated time"""
 
 
 class HandInfo(msgspec.Struct, kw_only=True):
-    """A hand in short; `Client.describe_hand` has the rest."""
+    """Motors and joints of a hand; `Client.describe_hand` returns its geometry."""
 
     name: str
     description: str
@@ -228,35 +239,82 @@ class HandInfo(msgspec.Struct, kw_only=True):
 
 
 class Limits(msgspec.Struct, kw_only=True):
-    """What a client must keep to."""
+    """Limits of requests and connections; those of actions are in `Specs`."""
 
     message_bytes: int
+    """Largest message of a client"""
     repeat: int
     """Largest `repeat` of a step"""
     requests_per_s: float
     requests_burst: float
+    """Requests that may come at once before `requests_per_s` applies"""
     resume_grace_s: float
-    """How long a session waits for its client to come back, s"""
+    """How long a session without a connection waits for its client"""
+    ping_interval_s: float | None = None
+    ping_timeout_s: float | None = None
+    """A connection that is silent for so long is closed"""
     hello_timeout_s: float | None = None
-    """How long a connection may be open before it says hello, s"""
+    """How long a connection may be open before `hello`"""
     hold_ticks: int | None = None
-    """Realtime: for so many ticks a silent controller's last action goes on; then the hand holds still"""
+    """Realtime: after so many ticks without an action the hand holds still"""
+    outbox_obs: int | None = None
+    """Realtime: of more unread observations than this the server drops the oldest"""
+
+
+class FieldSpec(msgspec.Struct, kw_only=True):
+    """A number or an array of numbers in actions or observations."""
+
+    name: str
+    """Path such as ``base.linear``; ``[]`` stands for every entry of a list"""
+    shape: list[int | str]
+    """Lengths; ``motors``, ``joints`` and ``objects`` depend on hand and scene"""
+    unit: str
+    """Empty for a pure number"""
+    minimum: float | None = None
+    maximum: float | None = None
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Least and largest value of each entry; infinite where there is no limit."""
+        return (
+            -math.inf if self.minimum is None else self.minimum,
+            math.inf if self.maximum is None else self.maximum,
+        )
+
+
+class Specs(msgspec.Struct, kw_only=True):
+    """Every field of actions and observations."""
+
+    action: list[FieldSpec]
+    """Values out of range are clipped by the server."""
+    observation: list[FieldSpec]
+
+    def action_field(self, name: str) -> FieldSpec:
+        """Return a field of an action, such as ``base.linear``; `KeyError` lists the names there are."""
+        return named("field of actions", name, self.action)
 
 
 class Competition(msgspec.Struct, kw_only=True):
-    """What is being played."""
+    """The competition, or the practice, that the server runs."""
 
     name: str = ""
     mode: str = "practice"
     """``practice`` or ``official``"""
     session_s: float | None = None
-    """Length of a session, s; ``None`` for no limit"""
+    """Length of a session; ``None`` for no limit"""
     reset_cost_s: float = 0.0
-    """What each reset takes from the session, s"""
+    """Time that each reset takes from the session"""
+
+
+class ServerInfo(msgspec.Struct, kw_only=True):
+    """The program of the server."""
+
+    version: str
+    build_hash: str
 
 
 class Welcome(Reply, kw_only=True, tag="welcome"):
-    """What the server says when a session begins or is taken up again."""
+    """The server's greeting when a session begins or is resumed: all that holds for the whole session."""
 
     session_id: str
     resume_token: str
@@ -267,12 +325,20 @@ class Welcome(Reply, kw_only=True, tag="welcome"):
     limits: Limits
     session_left_s: float | None = None
     competition: Competition = msgspec.field(default_factory=Competition)
-    server: dict[str, Any] = {}
-    specs: dict[str, Any] = {}
+    server: ServerInfo
+    specs: Specs
     run: RunInfo | None = None
-    """The run that goes on, when a session is taken up again"""
+    """The current run, when a session is resumed"""
     note: str | None = None
-    """For people: what is odd about the team's name; `Client` logs it"""
+    """A remark on the team's name, for people; `Client` logs it"""
+
+    def task(self, name: str) -> TaskInfo:
+        """Return the constants of a task; `KeyError` lists the tasks there are."""
+        return named("task", name, self.tasks)
+
+    def hand(self, name: str) -> HandInfo:
+        """Return motors and joints of a hand; `KeyError` lists the hands there are."""
+        return named("hand", name, self.hands)
 
 
 class TaskBest(msgspec.Struct, kw_only=True):
@@ -300,11 +366,12 @@ class SessionWarning(Reply, kw_only=True, tag="warning"):
     """The session's time is running out."""
 
     mark_s: float
+    """The mark that was passed: 300, 60 or 10 s before the end"""
     session_left_s: float
 
 
 class Ack(Reply, kw_only=True, tag="ack"):
-    """An action or a push was taken."""
+    """An action or a perturbation was accepted."""
 
     tick: int = 0
     """The tick at which it takes effect"""
@@ -320,7 +387,7 @@ class ErrorMessage(Reply, kw_only=True, tag="error"):
 
 
 class Envelope(msgspec.Struct, kw_only=True):
-    """What every message from the server carries."""
+    """The fields that every message from the server has."""
 
     op: str
     id: int | None = None

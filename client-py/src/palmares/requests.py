@@ -1,4 +1,4 @@
-"""What a client asks in protocol v1."""
+"""Requests of a client in protocol v1."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Request(msgspec.Struct, kw_only=True, omit_defaults=True, tag_field="op"):
 
 
 class Hello(Request, kw_only=True, tag="hello"):
-    """Greets the server: opens a session or takes one up again."""
+    """Opens a session or resumes one."""
 
     client: dict[str, str]
     resume_token: str | None = None
@@ -49,14 +49,14 @@ class Act(Request, kw_only=True, tag="act"):
 
 
 class Wrench(msgspec.Struct, kw_only=True):
-    """N and N·m, world frame."""
+    """Force (N) and torque (N·m), world frame."""
 
     force: Vec3
     torque: Vec3
 
 
 class Perturb(Request, kw_only=True, tag="perturb"):
-    """Practice: pushes a link of the hand."""
+    """Practice: applies a wrench to a link of the hand."""
 
     link: str
     wrench: Wrench

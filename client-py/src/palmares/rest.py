@@ -1,4 +1,4 @@
-"""The few things asked over plain HTTP."""
+"""Requests over plain HTTP."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TIMEOUT_S = 10.0
 
 
 def is_loopback(url: str) -> bool:
-    """Tell whether `url` names this machine; a proxy from the environment must not see such a call."""
+    """Tell whether `url` names this machine; such requests must not go through a proxy."""
     return urlsplit(url).hostname in ("127.0.0.1", "localhost", "::1")
 
 
@@ -24,7 +24,7 @@ def get_json(base_url: str, path: str, token: str | None = None) -> Any:
     """GET `path` and return the decoded JSON."""
     request = urllib.request.Request(base_url + path)
     if token:
-        # Not a plain header: a redirect to elsewhere must not carry it along.
+        # Not a plain header: a redirect to another server must not receive the token.
         request.add_unredirected_header("Authorization", f"Bearer {token}")
     handlers = [urllib.request.ProxyHandler({})] if is_loopback(base_url) else []
     opener = urllib.request.build_opener(*handlers)
@@ -61,7 +61,7 @@ def leaderboard(base_url: str, token: str | None = None) -> list[LeaderboardRow]
 
 
 def result_of(base_url: str, run_id: str, token: str | None = None) -> Result | None:
-    """Return what the server has stored of a run that has ended; ``None`` when it tells nothing."""
+    """Return the stored result of a run that has ended; ``None`` when there is none."""
     try:
         return msgspec.convert(get_object(base_url, f"/v1/runs/{run_id}", token) | {"op": "result"}, Result)
     except (PalmaresError, msgspec.ValidationError):
@@ -69,7 +69,7 @@ def result_of(base_url: str, run_id: str, token: str | None = None) -> Result | 
 
 
 def error_of_response(status: int, body: bytes | bytearray, where: str) -> PalmaresError:
-    """Turn an HTTP refusal (`application/problem+json` if it is ours) into an exception."""
+    """Return the exception for an HTTP error, which Palmares sends as `application/problem+json`."""
     try:
         problem = msgspec.json.decode(bytes(body), type=dict[str, Any])
     except msgspec.MsgspecError:

@@ -1,33 +1,35 @@
-"""The few rotations a controller needs. Quaternions are x, y, z, w as on the wire."""
+"""The few rotations a controller needs. Angles are in rad, quaternions are x, y, z, w."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TypeAlias
-
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
-Array: TypeAlias = NDArray[np.float64]
-
-
-def rot_y(angle: float) -> Array:
-    """Return the 3 × 3 rotation by `angle` (rad) about y."""
-    c, s = float(np.cos(angle)), float(np.sin(angle))
-    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+from palmares.arrays import Array, array
 
 
-def rot_z(angle: float) -> Array:
-    """Return the 3 × 3 rotation by `angle` (rad) about z."""
-    c, s = float(np.cos(angle)), float(np.sin(angle))
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+def rot_y(angle_rad: float) -> Array:
+    """Return the rotation matrix (3, 3) about y."""
+    c, s = float(np.cos(angle_rad)), float(np.sin(angle_rad))
+    return array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
 
-def matrix_of(quat_xyzw: Sequence[float] | Array) -> Array:
-    """Return the 3 × 3 rotation matrix of a quaternion of any length but zero."""
-    q = np.asarray(quat_xyzw, dtype=np.float64)
+def rot_z(angle_rad: float) -> Array:
+    """Return the rotation matrix (3, 3) about z."""
+    c, s = float(np.cos(angle_rad)), float(np.sin(angle_rad))
+    return array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def rot_zyz(yaw_rad: float, pitch_rad: float, roll_rad: float = 0.0) -> Array:
+    """Return the rotation matrix (3, 3) ``rot_z(yaw_rad) @ rot_y(pitch_rad) @ rot_z(roll_rad)``."""
+    return array(rot_z(yaw_rad) @ rot_y(pitch_rad) @ rot_z(roll_rad))
+
+
+def matrix_of(quat_xyzw: ArrayLike) -> Array:
+    """Return the rotation matrix (3, 3) of a quaternion (4,) of any length but zero."""
+    q = array(quat_xyzw, 4)
     x, y, z, w = q / np.linalg.norm(q)
-    return np.array(
+    return array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
             [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
@@ -37,12 +39,12 @@ def matrix_of(quat_xyzw: Sequence[float] | Array) -> Array:
 
 
 def quat_of(matrix: Array) -> Array:
-    """Return the unit quaternion x, y, z, w of a rotation matrix.
+    """Return the unit quaternion (4,) of a rotation matrix (3, 3).
 
     Divides by the largest of the four components, so that no rotation is badly conditioned.
     """
     m = matrix
-    squares = np.array(
+    squares = array(
         [
             1 + m[0, 0] - m[1, 1] - m[2, 2],
             1 - m[0, 0] + m[1, 1] - m[2, 2],
@@ -57,24 +59,23 @@ def quat_of(matrix: Array) -> Array:
         [m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], squares[2], m[1, 0] - m[0, 1]],
         [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1], squares[3]],
     ]
-    q = np.array(rows[largest], dtype=np.float64)
-    unit: Array = q / np.linalg.norm(q)
-    return unit
+    q = array(rows[largest])
+    return array(q / np.linalg.norm(q))
 
 
-def angle_between(a: Sequence[float] | Array, b: Sequence[float] | Array) -> float:
-    """Return the angle (rad, 0 to π) of the shortest turn from quaternion `a` to `b`."""
-    return 2.0 * float(np.arccos(min(1.0, abs(float(np.dot(a, b))))))
+def angle_between(a_xyzw: ArrayLike, b_xyzw: ArrayLike) -> float:
+    """Return the angle (rad, 0 to π) of the shortest rotation from one unit quaternion (4,) to another."""
+    return 2.0 * float(np.arccos(min(1.0, abs(float(np.dot(a_xyzw, b_xyzw))))))
 
 
-def slerp(a: Sequence[float] | Array, b: Sequence[float] | Array, fraction: float) -> Array:
-    """Return the quaternion `fraction` of the shortest way from `a` (0) to `b` (1)."""
-    qa, qb = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
-    cosine = float(qa @ qb)
+def slerp(a_xyzw: ArrayLike, b_xyzw: ArrayLike, fraction: float) -> Array:
+    """Return the unit quaternion (4,) at `fraction` (0 to 1) of the shortest rotation from `a` to `b`."""
+    a, b = array(a_xyzw, 4), array(b_xyzw, 4)
+    cosine = float(a @ b)
     if cosine < 0.0:
-        qb, cosine = -qb, -cosine
-    half = float(np.arccos(min(1.0, cosine)))
-    if half < 1e-6:
-        return qb if fraction > 0.5 else qa
-    turned: Array = (np.sin((1 - fraction) * half) * qa + np.sin(fraction * half) * qb) / np.sin(half)
-    return turned
+        b, cosine = -b, -cosine
+    half_rad = float(np.arccos(min(1.0, cosine)))
+    if half_rad < 1e-6:
+        return b if fraction > 0.5 else a
+    turned = np.sin((1 - fraction) * half_rad) * a + np.sin(fraction * half_rad) * b
+    return array(turned / np.sin(half_rad))

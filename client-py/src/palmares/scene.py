@@ -1,4 +1,4 @@
-"""What stands in the world at tick 0: bodies, their shapes, and the regions the rules speak of."""
+"""The scene at tick 0: bodies, their shapes, and the regions that the rules refer to."""
 
 from __future__ import annotations
 
@@ -8,28 +8,29 @@ from typing import Protocol, TypeAlias, TypeVar
 import msgspec
 import numpy as np
 
-from palmares.rotation import Array, matrix_of
+from palmares.arrays import Array, array
+from palmares.rotation import matrix_of
 
 Vec3: TypeAlias = tuple[float, float, float]
 Quat: TypeAlias = tuple[float, float, float, float]
 
 
 class HasName(Protocol):
-    """Anything that can be looked up by its name."""
+    """Anything with a name."""
 
     name: str
 
 
 Named = TypeVar("Named", bound=HasName)
-Told = TypeVar("Told")
+Value = TypeVar("Value")
 
 
-def named(kind: str, name: str, things: Sequence[Named]) -> Named:
-    """Return the one of `things` called `name`; `KeyError` names those there are."""
-    for thing in things:
-        if thing.name == name:
-            return thing
-    known = ", ".join(thing.name for thing in things) or "none"
+def named(kind: str, name: str, entries: Sequence[Named]) -> Named:
+    """Return the entry with this name; the `KeyError` for an unknown name lists the known ones."""
+    for entry in entries:
+        if entry.name == name:
+            return entry
+    known = ", ".join(entry.name for entry in entries) or "none"
     raise KeyError(f"no {kind} {name!r}; there are: {known}")
 
 
@@ -39,15 +40,19 @@ class Shape(msgspec.Struct, kw_only=True):
     type: str
     """``sphere``, ``capsule``, ``cylinder``, ``box`` or ``hull``"""
     radius: float | None = None
+    """m"""
     half_length: float | None = None
     """m, without the caps of a capsule"""
     half_extents: Vec3 | None = None
+    """m, including the rounding"""
     points: list[Vec3] | None = None
+    """Vertices of a hull, m"""
     rounding: float = 0.0
+    """Radius of edges and corners, m: inside the extents of a box, added around a hull"""
 
 
 class Placed(msgspec.Struct, kw_only=True):
-    """What has a frame of its own, and where that is in another one."""
+    """Pose of a frame in another frame."""
 
     position: Vec3
     """Origin, m."""
@@ -56,7 +61,7 @@ class Placed(msgspec.Struct, kw_only=True):
     @property
     def xyz(self) -> Array:
         """Position as an array, shape (3,), m."""
-        return np.array(self.position)
+        return array(self.position)
 
     @property
     def rotation(self) -> Array:
@@ -84,65 +89,68 @@ class SceneBody(msgspec.Struct, kw_only=True):
     mass: float
     """kg; 0 for furniture"""
     friction: float
-    """Coulomb coefficient of two such surfaces; a pair of bodies has the geometric mean of theirs"""
+    """Coulomb coefficient between two such surfaces; two bodies have the geometric mean of theirs"""
     com: Vec3 = (0.0, 0.0, 0.0)
     """Centre of mass in the body frame, m"""
     endless: bool = False
-    """A horizontal ground that goes on for ever; its surface is the top of its one part, a box for drawing"""
+    """Infinite horizontal ground: its surface is the top of its only part, a box that is for drawing"""
     parts: list[ScenePart]
     color: Vec3
     """sRGB, 0 to 1"""
 
     @property
     def xyz(self) -> Array:
-        """Position as an array, shape (3,), m; `ValueError` when the server does not tell it."""
-        return np.array(self._told(self.position))
+        """Position as an array, shape (3,), m; `ValueError` when it is hidden."""
+        return array(self._known(self.position))
 
     @property
     def rotation(self) -> Array:
-        """Rotation matrix from its own frame to the world, shape (3, 3); `ValueError` when it is not told."""
-        return matrix_of(self._told(self.quat_xyzw))
+        """Rotation matrix from its own frame to the world, shape (3, 3); `ValueError` when it is hidden."""
+        return matrix_of(self._known(self.quat_xyzw))
 
-    def _told(self, value: Told | None) -> Told:
+    def _known(self, value: Value | None) -> Value:
         if value is None:
-            raise ValueError(f"where {self.name!r} is, is not told in a run with sensing='sensors'")
+            raise ValueError(f"the pose of {self.name!r} is hidden in a run with sensing='sensors'")
         return value
 
 
 class Region(msgspec.Struct, kw_only=True):
-    """An axis-aligned region the rules speak of, such as the inside of ``box_b``."""
+    """An axis-aligned region that the rules refer to, such as the inside of ``box_b``."""
 
     name: str
     min: Vec3
+    """m"""
     max: Vec3
+    """m"""
     role: str | None = None
-    """The part it plays in the rules: ``start``, ``goal``; ``None`` for others"""
+    """Its role in the rules: ``start``, ``goal``; ``None`` for others"""
 
     @property
     def center(self) -> Array:
         """Its middle, shape (3,), m."""
-        return 0.5 * np.add(self.min, self.max, dtype=np.float64)
+        return 0.5 * (array(self.min) + array(self.max))
 
     @property
     def size(self) -> Array:
         """Its edges, shape (3,), m."""
-        return np.subtract(self.max, self.min)
+        return array(self.max) - array(self.min)
 
     def contains(self, point: Array) -> bool:
-        """Tell whether `point` (3,) lies inside or on the border."""
+        """Tell whether `point` (3,), m, lies inside or on the border."""
         return bool(np.all(point >= self.min) and np.all(point <= self.max))
 
 
 class Scene(msgspec.Struct, kw_only=True):
-    """What stands in the world at tick 0."""
+    """The world at tick 0."""
 
     bodies: list[SceneBody]
     """Free ones first, in the order of `Truth.objects`."""
     regions: list[Region]
     gravity: Vec3
+    """m/s²"""
 
     def region(self, name: str) -> Region:
-        """Return the region called `name`; `KeyError` names those there are."""
+        """Return the region with this name; `KeyError` lists the names there are."""
         return named("region", name, self.regions)
 
     @property
@@ -156,7 +164,7 @@ class Scene(msgspec.Struct, kw_only=True):
         return next((region for region in self.regions if region.role == "goal"), None)
 
     def body(self, name: str) -> SceneBody:
-        """Return the body called `name`, such as ``box_a``; `KeyError` names those there are."""
+        """Return the body with this name, such as ``box_a``; `KeyError` lists the names there are."""
         return named("body", name, self.bodies)
 
     @property

@@ -1,4 +1,4 @@
-"""The newest observation of a world that runs in real time."""
+"""The newest observation of a real-time run."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import threading
 
 from palmares.messages import Observation
 
-# Events kept of observations nobody looked at; a run has dozens.
-MOST_EVENTS = 1000
+# Most events kept of observations that were not read; a run has dozens.
+MAX_EVENTS = 1000
 
 
 class Stream:
-    """Holds one observation, the newest. A slow controller misses observations, never events.
+    """Holds the newest observation only. A slow controller misses observations, never events.
 
-    The heartbeat's thread may put while the controller's takes.
+    `put` and `take` may be called from different threads: the heartbeat's and the controller's.
 
     Attributes:
-        skipped: Observations that a newer one replaced before anybody took them.
+        skipped: Observations that a newer one replaced before they were taken.
 
     """
 
@@ -27,24 +27,24 @@ class Stream:
         self._run_id: str | None = None
 
     def open(self, run_id: str) -> None:
-        """Listen to this run from now on."""
+        """Accept observations of this run from now on."""
         with self._lock:
             self._run_id, self._newest, self.skipped = run_id, None, 0
 
     def close(self) -> None:
-        """Listen no more; `skipped` stays."""
+        """Accept no more observations; `skipped` stays."""
         with self._lock:
             self._run_id = self._newest = None
 
     def put(self, obs: Observation) -> None:
-        """Take note of an observation that came."""
+        """Store an observation that was received."""
         with self._lock:
             if obs.run_id != self._run_id:
-                return  # What was still on its way when another run was opened.
+                return  # It was under way when another run was opened.
             if self._newest is not None:
                 self.skipped += 1
                 if self._newest.events:
-                    obs.events = (self._newest.events + obs.events)[-MOST_EVENTS:]
+                    obs.events = (self._newest.events + obs.events)[-MAX_EVENTS:]
             self._newest = obs
 
     def take(self) -> Observation | None:

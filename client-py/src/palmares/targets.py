@@ -1,4 +1,4 @@
-"""What a controller asks for: where the base should go, how far the motors should be."""
+"""Targets of a controller: pose or velocity of the base, positions of the motors."""
 
 from __future__ import annotations
 
@@ -7,32 +7,32 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from palmares.arrays import Array
 from palmares.errors import BadActionError
 from palmares.messages import Action, BaseTarget
-from palmares.rotation import Array
 from palmares.scene import Vec3
 
 Numbers: TypeAlias = Iterable[float] | Array
-"""A list, a tuple, an array: any numbers one after the other"""
+"""A list, a tuple, an array or another iterable of numbers"""
 Base: TypeAlias = BaseTarget | Numbers | tuple[Numbers, Numbers]
 """A target, or a pose as ``(position, quat_xyzw)`` or as seven numbers"""
 Hand: TypeAlias = float | Numbers
-"""σ of every motor; of the only one also as a number"""
+"""σ of every motor; for a single motor also a number"""
 
 
 def pose(position: Numbers, quat_xyzw: Numbers) -> BaseTarget:
-    """Return a base target: be at `position` (m) with orientation `quat_xyzw`, world frame."""
+    """Return a pose target: `position` (3,), m, and `quat_xyzw` (4,), world frame."""
     qx, qy, qz, qw = numbers("quat_xyzw", quat_xyzw, 4, "x, y, z, w")
     return BaseTarget(position=vector("position", position), quat_xyzw=(qx, qy, qz, qw))
 
 
 def twist(linear: Numbers, angular: Numbers) -> BaseTarget:
-    """Return a base target: move with `linear` (m/s) and `angular` (rad/s), world frame."""
+    """Return a velocity target: `linear` (3,), m/s, and `angular` (3,), rad/s, world frame."""
     return BaseTarget(linear=vector("linear", linear), angular=vector("angular", angular))
 
 
 def action_of(base: Base | None, hand: Hand | None, motors: int) -> Action:
-    """Return the action with these targets for a hand of so many motors; ``None`` keeps the last one."""
+    """Return the action for a hand with `motors` motors; ``None`` keeps the last target."""
     return Action(
         base=base if base is None or isinstance(base, BaseTarget) else _pose_of(base),
         hand=None if hand is None else _sigmas(hand, motors),
@@ -40,20 +40,20 @@ def action_of(base: Base | None, hand: Hand | None, motors: int) -> Action:
 
 
 def vector(field: str, value: Numbers) -> Vec3:
-    """Return three numbers."""
+    """Return three numbers as floats; see `numbers`."""
     x, y, z = numbers(field, value, 3, "x, y, z")
     return (x, y, z)
 
 
 def numbers(field: str, value: Any, count: int, meaning: str) -> list[float]:
-    """Return so many numbers as floats.
+    """Return `count` numbers as floats.
 
     Raises:
-        BadActionError: It is something else. It names the field, what was found and what is wanted.
+        BadActionError: `value` is something else; the message names the field and both shapes.
 
     """
     if type(value) in (list, tuple) and len(value) == count and all(type(x) is float for x in value):
-        return list(value)  # As most controllers have it, at every tick.
+        return list(value)  # The usual case, without the cost of NumPy.
     wanted = f"shape ({count},): {meaning}"
     if not isinstance(value, str | bytes | np.ndarray) and isinstance(value, Iterable):
         value = list(value)

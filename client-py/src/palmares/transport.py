@@ -1,8 +1,8 @@
 """A WebSocket over a plain blocking socket, read and written in the caller's thread.
 
-The handshake, control frames and fragments are the business of the websockets library's Sans-I/O layer. Data
-frames, of which a controller exchanges thousands per second, are written and cut out here, which takes a
-tenth of the library's time; `benchmarks/round_trip.py` measures it.
+The Sans-I/O layer of the websockets library does the handshake, control frames and fragments. Whole data
+frames, of which a controller exchanges thousands per second, are built and parsed here in a tenth of the
+library's time; `benchmarks/round_trip.py` measures it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from websockets.frames import Frame, Opcode
 from websockets.typing import Subprotocol
 from websockets.uri import WebSocketURI, parse_uri
 
-from palmares.dial import NoWebSocket, Refused, dial, dial_local, shake_hands
+from palmares.dial import NoWebSocket, Refused, dial, dial_local, handshake
 from palmares.rest import is_loopback
 
 try:
@@ -33,27 +33,27 @@ try:
 except ImportError:  # The library was installed without its C part.
     from websockets.utils import apply_mask
 
-# How long a connection that ends may take over its last words.
-FAREWELL_S = 0.5
+# Timeout of reads and writes while a connection is being closed.
+CLOSE_TIMEOUT_S = 0.5
 READ_BYTES = 64 * 1024
-# Random bytes fetched at once, four for every frame.
+# Random bytes fetched at once; a frame takes four.
 MASKS_BYTES = 4096
-# A scene with hulls is large; what is larger than this is no scene.
-LARGEST_MESSAGE = 64 * 1024 * 1024
-# Waiting awake needs these, and a core for the server beside.
-AWAKE = hasattr(os, "sched_yield") and hasattr(select, "poll") and (os.cpu_count() or 1) > 1
-# Longest time to wait awake for an answer, s.
-AWAKE_S = 1e-3
-# First bytes of whole messages: text and binary.
-WHOLE = (0x81, 0x82)
+# Largest message that is accepted: a scene with many hulls is smaller.
+MAX_MESSAGE_BYTES = 64 * 1024 * 1024
+# Busy polling needs these functions, and a second core for the server.
+CAN_BUSY_POLL = hasattr(os, "sched_yield") and hasattr(select, "poll") and (os.cpu_count() or 1) > 1
+# Longest busy poll for one reply.
+BUSY_POLL_S = 1e-3
+# First bytes of unfragmented messages: text and binary.
+UNFRAGMENTED = (0x81, 0x82)
 
 
 class Closed(Exception):  # noqa: N818
-    """The connection is gone.
+    """The connection is closed or broken.
 
     Attributes:
-        code: Of the close frame; ``None`` when there was none.
-        reason: Of the close frame.
+        code: Code of the close frame; ``None`` when there was none.
+        reason: Reason in the close frame, or what broke the connection.
 
     """
 
@@ -64,7 +64,7 @@ class Closed(Exception):  # noqa: N818
 
 
 class Transport:
-    """One open connection. Messages are bytes; what they mean is for others to know."""
+    """One open connection, which sends and receives messages as bytes."""
 
     def __init__(
         self, sock: socket.socket, protocol: ClientProtocol, received: bytes, timeout_s: float
@@ -73,19 +73,19 @@ class Transport:
         self._protocol = protocol
         self._closed: Closed | None = None
         self._fragments: list[bytes] = []
-        self.last_words: list[bytes] = []
-        """Messages that were found when the connection turned out to be broken."""
+        self.unread: list[bytes] = []
+        """Messages that had come, unread, when the connection broke."""
         self._buffer = bytearray(max(READ_BYTES, len(received)))
         self._buffer[: len(received)] = received
         self._view = memoryview(self._buffer)
         self._start, self._end = 0, len(received)
-        self.heard = time.monotonic()
-        """When anything came last."""
+        self.received_s = time.monotonic()
+        """When bytes came last, monotonic clock."""
         self._masks = _masks()
         self._quick = False
-        """Whether the last answer came within `AWAKE_S`, and can be looked for."""
-        # With TLS, bytes may wait where nobody sees them.
-        self._poll = _looking_at(sock) if AWAKE and not isinstance(sock, ssl.SSLSocket) else None
+        """Whether the last read took less than `BUSY_POLL_S`, so that the next one is worth a busy poll."""
+        # With TLS, bytes may be in a buffer of the library, where `poll` does not see them.
+        self._poll = _poller(sock) if CAN_BUSY_POLL and not isinstance(sock, ssl.SSLSocket) else None
         self._timeout_s = timeout_s
         _set_timeout(sock, timeout_s)
 
@@ -99,29 +99,29 @@ class Transport:
         *,
         local: bool = True,
     ) -> Self:
-        """Connect to `url` (ws or wss) and shake hands.
+        """Connect to `url` (ws or wss) and do the handshake.
 
-        A server on this machine may tell of a socket for its neighbours, through which messages take less
-        time than through the loopback interface; with `local` it is used.
+        A server on this machine may name a Unix socket in its answer, through which messages take less time
+        than through the loopback interface; with `local` it is used.
 
         Raises:
-            OSError: Nobody answers.
+            OSError: The server cannot be reached.
             Refused: The server answered with an HTTP status.
-            NoWebSocket: It is no such server.
+            NoWebSocket: It is not a Palmares server.
 
         """
         try:
             uri = parse_uri(url)
             sock = dial(uri, url)
-        except (InvalidURI, InvalidProxy, HTTPException) as odd:
-            raise NoWebSocket(str(odd)) from odd
+        except (InvalidURI, InvalidProxy, HTTPException) as error:
+            raise NoWebSocket(str(error)) from error
         first, name = cls._open(sock, uri, subprotocols, headers, timeout_s)
         if not local or name is None or uri.secure or not is_loopback(url):
             return first
         try:
             second, _ = cls._open(dial_local(name), uri, subprotocols, headers, timeout_s)
         except (OSError, Refused, NoWebSocket):
-            return first  # Out of reach, as from within a container.
+            return first  # It cannot be reached, for example from within a container.
         first.close()
         return second
 
@@ -134,12 +134,12 @@ class Transport:
         headers: dict[str, str],
         timeout_s: float,
     ) -> tuple[Self, str | None]:
-        """Shake hands over `sock`; return the connection and the name of the server's local socket."""
+        """Do the handshake over `sock`; return the connection and the name of the server's Unix socket."""
         try:
             names = [Subprotocol(name) for name in subprotocols]
-            # No compression: it costs more time than the bytes it saves.
-            protocol = ClientProtocol(uri, subprotocols=names, max_size=LARGEST_MESSAGE)
-            received, name = shake_hands(sock, protocol, headers)
+            # No compression: it costs more time than sending the bytes it saves.
+            protocol = ClientProtocol(uri, subprotocols=names, max_size=MAX_MESSAGE_BYTES)
+            received, name = handshake(sock, protocol, headers)
             return cls(sock, protocol, received, timeout_s), name
         except BaseException:
             sock.close()
@@ -147,11 +147,11 @@ class Transport:
 
     @property
     def subprotocol(self) -> str | None:
-        """What the server chose of the subprotocols offered."""
+        """The subprotocol that the server chose."""
         return self._protocol.subprotocol
 
     def send(self, message: bytes, *, binary: bool) -> None:
-        """Send one message; `Closed` when the connection is gone."""
+        """Send one message; raise `Closed` when the connection is closed or broken."""
         if self._closed is not None:
             raise self._closed
         size = len(message)
@@ -166,40 +166,40 @@ class Transport:
         try:
             self._socket.sendall(header + mask + apply_mask(message, mask))
         except (TimeoutError, BlockingIOError):
-            # Half a frame may be out: this connection is of no more use.
-            raise self._lost("the server does not take what is sent") from None
+            # Part of a frame may have been sent: the connection cannot be used any more.
+            raise self._lost("the server does not read") from None
         except OSError as broken:
-            # The close frame that tells why may have arrived before.
-            self._read_farewell()
+            # A close frame that says why may have come before.
+            self._read_rest()
             raise self._lost(str(broken)) from broken
 
     def recv(self) -> bytes | memoryview:
-        """Return the next message, which holds until the next call; wait for it for as long as allowed.
+        """Wait for the next message and return it; a view into the buffer is valid until the next call.
 
         Raises:
-            TimeoutError: Nothing came.
-            Closed: The connection is gone.
+            TimeoutError: No message came within the timeout.
+            Closed: The connection is closed or broken.
 
         """
         if self._start == self._end:
             self._read()
-        message = self._cut()
+        message = self._parse()
         if message is not None:
             return message
-        # A large message, or pings: they do not count as an answer.
+        # A message in parts, or pings, which do not prolong the timeout.
         deadline = time.monotonic() + self._timeout_s
         while message is None:
             if time.monotonic() > deadline:
                 raise TimeoutError
             self._read()
-            message = self._cut()
+            message = self._parse()
         return message
 
     def recv_within(self, wait_s: float) -> bytes | memoryview | None:
-        """Return the next message, or ``None`` when none came within `wait_s`; answers pings meanwhile."""
+        """Return the next message, or ``None`` when none came within `wait_s`; answer pings meanwhile."""
         deadline = time.monotonic() + wait_s
         while True:
-            message = self._cut()
+            message = self._parse()
             if message is not None:
                 return message
             if not self._readable(max(0.0, deadline - time.monotonic())):
@@ -207,27 +207,27 @@ class Transport:
             self._read()
 
     def abort(self) -> None:
-        """Leave without a word, as a pulled cable does."""
+        """Break the connection without a close frame, as a pulled cable does."""
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:
-        """Say goodbye, if anybody listens, and close the socket."""
+        """Send a close frame, if the connection is open, and close the socket."""
         if self._closed is None:
             self._closed = Closed(None, "closed by this client")
             with contextlib.suppress(OSError, WebSocketException):
                 self._protocol.send_close(1000)
-                _set_timeout(self._socket, FAREWELL_S)
+                _set_timeout(self._socket, CLOSE_TIMEOUT_S)
                 self._socket.sendall(b"".join(self._protocol.data_to_send()))
         self._socket.close()
 
     # --- bytes ---
 
     def _read(self) -> None:
-        """Read what comes next. If the last answer was quick, stay awake for this one.
+        """Read bytes into the buffer, with a busy poll if the last read was quick.
 
-        To put a thread to sleep and to wake it up again takes about as long as a tick computes, longest on a
-        machine that has nothing else to do. A server or another program that wants the core gets it.
+        Blocking costs a thread switch, which takes about as long as the physics of a tick, longest on an idle
+        machine. `sched_yield` leaves the core to the server or any other program that needs it.
         """
         if self._closed is not None:
             raise self._closed
@@ -238,22 +238,22 @@ class Transport:
             if self._end == len(self._buffer):
                 self._make_room(READ_BYTES)
             room = self._view[self._end :]
-        asked = time.monotonic()
+        began_s = time.monotonic()
         try:
             if self._quick and (poll := self._poll) is not None:
                 while not poll(0):
                     os.sched_yield()
-                    if time.monotonic() - asked > AWAKE_S:
+                    if time.monotonic() - began_s > BUSY_POLL_S:
                         break
             count = self._socket.recv_into(room)
         except (TimeoutError, BlockingIOError):
-            raise TimeoutError from None  # It is an OSError, but nothing is broken.
+            raise TimeoutError from None  # A subclass of OSError, but the connection is intact.
         except OSError as broken:
             raise self._lost(str(broken)) from broken
-        self.heard = time.monotonic()
-        self._quick = self._poll is not None and self.heard - asked < AWAKE_S
+        self.received_s = time.monotonic()
+        self._quick = self._poll is not None and self.received_s - began_s < BUSY_POLL_S
         if count == 0:
-            raise self._lost("the server hung up")
+            raise self._lost("the server closed the connection")
         self._end += count
 
     def _readable(self, wait_s: float) -> bool:
@@ -270,24 +270,24 @@ class Transport:
         except (OSError, ValueError) as broken:
             raise self._lost(str(broken)) from broken
 
-    def _read_farewell(self) -> None:
-        """Read what came before the connection broke, for the sake of a close frame."""
+    def _read_rest(self) -> None:
+        """Read all that came before the connection broke, which may end with a close frame."""
         with contextlib.suppress(Closed, OSError):
-            _set_timeout(self._socket, FAREWELL_S)
+            _set_timeout(self._socket, CLOSE_TIMEOUT_S)
             while True:
-                message = self._cut()
+                message = self._parse()
                 if message is None:
                     self._read()
                 else:
-                    self.last_words.append(bytes(message))
+                    self.unread.append(bytes(message))
 
     def _make_room(self, size: int) -> None:
-        """Have room for `size` more bytes. Messages given out keep the old buffer alive."""
-        waiting = self._view[self._start : self._end]
-        buffer = bytearray(max(READ_BYTES, len(waiting) + size))
-        buffer[: len(waiting)] = waiting
+        """Move to a new buffer with room for `size` more bytes; messages still in use keep the old one."""
+        unparsed = self._view[self._start : self._end]
+        buffer = bytearray(max(READ_BYTES, len(unparsed) + size))
+        buffer[: len(unparsed)] = unparsed
         self._buffer, self._view = buffer, memoryview(buffer)
-        self._start, self._end = 0, len(waiting)
+        self._start, self._end = 0, len(unparsed)
 
     def _lost(self, why: str) -> Closed:
         if self._closed is None:
@@ -297,8 +297,8 @@ class Transport:
 
     # --- frames ---
 
-    def _cut(self) -> bytes | memoryview | None:
-        """Cut the next message out of what was received; ``None`` when it is not whole yet."""
+    def _parse(self) -> bytes | memoryview | None:
+        """Return the next message in the buffer; ``None`` when it is not complete yet."""
         while True:
             buffer, start = self._buffer, self._start
             have = self._end - start
@@ -313,7 +313,7 @@ class Transport:
                 return None
             if size > 125:
                 size = int.from_bytes(buffer[start + 2 : at], "big")
-            if size > LARGEST_MESSAGE:
+            if size > MAX_MESSAGE_BYTES:
                 raise self._lost(f"a message of {size} bytes")
             masked = buffer[start + 1] & 0x80
             end = at + size + (4 if masked else 0)
@@ -322,19 +322,19 @@ class Transport:
                     self._make_room(end - self._end)
                 return None
             self._start = end
-            if buffer[start] in WHOLE and not masked:
+            if buffer[start] in UNFRAGMENTED and not masked:
                 return self._view[at:end]
-            message = self._give_to_library(bytes(self._view[start:end]))
+            message = self._parse_with_library(bytes(self._view[start:end]))
             if message is not None:
                 return message
 
-    def _give_to_library(self, frame: bytes) -> bytes | None:
-        """Let the library deal with a control frame, a fragment or a fault; the message if it is complete."""
+    def _parse_with_library(self, frame: bytes) -> bytes | None:
+        """Handle a control frame, a fragment or an invalid frame; return the message if one is complete."""
         protocol = self._protocol
         protocol.receive_data(frame)
         answer = b"".join(protocol.data_to_send())
         if answer:
-            with contextlib.suppress(OSError):  # Whoever reads next will see that it is broken.
+            with contextlib.suppress(OSError):  # The next read raises it.
                 self._socket.sendall(answer)
         message = None
         for event in protocol.events_received():
@@ -354,26 +354,26 @@ class Transport:
 
 
 def _masks() -> Iterator[bytes]:
-    """Yield the random masks of frames."""
+    """Yield random masks for frames."""
     while True:
         random = os.urandom(MASKS_BYTES)
         for at in range(0, MASKS_BYTES, 4):
             yield random[at : at + 4]
 
 
-def _looking_at(sock: socket.socket) -> Callable[[int], list[tuple[int, int]]]:
-    """Return a function that looks whether anything can be read, without the cost of an exception if not."""
+def _poller(sock: socket.socket) -> Callable[[int], list[tuple[int, int]]]:
+    """Return a function that polls whether `sock` can be read, without the cost of an exception."""
     poll = select.poll()
     poll.register(sock, select.POLLIN)
     return poll.poll
 
 
 def _set_timeout(sock: socket.socket, timeout_s: float) -> None:
-    """Let no call on `sock` wait longer than this."""
+    """Set the timeout of all calls on `sock`."""
     if sys.platform == "linux" and not isinstance(sock, ssl.SSLSocket):
-        # The kernel's own timeouts: Python's cost a system call more with every one.
+        # Timeouts of the kernel: those of Python cost one more system call per call.
         sock.settimeout(None)
-        microseconds = max(1, round(1e6 * timeout_s))  # 0 would be no timeout at all.
+        microseconds = max(1, round(1e6 * timeout_s))  # 0 would mean no timeout.
         timeval = struct.pack("ll", *divmod(microseconds, 1_000_000))
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, timeval)
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, timeval)

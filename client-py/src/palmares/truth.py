@@ -1,7 +1,7 @@
 """The full state of a world, as typed structs. Units are SI; quaternions are x, y, z, w.
 
-Its numbers come as tables, which are unpacked when somebody looks: hundreds of numbers, thousands of times
-a second.
+An observation has hundreds of numbers, and thousands of observations may come per second. So the numbers
+are kept as the tables that came over the wire, and become arrays when they are first read.
 """
 
 from __future__ import annotations
@@ -11,9 +11,8 @@ from functools import cached_property
 from typing import Any, TypeAlias
 
 import msgspec
-import numpy as np
 
-from palmares.rotation import Array
+from palmares.arrays import Array, array
 from palmares.scene import Placed, Vec3, named
 
 
@@ -35,20 +34,7 @@ class ObjectState(BodyState, kw_only=True, gc=False):
 
 
 Table: TypeAlias = bytearray | list[Any]
-"""Numbers as they come: 64-bit floats, little-endian, in MessagePack, lists in JSON."""
-FLOAT = np.dtype("<f8")
-
-
-def numbers(table: Table) -> Array:
-    """Return the numbers of a table."""
-    if isinstance(table, bytearray):
-        return np.ndarray(len(table) // 8, FLOAT, table)
-    return np.array(table, np.float64)
-
-
-def rows(table: Table, width: int) -> Array:
-    """Return a table as its rows of `width` numbers."""
-    return numbers(table).reshape(-1, width)
+"""Numbers as they come over the wire: binary in MessagePack, lists in JSON; `array` reads both."""
 
 
 class Joints(msgspec.Struct, kw_only=True, dict=True):
@@ -60,16 +46,16 @@ class Joints(msgspec.Struct, kw_only=True, dict=True):
     @cached_property
     def position(self) -> Array:
         """Shape (n,), rad."""
-        return numbers(self._position)
+        return array(self._position)
 
     @cached_property
     def velocity(self) -> Array:
         """Shape (n,), rad/s."""
-        return numbers(self._velocity)
+        return array(self._velocity)
 
 
 class Contact(msgspec.Struct, kw_only=True, gc=False):
-    """A touching contact: force (N, world frame) on body `b` by body `a` at `position` (m)."""
+    """A contact: force (N, world frame) on body `b` by body `a` at `position` (m)."""
 
     a: str
     b: str
@@ -78,7 +64,7 @@ class Contact(msgspec.Struct, kw_only=True, gc=False):
 
 
 class ObjectTables(msgspec.Struct, kw_only=True, gc=False):
-    """The objects as they come; `Truth` gives them as arrays or one by one."""
+    """The objects as they come over the wire; `Truth` gives them as arrays or one by one."""
 
     position: Table
     quat_xyzw: Table
@@ -87,7 +73,7 @@ class ObjectTables(msgspec.Struct, kw_only=True, gc=False):
 
 
 class ContactTables(msgspec.Struct, kw_only=True, gc=False):
-    """The contacts as they come; `Truth.contacts` gives them one by one."""
+    """The contacts as they come over the wire; `Truth.contacts` gives them one by one."""
 
     a: list[str]
     b: list[str]
@@ -96,7 +82,7 @@ class ContactTables(msgspec.Struct, kw_only=True, gc=False):
 
 
 class Truth(msgspec.Struct, kw_only=True, dict=True):
-    """The full state; only with ``sensing="truth"``. What is not looked at is not unpacked."""
+    """The full state; only with ``sensing="truth"``. Each part is decoded when it is first read."""
 
     _objects: ObjectTables = msgspec.field(name="objects")
     joints: Joints
@@ -107,22 +93,22 @@ class Truth(msgspec.Struct, kw_only=True, dict=True):
     @cached_property
     def positions(self) -> Array:
         """Centres of all objects in scene order, shape (n, 3), m."""
-        return rows(self._objects.position, 3)
+        return array(self._objects.position, -1, 3)
 
     @cached_property
     def quats_xyzw(self) -> Array:
         """Orientations of all objects in scene order, shape (n, 4)."""
-        return rows(self._objects.quat_xyzw, 4)
+        return array(self._objects.quat_xyzw, -1, 4)
 
     @cached_property
     def linear(self) -> Array:
         """Velocities of all objects' origins, shape (n, 3), m/s."""
-        return rows(self._objects.linear, 3)
+        return array(self._objects.linear, -1, 3)
 
     @cached_property
     def angular(self) -> Array:
         """Angular velocities of all objects, shape (n, 3), rad/s."""
-        return rows(self._objects.angular, 3)
+        return array(self._objects.angular, -1, 3)
 
     @cached_property
     def objects(self) -> list[ObjectState]:
@@ -142,26 +128,26 @@ class Truth(msgspec.Struct, kw_only=True, dict=True):
         ]
 
     def object(self, name: str) -> ObjectState:
-        """Return the object called `name`, such as ``ball_3``; `KeyError` names those there are."""
+        """Return the object with this name, such as ``ball_3``; `KeyError` lists the names there are."""
         return named("object", name, self.objects)
 
     @cached_property
     def contacts(self) -> list[Contact]:
-        """All touching contacts."""
-        seen = self._contacts
-        places, forces = rows(seen.position, 3).tolist(), rows(seen.force, 3).tolist()
+        """All contacts."""
+        table = self._contacts
+        positions, forces = (array(column, -1, 3).tolist() for column in (table.position, table.force))
         return [
             Contact(a=a, b=b, position=tuple(position), force=tuple(force))
-            for a, b, position, force in zip(seen.a, seen.b, places, forces, strict=True)
+            for a, b, position, force in zip(table.a, table.b, positions, forces, strict=True)
         ]
 
     @cached_property
     def predicted_equilibrium(self) -> Array:
-        """Joint coordinates of the free hand at the present motor position, shape (n,), rad; may be empty."""
-        return numbers(self._equilibrium)
+        """Joint angles of the untouched hand at the same motor position, shape (n,), rad; may be empty."""
+        return array(self._equilibrium)
 
     def name_objects(self, names: Sequence[str]) -> None:
-        """Tell what the scene calls the objects; the client does."""
+        """Set the names of the objects, in scene order; the client calls this."""
         self.__dict__["_names"] = names
 
     def _name(self, k: int) -> str:

@@ -1,4 +1,4 @@
-"""The client's version, said in the greeting."""
+"""The client's version, which `hello` sends to the server."""
 
 from importlib.metadata import version
 
