@@ -200,12 +200,12 @@ pub(crate) async fn issue(
     team: Option<&str>,
     label: &str,
     only: bool,
-    deed: &NewAuditEntry<'_>,
+    entry: &NewAuditEntry<'_>,
 ) -> Result<(Token, Vec<String>), IssueError> {
     let token = Token::random()?;
     let secret_hash = token.secret_hash();
     let row = NewToken { token_id: &token.id, role: role.word(), team, label, secret_hash: &secret_hash };
-    let revoked = store.add_token(&row, only, deed).await?;
+    let revoked = store.add_token(&row, only, entry).await?;
     Ok((token, revoked))
 }
 

@@ -198,7 +198,7 @@ impl Rules {
         &self,
         store: &Store,
         to: Phase,
-        deed: &NewAuditEntry<'_>,
+        entry: &NewAuditEntry<'_>,
     ) -> Result<(), Refusal> {
         let wrong = |message: &str| Err(Refusal::new(Code::WrongState, message));
         if !self.official() {
@@ -211,7 +211,7 @@ impl Rules {
             (Phase::Open, Phase::Revealed) => return wrong("close the competition first"),
             _ => {}
         }
-        store.enter_phase(PHASE, to.word(), deed).await.map_err(|error| {
+        store.enter_phase(PHASE, to.word(), entry).await.map_err(|error| {
             tracing::error!(%error, "store failed");
             Refusal::new(Code::Internal, "the database does not answer; nothing was changed").retry_after(5.0)
         })?;

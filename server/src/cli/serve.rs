@@ -67,8 +67,8 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     for run in store.abort_open_runs().await? {
         tracing::warn!(run, "the server stopped during this run; marked as aborted");
         let why = "the server stopped during this run; its time is given back";
-        let deed = NewAuditEntry { actor: "server", action: "run.abort", subject: &run, reason: Some(why) };
-        store.record(&deed).await?;
+        let entry = NewAuditEntry { actor: "server", action: "run.abort", subject: &run, reason: Some(why) };
+        store.record(&entry).await?;
     }
     let replays = archive(config, &hands)?;
     let host = Arc::new(Host::new(store, rules, config, tasks, hands, replays.clone()));
@@ -158,13 +158,13 @@ async fn first_organizer(config: &Config, store: &Store) -> anyhow::Result<()> {
     if store.has_organizer().await? {
         return Ok(());
     }
-    let deed = NewAuditEntry {
+    let entry = NewAuditEntry {
         actor: "server",
         action: "token.issue",
         subject: "organizer",
         reason: Some("first start"),
     };
-    let (token, _) = auth::issue(store, Role::Organizer, None, "first", false, &deed).await?;
+    let (token, _) = auth::issue(store, Role::Organizer, None, "first", false, &entry).await?;
     let path = config.data_dir.join("organizer.token");
     // One of an earlier database is of no use any more.
     let _ = std::fs::remove_file(&path);

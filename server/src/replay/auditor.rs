@@ -98,7 +98,7 @@ fn judge(
             ));
         }
         same_run(record, &replay)?;
-        Ok((verify(&replay)?, Marks::of(replay.deeds.iter().map(|deed| &deed.action))))
+        Ok((verify(&replay)?, Marks::of(replay.actions.iter().map(|tick| &tick.action))))
     })();
     Ok(match verdict {
         Ok((verified, marks)) => {

@@ -28,7 +28,7 @@ const MOST_EVENTS: usize = 1 << 20;
 
 /// What was done between two ticks.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct NewAuditEntry {
+pub(crate) struct RecordedTick {
     /// As applied.
     pub(crate) action: Action,
     /// Where it led.
@@ -43,7 +43,7 @@ pub(crate) struct Replay {
     /// Which run this is and what its bits depend on.
     pub(crate) header: Header,
     /// What was done in every tick.
-    pub(crate) deeds: Vec<NewAuditEntry>,
+    pub(crate) actions: Vec<RecordedTick>,
     /// What the referee noted during the run.
     pub(crate) events: Vec<Event>,
     /// Hashes of the state, by tick.
@@ -65,7 +65,8 @@ pub(crate) struct Replay {
 impl Replay {
     /// Ticks whose state was recorded.
     pub(crate) fn states(&self) -> usize {
-        let told = self.deeds.iter().zip(1..).filter(|(deed, _)| deed.state.is_some()).map(|(_, tick)| tick);
+        let told =
+            self.actions.iter().zip(1..).filter(|(tick, _)| tick.state.is_some()).map(|(_, tick)| tick);
         self.hashes.iter().map(|(tick, _)| *tick).chain(told).collect::<BTreeSet<u64>>().len()
     }
 
@@ -178,7 +179,7 @@ struct Reading {
     header: Option<Header>,
     chain: Option<Chain>,
     channels: BTreeMap<u16, String>,
-    deeds: Vec<NewAuditEntry>,
+    actions: Vec<RecordedTick>,
     events: Vec<Event>,
     hashes: Vec<(u64, StateHash)>,
     outcome: Option<Outcome>,
@@ -267,13 +268,13 @@ impl Reading {
     fn action(&mut self, at: usize, data: &[u8]) -> Result<(), VerifyError> {
         self.chain()?.extend(ACTION, data);
         let ActionMessage { tick, action, state, pushes } = parse(at, data)?;
-        if tick != self.deeds.len() as u64 || self.deeds.len() == MOST_TICKS {
-            let expected = self.deeds.len();
+        if tick != self.actions.len() as u64 || self.actions.len() == MOST_TICKS {
+            let expected = self.actions.len();
             return Err(VerifyError::ChainBroken(format!(
                 "there is an action for tick {tick} where {expected} is due"
             )));
         }
-        self.deeds.push(NewAuditEntry { action, state, pushes });
+        self.actions.push(RecordedTick { action, state, pushes });
         Ok(())
     }
 
@@ -294,7 +295,7 @@ impl Reading {
                 "what stands before the hash of tick {tick} was changed"
             )));
         }
-        if tick != self.deeds.len() as u64 || self.hashes.len() > MOST_TICKS {
+        if tick != self.actions.len() as u64 || self.hashes.len() > MOST_TICKS {
             return Err(VerifyError::ChainBroken(format!("the hash of tick {tick} is in the wrong place")));
         }
         self.chain()?.extend(HASH, data);
@@ -330,7 +331,7 @@ impl Reading {
         }
         Ok(Replay {
             header,
-            deeds: self.deeds,
+            actions: self.actions,
             events: self.events,
             hashes: self.hashes,
             outcome,

@@ -3,7 +3,7 @@
 use super::hands::hand;
 use super::identity;
 use super::messages::StateHash;
-use super::reader::{NewAuditEntry, Replay};
+use super::reader::{RecordedTick, Replay};
 use super::verify_error::VerifyError;
 use palmares_tasks::{Event, Outcome, Run, Task};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -51,8 +51,8 @@ fn simulate(replay: &Replay) -> Result<Verified, VerifyError> {
         return Err(VerifyError::OtherTask(format!("the task `{}` is another one here", header.task)));
     }
     let longest = (task.time_limit_s / task.tick_s).ceil() as usize;
-    if replay.deeds.len() > longest {
-        let ticks = replay.deeds.len();
+    if replay.actions.len() > longest {
+        let ticks = replay.actions.len();
         return Err(VerifyError::ScoreDiffers(format!("it has {ticks} ticks; the task allows {longest}")));
     }
     let hand = hand(header, replay.hand_files.as_deref())?;
@@ -77,7 +77,7 @@ impl Simulation<'_> {
     fn play(mut self, replay: &Replay) -> Result<Verified, VerifyError> {
         self.compare(None)?;
         let mut events: Vec<Event> = Vec::new();
-        for NewAuditEntry { action, state, pushes } in &replay.deeds {
+        for RecordedTick { action, state, pushes } in &replay.actions {
             let tick = self.run.tick();
             let bad = |error: &dyn ToString| {
                 VerifyError::ChainBroken(format!("the action of tick {tick}: {}", error.to_string()))

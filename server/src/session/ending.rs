@@ -135,24 +135,24 @@ impl Session {
         let refund = refund || (status == "voided" && finished.status != "voided");
         let Finished { run, outcome, course, replay, note, .. } = finished;
         if status == "voided" && outcome.reason != Reason::Voided {
-            let deed = NewAuditEntry {
+            let entry = NewAuditEntry {
                 actor: "server",
                 action: "run.void",
                 subject: &run.run_id,
                 reason: note.as_deref(),
             };
-            if let Err(error) = self.host.store.record(&deed).await {
+            if let Err(error) = self.host.store.record(&entry).await {
                 tracing::error!(%error, run = run.run_id, "no record of a void run");
             }
         }
         if status == "aborted" {
-            let deed = NewAuditEntry {
+            let entry = NewAuditEntry {
                 actor: "server",
                 action: "run.abort",
                 subject: &run.run_id,
                 reason: note.as_deref(),
             };
-            if let Err(error) = self.host.store.record(&deed).await {
+            if let Err(error) = self.host.store.record(&entry).await {
                 tracing::error!(%error, run = run.run_id, "no record of a run without a tick");
             }
         }

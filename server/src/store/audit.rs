@@ -46,7 +46,7 @@ from_row!(AuditEntry {
 
 impl Store {
     /// A transaction that begins with a record of what it will do: both are stored or neither.
-    pub(super) async fn recorded(&self, deed: &NewAuditEntry<'_>) -> Result<Recorded<'_>, StoreError> {
+    pub(super) async fn recorded(&self, entry: &NewAuditEntry<'_>) -> Result<Recorded<'_>, StoreError> {
         let numbering = self.audit.lock().await;
         let mut transaction = self.write().await?;
         sqlx::query(
@@ -54,18 +54,18 @@ impl Store {
              SELECT COALESCE(MAX(seq), 0) + 1, $1, $2, $3, $4, $5 FROM audit",
         )
         .bind(unix_ms())
-        .bind(deed.actor)
-        .bind(deed.action)
-        .bind(deed.subject)
-        .bind(deed.reason)
+        .bind(entry.actor)
+        .bind(entry.action)
+        .bind(entry.subject)
+        .bind(entry.reason)
         .execute(&mut *transaction)
         .await?;
         Ok(Recorded { transaction, _numbering: numbering })
     }
 
     /// Writes a record of something that changes nothing in the database.
-    pub(crate) async fn record(&self, deed: &NewAuditEntry<'_>) -> Result<(), StoreError> {
-        self.recorded(deed).await?.commit().await
+    pub(crate) async fn record(&self, entry: &NewAuditEntry<'_>) -> Result<(), StoreError> {
+        self.recorded(entry).await?.commit().await
     }
 
     /// The records after number `after`, oldest first, at most `limit` of them.
@@ -87,7 +87,7 @@ impl Recorded<'_> {
         Ok(self.transaction.commit().await?)
     }
 
-    /// Commits when the deed changed the one row it was meant for; else nothing happened, and nothing is recorded.
+    /// Commits when the entry changed the one row it was meant for; else nothing happened, and nothing is recorded.
     pub(super) async fn commit_if_one(self, changed: u64) -> Result<bool, StoreError> {
         if changed == 1 {
             self.commit().await?;

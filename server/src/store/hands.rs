@@ -107,13 +107,13 @@ impl Store {
         &self,
         hand_id: &str,
         approved: bool,
-        deed: &NewAuditEntry<'_>,
+        entry: &NewAuditEntry<'_>,
     ) -> Result<bool, StoreError> {
-        let mut recorded = self.recorded(deed).await?;
+        let mut recorded = self.recorded(entry).await?;
         let decided =
             sqlx::query("UPDATE hands SET status = $1, note = $2, decided_at = $3 WHERE hand_id = $4")
                 .bind(if approved { "approved" } else { "rejected" })
-                .bind(deed.reason)
+                .bind(entry.reason)
                 .bind(unix_ms())
                 .bind(hand_id)
                 .execute(&mut *recorded.transaction)

@@ -90,13 +90,13 @@ impl Store {
         }
         transaction.commit().await?;
         for reason in news {
-            let deed = NewAuditEntry {
+            let entry = NewAuditEntry {
                 actor: "server",
                 action: "run.similar",
                 subject: run_id,
                 reason: Some(&reason),
             };
-            self.record(&deed).await?;
+            self.record(&entry).await?;
         }
         Ok(())
     }

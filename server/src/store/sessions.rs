@@ -197,9 +197,9 @@ impl Store {
         &self,
         session_id: &str,
         paused: bool,
-        deed: &NewAuditEntry<'_>,
+        entry: &NewAuditEntry<'_>,
     ) -> Result<bool, StoreError> {
-        let mut recorded = self.recorded(deed).await?;
+        let mut recorded = self.recorded(entry).await?;
         let changed = sqlx::query(
             "UPDATE sessions SET paused_at = $1 WHERE session_id = $2 AND status = 'open' \
              AND (paused_at IS NULL) = ($1 IS NOT NULL)",
@@ -214,9 +214,9 @@ impl Store {
         &self,
         session_id: &str,
         seconds: f64,
-        deed: &NewAuditEntry<'_>,
+        entry: &NewAuditEntry<'_>,
     ) -> Result<bool, StoreError> {
-        let mut recorded = self.recorded(deed).await?;
+        let mut recorded = self.recorded(entry).await?;
         let changed = sqlx::query(
             "UPDATE sessions SET limit_s = limit_s + $1, status = 'open', ended_at = NULL \
              WHERE session_id = $2 AND mode = 'official' AND status <> 'voided'",
@@ -233,9 +233,9 @@ impl Store {
     pub(crate) async fn order_end(
         &self,
         session_id: &str,
-        deed: &NewAuditEntry<'_>,
+        entry: &NewAuditEntry<'_>,
     ) -> Result<bool, StoreError> {
-        let mut recorded = self.recorded(deed).await?;
+        let mut recorded = self.recorded(entry).await?;
         let changed = sqlx::query(
             "UPDATE sessions SET status = 'ended', ended_at = $1 WHERE session_id = $2 AND status = 'open'",
         )
@@ -293,9 +293,9 @@ impl Store {
     pub(crate) async fn void_session(
         &self,
         session_id: &str,
-        deed: &NewAuditEntry<'_>,
+        entry: &NewAuditEntry<'_>,
     ) -> Result<bool, StoreError> {
-        let mut recorded = self.recorded(deed).await?;
+        let mut recorded = self.recorded(entry).await?;
         let changed = sqlx::query(
             "UPDATE sessions SET status = 'voided', ended_at = COALESCE(ended_at, $1) \
              WHERE session_id = $2 AND status <> 'voided'",
@@ -306,7 +306,7 @@ impl Store {
         .await?
         .rows_affected();
         if changed == 1 {
-            void_runs(&mut recorded.transaction, session_id, deed.reason).await?;
+            void_runs(&mut recorded.transaction, session_id, entry.reason).await?;
             recorded.commit().await?;
         }
         Ok(changed == 1)

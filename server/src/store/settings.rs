@@ -26,9 +26,9 @@ impl Store {
         &self,
         key: &str,
         value: &str,
-        deed: &NewAuditEntry<'_>,
+        entry: &NewAuditEntry<'_>,
     ) -> Result<(), StoreError> {
-        let mut recorded = self.recorded(deed).await?;
+        let mut recorded = self.recorded(entry).await?;
         sqlx::query(WRITE).bind(key).bind(value).execute(&mut *recorded.transaction).await?;
         recorded.commit().await
     }

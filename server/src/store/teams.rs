@@ -31,10 +31,10 @@ impl Store {
     pub(crate) async fn add_team(
         &self,
         team: &str,
-        deed: &NewAuditEntry<'_>,
+        entry: &NewAuditEntry<'_>,
     ) -> Result<Option<String>, StoreError> {
         // One record at a time: nobody else adds a team meanwhile.
-        let mut recorded = self.recorded(deed).await?;
+        let mut recorded = self.recorded(entry).await?;
         let had: Vec<(String,)> = sqlx::query_as("SELECT team FROM teams ORDER BY team")
             .fetch_all(&mut *recorded.transaction)
             .await?;

@@ -56,9 +56,9 @@ impl Store {
         &self,
         token: &NewToken<'_>,
         only: bool,
-        deed: &NewAuditEntry<'_>,
+        entry: &NewAuditEntry<'_>,
     ) -> Result<Vec<String>, StoreError> {
-        let mut recorded = self.recorded(deed).await?;
+        let mut recorded = self.recorded(entry).await?;
         let revoked: Vec<(String,)> = match token.team {
             Some(team) if only => sqlx::query_as(
                 "UPDATE tokens SET revoked_at = $1 WHERE team = $2 AND revoked_at IS NULL RETURNING token_id",
@@ -101,9 +101,9 @@ impl Store {
     pub(crate) async fn revoke_token(
         &self,
         token_id: &str,
-        deed: &NewAuditEntry<'_>,
+        entry: &NewAuditEntry<'_>,
     ) -> Result<bool, StoreError> {
-        let mut recorded = self.recorded(deed).await?;
+        let mut recorded = self.recorded(entry).await?;
         let revoked = sqlx::query(
             "UPDATE tokens SET revoked_at = $1 WHERE token_id = $2 AND revoked_at IS NULL AND (role <> 'organizer' \
              OR (SELECT COUNT(*) FROM tokens WHERE role = 'organizer' AND revoked_at IS NULL) > 1)",
@@ -123,9 +123,9 @@ impl Store {
     pub(crate) async fn revoke_team(
         &self,
         team: &str,
-        deed: &NewAuditEntry<'_>,
+        entry: &NewAuditEntry<'_>,
     ) -> Result<Vec<String>, StoreError> {
-        let mut recorded = self.recorded(deed).await?;
+        let mut recorded = self.recorded(entry).await?;
         let revoked: Vec<(String,)> = sqlx::query_as(
             "UPDATE tokens SET revoked_at = $1 WHERE team = $2 AND revoked_at IS NULL RETURNING token_id",
         )

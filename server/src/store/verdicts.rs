@@ -108,8 +108,8 @@ impl Store {
     }
 
     /// Asks for a run to be verified again; false when it has no replay or was never to be verified.
-    pub(crate) async fn reverify(&self, run_id: &str, deed: &NewAuditEntry<'_>) -> Result<bool, StoreError> {
-        let mut recorded = self.recorded(deed).await?;
+    pub(crate) async fn reverify(&self, run_id: &str, entry: &NewAuditEntry<'_>) -> Result<bool, StoreError> {
+        let mut recorded = self.recorded(entry).await?;
         let changed = sqlx::query(
             "UPDATE runs SET status = 'provisional', verify_note = NULL, verified_at = NULL \
              WHERE run_id = $1 AND status IN ('provisional', 'verified', 'rejected') AND replay_path IS NOT NULL",
@@ -122,12 +122,12 @@ impl Store {
     }
 
     /// Voids a finished run: it counts for nothing. False when there is none.
-    pub(crate) async fn void_run(&self, run_id: &str, deed: &NewAuditEntry<'_>) -> Result<bool, StoreError> {
-        let mut recorded = self.recorded(deed).await?;
+    pub(crate) async fn void_run(&self, run_id: &str, entry: &NewAuditEntry<'_>) -> Result<bool, StoreError> {
+        let mut recorded = self.recorded(entry).await?;
         let changed = sqlx::query(
             "UPDATE runs SET status = 'voided', note = $1 WHERE run_id = $2 AND status NOT IN ('open', 'voided')",
         )
-        .bind(deed.reason)
+        .bind(entry.reason)
         .bind(run_id)
         .execute(&mut *recorded.transaction)
         .await?

@@ -1,6 +1,6 @@
 //! Opening, closing, revealing.
 
-use super::{Asked, deed, no_verb, store_failed};
+use super::{Asked, entry, no_verb, store_failed};
 use crate::api::Problem;
 use crate::api::parts::Segment;
 use crate::protocol::{Code, Refusal};
@@ -48,7 +48,7 @@ pub(super) async fn enter(
             return Err(Problem(Refusal::new(Code::WrongState, message)));
         }
     }
-    let deed = deed(&asked.identity, action, &host.rules.name, &asked.body.reason);
-    host.rules.enter(&host.store, to, &deed).await.map_err(Problem)?;
+    let entry = entry(&asked.identity, action, &host.rules.name, &asked.body.reason);
+    host.rules.enter(&host.store, to, &entry).await.map_err(Problem)?;
     Ok(Json(Answer { phase: host.rules.phase() }))
 }

@@ -98,9 +98,9 @@ pub(super) async fn export(
 
 /// Everything, as one archive. It holds secrets: whoever has it can run the competition.
 pub(super) async fn backup(State(host): State<Arc<Host>>, identity: Identity) -> Result<Response, Problem> {
-    let deed =
+    let entry =
         NewAuditEntry { actor: &identity.token_id, action: "backup", subject: "everything", reason: None };
-    host.store.record(&deed).await.map_err(|error| store_failed(&error))?;
+    host.store.record(&entry).await.map_err(|error| store_failed(&error))?;
     let tables = host.store.dump().await.map_err(|error| store_failed(&error))?;
     let (sender, receiver) = mpsc::channel::<io::Result<Bytes>>(4);
     let files = backup::Files { data_dir: host.data_dir.clone(), secrets: host.secrets.clone() };

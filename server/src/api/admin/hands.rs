@@ -1,6 +1,6 @@
 //! Looking at teams' own hands, and deciding on them.
 
-use super::{Asked, deed, needs_reason, no_verb, not_found, store_failed};
+use super::{Asked, entry, needs_reason, no_verb, not_found, store_failed};
 use crate::api::Problem;
 use crate::api::parts::Segment;
 use crate::hands::Inspection;
@@ -110,8 +110,8 @@ pub(super) async fn decide(
     if !approved {
         needs_reason(reason)?;
     }
-    let deed = deed(&asked.identity, action, hand_id, reason);
-    let decided = host.store.decide_hand(hand_id, approved, &deed).await;
+    let entry = entry(&asked.identity, action, hand_id, reason);
+    let decided = host.store.decide_hand(hand_id, approved, &entry).await;
     let none = || not_found(format!("no hand `{}`; GET /v1/admin/hands lists them", shortened(hand_id)));
     if !decided.map_err(|error| store_failed(&error))? {
         return Err(none());

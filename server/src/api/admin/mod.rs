@@ -1,7 +1,7 @@
 //! What organizers do: teams and tokens, the competition's phases, sessions, runs, hands, exports.
 //!
 //! Every address is `POST /v1/admin/<noun>/<verb>` with a JSON body, or a GET for what only looks. The ids
-//! of deeds stand in bodies, not in paths. Every deed leaves a record with its reason.
+//! of deeds stand in bodies, not in paths. Every entry leaves a record with its reason.
 
 pub(super) mod competition;
 pub(super) mod export;
@@ -97,8 +97,8 @@ impl axum::extract::FromRequestParts<Arc<Host>> for Identity {
     }
 }
 
-/// A deed of this organizer.
-fn deed<'a>(
+/// An audit entry of this organizer.
+fn entry<'a>(
     identity: &'a Identity,
     action: &'a str,
     subject: &'a str,

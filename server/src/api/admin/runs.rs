@@ -1,6 +1,6 @@
 //! Voiding a run and asking for its verification again.
 
-use super::{Asked, deed, needs_reason, no_verb, not_found, store_failed};
+use super::{Asked, entry, needs_reason, no_verb, not_found, store_failed};
 use crate::api::Problem;
 use crate::api::parts::Segment;
 use crate::api::runs::SessionNow;
@@ -50,8 +50,8 @@ pub(super) async fn act(
     match verb.as_str() {
         "void" => {
             needs_reason(reason)?;
-            let deed = deed(&asked.identity, "run.void", run_id, reason);
-            let voided = host.store.void_run(run_id, &deed).await.map_err(|error| store_failed(&error))?;
+            let entry = entry(&asked.identity, "run.void", run_id, reason);
+            let voided = host.store.void_run(run_id, &entry).await.map_err(|error| store_failed(&error))?;
             // An open run is closed by its session; a finished one's time is given back by it, or without it.
             let order = Order::VoidRun { run_id: run_id.clone(), note: reason.clone().unwrap_or_default() };
             let session_id = run.session_id.clone().unwrap_or_default();
@@ -68,12 +68,12 @@ pub(super) async fn act(
                 if !(obeyed && run.status == "open") {
                     return Err(wrong("nothing to void"));
                 }
-                host.store.record(&deed).await.map_err(|error| store_failed(&error))?;
+                host.store.record(&entry).await.map_err(|error| store_failed(&error))?;
             }
         }
         "reverify" => {
-            let deed = deed(&asked.identity, "run.reverify", run_id, reason);
-            if !host.store.reverify(run_id, &deed).await.map_err(|error| store_failed(&error))? {
+            let entry = entry(&asked.identity, "run.reverify", run_id, reason);
+            if !host.store.reverify(run_id, &entry).await.map_err(|error| store_failed(&error))? {
                 return Err(wrong("it has no replay that could be played again"));
             }
             if let Some(archive) = &host.replays {

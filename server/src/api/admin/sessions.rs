@@ -1,6 +1,6 @@
 //! Holding, ending, voiding a session, and giving it time.
 
-use super::{Asked, deed, needs_reason, no_verb, not_found, store_failed};
+use super::{Asked, entry, needs_reason, no_verb, not_found, store_failed};
 use crate::api::Problem;
 use crate::api::parts::Segment;
 use crate::api::runs::SessionNow;
@@ -51,24 +51,24 @@ pub(super) async fn act(
         return Err(none());
     }
     let note = reason.clone().unwrap_or_default();
-    let deed = |action| deed(&asked.identity, action, session_id, reason);
+    let entry = |action| entry(&asked.identity, action, session_id, reason);
     let failed = |error| store_failed(&error);
     let (done, order) = match verb.as_str() {
         "pause" => {
-            let done = host.store.pause_session(session_id, true, &deed("session.pause")).await;
+            let done = host.store.pause_session(session_id, true, &entry("session.pause")).await;
             (done.map_err(failed)?, Order::Pause)
         }
         "resume" => {
-            let done = host.store.pause_session(session_id, false, &deed("session.resume")).await;
+            let done = host.store.pause_session(session_id, false, &entry("session.resume")).await;
             (done.map_err(failed)?, Order::Resume)
         }
         "end" => {
-            let done = host.store.order_end(session_id, &deed("session.end")).await;
+            let done = host.store.order_end(session_id, &entry("session.end")).await;
             (done.map_err(failed)?, Order::End { void: false, note })
         }
         "void" => {
             needs_reason(reason)?;
-            let done = host.store.void_session(session_id, &deed("session.void")).await;
+            let done = host.store.void_session(session_id, &entry("session.void")).await;
             (done.map_err(failed)?, Order::End { void: true, note })
         }
         "grant" => {
@@ -81,7 +81,7 @@ pub(super) async fn act(
                 let message = format!("seconds: expected more than 0 and at most {MOST_S}");
                 Problem(Refusal::new(Code::BadRequest, message))
             })?;
-            let done = host.store.grant_time(session_id, seconds, &deed("session.grant")).await;
+            let done = host.store.grant_time(session_id, seconds, &entry("session.grant")).await;
             (done.map_err(failed)?, Order::Grant { seconds })
         }
         _ => return Err(no_verb(&verb, "pause, resume, end, void, grant")),

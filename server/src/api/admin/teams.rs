@@ -1,6 +1,6 @@
 //! Teams and tokens. A token is shown once, in the answer to the request that made it.
 
-use super::{Asked, deed, not_found, store_failed};
+use super::{Asked, entry, not_found, store_failed};
 use crate::api::Problem;
 use crate::auth::{self, IssueError, Role};
 use crate::names::{self, printable};
@@ -108,7 +108,7 @@ pub(super) async fn add(
     asked: Asked<TeamBody>,
 ) -> Result<Json<Issued>, Problem> {
     let team = names::team(&asked.body.team).map_err(|error| Problem(error.of("team")))?;
-    let add = deed(&asked.identity, "team.add", &team, &asked.body.reason);
+    let add = entry(&asked.identity, "team.add", &team, &asked.body.reason);
     if let Some(other) = host.store.add_team(&team, &add).await.map_err(|error| store_failed(&error))? {
         let message = if other == team {
             format!("there is a team `{team}` already; rotate gives it a new token")
@@ -127,8 +127,8 @@ async fn new_token(
     team: &str,
     reason: &Option<String>,
 ) -> Result<Json<Issued>, Problem> {
-    let deed = deed(identity, action, team, reason);
-    let issued = auth::issue(&host.store, Role::Team, Some(team), "", true, &deed).await;
+    let entry = entry(identity, action, team, reason);
+    let issued = auth::issue(&host.store, Role::Team, Some(team), "", true, &entry).await;
     let (token, revoked) = issued.map_err(|error| issue_failed(&error))?;
     host.auth.revoke(revoked);
     let (team, text) = (Some(team.to_owned()), token.reveal());
@@ -156,8 +156,8 @@ pub(super) async fn revoke(
     if !host.store.has_team(team).await.map_err(|error| store_failed(&error))? {
         return Err(no_team(team));
     }
-    let deed = deed(&asked.identity, "token.revoke", team, &asked.body.reason);
-    let revoked = host.store.revoke_team(team, &deed).await.map_err(|error| store_failed(&error))?;
+    let entry = entry(&asked.identity, "token.revoke", team, &asked.body.reason);
+    let revoked = host.store.revoke_team(team, &entry).await.map_err(|error| store_failed(&error))?;
     let count = revoked.len();
     host.auth.revoke(revoked);
     Ok(Json(Revoked { team: Some(team.clone()), token_id: None, revoked: count }))
@@ -184,8 +184,8 @@ pub(super) async fn add_token(
         }
     };
     let label = names::label(label).map_err(|error| Problem(error.of("label")))?;
-    let deed = deed(&asked.identity, "token.issue", role.word(), reason);
-    let issued = auth::issue(&host.store, role, None, &label, false, &deed).await;
+    let entry = entry(&asked.identity, "token.issue", role.word(), reason);
+    let issued = auth::issue(&host.store, role, None, &label, false, &entry).await;
     let (token, _) = issued.map_err(|error| issue_failed(&error))?;
     let (role, text) = (Some(role.word()), token.reveal());
     Ok(Json(Issued { team: None, role, token_id: token.id, token: text }))
@@ -197,8 +197,8 @@ pub(super) async fn revoke_token(
     asked: Asked<TokenId>,
 ) -> Result<Json<Revoked>, Problem> {
     let TokenId { token_id, reason } = &asked.body;
-    let deed = deed(&asked.identity, "token.revoke", token_id, reason);
-    if !host.store.revoke_token(token_id, &deed).await.map_err(|error| store_failed(&error))? {
+    let entry = entry(&asked.identity, "token.revoke", token_id, reason);
+    if !host.store.revoke_token(token_id, &entry).await.map_err(|error| store_failed(&error))? {
         let message = format!("no live token `{}`, or the last organizer's", shortened(token_id));
         return Err(not_found(message));
     }

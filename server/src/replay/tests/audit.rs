@@ -127,8 +127,8 @@ async fn a_provisional_run_becomes_verified() {
     // Official replays stay, however few practice ones are kept.
     assert!(place.path("run_1").exists());
     // Asked again, it looks again.
-    let deed = NewAuditEntry { actor: "test", action: "run_reverify", subject: "run_1", reason: None };
-    assert!(place.store.reverify("run_1", &deed).await.expect("query"));
+    let entry = NewAuditEntry { actor: "test", action: "run_reverify", subject: "run_1", reason: None };
+    assert!(place.store.reverify("run_1", &entry).await.expect("query"));
     let mut bytes = std::fs::read(place.path("run_1")).expect("file");
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
@@ -183,8 +183,8 @@ async fn what_does_not_replay_is_rejected_with_the_reason() {
     let stranger = forged::rewritten(&bytes, &|_, text| text.into(), true, &Signer::random().expect("key"));
     std::fs::write(place.path("run_stranger"), &stranger).expect("written");
     for (run_id, bytes) in [("run_other", &good), ("run_forged", &forged), ("run_stranger", &stranger)] {
-        let deed = NewAuditEntry { actor: "test", action: "run_reverify", subject: run_id, reason: None };
-        place.store.reverify(run_id, &deed).await.expect("query");
+        let entry = NewAuditEntry { actor: "test", action: "run_reverify", subject: run_id, reason: None };
+        place.store.reverify(run_id, &entry).await.expect("query");
         let sha256 = to_hex(&<sha2::Sha256 as sha2::Digest>::digest(bytes));
         place.store.set_replay(run_id, &format!("replays/{run_id}.mcap"), &sha256).await.expect("stored");
     }
@@ -230,8 +230,8 @@ async fn runs_of_two_teams_with_the_same_actions_are_told_to_the_organizer() {
         assert_eq!(similar(run_id).await, [], "{run_id}");
     }
     // Verified again, it is told once.
-    let deed = NewAuditEntry { actor: "test", action: "run.reverify", subject: "run_2", reason: None };
-    assert!(place.store.reverify("run_2", &deed).await.expect("query"));
+    let entry = NewAuditEntry { actor: "test", action: "run.reverify", subject: "run_2", reason: None };
+    assert!(place.store.reverify("run_2", &entry).await.expect("query"));
     assert_eq!(place.judged("run_2").await.0, "verified");
     let audit = serde_json::to_value(place.store.audit(0, 100).await.expect("query")).expect("JSON");
     let told: Vec<&Value> =

@@ -94,7 +94,7 @@ fn a_recorded_run_replays() {
     assert_eq!(replay.sha256, file.sha256);
     assert_eq!(replay.outcome, outcome);
     assert_eq!(replay.header, scenario.header);
-    assert_eq!(replay.deeds.len(), 230);
+    assert_eq!(replay.actions.len(), 230);
     let ticks: Vec<u64> = replay.hashes.iter().map(|(tick, _)| *tick).collect();
     assert_eq!((ticks.as_slice(), replay.states()), ([0, 100, 200].as_slice(), 231));
     let verified = verify(&replay).expect("the same again");

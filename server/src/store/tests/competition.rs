@@ -2,7 +2,7 @@
 
 use super::*;
 
-fn deed<'a>(action: &'a str, subject: &'a str) -> NewAuditEntry<'a> {
+fn entry<'a>(action: &'a str, subject: &'a str) -> NewAuditEntry<'a> {
     NewAuditEntry { actor: "tok_1", action, subject, reason: Some("because") }
 }
 
@@ -26,19 +26,19 @@ fn session<'a>(session_id: &'a str, team: &'a str) -> NewSession {
 async fn teams_are_added_once_and_every_deed_is_recorded() {
     for place in places().await {
         let store = place.open().await;
-        assert_eq!(store.add_team("crabs", &deed("team.add", "crabs")).await.expect("adds"), None);
+        assert_eq!(store.add_team("crabs", &entry("team.add", "crabs")).await.expect("adds"), None);
         for again in ["crabs", "Crabs", "crаbs"] {
-            let had = store.add_team(again, &deed("team.add", again)).await.expect("knows");
+            let had = store.add_team(again, &entry("team.add", again)).await.expect("knows");
             assert_eq!(had.as_deref(), Some("crabs"), "{again}");
         }
         assert!(
             store.has_team("crabs").await.expect("query") && !store.has_team("eels").await.expect("query")
         );
         store
-            .add_token(&token("one", Some("crabs")), true, &deed("token.issue", "crabs"))
+            .add_token(&token("one", Some("crabs")), true, &entry("token.issue", "crabs"))
             .await
             .expect("adds");
-        let issue = deed("token.rotate", "crabs");
+        let issue = entry("token.rotate", "crabs");
         let revoked = store.add_token(&token("two", Some("crabs")), true, &issue).await.expect("adds");
         assert_eq!(revoked, ["one"]);
         assert!(store.token("one").await.expect("query").expect("there").revoked_unix_ms.is_some());
@@ -60,14 +60,14 @@ async fn teams_are_added_once_and_every_deed_is_recorded() {
 async fn the_last_organizer_keeps_the_key() {
     for place in places().await {
         let store = place.open().await;
-        let issue = deed("token.issue", "organizer");
+        let issue = entry("token.issue", "organizer");
         assert!(!store.has_organizer().await.expect("query"));
         store.add_token(&token("one", None), false, &issue).await.expect("adds");
-        assert!(!store.revoke_token("one", &deed("token.revoke", "one")).await.expect("keeps"));
+        assert!(!store.revoke_token("one", &entry("token.revoke", "one")).await.expect("keeps"));
         store.add_token(&token("two", None), false, &issue).await.expect("adds");
-        assert!(store.revoke_token("one", &deed("token.revoke", "one")).await.expect("revokes"));
-        assert!(!store.revoke_token("one", &deed("token.revoke", "one")).await.expect("was"));
-        assert!(!store.revoke_token("two", &deed("token.revoke", "two")).await.expect("keeps"));
+        assert!(store.revoke_token("one", &entry("token.revoke", "one")).await.expect("revokes"));
+        assert!(!store.revoke_token("one", &entry("token.revoke", "one")).await.expect("was"));
+        assert!(!store.revoke_token("two", &entry("token.revoke", "two")).await.expect("keeps"));
         assert_eq!(store.audit(0, 100).await.expect("query").len(), 3, "what was not done is not recorded");
         store.close().await;
     }
@@ -98,7 +98,7 @@ async fn no_run_number_is_given_twice() {
 async fn a_team_has_so_many_sessions_and_a_voided_one_does_not_count() {
     for place in places().await {
         let store = place.open().await;
-        store.add_team("crabs", &deed("team.add", "crabs")).await.expect("adds");
+        store.add_team("crabs", &entry("team.add", "crabs")).await.expect("adds");
         let mut asked = Vec::new();
         for i in 0..4 {
             let store = store.clone();
@@ -113,7 +113,7 @@ async fn a_team_has_so_many_sessions_and_a_voided_one_does_not_count() {
         }
         assert_eq!(given, 2);
         let open = store.sessions(Some("crabs")).await.expect("query");
-        assert!(store.void_session(&open[0].session_id, &deed("session.void", "s")).await.expect("voids"));
+        assert!(store.void_session(&open[0].session_id, &entry("session.void", "s")).await.expect("voids"));
         assert!(store.begin_session(&session("s9", "crabs"), Some(2)).await.expect("asks"));
         assert!(!store.begin_session(&session("s10", "crabs"), Some(2)).await.expect("asks"));
         store.close().await;
@@ -134,8 +134,8 @@ async fn a_clock_outlives_the_process() {
         clock.run_from_s = Some(10.5);
         clock.refunded_s = 1.125;
         store.save_clock("s", &clock, &[]).await.expect("saves");
-        assert!(store.pause_session("s", true, &deed("session.pause", "s")).await.expect("pauses"));
-        assert!(!store.pause_session("s", true, &deed("session.pause", "s")).await.expect("is"));
+        assert!(store.pause_session("s", true, &entry("session.pause", "s")).await.expect("pauses"));
+        assert!(!store.pause_session("s", true, &entry("session.pause", "s")).await.expect("is"));
         store.close().await;
 
         let store = place.open().await;
@@ -143,8 +143,8 @@ async fn a_clock_outlives_the_process() {
         let found = store.load_resumable_sessions().await.expect("query");
         assert_eq!(found.len(), 1, "{found:?}");
         assert_eq!((found[0].clock, found[0].limit_s, found[0].paused), (clock, Some(1800.0), true));
-        assert!(store.pause_session("s", false, &deed("session.resume", "s")).await.expect("goes on"));
-        assert!(store.grant_time("s", 60.0, &deed("session.grant", "s")).await.expect("grants"));
+        assert!(store.pause_session("s", false, &entry("session.resume", "s")).await.expect("goes on"));
+        assert!(store.grant_time("s", 60.0, &entry("session.grant", "s")).await.expect("grants"));
         assert_eq!(store.session("s").await.expect("query").and_then(|s| s.limit_s), Some(1860.0));
         store.end_session("s").await.expect("ends");
         assert!(store.load_resumable_sessions().await.expect("query").is_empty());
@@ -170,7 +170,7 @@ async fn what_a_void_run_has_taken_is_owed_until_it_is_paid_and_then_no_more() {
         finish(&store, "three", 1.0, "provisional").await;
         assert!(store.creditors().await.expect("query").is_empty(), "nobody owes for runs that count");
         for run in ["one", "three"] {
-            assert!(store.void_run(run, &deed("run.void", run)).await.expect("voids"));
+            assert!(store.void_run(run, &entry("run.void", run)).await.expect("voids"));
         }
         store.end_session("s-one").await.expect("ends");
         store.end_session("s-three").await.expect("ends");
@@ -204,7 +204,7 @@ async fn a_session_that_is_paid_is_open_again_unless_its_team_has_another() {
             begin_in(&store, "official", "crabs", "balls", run, Some(k as u64 + 1), Sensing::Truth).await;
             finish(&store, run, 1.0, "provisional").await;
             store.end_session(&format!("s-{run}")).await.expect("ends");
-            assert!(store.void_run(run, &deed("run.void", run)).await.expect("voids"));
+            assert!(store.void_run(run, &entry("run.void", run)).await.expect("voids"));
         }
         for (session, becomes) in [("s-one", "open"), ("s-two", "ended")] {
             store
@@ -215,7 +215,7 @@ async fn a_session_that_is_paid_is_open_again_unless_its_team_has_another() {
             assert_eq!((row.refunded_s, row.status.as_str()), (3.25, becomes));
             assert_eq!(row.ended_unix_ms.is_none(), becomes == "open");
         }
-        assert!(store.void_session("s-one", &deed("session.void", "s-one")).await.expect("voids"));
+        assert!(store.void_session("s-one", &entry("session.void", "s-one")).await.expect("voids"));
         store.close().await;
     }
 }
@@ -262,15 +262,15 @@ async fn verdicts_decide_what_counts() {
             .set_verdict("false", Verdict::Rejected, Some("state differs at tick 300"))
             .await
             .expect("notes");
-        assert!(store.void_run("void", &deed("run.void", "void")).await.expect("voids"));
+        assert!(store.void_run("void", &entry("run.void", "void")).await.expect("voids"));
         store.set_verdict("void", Verdict::Verified, None).await.expect("notes");
 
         let rows = store.leaderboard(true).await.expect("query");
         let short: Vec<_> = rows.iter().map(|r| (r.team.as_str(), r.total, r.sensors_rank)).collect();
         assert_eq!(short, [("eels", 3.0, None), ("crabs", 2.0, Some(1))]);
         assert_eq!(rows[1].tasks["balls"].status, "verified");
-        assert!(store.reverify("false", &deed("run.reverify", "false")).await.expect("asks"));
-        assert!(!store.reverify("void", &deed("run.reverify", "void")).await.expect("stays void"));
+        assert!(store.reverify("false", &entry("run.reverify", "false")).await.expect("asks"));
+        assert!(!store.reverify("void", &entry("run.reverify", "void")).await.expect("stays void"));
         assert_eq!(store.runs_to_verify().await.expect("query").len(), 1);
         store.close().await;
     }
@@ -281,7 +281,7 @@ async fn a_run_that_ends_in_a_voided_session_is_void() {
     for place in places().await {
         let store = place.open().await;
         begin_in(&store, "official", "crabs", "balls", "r", Some(1), Sensing::Sensors).await;
-        assert!(store.void_session("s-r", &deed("session.void", "s-r")).await.expect("voids"));
+        assert!(store.void_session("s-r", &entry("session.void", "s-r")).await.expect("voids"));
         assert_eq!(finish(&store, "r", 9.0, "provisional").await, "voided");
         assert!(store.leaderboard(true).await.expect("query").is_empty());
         store.close().await;
@@ -299,8 +299,8 @@ async fn a_hand_waits_for_a_decision() {
         }
         assert_eq!(store.hands(None).await.expect("query").len(), 2);
         assert_eq!(store.hands(Some("eels")).await.expect("query")[0].status, "pending");
-        assert!(store.decide_hand("h2", true, &deed("hand.approve", "h2")).await.expect("approves"));
-        assert!(!store.decide_hand("h3", true, &deed("hand.approve", "h3")).await.expect("knows none"));
+        assert!(store.decide_hand("h2", true, &entry("hand.approve", "h2")).await.expect("approves"));
+        assert!(!store.decide_hand("h3", true, &entry("hand.approve", "h3")).await.expect("knows none"));
         assert_eq!(
             store.hand("h2").await.expect("query").map(|hand| hand.status).as_deref(),
             Some("approved")
