@@ -9,7 +9,7 @@ use crate::content::ContentHash;
 use crate::error::ModelError;
 use crate::object::Object;
 use crate::shape::Shape;
-use crate::{Pose, Rotation, Vec3};
+use crate::{Pose, Rotation, Vec3, rotation};
 
 /// Embedded, so that the program runs from anywhere.
 const FILES: [(&str, &str); 2] = [
@@ -110,22 +110,13 @@ enum Part {
     },
 }
 
-/// Turns about fixed axes: roll about x, pitch about y, yaw about z, rad.
-pub fn rotation_of([roll, pitch, yaw]: [f64; 3]) -> Rotation {
-    let about = |axis: Vec3, angle: f64| {
-        let (s, c) = libm::sincos(0.5 * angle);
-        Rotation::from_xyzw(s * axis.x, s * axis.y, s * axis.z, c)
-    };
-    about(Vec3::Z, yaw) * about(Vec3::Y, pitch) * about(Vec3::X, roll)
-}
-
 impl Part {
     /// As poses and shapes, or what is wrong.
     fn solids(&self) -> Result<Vec<(Pose, Shape)>, String> {
         let finite = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite() && x.abs() <= LARGEST_M * 10.0);
         let place = |at: &[f64; 3], rpy: &[f64; 3]| {
             if finite(at) && finite(rpy) {
-                Ok(Pose::from_parts(Vec3::from_array(*at), rotation_of(*rpy)))
+                Ok(Pose::from_parts(Vec3::from_array(*at), rotation::from_rpy(*rpy)))
             } else {
                 Err("its place is not finite or too far away".to_owned())
             }
@@ -188,8 +179,8 @@ fn wall(sides: usize, bottom: f64, top: f64, height: f64, thickness: f64, at: Po
     (0..sides)
         .map(|k| {
             let yaw = step * k as f64;
-            let turned = Pose::from_parts(Vec3::ZERO, rotation_of([0.0, 0.0, yaw]));
-            let leaned = Pose::from_parts(slab, rotation_of([0.0, lean, 0.0]));
+            let turned = Pose::from_parts(Vec3::ZERO, rotation::from_rpy([0.0, 0.0, yaw]));
+            let leaned = Pose::from_parts(slab, rotation::from_rpy([0.0, lean, 0.0]));
             (at * turned * leaned, Shape::Box { half_extents, rounding: 0.0 })
         })
         .collect()
@@ -220,7 +211,7 @@ impl Entry {
             return Err(bad("", format!("color = {:?}", self.color), "three numbers from 0 to 1"));
         }
         let object = Object::new(&self.id, parts, self.mass, self.friction, self.rolling_friction)?;
-        let (low, high) = bounds(&object);
+        let (low, high) = object.bounds();
         let size = (high - low).to_array();
         if size.iter().any(|x| *x > LARGEST_M) {
             return Err(bad("", format!("measures {size:?} m"), "at most 1 m along each axis"));
@@ -235,20 +226,6 @@ impl Entry {
             size,
         })
     }
-}
-
-/// Lowest and highest corner of an object's bounds in its own frame, m.
-pub fn bounds(object: &Object) -> (Vec3, Vec3) {
-    let mut low = Vec3::splat(f64::INFINITY);
-    let mut high = Vec3::splat(f64::NEG_INFINITY);
-    for (pose, shape) in &object.parts {
-        if let Some((parry, upright)) = shape.to_parry() {
-            let aabb = parry.compute_aabb(&(*pose * upright));
-            low = low.min(aabb.mins);
-            high = high.max(aabb.maxs);
-        }
-    }
-    (low, high)
 }
 
 impl Item {

@@ -21,6 +21,7 @@ pub mod mesh;
 pub mod object;
 pub mod plausible;
 mod rolling;
+pub mod rotation;
 mod settings;
 pub mod shape;
 pub mod sources;

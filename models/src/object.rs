@@ -78,4 +78,18 @@ impl Object {
     pub fn with_restitution(self, restitution: f64) -> Object {
         Object { restitution: restitution.clamp(0.0, 1.0), ..self }
     }
+
+    /// Lowest and highest corner of its bounding box in its own frame, m.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let mut low = Vec3::splat(f64::INFINITY);
+        let mut high = Vec3::splat(f64::NEG_INFINITY);
+        for (pose, shape) in &self.parts {
+            if let Some((parry, upright)) = shape.to_parry() {
+                let aabb = parry.compute_aabb(&(*pose * upright));
+                low = low.min(aabb.mins);
+                high = high.max(aabb.maxs);
+            }
+        }
+        (low, high)
+    }
 }

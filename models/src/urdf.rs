@@ -9,7 +9,7 @@ use crate::error::ModelError;
 use crate::limits::Limits;
 use crate::load::Report;
 use crate::transmission::{self, Transmission};
-use crate::{Pose, Rotation, Vec3};
+use crate::{Pose, Vec3, rotation};
 
 /// A URDF whose links form one tree and whose numbers are finite.
 pub(crate) struct Urdf {
@@ -233,13 +233,7 @@ fn check_geometry(
 
 /// A URDF origin as a pose: fixed-axis roll, pitch, yaw.
 pub(crate) fn pose(origin: &urdf_rs::Pose) -> Pose {
-    let [roll, pitch, yaw] = *origin.rpy;
-    let about = |axis: Vec3, angle: f64| {
-        let (s, c) = libm::sincos(0.5 * angle);
-        Rotation::from_xyzw(s * axis.x, s * axis.y, s * axis.z, c)
-    };
-    let rotation = about(Vec3::Z, yaw) * about(Vec3::Y, pitch) * about(Vec3::X, roll);
-    Pose::from_parts(Vec3::from_array(*origin.xyz), rotation)
+    Pose::from_parts(Vec3::from_array(*origin.xyz), rotation::from_rpy(*origin.rpy))
 }
 
 /// Whether a joint moves, or why this hand cannot have it.
