@@ -12,10 +12,9 @@ use crate::files::{Files, has_extension, read_limited};
 use crate::geometry::Builder;
 use crate::hand::{Coordinate, Hand, Motor, Tendon};
 use crate::limits::Limits;
-use crate::plausible;
+use crate::measure::{Sources, oddities};
 use crate::rolling::{self, Reduced};
 use crate::settings::{CoordinateSettings, MotorSettings, Settings, TendonSettings};
-use crate::sources::Sources;
 use crate::tactile;
 use crate::tendon::{DaVinci, DaVinciGeometry, TendonElement, TendonPath};
 use crate::urdf::{self, Urdf};
@@ -184,8 +183,9 @@ pub fn from_text(
     let rest: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
     hand.no_collision = hand.pairs_closer_than(TOUCHING_AT_REST, &rest);
     let mut warnings = report.warnings;
-    warnings.extend(plausible::oddities(&hand, &report.file));
-    Ok(Loaded { hand, sources: Sources::new(&report.file, &at.file, &settings), warnings })
+    warnings.extend(oddities(&hand, &report.file));
+    let sources = Sources { urdf: report.file, settings: at.file, stated: settings.stated() };
+    Ok(Loaded { hand, sources, warnings })
 }
 
 /// A hand's name stands in addresses, on pages and in file names.

@@ -103,6 +103,35 @@ impl Settings {
         }
         Ok(())
     }
+
+    /// The numbers it states, by table and field: `[links.palm]`, `friction`.
+    pub(crate) fn stated(&self) -> BTreeMap<(String, &'static str), f64> {
+        let mut stated = BTreeMap::new();
+        let mut state = |table: String, field: &'static str, value: Option<f64>| {
+            if let Some(value) = value {
+                stated.insert((table, field), value);
+            }
+        };
+        state("settings".to_owned(), "friction", self.friction);
+        let every = ("[every_coordinate]".to_owned(), &self.every_coordinate);
+        let each = self.coordinates.iter().map(|(name, c)| (format!("[coordinates.{name}]"), c));
+        for (table, c) in each.chain([every]) {
+            state(table.clone(), "stiffness", c.stiffness);
+            state(table.clone(), "damping", c.damping);
+            state(table, "rest", c.rest);
+        }
+        for (name, l) in &self.links {
+            state(format!("[links.{name}]"), "mass", l.mass);
+            state(format!("[links.{name}]"), "friction", l.friction);
+        }
+        for (name, t) in &self.tendons {
+            state(format!("[tendons.{name}]"), "stiffness", Some(t.stiffness));
+        }
+        for (name, m) in &self.motors {
+            state(format!("[motors.{name}]"), "scaling", Some(m.scaling));
+        }
+        stated
+    }
 }
 
 /// The least that a finite number may be.

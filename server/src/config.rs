@@ -8,7 +8,7 @@ use crate::store::Location;
 use anyhow::{Context, bail};
 use clap::Args;
 use file::File;
-use palmares_models::hand_limits::HandLimits;
+use palmares_models::measure::HandLimits;
 use serde::{Deserialize, Serialize};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};

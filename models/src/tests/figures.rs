@@ -3,11 +3,9 @@
 use std::path::Path;
 
 use crate::builtin::builtin_hands;
-use crate::figures::Figure;
 use crate::hand::Hand;
-use crate::hand_limits::{HandLimits, SPECS, number};
 use crate::load::{self, LoadOptions};
-use crate::sources::Sources;
+use crate::measure::{Figure, HandLimits, SPECS, Sources, number};
 
 use super::hostile_hands::{SETTINGS, URDF, read};
 

@@ -2,9 +2,8 @@
 
 use std::path::Path;
 
-use crate::figures::Figure;
-use crate::hand_limits::{HandLimits, SPECS};
 use crate::load::{self, LoadOptions, Loaded};
+use crate::measure::{Bound, Figure, HandLimits, SPECS};
 
 /// A palm and a finger that slides out and bends; every number of a hand is in one of the two files.
 pub(super) const URDF: &str = r#"<robot name="two">
@@ -145,8 +144,8 @@ fn each_limit_refuses_just_beyond_and_nothing_else() {
             limits.excesses(&figures, &sources)
         };
         let (out, within) = match spec.bound {
-            crate::hand_limits::Bound::Most => (0.999, 1.001),
-            crate::hand_limits::Bound::Least => (1.001, 0.999),
+            Bound::Most => (0.999, 1.001),
+            Bound::Least => (1.001, 0.999),
         };
         let found: Vec<&str> = beyond(out).iter().map(|excess| excess.spec.name).collect();
         assert_eq!(found, [spec.name], "{value}");

@@ -2,7 +2,7 @@
 
 use super::{LONGEST_SESSION_S, Mode, in_range, read};
 use anyhow::bail;
-use palmares_models::hand_limits::HandLimits;
+use palmares_models::measure::HandLimits;
 use serde::Deserialize;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};

@@ -11,7 +11,7 @@ use clap::Args;
 use palmares_models::describe::HandDescription;
 use palmares_models::error::LoadWarning;
 use palmares_models::hand::Hand;
-use palmares_models::hand_limits::HandLimits;
+use palmares_models::measure::HandLimits;
 use palmares_tasks::Task;
 use serde::Serialize;
 use std::fmt::Write as _;

@@ -23,7 +23,7 @@ use palmares_models::builtin::builtin_hands;
 use palmares_models::error::{LoadWarning, ModelError};
 use palmares_models::hand::Hand;
 use palmares_models::load::{self, LoadOptions, Loaded};
-use palmares_models::sources::Sources;
+use palmares_models::measure::Sources;
 use palmares_tasks::Task;
 use std::io::Write as _;
 use std::path::Path;

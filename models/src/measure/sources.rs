@@ -4,19 +4,18 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use crate::figures::{Figure, Part};
-use crate::settings::Settings;
+use super::figures::{Figure, Part};
 
-/// A file and an element of it.
+/// The file and the element of it that state a number.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct SourceLocation {
     /// The file.
     pub file: PathBuf,
     /// The element: `link 'palm'`, `[tendons.close]`.
     pub element: String,
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for SourceLocation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.file.display(), self.element)
     }
@@ -25,10 +24,11 @@ impl fmt::Display for Place {
 /// Where a hand's numbers come from: its URDF, except for what `hand.toml` states.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
-    urdf: PathBuf,
-    settings: PathBuf,
-    /// Fields of `hand.toml` by the table they stand in: `[links.palm]`, `friction`.
-    stated: BTreeMap<(String, &'static str), f64>,
+    pub(crate) urdf: PathBuf,
+    /// The `hand.toml`; the URDF again for a hand without one.
+    pub(crate) settings: PathBuf,
+    /// Numbers of `hand.toml` by table and field: `[links.palm]`, `friction`.
+    pub(crate) stated: BTreeMap<(String, &'static str), f64>,
 }
 
 impl Sources {
@@ -37,42 +37,13 @@ impl Sources {
         Sources { urdf: urdf.to_owned(), ..Sources::default() }
     }
 
-    /// Of a hand with settings.
-    pub(crate) fn new(urdf: &Path, file: &Path, settings: &Settings) -> Sources {
-        let mut stated = BTreeMap::new();
-        let mut state = |table: String, field: &'static str, value: Option<f64>| {
-            if let Some(value) = value {
-                stated.insert((table, field), value);
-            }
-        };
-        state("settings".to_owned(), "friction", settings.friction);
-        let every = ("[every_coordinate]".to_owned(), &settings.every_coordinate);
-        let each = settings.coordinates.iter().map(|(name, c)| (format!("[coordinates.{name}]"), c));
-        for (table, c) in each.chain([every]) {
-            state(table.clone(), "stiffness", c.stiffness);
-            state(table.clone(), "damping", c.damping);
-            state(table, "rest", c.rest);
-        }
-        for (name, l) in &settings.links {
-            state(format!("[links.{name}]"), "mass", l.mass);
-            state(format!("[links.{name}]"), "friction", l.friction);
-        }
-        for (name, t) in &settings.tendons {
-            state(format!("[tendons.{name}]"), "stiffness", Some(t.stiffness));
-        }
-        for (name, m) in &settings.motors {
-            state(format!("[motors.{name}]"), "scaling", Some(m.scaling));
-        }
-        Sources { urdf: urdf.to_owned(), settings: file.to_owned(), stated }
-    }
-
     /// The URDF.
     pub fn urdf(&self) -> &Path {
         &self.urdf
     }
 
     /// Where a figure of the hand is stated.
-    pub fn place(&self, figure: &Figure) -> Place {
+    pub fn location(&self, figure: &Figure) -> SourceLocation {
         let field = figure.field;
         let in_settings = |table: &String| self.stated.contains_key(&(table.clone(), field));
         let tables = match &figure.part {
@@ -92,8 +63,8 @@ impl Sources {
             Part::Motor(name) => vec![format!("[motors.{name}]")],
         };
         match tables.into_iter().find(in_settings) {
-            Some(element) => Place { file: self.settings.clone(), element },
-            None => Place { file: self.urdf.clone(), element: figure.part.to_string() },
+            Some(element) => SourceLocation { file: self.settings.clone(), element },
+            None => SourceLocation { file: self.urdf.clone(), element: figure.part.to_string() },
         }
     }
 }

@@ -7,8 +7,8 @@ use std::fmt;
 use parry3d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry3d_f64::shape::SharedShape;
 
-use crate::hand::{Hand, HingeKind, Link, Tendon};
-use crate::hand_limits::{Bound, SPECS, Spec};
+use super::limits::{Bound, SPECS, Spec};
+use crate::hand::{Hand, Hinge, HingeKind, Link, Tendon};
 use crate::shape::Shape;
 use crate::{Mat3, Pose, Vec3, inertia};
 
@@ -55,6 +55,17 @@ pub struct Figure {
     pub field: &'static str,
     /// Whether it is the size of something made of meshes.
     pub of_mesh: bool,
+}
+
+/// A number for people: five digits that count, or fewer.
+pub fn number(x: f64) -> String {
+    let magnitude = x.abs();
+    if x != 0.0 && x.is_finite() && !(1e-3..1e6).contains(&magnitude) {
+        return format!("{x:.3e}").replace(".000e", "e");
+    }
+    let decimals = [1e4, 1e3, 1e2, 1e1].iter().filter(|power| magnitude < **power).count();
+    let text = format!("{x:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 /// Keeps the worst of each figure.
@@ -207,7 +218,7 @@ impl Hand {
         hinges.any(|hinge| hinge.kind == HingeKind::Prismatic)
     }
 
-    fn hinges(&self, coordinate: usize) -> impl Iterator<Item = &crate::hand::Hinge> {
+    fn hinges(&self, coordinate: usize) -> impl Iterator<Item = &Hinge> {
         let joints = self.links.iter().filter_map(|link| link.joint.as_ref());
         joints.filter(move |joint| joint.coordinate == coordinate).flat_map(|joint| &joint.hinges)
     }

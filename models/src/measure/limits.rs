@@ -3,13 +3,8 @@
 //!
 //! [`Limits`](crate::limits::Limits) bound what a *file* may ask of a parser; these bound what the *hand* is.
 
-use std::fmt;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-use crate::figures::Figure;
-use crate::sources::{Place, Sources};
 
 /// On which side of its limit a figure is allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
@@ -138,50 +133,6 @@ limits! {
         "soft dry rubber reaches 2; the ReFlex's pads have 1.5";
 }
 
-/// A figure beyond its limit.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Excess {
-    /// What it is.
-    pub spec: &'static Spec,
-    /// What was found.
-    pub found: f64,
-    /// What is allowed.
-    pub limit: f64,
-    /// Which file and element it is in.
-    pub place: Place,
-    /// Whether it is the size of something made of meshes: their unit may be wrong.
-    pub of_mesh: bool,
-}
-
-impl fmt::Display for Excess {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Spec { name, unit, what, bound, .. } = self.spec;
-        let side = if *bound == Bound::Most { "at most" } else { "at least" };
-        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-        let (found, limit) = (number(self.found), number(self.limit));
-        write!(
-            f,
-            "{}: {what} is {found}{unit}; valid: {side} {limit}{unit} (hand_limits.{name})",
-            self.place
-        )?;
-        if self.of_mesh {
-            write!(f, "; a mesh in millimetres needs scale=\"0.001 0.001 0.001\"")?;
-        }
-        Ok(())
-    }
-}
-
-/// A number for people: five digits that count, or fewer.
-pub fn number(x: f64) -> String {
-    let magnitude = x.abs();
-    if x != 0.0 && x.is_finite() && !(1e-3..1e6).contains(&magnitude) {
-        return format!("{x:.3e}").replace(".000e", "e");
-    }
-    let decimals = [1e4, 1e3, 1e2, 1e1].iter().filter(|power| magnitude < **power).count();
-    let text = format!("{x:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-}
-
 impl HandLimits {
     /// What is wrong with the limits themselves: each must be more than 0, `inf` for none.
     ///
@@ -203,27 +154,5 @@ impl HandLimits {
             }
         }
         Ok(())
-    }
-
-    /// The figures that go beyond, each with the place it was found in.
-    pub fn excesses(&self, figures: &[Figure], sources: &Sources) -> Vec<Excess> {
-        let beyond = |figure: &&Figure| !self.allows(figure);
-        let excess = |figure: &Figure| Excess {
-            spec: figure.spec,
-            found: figure.value,
-            limit: self.of(figure.spec.name),
-            place: sources.place(figure),
-            of_mesh: figure.of_mesh,
-        };
-        figures.iter().filter(beyond).map(excess).collect()
-    }
-
-    /// Whether a figure is within its limit.
-    pub fn allows(&self, figure: &Figure) -> bool {
-        let limit = self.of(figure.spec.name);
-        match figure.spec.bound {
-            Bound::Most => figure.value <= limit,
-            Bound::Least => figure.value >= limit,
-        }
     }
 }

@@ -1,11 +1,10 @@
-//! What a valid hand's author should know all the same: numbers that hardly can be meant.
+//! Warnings about a valid hand: numbers that its author hardly can have meant.
 
 use std::path::Path;
 
+use super::figures::{Part, number};
 use crate::error::LoadWarning;
-use crate::figures::Part;
-use crate::hand::{Hand, Motor, Tendon};
-use crate::hand_limits::number;
+use crate::hand::{Hand, Link, Motor, Tendon};
 use crate::inertia;
 use crate::shape::Shape;
 
@@ -25,7 +24,7 @@ const MASS_RATIO: f64 = 1000.0;
 /// A motor that winds this many times what its joints can take up is odd, as is one that winds less than its inverse.
 const WINDING: f64 = 5.0;
 
-/// Oddities of the finished hand, as opposed to those of its files.
+/// What is odd about the finished hand; what is odd in its files was reported while they were read.
 pub fn oddities(hand: &Hand, file: &Path) -> Vec<LoadWarning> {
     let mut out = Vec::new();
     let mut warn = |element: String, message: String| {
@@ -112,7 +111,7 @@ fn lengths_and_masses(hand: &Hand) -> Vec<(Part, String)> {
         }
     }
     let by_mass = || hand.links.iter().filter(|link| link.inertia.mass > 0.0);
-    let heavier = |a: &&crate::hand::Link, b: &&crate::hand::Link| a.inertia.mass.total_cmp(&b.inertia.mass);
+    let heavier = |a: &&Link, b: &&Link| a.inertia.mass.total_cmp(&b.inertia.mass);
     if let (Some(light), Some(heavy)) = (by_mass().min_by(heavier), by_mass().max_by(heavier)) {
         let ratio = heavy.inertia.mass / light.inertia.mass;
         if ratio > MASS_RATIO {
