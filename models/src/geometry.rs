@@ -10,10 +10,11 @@ use crate::error::ModelError;
 use crate::files::{Files, has_extension};
 use crate::hand::{Geom, Inertia};
 use crate::load::{InertiaPolicy, LoadOptions, Report};
-use crate::mesh::MeshLimits;
 use crate::settings::{LinkSettings, Settings};
-use crate::shape::Shape;
-use crate::{Mat3, Vec3, inertia, mesh, urdf};
+use crate::shape::hull::rounded_hull;
+use crate::shape::{Shape, inertia};
+use crate::stl::{self, MeshLimits};
+use crate::{Mat3, Vec3, urdf};
 
 /// An inertia this many times larger or smaller than its geometry's own is reported.
 const INERTIA_RATIO: f64 = 10.0;
@@ -139,10 +140,10 @@ impl<'a> Builder<'a> {
             report.limit(element, "MB of mesh files up to here", found, limit)?;
         }
         let bounds = MeshLimits { vertices: limits.mesh_vertices, length_m: limits.length_m };
-        let points = mesh::read_stl(&files.display(&relative), element, &bytes, scale, bounds)?;
+        let points = stl::read_stl(&files.display(&relative), element, &bytes, scale, bounds)?;
         read.vertices += points.len();
         report.limit(element, "mesh vertices up to here", read.vertices, limits.mesh_total_vertices)?;
-        let hull = mesh::rounded_hull(&points, self.options.hull_directions, self.options.hull_rounding);
+        let hull = rounded_hull(&points, self.options.hull_directions, self.options.hull_rounding);
         let hull = hull.ok_or_else(|| {
             report.bad(
                 element.to_owned(),

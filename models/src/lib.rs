@@ -6,27 +6,22 @@
 pub mod builtin;
 pub mod catalogue;
 pub mod content;
-pub mod describe;
 pub mod error;
 pub mod files;
 mod geometry;
 pub mod hand;
-pub mod inertia;
-mod kinematics;
 pub mod limits;
 pub mod load;
 pub mod measure;
-pub mod mesh;
 pub mod object;
 mod rolling;
 pub mod rotation;
 mod settings;
 pub mod shape;
-pub mod tactile;
-pub mod tendon;
+pub mod stl;
+mod tactile;
 mod transmission;
 mod urdf;
-mod validate;
 
 #[cfg(test)]
 mod tests;

@@ -10,13 +10,13 @@ use urdf_rs::JointType;
 use crate::error::{LoadWarning, ModelError};
 use crate::files::{Files, has_extension, read_limited};
 use crate::geometry::Builder;
+use crate::hand::tendon::{DaVinci, DaVinciGeometry, TendonElement, TendonPath};
 use crate::hand::{Coordinate, Hand, Motor, Tendon};
 use crate::limits::Limits;
 use crate::measure::{Sources, oddities};
 use crate::rolling::{self, Reduced};
 use crate::settings::{CoordinateSettings, MotorSettings, Settings, TendonSettings};
 use crate::tactile;
-use crate::tendon::{DaVinci, DaVinciGeometry, TendonElement, TendonPath};
 use crate::urdf::{self, Urdf};
 
 /// Stands in for a motor no `hand.toml` describes: the 2016 manipulation challenge drove its SoftHand by σ times 7;

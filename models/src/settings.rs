@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use crate::error::ModelError;
+use crate::hand::tendon::DaVinciGeometry;
 use crate::limits::Limits;
 use crate::load::{InertiaPolicy, Report};
 use crate::tactile::TactileSettings;
-use crate::tendon::DaVinciGeometry;
 
 /// The file beside a URDF. All of it is optional.
 #[derive(Clone, Debug, Default, Deserialize)]

@@ -1,25 +1,13 @@
-//! Tactile patches: rectangles on the hand's surface that feel touch. Only where they are; what they read is sensing.
+//! The hand's tactile patches, from the groups that `hand.toml` states on links of the URDF.
 
 use serde::Deserialize;
 
 use crate::error::ModelError;
+use crate::hand::TactilePatch;
 use crate::load::Report;
 use crate::rolling::Reduced;
 use crate::urdf::Urdf;
 use crate::{Mat3, Pose, Rotation, Vec3};
-
-/// A rectangle in the xy-plane of its frame, centred on it; z points out of the hand.
-#[derive(Clone, Debug)]
-pub struct TactilePatch {
-    /// Unique in the hand: `finger_1_distal_3`.
-    pub name: String,
-    /// Index into the hand's links.
-    pub link: usize,
-    /// Frame of the patch.
-    pub link_from_patch: Pose,
-    /// Half the extents along x and y, m.
-    pub half_size: [f64; 2],
-}
 
 /// Patches of one size on one flat surface.
 #[derive(Clone, Debug, Deserialize)]

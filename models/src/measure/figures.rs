@@ -9,8 +9,8 @@ use parry3d_f64::shape::SharedShape;
 
 use super::limits::{Bound, SPECS, Spec};
 use crate::hand::{Hand, Hinge, HingeKind, Link, Tendon};
-use crate::shape::Shape;
-use crate::{Mat3, Pose, Vec3, inertia};
+use crate::shape::{Shape, inertia};
+use crate::{Mat3, Pose, Vec3};
 
 /// Samples of a moment arm over the range of its joint.
 const ARM_SAMPLES: usize = 65;

@@ -5,8 +5,7 @@ use std::path::Path;
 use super::figures::{Part, number};
 use crate::error::LoadWarning;
 use crate::hand::{Hand, Link, Motor, Tendon};
-use crate::inertia;
-use crate::shape::Shape;
+use crate::shape::{Shape, inertia};
 
 /// A spring weaker than this holds nothing, N·m/rad.
 pub const LOOSE: f64 = 1e-6;

@@ -4,10 +4,10 @@ use core::f64::consts::PI;
 
 use crate::geometry::Builder;
 use crate::hand::Inertia;
-use crate::inertia::of_shapes;
 use crate::load::{InertiaPolicy, LoadOptions, Report};
 use crate::object::Object;
 use crate::shape::Shape;
+use crate::shape::inertia::of_shapes;
 use crate::{Mat3, Pose, Rotation, Vec3};
 
 fn one(shape: &Shape, mass: f64) -> Inertia {

@@ -7,9 +7,9 @@ use parry3d_f64::transformation::try_convex_hull;
 use super::softhand;
 use crate::hand::Geom;
 use crate::load::{self, InertiaPolicy, LoadOptions, Loaded};
-use crate::mesh::MeshLimits;
 use crate::shape::Shape;
-use crate::{Pose, Vec3, mesh};
+use crate::stl::{self, MeshLimits};
+use crate::{Pose, Vec3};
 
 fn folder() -> Option<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/reference/soft_hand_2016");
@@ -153,7 +153,7 @@ fn primitives_stay_near_the_published_meshes() {
         let points = {
             let limits = MeshLimits { vertices: 10_000, length_m: 1.0 };
             let bytes = std::fs::read(&path).unwrap();
-            mesh::read_stl(&path, link, &bytes, Vec3::splat(1e-3), limits).unwrap()
+            stl::read_stl(&path, link, &bytes, Vec3::splat(1e-3), limits).unwrap()
         };
         let geoms = &hand.links[hand.link(link).unwrap()].geoms;
         let frame = if link == "base" { palm_from_base } else { Pose::IDENTITY };

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::hand::Hand;
+use crate::hand::tendon::{DaVinci, DaVinciGeometry, TendonPath};
 use crate::load::{self, LoadOptions};
-use crate::tendon::{DaVinci, DaVinciGeometry, TendonPath};
 use crate::{Pose, Vec3};
 
 const URDF: &str = include_str!("../../hands/reflex/hand.urdf");

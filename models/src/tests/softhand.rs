@@ -166,7 +166,7 @@ fn describes_itself_as_json() {
     for part in ["\"softhand\"", "index_distal", "moment_arms", "action.hand", "\"capsule\"", "quat_xyzw"] {
         assert!(text.contains(part), "{part}");
     }
-    let schema = schemars::schema_for!(crate::describe::HandDescription);
+    let schema = schemars::schema_for!(crate::hand::describe::HandDescription);
     assert!(schema.get("properties").is_some());
 }
 

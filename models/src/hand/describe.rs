@@ -3,11 +3,10 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::tendon::{DaVinciGeometry, Tendon, TendonElement, TendonPath};
+use super::{Hand, HingeKind, TactilePatch};
 use crate::Pose;
-use crate::hand::{Hand, HingeKind};
 use crate::shape::Shape;
-use crate::tactile::TactilePatch;
-use crate::tendon::{DaVinciGeometry, TendonElement, TendonPath};
 
 /// A hand without solver details. Units are SI; poses are those at rest.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -282,7 +281,7 @@ impl Hand {
                 TendonPath::DaVinci(mechanism) => PathDescription::DaVinci(*mechanism.geometry()),
             },
         };
-        let describe = |(t, row): (&crate::hand::Tendon, Vec<f64>)| TendonDescription {
+        let describe = |(t, row): (&Tendon, Vec<f64>)| TendonDescription {
             name: t.name.clone(),
             motor: self.motors[t.motor].name.clone(),
             moment_arms: row,

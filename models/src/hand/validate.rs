@@ -1,11 +1,10 @@
-//! What must hold for a description before anything computes with it.
+//! What must hold for a hand before anything computes with it.
 
 use std::collections::BTreeSet;
 
+use super::{Hand, Link, Motor};
 use crate::error::ModelError;
-use crate::hand::{Hand, Link, Motor};
-use crate::inertia;
-use crate::shape::Shape;
+use crate::shape::validate::{not_negative, positive};
 
 impl Hand {
     /// Checks that indices lie inside, numbers are finite and signs are right. Loaded hands already are valid.
@@ -159,46 +158,4 @@ impl Hand {
         }
         Ok(())
     }
-}
-
-impl Shape {
-    /// Checks sizes; the error says what is wrong.
-    ///
-    /// # Errors
-    /// A size that is not positive and finite, a rounding larger than its box, a hull without volume.
-    pub fn validate(&self) -> Result<(), String> {
-        match self {
-            Shape::Sphere { radius } if positive(*radius) => Ok(()),
-            Shape::Capsule { radius, half_length } | Shape::Cylinder { radius, half_length }
-                if positive(*radius) && positive(*half_length) =>
-            {
-                Ok(())
-            }
-            Shape::Box { half_extents, rounding }
-                if half_extents.iter().all(|&x| positive(x) && *rounding < x) && not_negative(*rounding) =>
-            {
-                Ok(())
-            }
-            Shape::Hull { points, rounding }
-                if not_negative(*rounding)
-                    && points.iter().flatten().all(|x| x.is_finite())
-                    && inertia::volume(self) > 0.0
-                    && self.to_parry().is_some() =>
-            {
-                Ok(())
-            }
-            Shape::Hull { .. } => Err("a hull's points are not finite or span no volume".to_owned()),
-            _ => Err(format!(
-                "a shape's sizes are not positive, finite and larger than its rounding: {self:?}"
-            )),
-        }
-    }
-}
-
-fn positive(x: f64) -> bool {
-    x.is_finite() && x > 0.0
-}
-
-fn not_negative(x: f64) -> bool {
-    x.is_finite() && x >= 0.0
 }

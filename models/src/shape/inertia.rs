@@ -7,13 +7,23 @@ use core::f64::consts::PI;
 
 use parry3d_f64::transformation::try_convex_hull;
 
-use crate::hand::Inertia;
-use crate::mesh::{fibonacci_direction, support};
-use crate::shape::Shape;
+use super::Shape;
+use super::support::{fibonacci_direction, support};
 use crate::{Mat3, Pose, Vec3};
 
 /// Directions by which a rounded hull is approximated: its volume then is within a few parts in a thousand.
 const ROUNDED_HULL_DIRECTIONS: usize = 1024;
+
+/// Mass properties of a rigid body, in the frame of its link or shape.
+#[derive(Clone, Copy, Debug)]
+pub struct Inertia {
+    /// kg.
+    pub mass: f64,
+    /// Centre of mass, m.
+    pub com: Vec3,
+    /// Rotational inertia about the centre of mass, in the axes of the frame, kg·m².
+    pub about_com: Mat3,
+}
 
 /// ∫dV, ∫x dV and ∫x xᵀ dV of a solid.
 #[derive(Clone, Copy, Debug)]

@@ -1,9 +1,15 @@
 //! Collision shapes: what the solver, the files and the wire share.
 
-use parry3d_f64::math::{Pose, Rotation, Vector as Vec3};
+pub mod hull;
+pub mod inertia;
+pub(crate) mod support;
+pub(crate) mod validate;
+
 use parry3d_f64::shape::SharedShape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+use crate::{Pose, Rotation, Vec3};
 
 /// A convex shape centred on its own frame. Lengths in m. Cylinders and capsules stand along z.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

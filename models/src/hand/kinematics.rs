@@ -1,9 +1,10 @@
-//! Where links are for given coordinates. Needed here to know which links touch at rest.
+//! Where links are and what tendons' moment arms are at given coordinates q.
 
 use parry3d_f64::query;
 use parry3d_f64::shape::SharedShape;
 
-use crate::hand::{Hand, Hinge, HingeKind, Link};
+use super::tendon::Tendon;
+use super::{Hand, Hinge, HingeKind, Link};
 use crate::{Pose, Rotation};
 
 impl Hinge {
@@ -46,14 +47,14 @@ impl Hand {
         })
     }
 
-    /// Index of the link of that name.
-    pub fn link(&self, name: &str) -> Option<usize> {
-        self.links.iter().position(|l| l.name == name)
-    }
-
-    /// Index of the coordinate of that name.
-    pub fn coordinate(&self, name: &str) -> Option<usize> {
-        self.coordinates.iter().position(|c| c.name == name)
+    /// Row of R(q) of every tendon, one entry per coordinate.
+    pub fn moment_arms(&self, q: &[f64]) -> Vec<Vec<f64>> {
+        let row = |tendon: &Tendon| {
+            let mut row = vec![0.0; self.coordinates.len()];
+            tendon.gradient(q, |c, r| row[c] += r);
+            row
+        };
+        self.tendons.iter().map(row).collect()
     }
 
     /// Pairs of links, beside parent and child, that are closer than `distance` at coordinates q.

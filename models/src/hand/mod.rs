@@ -1,9 +1,14 @@
 //! The immutable description of a hand: a tree of links moved by few coordinates and fewer tendons.
 
+pub mod describe;
+mod kinematics;
+pub mod tendon;
+mod validate;
+
+pub use self::tendon::Tendon;
 use crate::shape::Shape;
-use crate::tactile::TactilePatch;
-use crate::tendon::TendonElement;
-use crate::{Mat3, Pose, Vec3};
+pub use crate::shape::inertia::Inertia;
+use crate::{Pose, Vec3};
 
 /// A compliant underactuated hand. Shared read-only by every world that simulates it.
 #[derive(Clone, Debug)]
@@ -27,6 +32,18 @@ pub struct Hand {
     pub no_collision: Vec<[usize; 2]>,
     /// Where the hand can feel touch.
     pub tactile: Vec<TactilePatch>,
+}
+
+impl Hand {
+    /// Index of the link of that name.
+    pub fn link(&self, name: &str) -> Option<usize> {
+        self.links.iter().position(|l| l.name == name)
+    }
+
+    /// Index of the coordinate of that name.
+    pub fn coordinate(&self, name: &str) -> Option<usize> {
+        self.coordinates.iter().position(|c| c.name == name)
+    }
 }
 
 /// A rigid body of the tree. Fixed URDF joints are merged away: every link but the base moves.
@@ -99,31 +116,6 @@ pub struct Coordinate {
     pub rest: f64,
 }
 
-/// A cable: tension `f = clamp(K (s_ref − s) − b ṡ, 0, f_max)`, torque `τ = Rᵀ f`.
-///
-/// Its length is `s(q) = Σ r_i q_i` plus the elements' part, and its row of R is the gradient ds/dq.
-/// s and f are in units of the coordinate the moment arms refer to: with r dimensionless (URDF
-/// `mechanicalReduction`) s is in rad and f in N·m; with r in metres s is in m and f in N.
-#[derive(Clone, Debug)]
-pub struct Tendon {
-    /// Name, for messages.
-    pub name: String,
-    /// Index into [`Hand::motors`] of the motor that winds it.
-    pub motor: usize,
-    /// Constant part of its row of R: (coordinate index, moment arm), ascending by coordinate.
-    pub moment_arms: Vec<(usize, f64)>,
-    /// Parts of s that are not linear in q; each on a coordinate of its own.
-    pub elements: Vec<TendonElement>,
-    /// Whether it is no cable but a drive that pushes as well: `f` then is clamped to ±f_max.
-    pub both_ways: bool,
-    /// Stiffness K of cable and motor servo in series.
-    pub stiffness: f64,
-    /// Damping b of the cable.
-    pub damping: f64,
-    /// Largest tension f_max.
-    pub force_limit: f64,
-}
-
 /// A motor: the command σ in [0, 1] maps to `s_ref = scaling · (σ − offset)`.
 #[derive(Clone, Debug)]
 pub struct Motor {
@@ -137,17 +129,6 @@ pub struct Motor {
     pub speed_limit: f64,
 }
 
-/// Mass properties of a link.
-#[derive(Clone, Copy, Debug)]
-pub struct Inertia {
-    /// kg.
-    pub mass: f64,
-    /// Centre of mass in the link frame, m.
-    pub com: Vec3,
-    /// Rotational inertia about the centre of mass, in link axes, kg·m².
-    pub about_com: Mat3,
-}
-
 /// A collision shape fixed to a link.
 #[derive(Clone, Debug)]
 pub struct Geom {
@@ -157,4 +138,18 @@ pub struct Geom {
     pub shape: Shape,
     /// Coulomb friction coefficient of its surface.
     pub friction: f64,
+}
+
+/// A rectangle on the hand's surface that feels touch: in the xy-plane of its frame, centred on it; z points out of the
+/// hand. What it reads is computed by the simulation.
+#[derive(Clone, Debug)]
+pub struct TactilePatch {
+    /// Unique in the hand: `finger_1_distal_3`.
+    pub name: String,
+    /// Index into the hand's links.
+    pub link: usize,
+    /// Frame of the patch.
+    pub link_from_patch: Pose,
+    /// Half the extents along x and y, m.
+    pub half_size: [f64; 2],
 }

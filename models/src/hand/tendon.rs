@@ -1,16 +1,39 @@
-//! Tendons whose moment arms change with the configuration: R(q) as the gradient of a length s(q).
+//! Tendons: the length s(q) that joints at coordinates q let a motor wind in, and its gradient, the moment arms R(q).
 //!
 //! Because every arm is the derivative of one length, the tendon does no net work on a closed path of q.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::hand::{Hand, Tendon};
+/// A cable: tension `f = clamp(K (s_ref − s) − b ṡ, 0, f_max)`, torque `τ = Rᵀ f`.
+///
+/// Its length is `s(q) = Σ r_i q_i` plus the elements' part, and its row of R is the gradient ds/dq.
+/// s and f are in units of the coordinate the moment arms refer to: with r dimensionless (URDF
+/// `mechanicalReduction`) s is in rad and f in N·m; with r in metres s is in m and f in N.
+#[derive(Clone, Debug)]
+pub struct Tendon {
+    /// Name, for messages.
+    pub name: String,
+    /// Index into [`Hand::motors`](super::Hand::motors) of the motor that winds it.
+    pub motor: usize,
+    /// Constant part of its row of R: (coordinate index, moment arm), ascending by coordinate.
+    pub moment_arms: Vec<(usize, f64)>,
+    /// Parts of s that are not linear in q; each on a coordinate of its own.
+    pub elements: Vec<TendonElement>,
+    /// Whether it is no cable but a drive that pushes as well: `f` then is clamped to ±f_max.
+    pub both_ways: bool,
+    /// Stiffness K of cable and motor servo in series.
+    pub stiffness: f64,
+    /// Damping b of the cable.
+    pub damping: f64,
+    /// Largest tension f_max.
+    pub force_limit: f64,
+}
 
 /// A part of a tendon's length that is not linear in its coordinate.
 #[derive(Clone, Debug)]
 pub struct TendonElement {
-    /// Index into [`Hand::coordinates`] of the coordinate it depends on.
+    /// Index into [`Hand::coordinates`](super::Hand::coordinates) of the coordinate it depends on.
     pub coordinate: usize,
     /// How.
     pub path: TendonPath,
@@ -54,7 +77,8 @@ impl Tendon {
         s
     }
 
-    /// Its row of R(q): tells `entry` (coordinate, arm) pairs, which add up where a coordinate comes twice.
+    /// Its row of R(q), told to `entry` as pairs of coordinate and moment arm. A coordinate may come twice: its arms
+    /// add up.
     pub fn gradient(&self, q: &[f64], mut entry: impl FnMut(usize, f64)) {
         for &(c, r) in &self.moment_arms {
             entry(c, r);
@@ -71,18 +95,6 @@ impl Tendon {
         all.sort_unstable();
         all.dedup();
         all
-    }
-}
-
-impl Hand {
-    /// Row of R(q) of every tendon, one entry per coordinate.
-    pub fn moment_arms(&self, q: &[f64]) -> Vec<Vec<f64>> {
-        let row = |tendon: &Tendon| {
-            let mut row = vec![0.0; self.coordinates.len()];
-            tendon.gradient(q, |c, r| row[c] += r);
-            row
-        };
-        self.tendons.iter().map(row).collect()
     }
 }
 
