@@ -1,7 +1,7 @@
 //! How far a competition lets the figures of a hand go. A hand beyond them is a machine: it wins by its build, not by
 //! its controller.
 //!
-//! [`Limits`](crate::limits::Limits) bound what a *file* may ask of a parser; these bound what the *hand* is.
+//! [`Limits`](crate::read::Limits) bound what a *file* may ask of a parser; these bound what the *hand* is.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -25,7 +25,7 @@ impl fmt::Display for SourceLocation {
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
     pub(crate) urdf: PathBuf,
-    /// The `hand.toml`; the URDF again for a hand without one.
+    /// The `hand.toml`; looked at only for what it states.
     pub(crate) settings: PathBuf,
     /// Numbers of `hand.toml` by table and field: `[links.palm]`, `friction`.
     pub(crate) stated: BTreeMap<(String, &'static str), f64>,

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::load::{self, LoadOptions, Loaded};
 use crate::measure::{Bound, Figure, HandLimits, SPECS};
+use crate::read::{self, LoadOptions, Loaded};
 
 /// A palm and a finger that slides out and bends; every number of a hand is in one of the two files.
 pub(super) const URDF: &str = r#"<robot name="two">
@@ -32,7 +32,7 @@ pub(super) const SETTINGS: &str = "friction = 0.9\n\
 
 pub(super) fn read(urdf: &str, settings: &str) -> Loaded {
     let files = ((Path::new("x/hand.urdf"), urdf), Some((Path::new("x/hand.toml"), settings)));
-    load::from_text(files.0, files.1, None, &LoadOptions::default()).unwrap()
+    read::from_text(files.0, files.1, None, &LoadOptions::default()).unwrap()
 }
 
 fn refusals(urdf: &str, settings: &str) -> Vec<String> {

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::limits::Limits;
+use super::options::InertiaPolicy;
+use super::report::Report;
 use crate::error::ModelError;
 use crate::hand::tendon::DaVinciGeometry;
-use crate::limits::Limits;
-use crate::load::{InertiaPolicy, Report};
-use crate::tactile::TactileSettings;
 
 /// The file beside a URDF. All of it is optional.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -18,7 +18,7 @@ pub(crate) struct Settings {
     pub(crate) name: Option<String>,
     pub(crate) description: Option<String>,
     pub(crate) gravity_compensation: Option<bool>,
-    /// Coulomb friction coefficient of every surface that [links] does not name.
+    /// Coulomb friction coefficient of every surface that `[links]` does not name.
     pub(crate) friction: Option<f64>,
     pub(crate) inertia: Option<InertiaPolicy>,
     /// By name of the URDF's actuator.
@@ -27,7 +27,7 @@ pub(crate) struct Settings {
     /// By name of the URDF's transmission.
     #[serde(default)]
     pub(crate) tendons: BTreeMap<String, TendonSettings>,
-    /// What holds for every coordinate that [coordinates] does not name.
+    /// What holds for every coordinate that `[coordinates]` does not name.
     #[serde(default)]
     pub(crate) every_coordinate: CoordinateSettings,
     /// By name of the URDF's joint.
@@ -41,64 +41,50 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    /// Refuses numbers that are not finite or absurdly large, before anything is computed from them.
+    /// Refuses numbers that are not finite, absurdly large or of the wrong sign, before anything is computed from them.
     pub(crate) fn check(&self, limits: &Limits, at: &Report) -> Result<(), ModelError> {
-        let check = |table: &str, name: &str, what: &str, value: Option<f64>, limit: f64| {
+        let check = |table: &str, name: &str, what: &str, value: Option<f64>, most: f64, sign: Sign| {
+            let Some(value) = value else { return Ok(()) };
             let element = || if name.is_empty() { table.to_owned() } else { format!("[{table}.{name}]") };
-            value.map_or(Ok(()), |value| at.number(element, what, value, limit))
-        };
-        // Finite and not too large first, then the sign.
-        let sign = |table: &str, name: &str, what: &str, value: Option<f64>, least: Least| {
-            let element = if name.is_empty() { table.to_owned() } else { format!("[{table}.{name}]") };
-            match value {
-                Some(value) if !least.allows(value) => {
-                    Err(at.bad(element, format!("has {what} {value}"), format!("{what} {}", least.words())))
-                }
-                _ => Ok(()),
+            at.number(element, what, value, most)?;
+            if sign.allows(value) {
+                return Ok(());
             }
-        };
-        let positive = |table: &str, name: &str, what: &str, value: Option<f64>, most: f64| {
-            check(table, name, what, value, most)?;
-            sign(table, name, what, value, Least::Positive)
-        };
-        let not_negative = |table: &str, name: &str, what: &str, value: Option<f64>, most: f64| {
-            check(table, name, what, value, most)?;
-            sign(table, name, what, value, Least::Zero)
+            Err(at.bad(element(), format!("has {what} {value}"), format!("{what} {}", sign.words())))
         };
         let most = limits.number;
-        not_negative("settings", "", "friction", self.friction, most)?;
+        check("settings", "", "friction", self.friction, most, Sign::NotNegative)?;
         for (name, m) in &self.motors {
-            check("motors", name, "scaling", Some(m.scaling), most)?;
-            sign("motors", name, "scaling", Some(m.scaling), Least::NotZero)?;
-            check("motors", name, "offset", Some(m.offset), most)?;
-            positive("motors", name, "speed_limit", Some(m.speed_limit), most)?;
+            check("motors", name, "scaling", Some(m.scaling), most, Sign::NotZero)?;
+            check("motors", name, "offset", Some(m.offset), most, Sign::Any)?;
+            check("motors", name, "speed_limit", Some(m.speed_limit), most, Sign::Positive)?;
         }
         for (name, t) in &self.tendons {
-            positive("tendons", name, "stiffness", Some(t.stiffness), most)?;
-            not_negative("tendons", name, "damping", Some(t.damping), most)?;
-            positive("tendons", name, "force_limit", Some(t.force_limit), most)?;
+            check("tendons", name, "stiffness", Some(t.stiffness), most, Sign::Positive)?;
+            check("tendons", name, "damping", Some(t.damping), most, Sign::NotNegative)?;
+            check("tendons", name, "force_limit", Some(t.force_limit), most, Sign::Positive)?;
             for (joint, g) in &t.da_vinci {
                 let what = format!("da_vinci.{joint}");
                 for x in [g.r0, g.r1, g.r2, g.a1, g.b1, g.l1, g.a2, g.b2] {
-                    check("tendons", name, &what, Some(x), limits.length_m)?;
+                    check("tendons", name, &what, Some(x), limits.length_m, Sign::Any)?;
                 }
             }
         }
         let every = [("every", &self.every_coordinate)];
         let coordinates = self.coordinates.iter().map(|(name, c)| (name.as_str(), c));
         for (name, c) in coordinates.chain(every) {
-            not_negative("coordinates", name, "stiffness", c.stiffness, most)?;
-            not_negative("coordinates", name, "damping", c.damping, most)?;
-            check("coordinates", name, "rest", c.rest, most)?;
+            check("coordinates", name, "stiffness", c.stiffness, most, Sign::NotNegative)?;
+            check("coordinates", name, "damping", c.damping, most, Sign::NotNegative)?;
+            check("coordinates", name, "rest", c.rest, most, Sign::Any)?;
         }
         for (name, l) in &self.links {
-            not_negative("links", name, "mass", l.mass, limits.mass_kg)?;
-            not_negative("links", name, "rounding", l.rounding, limits.length_m)?;
-            not_negative("links", name, "friction", l.friction, most)?;
+            check("links", name, "mass", l.mass, limits.mass_kg, Sign::NotNegative)?;
+            check("links", name, "rounding", l.rounding, limits.length_m, Sign::NotNegative)?;
+            check("links", name, "friction", l.friction, most, Sign::NotNegative)?;
         }
         for patches in &self.tactile {
             for x in patches.lengths() {
-                check("tactile", &patches.name, "size or centers", Some(x), limits.length_m)?;
+                check("tactile", &patches.name, "size or centers", Some(x), limits.length_m, Sign::Any)?;
             }
         }
         Ok(())
@@ -108,9 +94,7 @@ impl Settings {
     pub(crate) fn stated(&self) -> BTreeMap<(String, &'static str), f64> {
         let mut stated = BTreeMap::new();
         let mut state = |table: String, field: &'static str, value: Option<f64>| {
-            if let Some(value) = value {
-                stated.insert((table, field), value);
-            }
+            stated.extend(value.map(|value| ((table, field), value)));
         };
         state("settings".to_owned(), "friction", self.friction);
         let every = ("[every_coordinate]".to_owned(), &self.every_coordinate);
@@ -134,28 +118,31 @@ impl Settings {
     }
 }
 
-/// The least that a finite number may be.
+/// Which finite numbers a field may have.
 #[derive(Clone, Copy)]
-enum Least {
+enum Sign {
+    Any,
     Positive,
-    Zero,
+    NotNegative,
     NotZero,
 }
 
-impl Least {
+impl Sign {
     fn allows(self, value: f64) -> bool {
         match self {
-            Least::Positive => value > 0.0,
-            Least::Zero => value >= 0.0,
-            Least::NotZero => value != 0.0,
+            Sign::Any => true,
+            Sign::Positive => value > 0.0,
+            Sign::NotNegative => value >= 0.0,
+            Sign::NotZero => value != 0.0,
         }
     }
 
     fn words(self) -> &'static str {
         match self {
-            Least::Positive => "of more than 0",
-            Least::Zero => "of at least 0",
-            Least::NotZero => "other than 0",
+            Sign::Any => "",
+            Sign::Positive => "of more than 0",
+            Sign::NotNegative => "of at least 0",
+            Sign::NotZero => "other than 0",
         }
     }
 }
@@ -205,4 +192,29 @@ pub(crate) struct LinkSettings {
     /// Edge radius of the link's boxes, m; URDF boxes are sharp.
     pub(crate) rounding: Option<f64>,
     pub(crate) friction: Option<f64>,
+}
+
+/// Tactile patches of one size on one flat surface.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TactileSettings {
+    /// The patches' names are this and their number, from 1 on.
+    pub(crate) name: String,
+    /// URDF link whose frame the vectors are in.
+    pub(crate) link: String,
+    /// Direction of the patches' first extent.
+    pub(crate) along: [f64; 3],
+    /// Out of the hand.
+    pub(crate) normal: [f64; 3],
+    /// Extents along `along` and across it, m.
+    pub(crate) size: [f64; 2],
+    /// One per patch, m.
+    pub(crate) centers: Vec<[f64; 3]>,
+}
+
+impl TactileSettings {
+    /// Every length in it.
+    fn lengths(&self) -> impl Iterator<Item = f64> {
+        self.size.iter().copied().chain(self.centers.iter().flatten().copied())
+    }
 }

@@ -3,10 +3,6 @@
 //! Every refusal names the file, the element, what was found and how much is allowed. Sizes are looked at before
 //! anything is computed from them, so that no file makes a parser or a hull algorithm work for long.
 
-use std::path::Path;
-
-use crate::error::ModelError;
-
 /// Bounds on what a file may ask for. The defaults are several times what the hands in `hands/` need.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limits {
@@ -87,50 +83,4 @@ impl Default for Limits {
             number: 1e9,
         }
     }
-}
-
-impl Limits {
-    /// Refuses a tag that is longer than the limit. Comments may be as long as they like.
-    ///
-    /// # Errors
-    /// [`ModelError::TooLarge`] with the tag's name.
-    pub(crate) fn check_tags(&self, text: &str, file: &Path) -> Result<(), ModelError> {
-        let mut rest = text;
-        while let Some(start) = rest.find('<') {
-            rest = &rest[start..];
-            let comment = rest.starts_with("<!--");
-            let length = if comment { rest.find("-->") } else { tag_length(rest) };
-            // What never ends is as long as the rest of the file; the parser will say what is wrong with it.
-            let length = length.unwrap_or(rest.len());
-            if !comment && length > self.tag_bytes {
-                let name: String = rest[1..].chars().take_while(|c| c.is_alphanumeric()).take(40).collect();
-                return Err(ModelError::TooLarge {
-                    file: file.to_owned(),
-                    element: format!("<{name}>"),
-                    what: "bytes in one tag",
-                    found: length as u64,
-                    limit: self.tag_bytes as u64,
-                });
-            }
-            rest = &rest[length..];
-            // Past the '<' at the least.
-            let mut after = rest.char_indices().skip(1);
-            rest = after.next().map_or("", |(i, _)| &rest[i..]);
-        }
-        Ok(())
-    }
-}
-
-/// Bytes from `<` to the `>` outside quotes.
-fn tag_length(text: &str) -> Option<usize> {
-    let mut quote = None;
-    for (i, byte) in text.bytes().enumerate() {
-        match (quote, byte) {
-            (None, b'>') => return Some(i),
-            (None, b'"' | b'\'') => quote = Some(byte),
-            (Some(open), byte) if open == byte => quote = None,
-            _ => {}
-        }
-    }
-    None
 }

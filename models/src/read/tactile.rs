@@ -1,40 +1,14 @@
 //! The hand's tactile patches, from the groups that `hand.toml` states on links of the URDF.
 
-use serde::Deserialize;
-
+use super::report::Report;
+use super::settings::TactileSettings;
+use super::urdf::reduce::Reduced;
+use super::urdf::tree::Urdf;
 use crate::error::ModelError;
 use crate::hand::TactilePatch;
-use crate::load::Report;
-use crate::rolling::Reduced;
-use crate::urdf::Urdf;
 use crate::{Mat3, Pose, Rotation, Vec3};
 
-/// Patches of one size on one flat surface.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct TactileSettings {
-    /// The patches' names are this and their number, from 1 on.
-    pub(crate) name: String,
-    /// URDF link whose frame the vectors are in.
-    link: String,
-    /// Direction of the patches' first extent.
-    along: [f64; 3],
-    /// Out of the hand.
-    normal: [f64; 3],
-    /// Extents along `along` and across it, m.
-    size: [f64; 2],
-    /// One per patch, m.
-    pub(crate) centers: Vec<[f64; 3]>,
-}
-
-impl TactileSettings {
-    /// Every length in it.
-    pub(crate) fn lengths(&self) -> impl Iterator<Item = f64> {
-        self.size.iter().copied().chain(self.centers.iter().flatten().copied())
-    }
-}
-
-/// All patches that the settings name, on the links that the tree was reduced to.
+/// Every patch, on the link that its URDF link became part of.
 pub(crate) fn patches(
     settings: &[TactileSettings],
     tree: &Urdf,
@@ -45,7 +19,7 @@ pub(crate) fn patches(
     for group in settings {
         let element = || format!("tactile '{}'", group.name);
         let place =
-            tree.robot.links.iter().position(|l| l.name == group.link).and_then(|l| reduced.places[l]);
+            tree.robot.links.iter().position(|l| l.name == group.link).and_then(|l| reduced.merged_into[l]);
         let (link, link_from_urdf) = place.ok_or_else(|| {
             report.bad(element(), format!("names link '{}'", group.link), "a <link> of the URDF")
         })?;
@@ -53,11 +27,8 @@ pub(crate) fn patches(
         let square =
             (x.length() - 1.0).abs() < 1e-9 && (z.length() - 1.0).abs() < 1e-9 && x.dot(z).abs() < 1e-9;
         if !square {
-            return Err(report.bad(
-                element(),
-                "along and normal span no frame",
-                "two unit vectors at right angles",
-            ));
+            let problem = "along and normal span no frame";
+            return Err(report.bad(element(), problem, "two unit vectors at right angles"));
         }
         let rotation = Rotation::from_mat3(&Mat3::from_cols(x, z.cross(x), z));
         for (k, center) in group.centers.iter().enumerate() {

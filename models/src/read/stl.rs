@@ -1,59 +1,38 @@
 //! STL files: the corners of their triangles.
 
-use std::path::Path;
-
+use super::limits::Limits;
+use super::report::Report;
 use crate::Vec3;
 use crate::error::ModelError;
 
-/// What a mesh may have.
-#[derive(Clone, Copy, Debug)]
-pub struct MeshLimits {
-    /// Corners, three per triangle.
-    pub vertices: usize,
-    /// Distance of a corner from the origin along each axis after scaling, m.
-    pub length_m: f64,
-}
-
-/// Vertices of an STL file's bytes, scaled to metres, sorted and each once. `file` and `element` are for messages.
+/// Vertices of an STL file's bytes, scaled to metres, sorted and each once; `element` is what names the file.
 ///
 /// # Errors
 /// It is not STL, is cut short, has too many corners, or one that is not finite or too far away.
-pub fn read_stl(
-    file: &Path,
-    element: &str,
+pub(crate) fn vertices(
     bytes: &[u8],
     scale: Vec3,
-    limits: MeshLimits,
+    element: &str,
+    limits: &Limits,
+    report: &Report,
 ) -> Result<Vec<Vec3>, ModelError> {
-    let syntax = |message: String| ModelError::Syntax { file: file.to_owned(), format: "STL", message };
-    check_count(bytes).map_err(syntax)?;
-    let scene = mesh_loader::stl::from_slice(bytes).map_err(|e| syntax(e.to_string()))?;
+    check_count(bytes).map_err(|e| report.syntax("STL", e))?;
+    let scene = mesh_loader::stl::from_slice(bytes).map_err(|e| report.syntax("STL", e))?;
     let mut points = Vec::new();
     for mesh in &scene.meshes {
         for v in &mesh.vertices {
             points.push(Vec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2])) * scale);
         }
     }
-    if points.len() > limits.vertices {
-        return Err(ModelError::TooLarge {
-            file: file.to_owned(),
-            element: element.to_owned(),
-            what: "vertices",
-            found: points.len() as u64,
-            limit: limits.vertices as u64,
-        });
-    }
+    report.limit(element, "vertices", points.len(), limits.mesh_vertices)?;
     let near = |p: &Vec3| p.to_array().iter().all(|x| x.abs() <= limits.length_m);
     if let Some(far) = points.iter().find(|p| !near(p)) {
-        return Err(ModelError::Element {
-            file: file.to_owned(),
-            element: element.to_owned(),
-            problem: format!("its mesh has a corner at {:.4} {:.4} {:.4} m", far.x, far.y, far.z),
-            valid: format!(
-                "corners within {} m of the origin; a mesh in millimetres needs scale=\"0.001 0.001 0.001\"",
-                limits.length_m
-            ),
-        });
+        let problem = format!("its mesh has a corner at {:.4} {:.4} {:.4} m", far.x, far.y, far.z);
+        let valid = format!(
+            "corners within {} m of the origin; a mesh in millimetres needs scale=\"0.001 0.001 0.001\"",
+            limits.length_m
+        );
+        return Err(report.bad(element, problem, valid));
     }
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
     points.dedup();

@@ -8,8 +8,8 @@ use std::collections::BTreeSet;
 use roxmltree::Node;
 
 use crate::error::ModelError;
-use crate::limits::Limits;
-use crate::load::Report;
+use crate::read::limits::Limits;
+use crate::read::report::Report;
 
 const KIND: &str = "AdaptiveSynergyTransmission";
 
@@ -43,12 +43,7 @@ pub(crate) fn read(
     for node in robot.children().filter(|c| c.has_tag_name("transmission")) {
         let name = node.attribute("name").unwrap_or_default().to_owned();
         let element = format!("transmission '{name}'");
-        let kind = node
-            .children()
-            .find(|c| c.has_tag_name("type"))
-            .and_then(|t| t.text())
-            .unwrap_or_default()
-            .trim();
+        let kind = child(node, "type").and_then(|t| t.text()).unwrap_or_default().trim();
         if !kind.ends_with(KIND) {
             report.warn(element, format!("type '{kind}' couples no joints; ignored"));
             continue;
@@ -61,30 +56,22 @@ pub(crate) fn read(
         for joint in node.children().filter(|c| c.has_tag_name("joint")) {
             let joint_name = joint.attribute("name").unwrap_or_default().to_owned();
             if !seen.insert(joint_name.clone()) {
-                return Err(report.bad(
-                    element,
-                    format!("lists joint '{joint_name}' twice"),
-                    "each joint once",
-                ));
+                let problem = format!("lists joint '{joint_name}' twice");
+                return Err(report.bad(element, problem, "each joint once"));
             }
             let number = |tag: &str, default: f64| -> Result<f64, ModelError> {
-                let Some(node) = joint.children().find(|c| c.has_tag_name(tag)) else { return Ok(default) };
+                let Some(node) = child(joint, tag) else { return Ok(default) };
                 let text = node.text().unwrap_or_default().trim();
                 text.parse().ok().filter(|x: &f64| x.abs() <= limits.number).ok_or_else(|| {
-                    report.bad(
-                        format!("{element}, joint '{joint_name}'"),
-                        format!("<{tag}> is '{text}'"),
-                        "a finite number",
-                    )
+                    let element = format!("{element}, joint '{joint_name}'");
+                    report.bad(element, format!("<{tag}> is '{text}'"), "a finite number")
                 })
             };
             let stiffness = number("mechanicalElasticity", 0.0)?;
             if stiffness < 0.0 {
-                return Err(report.bad(
-                    format!("{element}, joint '{joint_name}'"),
-                    format!("<mechanicalElasticity> is the negative stiffness {stiffness}"),
-                    "a stiffness of at least 0 N·m/rad",
-                ));
+                let element = format!("{element}, joint '{joint_name}'");
+                let problem = format!("<mechanicalElasticity> is the negative stiffness {stiffness}");
+                return Err(report.bad(element, problem, "a stiffness of at least 0 N·m/rad"));
             }
             joints.push(TransmissionJoint {
                 moment_arm: number("mechanicalReduction", 1.0)?,
@@ -96,14 +83,14 @@ pub(crate) fn read(
         if joints.is_empty() {
             return Err(report.bad(element, "lists no joints", "at least one <joint name=…>"));
         }
-        let actuator = node.children().find(|c| c.has_tag_name("actuator")).and_then(|a| a.attribute("name"));
-        report.limit(
-            format!("transmission '{name}'"),
-            "tendons up to here",
-            found.len() + 1,
-            limits.tendons,
-        )?;
+        let actuator = child(node, "actuator").and_then(|a| a.attribute("name"));
+        report.limit(element, "tendons up to here", found.len() + 1, limits.tendons)?;
         found.push(Transmission { actuator: actuator.unwrap_or(&name).to_owned(), name, joints });
     }
     Ok(found)
+}
+
+/// The first child element of that name.
+fn child<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> Option<Node<'a, 'input>> {
+    node.children().find(|c| c.has_tag_name(tag))
 }

@@ -7,10 +7,11 @@ use std::path::{Component, Path, PathBuf};
 
 use zip::ZipArchive;
 
+use super::limits::Limits;
+use super::report::Report;
 use crate::error::ModelError;
-use crate::limits::Limits;
 
-/// A file of an archive that is smaller than this may be packed as well as it likes, bytes.
+/// How well a file of an archive is packed is looked at only if it is larger than this, bytes.
 const RATIO_COUNTS_FROM: u64 = 1 << 20;
 
 /// The files of a hand. A path never leads outside.
@@ -45,39 +46,22 @@ impl Files {
     /// # Errors
     /// As [`Files::open_archive`].
     pub fn archive(file: &Path, bytes: &[u8], limits: &Limits) -> Result<Files, ModelError> {
-        let syntax = |message: String| ModelError::Syntax { file: file.to_owned(), format: "ZIP", message };
-        let too_large = |element: String, what: &'static str, found: u64, limit: u64| {
-            Err(ModelError::TooLarge { file: file.to_owned(), element, what, found, limit })
-        };
-        if bytes.len() as u64 > limits.archive_bytes {
-            return too_large("archive".into(), "bytes", bytes.len() as u64, limits.archive_bytes);
-        }
-        let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| syntax(e.to_string()))?;
+        let at = Report::new(file);
+        let valid = "plain files in folders inside the archive, each name once";
+        at.limit("archive", "bytes", bytes.len(), limits.archive_bytes)?;
+        let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| at.syntax("ZIP", e))?;
         // The reader keeps the last of a name.
         if archive.has_duplicate_names() {
-            return Err(ModelError::Element {
-                file: file.to_owned(),
-                element: "archive".to_owned(),
-                problem: "holds several entries of one name".to_owned(),
-                valid: "plain files in folders inside the archive, each name once".to_owned(),
-            });
+            return Err(at.bad("archive", "holds several entries of one name", valid));
         }
-        if archive.len() > limits.archive_entries {
-            let (found, limit) = (archive.len() as u64, limits.archive_entries as u64);
-            return too_large("archive".into(), "entries", found, limit);
-        }
+        at.limit("archive", "entries", archive.len(), limits.archive_entries)?;
         let mut entries = BTreeMap::new();
         let mut total = 0;
         for i in 0..archive.len() {
-            let entry = archive.by_index(i).map_err(|e| syntax(format!("entry {i}: {e}")))?;
-            let name = entry.name().map_err(|e| syntax(format!("entry {i}: {e}")))?.into_owned();
+            let entry = archive.by_index(i).map_err(|e| at.syntax("ZIP", format!("entry {i}: {e}")))?;
+            let name = entry.name().map_err(|e| at.syntax("ZIP", format!("entry {i}: {e}")))?.into_owned();
             let element = format!("entry '{name}'");
-            let bad = |problem: &str| ModelError::Element {
-                file: file.to_owned(),
-                element: element.clone(),
-                problem: problem.to_owned(),
-                valid: "plain files in folders inside the archive, each name once".to_owned(),
-            };
+            let bad = |problem: &str| at.bad(&element, problem, valid);
             if entry.is_symlink() {
                 return Err(bad("is a symbolic link"));
             }
@@ -92,20 +76,14 @@ impl Files {
             let of_ratio = packed.saturating_mul(limits.archive_ratio).max(RATIO_COUNTS_FROM);
             let mut content = Vec::new();
             let read = entry.take(left.min(of_ratio) + 1).read_to_end(&mut content);
-            read.map_err(|e| syntax(format!("{element}: {e}")))?;
+            read.map_err(|e| at.syntax("ZIP", format!("{element}: {e}")))?;
             let found = content.len() as u64;
             if found > of_ratio {
-                return too_large(
-                    element,
-                    "times its packed size",
-                    found / packed.max(1),
-                    limits.archive_ratio,
-                );
-            }
-            if found > left {
-                return too_large(element, "bytes unpacked", total + found, limits.archive_unpacked_bytes);
+                let ratio = found / packed.max(1);
+                return Err(at.too_large(element, "times its packed size", ratio, limits.archive_ratio));
             }
             total += found;
+            at.limit(&element, "bytes unpacked", total, limits.archive_unpacked_bytes)?;
             if entries.insert(path, content).is_some() {
                 return Err(bad("is there twice"));
             }
@@ -142,12 +120,9 @@ impl Files {
             ([], [one]) => one.clone(),
             _ => {
                 let names: Vec<String> = found.iter().map(|p| p.display().to_string()).collect();
-                return Err(ModelError::Element {
-                    file: self.path().to_owned(),
-                    element: "URDF".to_owned(),
-                    problem: format!("there are {}: [{}]", found.len(), names.join(", ")),
-                    valid: "one file hand.urdf, or a single .urdf".to_owned(),
-                });
+                let problem = format!("there are {}: [{}]", found.len(), names.join(", "));
+                let valid = "one file hand.urdf, or a single .urdf";
+                return Err(Report::new(self.path()).bad("URDF", problem, valid));
             }
         };
         if let Files::Archive { folder, .. } = self {
@@ -202,10 +177,7 @@ impl Files {
             Files::Archive { folder, entries, .. } => {
                 let content = entries.get(&folder.join(clean));
                 let content = content.ok_or_else(|| missing(std::io::ErrorKind::NotFound))?;
-                if content.len() as u64 > limit {
-                    let (element, found) = (element.to_owned(), content.len() as u64);
-                    return Err(ModelError::TooLarge { file, element, what: "bytes", found, limit });
-                }
+                Report::new(&file).limit(element, "bytes", content.len(), limit)?;
                 Ok(content.clone())
             }
         }
@@ -213,13 +185,8 @@ impl Files {
 }
 
 fn outside(file: &Path, element: &str) -> ModelError {
-    ModelError::Element {
-        file: file.to_owned(),
-        element: element.to_owned(),
-        problem: "this file lies outside the hand's folder".to_owned(),
-        valid: "a file in or under the folder of the URDF, not through a link that leads out of it"
-            .to_owned(),
-    }
+    let valid = "a file in or under the folder of the URDF, not through a link that leads out of it";
+    Report::new(file).bad(element, "this file lies outside the hand's folder", valid)
 }
 
 /// The path without `.`, or `None` when it is absolute or goes up.
@@ -257,10 +224,6 @@ pub(crate) fn read_limited(file: &Path, element: &str, limit: u64) -> Result<Vec
     }
     let mut bytes = Vec::new();
     File::open(file).map_err(failed)?.take(limit + 1).read_to_end(&mut bytes).map_err(failed)?;
-    let found = bytes.len() as u64;
-    if found > limit {
-        let (file, element) = (file.to_owned(), element.to_owned());
-        return Err(ModelError::TooLarge { file, element, what: "bytes", found, limit });
-    }
+    Report::new(file).limit(element, "bytes", bytes.len(), limit)?;
     Ok(bytes)
 }
