@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use crate::hand::Hand;
-use crate::load::{self, LoadOptions};
+use crate::read::{self, LoadOptions};
 
 /// Embedded, so that the program runs from anywhere: name, URDF, settings.
 const FILES: [(&str, &str, &str); 3] = [
@@ -25,7 +25,7 @@ pub fn builtin_hands() -> &'static [Arc<Hand>] {
             .map(|(name, urdf, settings)| {
                 let urdf_file = format!("hands/{name}/hand.urdf");
                 let settings_file = format!("hands/{name}/hand.toml");
-                let loaded = load::from_text(
+                let loaded = read::from_text(
                     (Path::new(&urdf_file), urdf),
                     Some((Path::new(&settings_file), settings)),
                     None,

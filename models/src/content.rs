@@ -2,11 +2,12 @@
 //!
 //! Every number goes in with all its bits and every list with its length; the order is fixed.
 
-use crate::hand::{Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Motor, Tendon};
+use crate::hand::tendon::{TendonElement, TendonPath};
+use crate::hand::{
+    Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Motor, TactilePatch, Tendon,
+};
 use crate::object::Object;
 use crate::shape::Shape;
-use crate::tactile::TactilePatch;
-use crate::tendon::{TendonElement, TendonPath};
 use crate::{Mat3, Pose, Vec3};
 use sha2::{Digest, Sha256};
 

@@ -1,34 +1,20 @@
 //! What a hand and an object *are*: links, joints, inertia, shapes and the adaptive-synergy transmission.
 //!
-//! Nothing here moves; [`palmares-sim`](../palmares_sim/index.html) steps what is described here.
+//! [`shape`], [`hand`], [`object`] and [`catalogue`] are the descriptions, [`read`] makes them from files, [`measure`] says
+//! what a hand measures and whether a competition allows it. Nothing here moves;
+//! [`palmares-sim`](../palmares_sim/index.html) steps what is described here.
 //! Units are SI; a pose is written `a_from_b` and maps coordinates in `b` to coordinates in `a`.
 
 pub mod builtin;
 pub mod catalogue;
 pub mod content;
-pub mod describe;
 pub mod error;
-pub mod figures;
-pub mod files;
-mod geometry;
 pub mod hand;
-pub mod hand_limits;
-pub mod inertia;
-mod kinematics;
-pub mod limits;
-pub mod load;
-pub mod mesh;
+pub mod measure;
 pub mod object;
-pub mod plausible;
-mod rolling;
-mod settings;
+pub mod read;
+pub mod rotation;
 pub mod shape;
-pub mod sources;
-pub mod tactile;
-pub mod tendon;
-mod transmission;
-mod urdf;
-mod validate;
 
 #[cfg(test)]
 mod tests;

@@ -1,8 +1,8 @@
 //! Free rigid objects.
 
 use crate::error::ModelError;
-use crate::shape::Shape;
-use crate::{Mat3, Pose, Vec3, inertia};
+use crate::shape::{Shape, inertia};
+use crate::{Mat3, Pose, Vec3};
 
 /// A rigid object: convex parts, mass and surface. Mass is spread evenly over the parts' volume.
 #[derive(Clone, Debug)]
@@ -77,5 +77,19 @@ impl Object {
     #[must_use]
     pub fn with_restitution(self, restitution: f64) -> Object {
         Object { restitution: restitution.clamp(0.0, 1.0), ..self }
+    }
+
+    /// Lowest and highest corner of its bounding box in its own frame, m.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let mut low = Vec3::splat(f64::INFINITY);
+        let mut high = Vec3::splat(f64::NEG_INFINITY);
+        for (pose, shape) in &self.parts {
+            if let Some((parry, upright)) = shape.to_parry() {
+                let aabb = parry.compute_aabb(&(*pose * upright));
+                low = low.min(aabb.mins);
+                high = high.max(aabb.maxs);
+            }
+        }
+        (low, high)
     }
 }

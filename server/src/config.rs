@@ -9,7 +9,7 @@ use anyhow::bail;
 use clap::Args;
 use file::File;
 pub(crate) use file::{LONGEST_SESSION_S, Mode};
-use palmares_models::hand_limits::HandLimits;
+use palmares_models::measure::HandLimits;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::time::Duration;

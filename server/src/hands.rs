@@ -9,11 +9,9 @@ use crate::protocol::{Code, Refusal};
 use crate::session::{Background, Level};
 use crate::store::{HandRow, NewHand, Store, StoreError};
 use palmares_models::builtin::builtin_hands;
-use palmares_models::files::Files;
 use palmares_models::hand::Hand;
-use palmares_models::hand_limits::HandLimits;
-use palmares_models::limits::Limits;
-use palmares_models::load::{self, LoadOptions, Loaded};
+use palmares_models::measure::HandLimits;
+use palmares_models::read::{self, Files, Limits, LoadOptions, Loaded};
 use palmares_tasks::Task;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -58,7 +56,7 @@ fn store_failed(error: &StoreError) -> Refusal {
 fn read(bytes: &[u8]) -> Result<Loaded, String> {
     let options = LoadOptions::default();
     let files = Files::archive(Path::new("hand.zip"), bytes, &options.limits).map_err(|e| e.to_string())?;
-    load::from_files(files, None, &options).map_err(|e| e.to_string())
+    read::from_files(files, None, &options).map_err(|e| e.to_string())
 }
 
 /// Reads an archive as a hand that is within the limits.

@@ -2,10 +2,8 @@
 //! competition's limits, and what it would touch where it starts.
 
 use palmares_models::builtin::builtin_hands;
-use palmares_models::figures::Figure;
 use palmares_models::hand::Hand;
-use palmares_models::hand_limits::{Bound, HandLimits, SPECS, number};
-use palmares_models::sources::Sources;
+use palmares_models::measure::{Bound, Figure, HandLimits, SPECS, Sources, Spec, number};
 use palmares_tasks::Task;
 use palmares_tasks::start::may_overlap;
 use schemars::JsonSchema;
@@ -47,7 +45,7 @@ pub(crate) fn figures(hand: &Hand, sources: &Sources, limits: &HandLimits) -> Ve
     let others: Vec<(&str, Vec<Figure>)> =
         builtin_hands().iter().map(|hand| (hand.name.as_str(), hand.figures())).collect();
     let find = |figures: &[Figure], name: &str| figures.iter().find(|f| f.spec.name == name).cloned();
-    let row = |spec: &palmares_models::hand_limits::Spec| {
+    let row = |spec: &Spec| {
         let found = find(&own, spec.name);
         let others: BTreeMap<String, f64> = others
             .iter()
@@ -63,7 +61,7 @@ pub(crate) fn figures(hand: &Hand, sources: &Sources, limits: &HandLimits) -> Ve
             unit: spec.unit.to_owned(),
             what: spec.what.to_owned(),
             value: found.as_ref().map(|f| f.value),
-            place: found.as_ref().map(|f| sources.place(f).to_string()),
+            place: found.as_ref().map(|f| sources.location(f).to_string()),
             limit: limit.is_finite().then_some(limit),
             bound: match spec.bound {
                 Bound::Most => "most".to_owned(),

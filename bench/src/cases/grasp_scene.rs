@@ -1,11 +1,11 @@
 //! The scene of a grasp: the hand palm down before the object, which stands on a pedestal.
 
 use anyhow::{Context, Result};
-use palmares_models::catalogue::rotation_of;
+
 use palmares_models::hand::Hand;
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
-use palmares_models::{Pose, Rotation, Vec3};
+use palmares_models::{Pose, Rotation, Vec3, rotation};
 use palmares_sim::{Config, Model, Owner, State};
 use parry3d_f64::query;
 use parry3d_f64::shape::SharedShape;
@@ -86,7 +86,7 @@ pub fn before(hand: &Arc<Hand>, config: Config, lie: &Lie) -> Result<Scene> {
         }
     }
     // The palm's normal points down.
-    let world_from_grip = rotation_of([0.0, FRAC_PI_2, 0.0]);
+    let world_from_grip = rotation::from_rpy([0.0, FRAC_PI_2, 0.0]);
     let world_from_hand: Rotation = world_from_grip * lie.hand_from_grip.inverse();
     let start = Pose::from_parts(-(world_from_grip * at(x)), world_from_hand);
     let object = Pose::from_parts(Vec3::ZERO, world_from_grip * lie.grip_from_object);

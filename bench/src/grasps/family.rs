@@ -7,11 +7,11 @@ use crate::cases::grasp::Grasp;
 use crate::random::Random;
 use crate::robust::placements;
 use anyhow::{Context, Result, bail};
-use palmares_models::catalogue::{Catalogue, Item, rotation_of};
+use palmares_models::catalogue::{Catalogue, Item};
 use palmares_models::hand::Hand;
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
-use palmares_models::{Mat3, Pose, Rotation, Vec3};
+use palmares_models::{Mat3, Pose, Rotation, Vec3, rotation};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_6};
 use std::sync::Arc;
 
@@ -85,7 +85,7 @@ impl HandKind {
                 gap_m: [0.001, 0.01],
             },
             HandKind::ReFlex => Grip {
-                hand_from_grip: rotation_of([0.0, -FRAC_PI_2, 0.0]),
+                hand_from_grip: rotation::from_rpy([0.0, -FRAC_PI_2, 0.0]),
                 along_m: [-0.035, 0.005],
                 across_m: [-0.015, 0.015],
                 gap_m: [0.001, 0.02],
@@ -276,7 +276,7 @@ fn drawn(hand: HandKind, family: Family, count: usize) -> Result<Vec<Trial>> {
                 index,
                 object,
                 hand_from_grip: grip.hand_from_grip,
-                grip_from_object: rotation_of([turn, 0.0, 0.0]) * upright,
+                grip_from_object: rotation::from_rpy([turn, 0.0, 0.0]) * upright,
                 along_m,
                 across_m,
                 gap_m,
@@ -297,7 +297,7 @@ fn object(
 ) -> Result<(Arc<Object>, Rotation)> {
     let part = |k: usize, low: f64, high: f64| low + (high - low) * sizes[k];
     let mass = |low: f64, high: f64| low * libm::pow(high / low, mass);
-    let along_knuckles = rotation_of([FRAC_PI_2, 0.0, 0.0]);
+    let along_knuckles = rotation::from_rpy([FRAC_PI_2, 0.0, 0.0]);
     let single = |shape: Shape, mass: f64| -> Result<Arc<Object>> {
         Ok(Arc::new(Object::new(family.name(), vec![(Pose::IDENTITY, shape)], mass, FRICTION, 0.0)?))
     };
@@ -312,7 +312,7 @@ fn object(
         }
         Family::Plate => {
             let shape = Shape::Cylinder { radius: part(0, 0.04, 0.065), half_length: part(1, 0.003, 0.008) };
-            (single(shape, mass(0.05, 0.3))?, rotation_of([0.0, FRAC_PI_2, 0.0]))
+            (single(shape, mass(0.05, 0.3))?, rotation::from_rpy([0.0, FRAC_PI_2, 0.0]))
         }
         Family::Ball => {
             (single(Shape::Sphere { radius: part(0, 0.025, 0.05) }, mass(0.05, 0.5))?, Rotation::IDENTITY)

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use crate::load::{self, LoadOptions};
+use crate::read::{self, LoadOptions};
 
 use super::hostile_hands::{SETTINGS, URDF};
 
 #[track_caller]
 fn fails(urdf: &str, settings: &str, expected: &str) {
     let files = ((Path::new("x/hand.urdf"), urdf), Some((Path::new("x/hand.toml"), settings)));
-    let error = load::from_text(files.0, files.1, None, &LoadOptions::default()).unwrap_err().to_string();
+    let error = read::from_text(files.0, files.1, None, &LoadOptions::default()).unwrap_err().to_string();
     assert!(error.contains(expected), "{expected}\nis not in\n{error}");
 }
 

@@ -1,7 +1,7 @@
 //! The catalogue's data, and what its loader says to wrong data.
 
 use crate::Vec3;
-use crate::catalogue::{Catalogue, bounds};
+use crate::catalogue::Catalogue;
 
 const HEAD: &str = "source = \"x\"\n[[object]]\nid = \"a\"\nname = \"A\"\ncategory = \"food\"\nmass = 0.2\n\
     friction = 0.5\ncolor = [0.1, 0.2, 0.3]\n";
@@ -27,7 +27,7 @@ fn there_are_at_least_forty_objects_and_all_are_sane() {
 #[test]
 fn frames_lie_in_the_middle_of_the_bounds() {
     for item in Catalogue::builtin().items() {
-        let (low, high) = bounds(&item.object);
+        let (low, high) = item.object.bounds();
         let middle = (low + high) * 0.5;
         assert!(middle.length() < 2e-3, "{}: {middle}", item.object.name);
     }
@@ -49,7 +49,7 @@ fn inertias_are_those_of_solids_within_the_bounds() {
         let [a, b, c] = diagonal.to_array();
         assert!(a + b > c && b + c > a && a + c > b, "{name}: {diagonal}");
         assert!(about.determinant() > 0.0, "{name}");
-        let (low, high) = bounds(object);
+        let (low, high) = object.bounds();
         assert!(object.com.cmpge(low).all() && object.com.cmple(high).all(), "{name}: {}", object.com);
     }
 }
@@ -77,7 +77,7 @@ fn a_vessel_is_hollow_and_closed_around() {
         })
     };
     assert!(!inside(Vec3::new(-0.01, 0.0, 0.0)), "there is room for coffee");
-    let (_, high) = bounds(mug);
+    let (_, high) = mug.bounds();
     let middle_x = high.x - 0.5 * Catalogue::builtin().get("025_mug").expect("it is there").size[0];
     assert!(middle_x.abs() < 2e-3);
     // The wall of radius 0.04 stands around the bottom's centre.

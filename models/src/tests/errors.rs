@@ -4,8 +4,7 @@ use std::path::Path;
 
 use crate::error::ModelError;
 use crate::hand::Hand;
-use crate::limits::Limits;
-use crate::load::{self, InertiaPolicy, LoadOptions, Loaded};
+use crate::read::{self, InertiaPolicy, Limits, LoadOptions, Loaded};
 
 use super::softhand;
 
@@ -31,7 +30,7 @@ fn transmission(joints: &str) -> String {
 
 fn read(urdf: &str, settings: Option<&str>) -> Result<Loaded, ModelError> {
     let settings = settings.map(|s| (Path::new("x/hand.toml"), s));
-    load::from_text((Path::new("x/hand.urdf"), urdf), settings, None, &LoadOptions::default())
+    read::from_text((Path::new("x/hand.urdf"), urdf), settings, None, &LoadOptions::default())
 }
 
 #[track_caller]
@@ -52,13 +51,13 @@ fn the_plain_case_loads() {
 
 #[test]
 fn files_that_are_not_there_too_large_or_not_text() {
-    let missing = load::hand(Path::new("/no/such/hand.urdf"), &LoadOptions::default()).unwrap_err();
+    let missing = read::hand(Path::new("/no/such/hand.urdf"), &LoadOptions::default()).unwrap_err();
     assert!(
         matches!(&missing, ModelError::Read { .. }) && missing.to_string().contains("/no/such/hand.urdf")
     );
 
     let ours = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/hands/softhand/hand.urdf"));
-    let with = |limits: Limits| load::hand(ours, &LoadOptions { limits, ..LoadOptions::default() });
+    let with = |limits: Limits| read::hand(ours, &LoadOptions { limits, ..LoadOptions::default() });
     let default = Limits::default;
     for (limits, what) in [
         (Limits { text_bytes: 1000, ..default() }, "bytes"),
@@ -203,7 +202,7 @@ fn meshes_stay_in_their_folder() {
     let file = folder.join("hand.urdf");
     let load = |name: &str| {
         std::fs::write(&file, with(name)).unwrap();
-        load::hand(&file, &LoadOptions::default()).unwrap_err().to_string()
+        read::hand(&file, &LoadOptions::default()).unwrap_err().to_string()
     };
     for outside in ["../a.stl", "/etc/a.stl", "file:///etc/a.stl", "package://p/../../a.stl", "a.dae"] {
         let message = load(outside);

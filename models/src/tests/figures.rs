@@ -3,11 +3,9 @@
 use std::path::Path;
 
 use crate::builtin::builtin_hands;
-use crate::figures::Figure;
 use crate::hand::Hand;
-use crate::hand_limits::{HandLimits, SPECS, number};
-use crate::load::{self, LoadOptions};
-use crate::sources::Sources;
+use crate::measure::{Figure, HandLimits, SPECS, Sources, number};
+use crate::read::{self, LoadOptions};
 
 use super::hostile_hands::{SETTINGS, URDF, read};
 
@@ -95,7 +93,7 @@ fn the_published_softhand_is_within_the_defaults() {
         println!("skipped: the published SoftHand is not at {}", folder.display());
         return;
     }
-    let loaded = load::hand(&folder, &LoadOptions::default()).unwrap();
+    let loaded = read::hand(&folder, &LoadOptions::default()).unwrap();
     let figures = loaded.hand.figures();
     for Figure { spec, value, part, .. } in &figures {
         println!("{:28} {:>8} {} {part}", spec.name, spec.unit, number(*value));

@@ -7,9 +7,7 @@ use zip::write::SimpleFileOptions;
 
 use super::softhand::{SETTINGS, URDF};
 use crate::error::ModelError;
-use crate::files::Files;
-use crate::limits::Limits;
-use crate::load::{self, LoadOptions, Loaded};
+use crate::read::{self, Files, Limits, LoadOptions, Loaded};
 
 /// A base and a link that turns on it; `{…}` of the arguments are replaced.
 const SMALL: &str = r#"<robot name="r">
@@ -34,7 +32,7 @@ const SMALL_SETTINGS: &str = "friction = 0.7\n[motors.m]\nscaling = 12.5\noffset
 
 fn read(urdf: &str, settings: Option<&str>) -> Result<Loaded, ModelError> {
     let settings = settings.map(|s| (Path::new("x/hand.toml"), s));
-    load::from_text((Path::new("x/hand.urdf"), urdf), settings, None, &LoadOptions::default())
+    read::from_text((Path::new("x/hand.urdf"), urdf), settings, None, &LoadOptions::default())
 }
 
 #[track_caller]
@@ -203,7 +201,7 @@ fn archive(entries: &[(&str, &[u8])]) -> Vec<u8> {
 
 fn read_archive(bytes: &[u8], limits: Limits) -> Result<Loaded, ModelError> {
     let files = Files::archive(Path::new("h.zip"), bytes, &limits)?;
-    load::from_files(files, None, &LoadOptions { limits, ..LoadOptions::default() })
+    read::from_files(files, None, &LoadOptions { limits, ..LoadOptions::default() })
 }
 
 fn read_meshed(mesh: &[u8], limits: Limits) -> Result<Loaded, ModelError> {
@@ -299,7 +297,7 @@ fn links_out_of_the_folder_are_not_followed() {
     std::fs::create_dir(&folder).unwrap();
     std::fs::write(outer.path().join("secret.stl"), stl(&tetrahedron(0.05), 4)).unwrap();
     std::fs::write(folder.join("hand.urdf"), meshed("tip.stl", "1 1 1")).unwrap();
-    let load = |path: &Path| load::hand(path, &LoadOptions::default());
+    let load = |path: &Path| read::hand(path, &LoadOptions::default());
     std::os::unix::fs::symlink("../secret.stl", folder.join("tip.stl")).unwrap();
     refused(load(&folder), &["mine/tip.stl: link 'tip'", "outside the hand's folder"]);
     // Within the folder a link is as good as a file.

@@ -2,9 +2,8 @@
 
 use std::path::Path;
 
-use crate::figures::Figure;
-use crate::hand_limits::{HandLimits, SPECS};
-use crate::load::{self, LoadOptions, Loaded};
+use crate::measure::{Bound, Figure, HandLimits, SPECS};
+use crate::read::{self, LoadOptions, Loaded};
 
 /// A palm and a finger that slides out and bends; every number of a hand is in one of the two files.
 pub(super) const URDF: &str = r#"<robot name="two">
@@ -33,7 +32,7 @@ pub(super) const SETTINGS: &str = "friction = 0.9\n\
 
 pub(super) fn read(urdf: &str, settings: &str) -> Loaded {
     let files = ((Path::new("x/hand.urdf"), urdf), Some((Path::new("x/hand.toml"), settings)));
-    load::from_text(files.0, files.1, None, &LoadOptions::default()).unwrap()
+    read::from_text(files.0, files.1, None, &LoadOptions::default()).unwrap()
 }
 
 fn refusals(urdf: &str, settings: &str) -> Vec<String> {
@@ -145,8 +144,8 @@ fn each_limit_refuses_just_beyond_and_nothing_else() {
             limits.excesses(&figures, &sources)
         };
         let (out, within) = match spec.bound {
-            crate::hand_limits::Bound::Most => (0.999, 1.001),
-            crate::hand_limits::Bound::Least => (1.001, 0.999),
+            Bound::Most => (0.999, 1.001),
+            Bound::Least => (1.001, 0.999),
         };
         let found: Vec<&str> = beyond(out).iter().map(|excess| excess.spec.name).collect();
         assert_eq!(found, [spec.name], "{value}");

@@ -2,12 +2,13 @@
 
 use core::f64::consts::PI;
 
-use crate::geometry::Builder;
 use crate::hand::Inertia;
-use crate::inertia::of_shapes;
-use crate::load::{InertiaPolicy, LoadOptions, Report};
 use crate::object::Object;
+use crate::read::report::Report;
+use crate::read::urdf::link::LinkReader;
+use crate::read::{InertiaPolicy, LoadOptions};
 use crate::shape::Shape;
+use crate::shape::inertia::of_shapes;
 use crate::{Mat3, Pose, Rotation, Vec3};
 
 fn one(shape: &Shape, mass: f64) -> Inertia {
@@ -105,11 +106,10 @@ fn objects_get_their_inertia_or_say_why_not() {
 /// Recomputes every `<inertial>`; where one is wrong, the message is the lines to write instead.
 pub(super) fn assert_stated(urdf: &str, settings: &str) {
     let settings = toml::from_str(settings).unwrap();
-    let mut report = Report { file: "hand.urdf".into(), warnings: vec![] };
+    let mut report = Report::new("hand.urdf".as_ref());
     let mut body = |inertia: InertiaPolicy, link: &urdf_rs::Link| {
         let options = LoadOptions { inertia, ..LoadOptions::default() };
-        let builder = Builder::new(&settings, &options, None);
-        builder.body(link, &mut report).unwrap().inertia
+        LinkReader::new(&settings, &options, None).read(link, &mut report).unwrap().inertia
     };
     let mut wrong = String::new();
     for link in &urdf_rs::read_from_string(urdf).unwrap().links {

@@ -1,8 +1,9 @@
 //! Hulls of few points, rounded by an exact offset of the faces.
 
 use crate::Vec3;
-use crate::mesh::{fibonacci_direction, rounded_hull};
 use crate::shape::Shape;
+use crate::shape::hull::rounded_hull;
+use crate::shape::support::fibonacci_direction;
 
 /// Corners of a box of half extents h.
 fn corners(h: Vec3) -> Vec<Vec3> {

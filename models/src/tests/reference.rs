@@ -6,10 +6,10 @@ use parry3d_f64::transformation::try_convex_hull;
 
 use super::softhand;
 use crate::hand::Geom;
-use crate::load::{self, InertiaPolicy, LoadOptions, Loaded};
-use crate::mesh::MeshLimits;
+use crate::read::report::Report;
+use crate::read::{self, InertiaPolicy, Limits, LoadOptions, Loaded, stl};
 use crate::shape::Shape;
-use crate::{Pose, Vec3, mesh};
+use crate::{Pose, Vec3};
 
 fn folder() -> Option<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/reference/soft_hand_2016");
@@ -22,7 +22,7 @@ fn folder() -> Option<PathBuf> {
 
 fn load(folder: &Path, inertia: InertiaPolicy) -> Loaded {
     let options = LoadOptions { inertia, ..LoadOptions::default() };
-    load::hand(&folder.join("soft_hand.urdf"), &options).unwrap()
+    read::hand(&folder.join("soft_hand.urdf"), &options).unwrap()
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn a_settings_file_elsewhere_states_true_masses() {
     let settings = std::env::temp_dir().join(format!("palmares-models-{}.toml", std::process::id()));
     std::fs::write(&settings, "[links]\nsoft_hand_index_distal_link = { mass = 0.010 }\n").unwrap();
     let options = LoadOptions { settings: Some(settings.clone()), ..LoadOptions::default() };
-    let loaded = load::hand(&folder.join("soft_hand.urdf"), &options);
+    let loaded = read::hand(&folder.join("soft_hand.urdf"), &options);
     std::fs::remove_file(settings).unwrap();
     let hand = loaded.unwrap().hand;
     let tip = &hand.links[hand.link("soft_hand_index_distal_link").unwrap()];
@@ -151,9 +151,9 @@ fn primitives_stay_near_the_published_meshes() {
     for (file, link, mean_limit, max_limit) in cases {
         let path = folder.join(format!("meshes/{file}_collision.stl"));
         let points = {
-            let limits = MeshLimits { vertices: 10_000, length_m: 1.0 };
             let bytes = std::fs::read(&path).unwrap();
-            mesh::read_stl(&path, link, &bytes, Vec3::splat(1e-3), limits).unwrap()
+            let report = Report::new(&path);
+            stl::vertices(&bytes, Vec3::splat(1e-3), link, &Limits::default(), &report).unwrap()
         };
         let geoms = &hand.links[hand.link(link).unwrap()].geoms;
         let frame = if link == "base" { palm_from_base } else { Pose::IDENTITY };

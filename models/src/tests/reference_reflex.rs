@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
+use crate::hand::tendon::{DaVinciGeometry, TendonPath};
 use crate::hand::{Geom, Hand};
-use crate::tendon::{DaVinciGeometry, TendonPath};
 use crate::{Mat3, Pose, Rotation, Vec3};
 
 fn published() -> Option<Value> {

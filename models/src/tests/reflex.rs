@@ -5,8 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::hand::Hand;
-use crate::load::{self, LoadOptions};
-use crate::tendon::{DaVinci, DaVinciGeometry, TendonPath};
+use crate::hand::tendon::{DaVinci, DaVinciGeometry, TendonPath};
+use crate::read::{self, LoadOptions, Loaded};
 use crate::{Pose, Vec3};
 
 const URDF: &str = include_str!("../../hands/reflex/hand.urdf");
@@ -16,9 +16,9 @@ fn reflex() -> Arc<Hand> {
     Hand::builtin("reflex").unwrap()
 }
 
-fn from(urdf: &str, settings: &str) -> Result<load::Loaded, String> {
+fn from(urdf: &str, settings: &str) -> Result<Loaded, String> {
     let (urdf_file, settings_file) = (Path::new("x/hand.urdf"), Path::new("x/hand.toml"));
-    load::from_text((urdf_file, urdf), Some((settings_file, settings)), None, &LoadOptions::default())
+    read::from_text((urdf_file, urdf), Some((settings_file, settings)), None, &LoadOptions::default())
         .map_err(|e| e.to_string())
 }
 
@@ -134,7 +134,7 @@ fn pulleys_that_overlap_are_refused() {
 fn loads_without_warning_and_from_its_folder_too() {
     assert_eq!(from(URDF, SETTINGS).unwrap().warnings, vec![]);
     let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/hands/reflex/hand.urdf"));
-    let loaded = load::hand(file, &LoadOptions::default()).unwrap();
+    let loaded = read::hand(file, &LoadOptions::default()).unwrap();
     assert_eq!(loaded.hand.describe(), reflex().describe());
 }
 

@@ -3,17 +3,17 @@
 use std::path::Path;
 
 use crate::hand::Hand;
-use crate::load::{self, InertiaPolicy, LoadOptions};
+use crate::read::{self, InertiaPolicy, LoadOptions, Loaded};
 use crate::shape::Shape;
 use crate::{Vec3, builtin};
 
 pub(super) const URDF: &str = include_str!("../../hands/softhand/hand.urdf");
 pub(super) const SETTINGS: &str = include_str!("../../hands/softhand/hand.toml");
 
-pub(super) fn load_with(inertia: InertiaPolicy) -> load::Loaded {
+pub(super) fn load_with(inertia: InertiaPolicy) -> Loaded {
     let options = LoadOptions { inertia, ..LoadOptions::default() };
     let (urdf, settings) = (Path::new("hand.urdf"), Path::new("hand.toml"));
-    load::from_text((urdf, URDF), Some((settings, SETTINGS)), None, &options).unwrap()
+    read::from_text((urdf, URDF), Some((settings, SETTINGS)), None, &options).unwrap()
 }
 
 pub(super) const COORDINATES: [&str; 19] = [
@@ -49,7 +49,7 @@ fn every_builtin_hand_loads_without_warning() {
 #[test]
 fn loads_from_its_folder_too() {
     let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/hands/softhand/hand.urdf"));
-    let loaded = load::hand(file, &LoadOptions::default()).unwrap();
+    let loaded = read::hand(file, &LoadOptions::default()).unwrap();
     assert_eq!(loaded.hand.describe(), Hand::builtin("softhand").unwrap().describe());
 }
 
@@ -166,7 +166,7 @@ fn describes_itself_as_json() {
     for part in ["\"softhand\"", "index_distal", "moment_arms", "action.hand", "\"capsule\"", "quat_xyzw"] {
         assert!(text.contains(part), "{part}");
     }
-    let schema = schemars::schema_for!(crate::describe::HandDescription);
+    let schema = schemars::schema_for!(crate::hand::describe::HandDescription);
     assert!(schema.get("properties").is_some());
 }
 

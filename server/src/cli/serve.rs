@@ -15,7 +15,7 @@ use crate::ws::WireListener;
 use anyhow::{Context, anyhow, bail};
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
-use palmares_models::load::{self, LoadOptions, Loaded};
+use palmares_models::read::{self, LoadOptions, Loaded};
 use palmares_tasks::Task;
 use std::io::Write;
 use std::net::SocketAddr;
@@ -204,7 +204,7 @@ fn hands(config: &Config, tasks: &[Arc<Task>]) -> anyhow::Result<Vec<Arc<Hand>>>
     let mut hands = chosen("hands", config.builtin_hands.as_deref(), builtin, |hand| &hand.name)?;
     for path in &config.hands {
         // Its words name the file and tell the cause already.
-        let Loaded { hand, sources, warnings } = load::hand(path, &LoadOptions::default())
+        let Loaded { hand, sources, warnings } = read::hand(path, &LoadOptions::default())
             .map_err(|error| anyhow!("a hand of your own: {error}"))?;
         let beyond = inspect::beyond_limits(&hand, &sources, &config.hand_limits);
         if !beyond.is_empty() {

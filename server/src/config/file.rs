@@ -1,7 +1,7 @@
 //! `competition.toml`.
 
 use anyhow::{Context, bail};
-use palmares_models::hand_limits::HandLimits;
+use palmares_models::measure::HandLimits;
 use serde::{Deserialize, Serialize};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};

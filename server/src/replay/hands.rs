@@ -2,9 +2,8 @@
 
 use super::header::Header;
 use super::verify_error::VerifyError;
-use palmares_models::files::Files;
 use palmares_models::hand::Hand;
-use palmares_models::load::{self, LoadOptions};
+use palmares_models::read::{self, Files, LoadOptions};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -37,6 +36,6 @@ pub(super) fn unpacked(files: &[u8]) -> Result<Hand, VerifyError> {
     let options = LoadOptions::default();
     let files =
         Files::archive(Path::new(super::HAND_FILES), files, &options.limits).map_err(|e| failed(&e))?;
-    let loaded = load::from_files(files, None, &options).map_err(|e| failed(&e))?;
+    let loaded = read::from_files(files, None, &options).map_err(|e| failed(&e))?;
     Ok(loaded.hand)
 }

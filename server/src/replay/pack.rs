@@ -1,7 +1,7 @@
 //! The files of a hand as one archive, for its replays.
 
 use palmares_models::hand::Hand;
-use palmares_models::limits::Limits;
+use palmares_models::read::Limits;
 use std::ffi::OsStr;
 use std::fs;
 use std::io::{Cursor, Error, Result, Write};

@@ -8,7 +8,6 @@ pub use pour::drop_points;
 use crate::seed::Seed;
 use crate::task::{Kind, Placing, Task};
 use palmares_models::Pose;
-use palmares_models::catalogue::bounds;
 use palmares_models::object::Object;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -68,7 +67,7 @@ pub fn place(task: &Task, dice: &mut SceneRng) -> Result<Vec<Placed>, String> {
 pub fn placing_room(task: &Task) -> Option<([f64; 3], [f64; 3])> {
     let (low, mut high) = task.region(task.place.into_region())?;
     let sizes = task.objects.kinds.iter().map(|kind| {
-        let (min, max) = bounds(&kind.object);
+        let (min, max) = kind.object.bounds();
         max - min
     });
     let top = match &task.place {

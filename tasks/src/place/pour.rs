@@ -5,8 +5,8 @@
 
 use super::{Placed, SceneRng};
 use crate::task::{Pour, Task};
-use palmares_models::shape::Shape;
-use palmares_models::{Pose, Vec3, inertia};
+use palmares_models::shape::{Shape, inertia};
+use palmares_models::{Pose, Vec3};
 use parry3d_f64::shape::SharedShape;
 use rapier3d_f64::dynamics::CoefficientCombineRule;
 use rapier3d_f64::dynamics::{FrictionModel, RigidBodyBuilder};

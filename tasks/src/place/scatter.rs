@@ -2,9 +2,8 @@
 
 use super::{Placed, SceneRng};
 use crate::task::{Scatter, Task};
-use palmares_models::catalogue::{bounds, rotation_of};
 use palmares_models::object::Object;
-use palmares_models::{Pose, Vec3};
+use palmares_models::{Pose, Vec3, rotation};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::query;
 use parry3d_f64::shape::SharedShape;
@@ -74,7 +73,7 @@ pub(super) fn scatter(
         .iter()
         .enumerate()
         .map(|(k, placed)| {
-            let (min, max) = bounds(&placed.object);
+            let (min, max) = placed.object.bounds();
             (k, min, max)
         })
         .collect();
@@ -103,7 +102,7 @@ fn round(
             let (x, y, yaw) = (dice.unit(), dice.unit(), TAU * dice.unit());
             let at =
                 Vec3::new(low.x + x * (high.x - low.x), low.y + y * (high.y - low.y), low.z - min.z + DROP_M);
-            let pose = Pose::from_parts(at, rotation_of([0.0, 0.0, yaw]));
+            let pose = Pose::from_parts(at, rotation::from_rpy([0.0, 0.0, yaw]));
             let here = Standing::new(&objects[k].object, pose);
             let free = here.within(low, high, gap) && !standing.iter().any(|s| s.nearer_than(&here, gap));
             free.then_some((pose, here))

@@ -6,7 +6,7 @@ use super::super::admin::{
 use super::super::{hands, rest, runs};
 use super::{Content, Operation, Token, get, of, post};
 use crate::store::{HandRow, RunRecord};
-use palmares_models::describe::HandDescription;
+use palmares_models::hand::describe::HandDescription;
 use serde_json::{Map, Value};
 
 const TEXT: Content = Content::Other("text/plain");

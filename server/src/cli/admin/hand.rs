@@ -4,9 +4,8 @@ use super::client::{Client, escaped};
 use crate::cli::hand::{draw, figures, trial_table, trials};
 use crate::inspect::FigureRow;
 use anyhow::{Context, anyhow};
-use palmares_models::files::Files;
 use palmares_models::hand::Hand;
-use palmares_models::load::{self, LoadOptions};
+use palmares_models::read::{self, Files, LoadOptions};
 use palmares_tasks::Task;
 use serde::Deserialize;
 use serde_json::Value;
@@ -39,7 +38,7 @@ fn fetched(client: &Client, id: &str) -> anyhow::Result<Hand> {
     client.fetch(&format!("/v1/admin/hands/{}/archive", escaped(id)), &mut bytes)?;
     let options = LoadOptions::default();
     let files = Files::archive(Path::new("hand.zip"), &bytes, &options.limits)?;
-    Ok(load::from_files(files, None, &options)?.hand)
+    Ok(read::from_files(files, None, &options)?.hand)
 }
 
 /// Prints the figures; draws the hand from three sides.

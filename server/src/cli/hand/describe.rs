@@ -1,7 +1,7 @@
 //! A hand as text: tree, coordinates with R and E, motors and tendons.
 
 pub(super) use crate::cli::table::table;
-use palmares_models::describe::HandDescription;
+use palmares_models::hand::describe::HandDescription;
 use palmares_models::hand::{Hand, HingeKind};
 use palmares_models::shape::Shape;
 use std::fmt::Write;

@@ -3,7 +3,7 @@
 use super::describe::table;
 use super::trial::Trial;
 use crate::inspect::FigureRow;
-use palmares_models::hand_limits::number;
+use palmares_models::measure::number;
 use std::fmt::Write as _;
 
 /// The table; behind a figure stands what should be looked at.

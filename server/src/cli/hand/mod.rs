@@ -23,8 +23,8 @@ use clap::{Args, Subcommand};
 use palmares_models::builtin::builtin_hands;
 use palmares_models::error::{LoadWarning, ModelError};
 use palmares_models::hand::Hand;
-use palmares_models::load::{self, LoadOptions, Loaded};
-use palmares_models::sources::Sources;
+use palmares_models::measure::Sources;
+use palmares_models::read::{self, LoadOptions, Loaded};
 use palmares_tasks::Task;
 use std::io::Write as _;
 use std::path::Path;
@@ -140,7 +140,7 @@ fn load_hand(name: &str) -> Result<Found, ModelError> {
     {
         return Ok(Found { hand, sources: Sources::of_urdf(path), warnings: Vec::new() });
     }
-    let Loaded { hand, sources, warnings } = load::hand(path, &LoadOptions::default())?;
+    let Loaded { hand, sources, warnings } = read::hand(path, &LoadOptions::default())?;
     Ok(Found { hand: Arc::new(hand), sources, warnings })
 }
 

@@ -2,7 +2,7 @@
 
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
-use palmares_models::plausible::LOOSE;
+use palmares_models::measure::LOOSE;
 use palmares_sim::Config;
 use palmares_sim::Push;
 use palmares_sim::actuation::equilibrium::{ClosedForm, NoClosedForm, NoRest, rest};

@@ -3,7 +3,7 @@
 use super::draw::{Area, COLOURS, FAINT, GRID, INK, MARGIN, Picture, letters, said};
 use super::outline::outline;
 use palmares_models::hand::Hand;
-use palmares_models::hand_limits::number;
+use palmares_models::measure::number;
 use palmares_models::{Pose, Vec3};
 use plotters::prelude::*;
 

@@ -155,10 +155,10 @@ fn hand_archive(name: &str, more: &str) -> Vec<u8> {
 }
 
 fn hand_of(files: &[u8]) -> Arc<Hand> {
-    use palmares_models::{files::Files, load};
-    let options = load::LoadOptions::default();
+    use palmares_models::read::{self, Files, LoadOptions};
+    let options = LoadOptions::default();
     let files = Files::archive("hand.zip".as_ref(), files, &options.limits).expect("archive");
-    Arc::new(load::from_files(files, None, &options).expect("a hand").hand)
+    Arc::new(read::from_files(files, None, &options).expect("a hand").hand)
 }
 
 #[test]

@@ -1,0 +1,316 @@
+//! A hand as its users see it: what `GET /v1/hands/{name}` answers.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::tendon::{DaVinciGeometry, Tendon, TendonElement, TendonPath};
+use super::{Hand, HingeKind, TactilePatch};
+use crate::Pose;
+use crate::shape::Shape;
+
+/// A hand without solver details. Units are SI; poses are those at rest.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct HandDescription {
+    /// Identifier.
+    pub name: String,
+    /// One sentence for people.
+    pub description: String,
+    /// Mass of all links, kg.
+    pub mass: f64,
+    /// Rigid bodies; the base first, parents before children.
+    pub links: Vec<LinkDescription>,
+    /// Independent joint coordinates q, in the order of every vector of joints.
+    pub coordinates: Vec<CoordinateDescription>,
+    /// Motors, in the order of the action's `hand` field.
+    pub motors: Vec<MotorDescription>,
+    /// Tendons.
+    pub tendons: Vec<TendonDescription>,
+    /// Rectangles that feel touch.
+    pub tactile: Vec<PatchDescription>,
+    /// Whether the hand's own weight is cancelled.
+    pub gravity_compensation: bool,
+    /// Shape, unit and range of the hand's part of an action and of an observation.
+    pub specs: Vec<SpecDescription>,
+}
+
+/// A rigid body.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct LinkDescription {
+    /// Name.
+    pub name: String,
+    /// Name of the parent link; none for the base.
+    pub parent: Option<String>,
+    /// Name of the coordinate that moves it.
+    pub coordinate: Option<String>,
+    /// Its hinges from the parent outwards: one, or two for a rolling joint.
+    pub hinges: Vec<HingeDescription>,
+    /// kg
+    pub mass: f64,
+    /// Centre of mass in the link frame, m.
+    pub com: [f64; 3],
+    /// Where it is in the base frame when the hand is at rest.
+    pub base_from_link_at_rest: PoseDescription,
+    /// Collision shapes.
+    pub shapes: Vec<PlacedShape>,
+}
+
+/// An elementary motion `x = ratio · q + offset` about or along an axis.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct HingeDescription {
+    /// `revolute` or `prismatic`.
+    pub kind: &'static str,
+    /// Frame of the hinge at x = 0 in the frame before it.
+    pub origin: PoseDescription,
+    /// Unit axis in that frame.
+    pub axis: [f64; 3],
+    /// dx/dq
+    pub ratio: f64,
+    /// rad or m
+    pub offset: f64,
+}
+
+/// A position and an orientation.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct PoseDescription {
+    /// m
+    pub position: [f64; 3],
+    /// Unit quaternion.
+    pub quat_xyzw: [f64; 4],
+}
+
+/// A shape fixed to a link.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct PlacedShape {
+    /// Where it sits in the link frame.
+    #[serde(flatten)]
+    pub pose: PoseDescription,
+    /// The shape.
+    pub shape: Shape,
+    /// Coulomb friction coefficient.
+    pub friction: f64,
+}
+
+/// An independent coordinate.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct CoordinateDescription {
+    /// Name.
+    pub name: String,
+    /// Lower limit, rad or m; none where there is none.
+    pub minimum: Option<f64>,
+    /// Upper limit.
+    pub maximum: Option<f64>,
+    /// E, N·m/rad.
+    pub stiffness: f64,
+    /// D, N·m·s/rad.
+    pub damping: f64,
+    /// Where its spring is at rest.
+    pub rest: f64,
+}
+
+/// A motor.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct MotorDescription {
+    /// Name.
+    pub name: String,
+    /// `s_ref = scaling · (σ − offset)`.
+    pub scaling: f64,
+    /// σ at which `s_ref` is 0.
+    pub offset: f64,
+    /// Largest |dσ/dt|, 1/s.
+    pub speed_limit: f64,
+}
+
+/// A tendon.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct TendonDescription {
+    /// Name.
+    pub name: String,
+    /// Name of the motor that winds it.
+    pub motor: String,
+    /// Its row of R at rest, one entry per coordinate.
+    pub moment_arms: Vec<f64>,
+    /// What makes R depend on the configuration.
+    pub elements: Vec<ElementDescription>,
+    /// Whether it pushes as well as it pulls.
+    pub both_ways: bool,
+    /// K
+    pub stiffness: f64,
+    /// b
+    pub damping: f64,
+    /// f_max
+    pub force_limit: f64,
+}
+
+/// A part of a tendon whose moment arm depends on a coordinate.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct ElementDescription {
+    /// Name of the coordinate.
+    pub coordinate: String,
+    /// How the tendon passes it.
+    #[serde(flatten)]
+    pub path: PathDescription,
+}
+
+/// How a tendon passes a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum PathDescription {
+    /// Over two pulleys, one on either side of the joint.
+    DaVinci(DaVinciGeometry),
+}
+
+/// A rectangle on a link that feels touch: in the xy-plane of its frame, z outwards.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct PatchDescription {
+    /// Name.
+    pub name: String,
+    /// Name of its link.
+    pub link: String,
+    /// Its frame in the link frame: at the rectangle's centre.
+    #[serde(flatten)]
+    pub pose: PoseDescription,
+    /// Extents along x and y, m.
+    pub size: [f64; 2],
+}
+
+/// One field of an action or an observation.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct SpecDescription {
+    /// Path of the field in the message.
+    pub name: &'static str,
+    /// Length.
+    pub shape: [usize; 1],
+    /// Unit.
+    pub unit: &'static str,
+    /// Least value of each entry; none where there is no bound.
+    pub minimum: Vec<Option<f64>>,
+    /// Largest value of each entry.
+    pub maximum: Vec<Option<f64>>,
+}
+
+fn pose(p: &Pose) -> PoseDescription {
+    PoseDescription { position: p.translation.to_array(), quat_xyzw: p.rotation.to_array() }
+}
+
+fn bound(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}
+
+impl Hand {
+    /// What users of the hand need to know of it.
+    pub fn describe(&self) -> HandDescription {
+        let rest: Vec<f64> = self.coordinates.iter().map(|c| c.rest).collect();
+        let base_from_links = self.base_from_links(&rest);
+        HandDescription {
+            name: self.name.clone(),
+            description: self.description.clone(),
+            mass: self.links.iter().map(|l| l.inertia.mass).sum(),
+            links: (0..self.links.len()).map(|i| self.describe_link(i, &base_from_links[i])).collect(),
+            coordinates: self
+                .coordinates
+                .iter()
+                .map(|c| CoordinateDescription {
+                    name: c.name.clone(),
+                    minimum: bound(c.lower),
+                    maximum: bound(c.upper),
+                    stiffness: c.stiffness,
+                    damping: c.damping,
+                    rest: c.rest,
+                })
+                .collect(),
+            motors: self
+                .motors
+                .iter()
+                .map(|m| MotorDescription {
+                    name: m.name.clone(),
+                    scaling: m.scaling,
+                    offset: m.offset,
+                    speed_limit: m.speed_limit,
+                })
+                .collect(),
+            tendons: self.describe_tendons(&rest),
+            tactile: self.describe_tactile(),
+            gravity_compensation: self.gravity_compensation,
+            specs: self.specs(),
+        }
+    }
+
+    fn describe_link(&self, i: usize, base_from_link: &Pose) -> LinkDescription {
+        let link = &self.links[i];
+        let hinges = link.joint.iter().flat_map(|j| &j.hinges).map(|h| HingeDescription {
+            kind: match h.kind {
+                HingeKind::Revolute => "revolute",
+                HingeKind::Prismatic => "prismatic",
+            },
+            origin: pose(&h.parent_from_hinge),
+            axis: h.axis.to_array(),
+            ratio: h.ratio,
+            offset: h.offset,
+        });
+        let shapes = link.geoms.iter().map(|g| PlacedShape {
+            pose: pose(&g.link_from_geom),
+            shape: g.shape.clone(),
+            friction: g.friction,
+        });
+        LinkDescription {
+            name: link.name.clone(),
+            parent: link.parent.map(|p| self.links[p].name.clone()),
+            coordinate: link.joint.as_ref().map(|j| self.coordinates[j.coordinate].name.clone()),
+            hinges: hinges.collect(),
+            mass: link.inertia.mass,
+            com: link.inertia.com.to_array(),
+            base_from_link_at_rest: pose(base_from_link),
+            shapes: shapes.collect(),
+        }
+    }
+
+    fn describe_tactile(&self) -> Vec<PatchDescription> {
+        let describe = |patch: &TactilePatch| PatchDescription {
+            name: patch.name.clone(),
+            link: self.links[patch.link].name.clone(),
+            pose: pose(&patch.link_from_patch),
+            size: patch.half_size.map(|x| 2.0 * x),
+        };
+        self.tactile.iter().map(describe).collect()
+    }
+
+    fn describe_tendons(&self, rest: &[f64]) -> Vec<TendonDescription> {
+        let element = |e: &TendonElement| ElementDescription {
+            coordinate: self.coordinates[e.coordinate].name.clone(),
+            path: match &e.path {
+                TendonPath::DaVinci(mechanism) => PathDescription::DaVinci(*mechanism.geometry()),
+            },
+        };
+        let describe = |(t, row): (&Tendon, Vec<f64>)| TendonDescription {
+            name: t.name.clone(),
+            motor: self.motors[t.motor].name.clone(),
+            moment_arms: row,
+            elements: t.elements.iter().map(element).collect(),
+            both_ways: t.both_ways,
+            stiffness: t.stiffness,
+            damping: t.damping,
+            force_limit: t.force_limit,
+        };
+        self.tendons.iter().zip(self.moment_arms(rest)).map(describe).collect()
+    }
+
+    fn specs(&self) -> Vec<SpecDescription> {
+        let (motors, joints) = (self.motors.len(), self.coordinates.len());
+        vec![
+            SpecDescription {
+                name: "action.hand",
+                shape: [motors],
+                unit: "1",
+                minimum: vec![Some(0.0); motors],
+                maximum: vec![Some(1.0); motors],
+            },
+            SpecDescription {
+                name: "hand.joints.position",
+                shape: [joints],
+                unit: "rad",
+                minimum: self.coordinates.iter().map(|c| bound(c.lower)).collect(),
+                maximum: self.coordinates.iter().map(|c| bound(c.upper)).collect(),
+            },
+        ]
+    }
+}

@@ -1,0 +1,155 @@
+//! The immutable description of a hand: a tree of links moved by few coordinates and fewer tendons.
+
+pub mod describe;
+mod kinematics;
+pub mod tendon;
+mod validate;
+
+pub use self::tendon::Tendon;
+use crate::shape::Shape;
+pub use crate::shape::inertia::Inertia;
+use crate::{Pose, Vec3};
+
+/// A compliant underactuated hand. Shared read-only by every world that simulates it.
+#[derive(Clone, Debug)]
+pub struct Hand {
+    /// Identifier, unique in a catalogue: `softhand`.
+    pub name: String,
+    /// One sentence for people.
+    pub description: String,
+    /// Topologically sorted: a parent stands before its children, `links[0]` is the base.
+    pub links: Vec<Link>,
+    /// The independent joint coordinates q.
+    pub coordinates: Vec<Coordinate>,
+    /// The tendons; each pulls on several coordinates.
+    pub tendons: Vec<Tendon>,
+    /// The motors, in the order of the action's `hand` field.
+    pub motors: Vec<Motor>,
+    /// Whether the exact gravity torque of the hand's own links is added (Rocchi & Hauser 2016, eq. 6), so
+    /// that the free hand closes along the closed form in every orientation.
+    pub gravity_compensation: bool,
+    /// Pairs of links (lower index first) that never collide with each other, beside parent and child.
+    pub no_collision: Vec<[usize; 2]>,
+    /// Where the hand can feel touch.
+    pub tactile: Vec<TactilePatch>,
+}
+
+impl Hand {
+    /// Index of the link of that name.
+    pub fn link(&self, name: &str) -> Option<usize> {
+        self.links.iter().position(|l| l.name == name)
+    }
+
+    /// Index of the coordinate of that name.
+    pub fn coordinate(&self, name: &str) -> Option<usize> {
+        self.coordinates.iter().position(|c| c.name == name)
+    }
+}
+
+/// A rigid body of the tree. Fixed URDF joints are merged away: every link but the base moves.
+#[derive(Clone, Debug)]
+pub struct Link {
+    /// Name of the URDF link.
+    pub name: String,
+    /// Index of the parent link; `None` for the base.
+    pub parent: Option<usize>,
+    /// How the link moves against its parent; `None` for the base, which floats.
+    pub joint: Option<Joint>,
+    /// Mass properties in the link frame.
+    pub inertia: Inertia,
+    /// Collision geometry.
+    pub geoms: Vec<Geom>,
+}
+
+/// One or two hinges in series that share one coordinate.
+///
+/// A plain joint is one hinge. A rolling (Hillberry) joint `T(θ) = Rot(θ/2)·Trans(2r)·Rot(θ/2)` is two, with
+/// a massless coupler between them; its coordinate is the half angle θ/2.
+#[derive(Clone, Debug)]
+pub struct Joint {
+    /// Name of the URDF joint that carries the coordinate.
+    pub name: String,
+    /// Index into [`Hand::coordinates`].
+    pub coordinate: usize,
+    /// From the parent outwards; one or two. The child's frame is the last hinge's moved frame.
+    pub hinges: Vec<Hinge>,
+}
+
+/// An elementary motion `T(x) = parent_from_hinge · exp(axis · x)` with `x = ratio · q + offset`.
+#[derive(Clone, Debug)]
+pub struct Hinge {
+    /// Pose of the hinge frame at x = 0 in the frame before it (parent link, or the previous hinge).
+    pub parent_from_hinge: Pose,
+    /// Unit axis in the hinge frame.
+    pub axis: Vec3,
+    /// Rotation about the axis, or translation along it.
+    pub kind: HingeKind,
+    /// dx/dq; a `<mimic>` joint's multiplier.
+    pub ratio: f64,
+    /// x at q = 0, rad or m.
+    pub offset: f64,
+}
+
+/// What an elementary motion does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HingeKind {
+    /// Turns about its axis.
+    Revolute,
+    /// Slides along its axis.
+    Prismatic,
+}
+
+/// An independent coordinate q with its spring, damper and limits.
+#[derive(Clone, Debug)]
+pub struct Coordinate {
+    /// Name of the joint it stands for.
+    pub name: String,
+    /// Lower limit, rad (m for a prismatic joint).
+    pub lower: f64,
+    /// Upper limit, rad (m).
+    pub upper: f64,
+    /// Elastic stiffness E, N·m/rad; 0 for none.
+    pub stiffness: f64,
+    /// Viscous damping D, N·m·s/rad.
+    pub damping: f64,
+    /// Where the spring is at rest, rad.
+    pub rest: f64,
+}
+
+/// A motor: the command σ in [0, 1] maps to `s_ref = scaling · (σ − offset)`.
+#[derive(Clone, Debug)]
+pub struct Motor {
+    /// Name, for messages.
+    pub name: String,
+    /// s at σ − offset = 1.
+    pub scaling: f64,
+    /// σ at which s_ref is 0.
+    pub offset: f64,
+    /// Largest |dσ/dt|, 1/s.
+    pub speed_limit: f64,
+}
+
+/// A collision shape fixed to a link.
+#[derive(Clone, Debug)]
+pub struct Geom {
+    /// Where the shape sits.
+    pub link_from_geom: Pose,
+    /// The shape.
+    pub shape: Shape,
+    /// Coulomb friction coefficient of its surface.
+    pub friction: f64,
+}
+
+/// A rectangle on the hand's surface that feels touch: in the xy-plane of its frame, centred on it; z points out of the
+/// hand. What it reads is computed by the simulation.
+#[derive(Clone, Debug)]
+pub struct TactilePatch {
+    /// Unique in the hand: `finger_1_distal_3`.
+    pub name: String,
+    /// Index into the hand's links.
+    pub link: usize,
+    /// Frame of the patch.
+    pub link_from_patch: Pose,
+    /// Half the extents along x and y, m.
+    pub half_size: [f64; 2],
+}

@@ -1,0 +1,161 @@
+//! What must hold for a hand before anything computes with it.
+
+use std::collections::BTreeSet;
+
+use super::{Hand, Link, Motor};
+use crate::error::ModelError;
+use crate::shape::validate::{not_negative, positive};
+
+impl Hand {
+    /// Checks that indices lie inside, numbers are finite and signs are right. Loaded hands already are valid.
+    ///
+    /// # Errors
+    /// The first contradiction, with the element it is in.
+    pub fn validate(&self) -> Result<(), ModelError> {
+        let bad = |element: String, problem: String| {
+            Err(ModelError::Inconsistent { name: self.name.clone(), element, problem })
+        };
+        let mut names = BTreeSet::new();
+        for (i, link) in self.links.iter().enumerate() {
+            if !names.insert(&link.name) {
+                return bad(format!("link '{}'", link.name), "appears twice".to_owned());
+            }
+            if let Err(problem) = self.check_link(i, link) {
+                return bad(format!("link '{}'", link.name), problem);
+            }
+        }
+        if self.links.is_empty() {
+            return bad("links".to_owned(), "there are none; a hand has at least its base".to_owned());
+        }
+        for (i, c) in self.coordinates.iter().enumerate() {
+            let element = format!("coordinate '{}'", c.name);
+            if self.coordinates[..i].iter().any(|other| other.name == c.name) {
+                return bad(element, "appears twice".to_owned());
+            }
+            if !(c.lower < c.upper && c.rest.is_finite()) {
+                return bad(element, format!("limits {} to {}, rest {}", c.lower, c.upper, c.rest));
+            }
+            for (what, value) in [("stiffness", c.stiffness), ("damping", c.damping)] {
+                if !not_negative(value) {
+                    return bad(element, format!("{what} {value}; valid: finite, at least 0"));
+                }
+            }
+            if !self.links.iter().any(|l| l.joint.as_ref().is_some_and(|j| j.coordinate == i)) {
+                return bad(element, "moves no link".to_owned());
+            }
+        }
+        for motor in &self.motors {
+            let Motor { scaling, offset, speed_limit, .. } = motor;
+            let problem = if !scaling.is_finite() || *scaling == 0.0 {
+                format!("scaling {scaling}; valid: finite, other than 0")
+            } else if !offset.is_finite() {
+                format!("offset {offset}; valid: finite")
+            } else if !positive(*speed_limit) {
+                format!("speed limit {speed_limit}; valid: finite, more than 0")
+            } else {
+                continue;
+            };
+            return bad(format!("motor '{}'", motor.name), problem);
+        }
+        for tendon in &self.tendons {
+            let element = format!("tendon '{}'", tendon.name);
+            if tendon.motor >= self.motors.len() {
+                return bad(
+                    element,
+                    format!("names motor {}, there are {}", tendon.motor, self.motors.len()),
+                );
+            }
+            let ascending = tendon.moment_arms.windows(2).all(|w| w[0].0 < w[1].0);
+            let inside = tendon.moment_arms.iter().all(|&(i, r)| i < self.coordinates.len() && r.is_finite());
+            if (tendon.moment_arms.is_empty() && tendon.elements.is_empty()) || !ascending || !inside {
+                return bad(
+                    element,
+                    "moment arms must be finite, ascending by coordinate, at least one".to_owned(),
+                );
+            }
+            for (k, part) in tendon.elements.iter().enumerate() {
+                let again = tendon.elements[..k].iter().any(|other| other.coordinate == part.coordinate);
+                if part.coordinate >= self.coordinates.len() || again {
+                    return bad(element, "elements must each have a coordinate of their own".to_owned());
+                }
+            }
+            for (what, value) in [("stiffness", tendon.stiffness), ("force limit", tendon.force_limit)] {
+                if !positive(value) {
+                    return bad(element, format!("{what} {value}; valid: finite, more than 0"));
+                }
+            }
+            if !not_negative(tendon.damping) {
+                return bad(element, format!("damping {}; valid: finite, at least 0", tendon.damping));
+            }
+        }
+        for &[a, b] in &self.no_collision {
+            if a >= b || b >= self.links.len() {
+                return bad(
+                    format!("no_collision [{a}, {b}]"),
+                    "not a pair of links, lower first".to_owned(),
+                );
+            }
+        }
+        for (i, patch) in self.tactile.iter().enumerate() {
+            let problem = if patch.link >= self.links.len() {
+                format!("lies on link {}, there are {}", patch.link, self.links.len())
+            } else if self.tactile[..i].iter().any(|other| other.name == patch.name) {
+                "appears twice".to_owned()
+            } else if !patch.link_from_patch.is_finite() || !patch.half_size.iter().all(|&x| positive(x)) {
+                "its pose must be finite, its size positive".to_owned()
+            } else {
+                continue;
+            };
+            return bad(format!("tactile patch '{}'", patch.name), problem);
+        }
+        Ok(())
+    }
+
+    fn check_link(&self, i: usize, link: &Link) -> Result<(), String> {
+        match (&link.parent, &link.joint) {
+            (None, None) if i == 0 => {
+                if !positive(link.inertia.mass) {
+                    return Err("is the base, which flies, but has no mass".to_owned());
+                }
+            }
+            (Some(parent), Some(joint)) if *parent < i => {
+                if !matches!(joint.hinges.len(), 1 | 2) {
+                    return Err(format!(
+                        "joint '{}' has {} hinges, not 1 or 2",
+                        joint.name,
+                        joint.hinges.len()
+                    ));
+                }
+                if joint.coordinate >= self.coordinates.len() {
+                    return Err(format!("joint '{}' names coordinate {}", joint.name, joint.coordinate));
+                }
+                for hinge in &joint.hinges {
+                    let finite = hinge.parent_from_hinge.is_finite() && hinge.offset.is_finite();
+                    if !finite || !hinge.ratio.is_finite() || (hinge.axis.length() - 1.0).abs() > 1e-9 {
+                        return Err(format!(
+                            "joint '{}' is not finite or its axis no unit vector",
+                            joint.name
+                        ));
+                    }
+                }
+                if !positive(link.inertia.mass) {
+                    return Err("moves but has no mass".to_owned());
+                }
+            }
+            _ => return Err("a link but the base has a joint and a parent that stands before it".to_owned()),
+        }
+        if !not_negative(link.inertia.mass)
+            || !link.inertia.com.is_finite()
+            || !link.inertia.about_com.is_finite()
+        {
+            return Err("its inertia is not finite".to_owned());
+        }
+        for geom in &link.geoms {
+            geom.shape.validate()?;
+            if !geom.link_from_geom.is_finite() || !not_negative(geom.friction) {
+                return Err("a shape's pose is not finite or its friction negative".to_owned());
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,13 @@
+//! What a hand measures, which of its numbers are odd, and which go beyond a competition's limits.
+
+mod excess;
+mod figures;
+mod limits;
+mod plausible;
+mod sources;
+
+pub use self::excess::Excess;
+pub use self::figures::{Figure, Part, number};
+pub use self::limits::{Bound, HandLimits, SPECS, Spec};
+pub use self::plausible::{LOOSE, oddities};
+pub use self::sources::{SourceLocation, Sources};

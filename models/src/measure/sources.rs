@@ -1,0 +1,70 @@
+//! Which file and element states a number of a hand, so that messages blame the right one.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use super::figures::{Figure, Part};
+
+/// The file and the element of it that state a number.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SourceLocation {
+    /// The file.
+    pub file: PathBuf,
+    /// The element: `link 'palm'`, `[tendons.close]`.
+    pub element: String,
+}
+
+impl fmt::Display for SourceLocation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.file.display(), self.element)
+    }
+}
+
+/// Where a hand's numbers come from: its URDF, except for what `hand.toml` states.
+#[derive(Clone, Debug, Default)]
+pub struct Sources {
+    pub(crate) urdf: PathBuf,
+    /// The `hand.toml`; looked at only for what it states.
+    pub(crate) settings: PathBuf,
+    /// Numbers of `hand.toml` by table and field: `[links.palm]`, `friction`.
+    pub(crate) stated: BTreeMap<(String, &'static str), f64>,
+}
+
+impl Sources {
+    /// Of a hand that has nothing but a URDF.
+    pub fn of_urdf(urdf: &Path) -> Sources {
+        Sources { urdf: urdf.to_owned(), ..Sources::default() }
+    }
+
+    /// The URDF.
+    pub fn urdf(&self) -> &Path {
+        &self.urdf
+    }
+
+    /// Where a figure of the hand is stated.
+    pub fn location(&self, figure: &Figure) -> SourceLocation {
+        let field = figure.field;
+        let in_settings = |table: &String| self.stated.contains_key(&(table.clone(), field));
+        let tables = match &figure.part {
+            Part::Hand => vec![],
+            // Links that a fixed joint merges are one here, but stay apart in hand.toml.
+            Part::Link(_) if field == "friction" => {
+                let says = |((table, field), value): (&(String, &'static str), &f64)| {
+                    (*field == "friction" && *value == figure.value).then(|| table.clone())
+                };
+                self.stated.iter().filter_map(says).collect()
+            }
+            Part::Link(name) => vec![format!("[links.{name}]")],
+            Part::Joint(name) => {
+                vec![format!("[coordinates.{name}]"), "[every_coordinate]".to_owned()]
+            }
+            Part::Tendon(name) => vec![format!("[tendons.{name}]")],
+            Part::Motor(name) => vec![format!("[motors.{name}]")],
+        };
+        match tables.into_iter().find(in_settings) {
+            Some(element) => SourceLocation { file: self.settings.clone(), element },
+            None => SourceLocation { file: self.urdf.clone(), element: figure.part.to_string() },
+        }
+    }
+}

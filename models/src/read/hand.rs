@@ -1,0 +1,179 @@
+//! A hand from a URDF and a `hand.toml` beside it for what a URDF has no place for.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use urdf_rs::JointType;
+
+use super::actuation::actuation;
+use super::coordinates::coordinates;
+use super::files::{Files, has_extension, read_limited};
+use super::options::LoadOptions;
+use super::report::Report;
+use super::settings::Settings;
+use super::tactile;
+use super::urdf::link::LinkReader;
+use super::urdf::reduce;
+use super::urdf::tree::{self, Urdf};
+use crate::error::{LoadWarning, ModelError};
+use crate::hand::Hand;
+use crate::measure::{Sources, oddities};
+
+/// Pairs of links closer than this at rest never collide with each other, m.
+const TOUCHING_AT_REST: f64 = 1e-3;
+
+/// A hand and what its author should know.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The hand.
+    pub hand: Hand,
+    /// Its URDF, as messages call it, and what its `hand.toml` states instead.
+    pub sources: Sources,
+    /// What was odd: about the files in the order it was found, then about the hand.
+    pub warnings: Vec<LoadWarning>,
+}
+
+/// Reads a hand: a URDF file, a folder or a ZIP archive with one. The `hand.toml` beside the URDF is used, if there
+/// is one and the options name no other.
+///
+/// # Errors
+/// The first thing found wrong, with file, element and what would be valid.
+pub fn hand(path: &Path, options: &LoadOptions) -> Result<Loaded, ModelError> {
+    if has_extension(path, "zip") && path.is_file() {
+        return from_files(Files::open_archive(path, &options.limits)?, None, options);
+    }
+    if path.is_dir() {
+        return from_files(Files::Folder(path.to_owned()), None, options);
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    from_files(Files::Folder(folder.to_owned()), path.file_name().map(Path::new), options)
+}
+
+/// Reads a hand from a folder or an archive. Without a URDF's name, `hand.urdf` or the only one is taken.
+///
+/// # Errors
+/// As [`hand`].
+pub fn from_files(
+    mut files: Files,
+    urdf: Option<&Path>,
+    options: &LoadOptions,
+) -> Result<Loaded, ModelError> {
+    let limit = options.limits.text_bytes;
+    let urdf = urdf.map_or_else(|| files.find_urdf(), |name| Ok(name.to_owned()))?;
+    let urdf_file = files.display(&urdf);
+    let text = read_text(files.read(&urdf, "URDF", limit)?, &urdf_file)?;
+    let beside = Path::new("hand.toml");
+    let settings = match &options.settings {
+        Some(file) => Some((file.clone(), read_limited(file, "settings", limit)?)),
+        None if files.contains(beside) => {
+            Some((files.display(beside), files.read(beside, "settings", limit)?))
+        }
+        None => None,
+    };
+    let settings =
+        settings.map(|(file, bytes)| read_text(bytes, &file).map(|text| (text, file))).transpose()?;
+    let settings = settings.as_ref().map(|(text, file)| (file.as_path(), text.as_str()));
+    from_text((&urdf_file, &text), settings, Some(&files), options)
+}
+
+/// Reads a hand from texts already in memory, each with the name to report it by. Without files, a mesh is an error.
+///
+/// # Errors
+/// As [`hand`].
+pub fn from_text(
+    urdf: (&Path, &str),
+    settings: Option<(&Path, &str)>,
+    files: Option<&Files>,
+    options: &LoadOptions,
+) -> Result<Loaded, ModelError> {
+    let mut report = Report::new(urdf.0);
+    let tree = tree::parse(urdf.1, &options.limits, &mut report)?;
+    let at = Report::new(settings.map_or(urdf.0, |(file, _)| file));
+    let settings = match settings {
+        Some((_, text)) => {
+            let settings: Settings = toml::from_str(text).map_err(|e| at.syntax("TOML", e))?;
+            settings.check(&options.limits, &at)?;
+            check_names(&settings, &tree, &at)?;
+            settings
+        }
+        None => Settings::default(),
+    };
+    let name = settings.name.clone().unwrap_or_else(|| tree.robot.name.clone());
+    check_name(&name, if settings.name.is_some() { &at } else { &report })?;
+    let mut reader = LinkReader::new(&settings, options, files);
+    let reduced = reduce::reduce(&tree, &mut reader, &mut report)?;
+    let coordinates = coordinates(&tree, &reduced, &settings, &mut report)?;
+    let (motors, tendons) = actuation(&tree, &reduced, &settings, &mut report)?;
+    let patches: usize = settings.tactile.iter().map(|group| group.centers.len()).sum();
+    at.limit("tactile", "patches", patches, options.limits.tactile_patches)?;
+    let tactile = tactile::patches(&settings.tactile, &tree, &reduced, &at)?;
+    let mut hand = Hand {
+        name,
+        description: settings.description.clone().unwrap_or_default(),
+        links: reduced.links,
+        coordinates,
+        tendons,
+        motors,
+        gravity_compensation: settings.gravity_compensation.unwrap_or(true),
+        no_collision: Vec::new(),
+        tactile,
+    };
+    hand.validate().map_err(|error| match error {
+        // What hand.toml states was looked at where it was read.
+        ModelError::Inconsistent { element, problem, .. } => {
+            ModelError::Inconsistent { name: report.file.display().to_string(), element, problem }
+        }
+        error => error,
+    })?;
+    let rest: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
+    hand.no_collision = hand.pairs_closer_than(TOUCHING_AT_REST, &rest);
+    let mut warnings = report.warnings;
+    warnings.extend(oddities(&hand, &report.file));
+    let sources = Sources { urdf: report.file, settings: at.file, stated: settings.stated() };
+    Ok(Loaded { hand, sources, warnings })
+}
+
+/// A hand's name stands in addresses, on pages and in file names.
+fn check_name(name: &str, at: &Report) -> Result<(), ModelError> {
+    const LONGEST: usize = 64;
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+    if (1..=LONGEST).contains(&name.len()) && name.chars().all(plain) && !name.starts_with('.') {
+        return Ok(());
+    }
+    let shown: String = name.chars().take(LONGEST).collect();
+    Err(at.bad(
+        "name of the hand",
+        format!("is '{}'", shown.escape_debug()),
+        "1 to 64 letters, digits, '_', '-' and '.', the first no '.'",
+    ))
+}
+
+/// Every name in the settings stands for something in the URDF.
+fn check_names(settings: &Settings, tree: &Urdf, at: &Report) -> Result<(), ModelError> {
+    fn check<'a, T>(
+        table: &str,
+        given: &BTreeMap<String, T>,
+        known: impl Iterator<Item = &'a str>,
+        at: &Report,
+    ) -> Result<(), ModelError> {
+        let known: Vec<&str> = known.collect();
+        match given.keys().find(|name| !known.contains(&name.as_str())) {
+            None => Ok(()),
+            Some(name) => Err(at.bad(
+                format!("[{table}.{name}]"),
+                "names nothing in the URDF",
+                format!("one of: {}", known.join(", ")),
+            )),
+        }
+    }
+    let robot = &tree.robot;
+    let independent = robot.joints.iter().filter(|j| j.joint_type != JointType::Fixed && j.mimic.is_none());
+    check("coordinates", &settings.coordinates, independent.map(|j| j.name.as_str()), at)?;
+    check("links", &settings.links, robot.links.iter().map(|l| l.name.as_str()), at)?;
+    check("tendons", &settings.tendons, tree.transmissions.iter().map(|t| t.name.as_str()), at)?;
+    check("motors", &settings.motors, tree.transmissions.iter().map(|t| t.actuator.as_str()), at)
+}
+
+fn read_text(bytes: Vec<u8>, file: &Path) -> Result<String, ModelError> {
+    String::from_utf8(bytes).map_err(|e| Report::new(file).syntax("UTF-8", e))
+}

@@ -1,0 +1,86 @@
+//! Bounds on what a hand's files may ask for: they may come from a stranger.
+//!
+//! Every refusal names the file, the element, what was found and how much is allowed. Sizes are looked at before
+//! anything is computed from them, so that no file makes a parser or a hull algorithm work for long.
+
+/// Bounds on what a file may ask for. The defaults are several times what the hands in `hands/` need.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limits {
+    /// Bytes of a URDF or `hand.toml`. The published SoftHand's URDF has 60 kB.
+    pub text_bytes: u64,
+    /// Bytes between `<` and `>` of one tag: parsers compare each attribute of a tag with every other.
+    pub tag_bytes: usize,
+    /// XML nodes of a URDF: elements, texts and comments.
+    pub xml_nodes: u32,
+    /// Nested XML elements; a URDF needs six.
+    pub xml_depth: usize,
+    /// Links of a hand, couplers and fixed ones included.
+    pub links: usize,
+    /// Joints of a hand.
+    pub joints: usize,
+    /// Links from the base to a fingertip, couplers and fixed ones included.
+    pub depth: usize,
+    /// Collision shapes of a link.
+    pub link_shapes: usize,
+    /// Collision shapes of all links.
+    pub shapes: usize,
+    /// Tendons of a hand.
+    pub tendons: usize,
+    /// Tactile patches of a hand.
+    pub tactile_patches: usize,
+    /// Mesh files that a URDF names; the same file at another scale counts again.
+    pub meshes: usize,
+    /// Bytes of one mesh file.
+    pub mesh_bytes: u64,
+    /// Bytes of all mesh files together.
+    pub mesh_total_bytes: u64,
+    /// Corners of a mesh, three per triangle.
+    pub mesh_vertices: usize,
+    /// Corners of all meshes together.
+    pub mesh_total_vertices: usize,
+    /// Bytes of an archive.
+    pub archive_bytes: u64,
+    /// Files and folders in an archive.
+    pub archive_entries: usize,
+    /// Bytes of all files of an archive after unpacking.
+    pub archive_unpacked_bytes: u64,
+    /// How many times larger than its packed form a file of more than a megabyte may be. Text packs to a tenth,
+    /// zeros to a thousandth.
+    pub archive_ratio: u64,
+    /// Largest size and distance, m.
+    pub length_m: f64,
+    /// Largest mass of a link, kg.
+    pub mass_kg: f64,
+    /// Largest magnitude of any other number, in its own SI unit. Keeps squares and sums finite.
+    pub number: f64,
+}
+
+impl Default for Limits {
+    fn default() -> Limits {
+        Limits {
+            text_bytes: 1 << 20,
+            tag_bytes: 16 << 10,
+            xml_nodes: 100_000,
+            xml_depth: 32,
+            links: 256,
+            joints: 256,
+            depth: 64,
+            link_shapes: 32,
+            shapes: 512,
+            tendons: 64,
+            tactile_patches: 1024,
+            meshes: 128,
+            mesh_bytes: 16 << 20,
+            mesh_total_bytes: 64 << 20,
+            mesh_vertices: 300_000,
+            mesh_total_vertices: 1_500_000,
+            archive_bytes: 32 << 20,
+            archive_entries: 1024,
+            archive_unpacked_bytes: 96 << 20,
+            archive_ratio: 100,
+            length_m: 10.0,
+            mass_kg: 100.0,
+            number: 1e9,
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! Hands and objects from files that may come from a stranger.
+//!
+//! 1. `files.rs` finds the files in a folder or an archive; `limits.rs` bounds what they may ask for.
+//! 2. `urdf/` makes the URDF a checked tree, folds mimic joints and merges what does not move; `mesh.rs` and `stl.rs`
+//!    make meshes rounded hulls. `settings.rs` reads and checks `hand.toml`.
+//! 3. `coordinates.rs`, `actuation.rs` and `tactile.rs` build from both what the hand has beside its links.
+//! 4. `hand.rs` goes through these in order. `objects.rs` reads the catalogue's objects.
+//!
+//! What is odd is a warning, what cannot be meant an error (`report.rs`).
+
+mod actuation;
+mod coordinates;
+mod files;
+mod hand;
+mod limits;
+mod mesh;
+mod objects;
+mod options;
+pub(crate) mod report;
+mod settings;
+pub(crate) mod stl;
+mod tactile;
+pub(crate) mod urdf;
+
+pub use self::files::Files;
+pub use self::hand::{Loaded, from_files, from_text, hand};
+pub use self::limits::Limits;
+pub use self::options::{InertiaPolicy, LoadOptions};

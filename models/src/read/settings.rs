@@ -1,0 +1,220 @@
+//! `hand.toml`: what a URDF has no place for.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::limits::Limits;
+use super::options::InertiaPolicy;
+use super::report::Report;
+use crate::error::ModelError;
+use crate::hand::tendon::DaVinciGeometry;
+
+/// The file beside a URDF. All of it is optional.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Settings {
+    /// Replaces the URDF's robot name.
+    pub(crate) name: Option<String>,
+    pub(crate) description: Option<String>,
+    pub(crate) gravity_compensation: Option<bool>,
+    /// Coulomb friction coefficient of every surface that `[links]` does not name.
+    pub(crate) friction: Option<f64>,
+    pub(crate) inertia: Option<InertiaPolicy>,
+    /// By name of the URDF's actuator.
+    #[serde(default)]
+    pub(crate) motors: BTreeMap<String, MotorSettings>,
+    /// By name of the URDF's transmission.
+    #[serde(default)]
+    pub(crate) tendons: BTreeMap<String, TendonSettings>,
+    /// What holds for every coordinate that `[coordinates]` does not name.
+    #[serde(default)]
+    pub(crate) every_coordinate: CoordinateSettings,
+    /// By name of the URDF's joint.
+    #[serde(default)]
+    pub(crate) coordinates: BTreeMap<String, CoordinateSettings>,
+    /// By name of the URDF's link.
+    #[serde(default)]
+    pub(crate) links: BTreeMap<String, LinkSettings>,
+    #[serde(default)]
+    pub(crate) tactile: Vec<TactileSettings>,
+}
+
+impl Settings {
+    /// Refuses numbers that are not finite, absurdly large or of the wrong sign, before anything is computed from them.
+    pub(crate) fn check(&self, limits: &Limits, at: &Report) -> Result<(), ModelError> {
+        let check = |table: &str, name: &str, what: &str, value: Option<f64>, most: f64, sign: Sign| {
+            let Some(value) = value else { return Ok(()) };
+            let element = || if name.is_empty() { table.to_owned() } else { format!("[{table}.{name}]") };
+            at.number(element, what, value, most)?;
+            if sign.allows(value) {
+                return Ok(());
+            }
+            Err(at.bad(element(), format!("has {what} {value}"), format!("{what} {}", sign.words())))
+        };
+        let most = limits.number;
+        check("settings", "", "friction", self.friction, most, Sign::NotNegative)?;
+        for (name, m) in &self.motors {
+            check("motors", name, "scaling", Some(m.scaling), most, Sign::NotZero)?;
+            check("motors", name, "offset", Some(m.offset), most, Sign::Any)?;
+            check("motors", name, "speed_limit", Some(m.speed_limit), most, Sign::Positive)?;
+        }
+        for (name, t) in &self.tendons {
+            check("tendons", name, "stiffness", Some(t.stiffness), most, Sign::Positive)?;
+            check("tendons", name, "damping", Some(t.damping), most, Sign::NotNegative)?;
+            check("tendons", name, "force_limit", Some(t.force_limit), most, Sign::Positive)?;
+            for (joint, g) in &t.da_vinci {
+                let what = format!("da_vinci.{joint}");
+                for x in [g.r0, g.r1, g.r2, g.a1, g.b1, g.l1, g.a2, g.b2] {
+                    check("tendons", name, &what, Some(x), limits.length_m, Sign::Any)?;
+                }
+            }
+        }
+        let every = [("every", &self.every_coordinate)];
+        let coordinates = self.coordinates.iter().map(|(name, c)| (name.as_str(), c));
+        for (name, c) in coordinates.chain(every) {
+            check("coordinates", name, "stiffness", c.stiffness, most, Sign::NotNegative)?;
+            check("coordinates", name, "damping", c.damping, most, Sign::NotNegative)?;
+            check("coordinates", name, "rest", c.rest, most, Sign::Any)?;
+        }
+        for (name, l) in &self.links {
+            check("links", name, "mass", l.mass, limits.mass_kg, Sign::NotNegative)?;
+            check("links", name, "rounding", l.rounding, limits.length_m, Sign::NotNegative)?;
+            check("links", name, "friction", l.friction, most, Sign::NotNegative)?;
+        }
+        for patches in &self.tactile {
+            for x in patches.lengths() {
+                check("tactile", &patches.name, "size or centers", Some(x), limits.length_m, Sign::Any)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The numbers it states, by table and field: `[links.palm]`, `friction`.
+    pub(crate) fn stated(&self) -> BTreeMap<(String, &'static str), f64> {
+        let mut stated = BTreeMap::new();
+        let mut state = |table: String, field: &'static str, value: Option<f64>| {
+            stated.extend(value.map(|value| ((table, field), value)));
+        };
+        state("settings".to_owned(), "friction", self.friction);
+        let every = ("[every_coordinate]".to_owned(), &self.every_coordinate);
+        let each = self.coordinates.iter().map(|(name, c)| (format!("[coordinates.{name}]"), c));
+        for (table, c) in each.chain([every]) {
+            state(table.clone(), "stiffness", c.stiffness);
+            state(table.clone(), "damping", c.damping);
+            state(table, "rest", c.rest);
+        }
+        for (name, l) in &self.links {
+            state(format!("[links.{name}]"), "mass", l.mass);
+            state(format!("[links.{name}]"), "friction", l.friction);
+        }
+        for (name, t) in &self.tendons {
+            state(format!("[tendons.{name}]"), "stiffness", Some(t.stiffness));
+        }
+        for (name, m) in &self.motors {
+            state(format!("[motors.{name}]"), "scaling", Some(m.scaling));
+        }
+        stated
+    }
+}
+
+/// Which finite numbers a field may have.
+#[derive(Clone, Copy)]
+enum Sign {
+    Any,
+    Positive,
+    NotNegative,
+    NotZero,
+}
+
+impl Sign {
+    fn allows(self, value: f64) -> bool {
+        match self {
+            Sign::Any => true,
+            Sign::Positive => value > 0.0,
+            Sign::NotNegative => value >= 0.0,
+            Sign::NotZero => value != 0.0,
+        }
+    }
+
+    fn words(self) -> &'static str {
+        match self {
+            Sign::Any => "",
+            Sign::Positive => "of more than 0",
+            Sign::NotNegative => "of at least 0",
+            Sign::NotZero => "other than 0",
+        }
+    }
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MotorSettings {
+    pub(crate) scaling: f64,
+    #[serde(default)]
+    pub(crate) offset: f64,
+    /// 1/s
+    pub(crate) speed_limit: f64,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TendonSettings {
+    pub(crate) stiffness: f64,
+    #[serde(default)]
+    pub(crate) damping: f64,
+    pub(crate) force_limit: f64,
+    /// Pushes as well as it pulls.
+    #[serde(default)]
+    pub(crate) both_ways: bool,
+    /// Joints it passes by a Da Vinci mechanism, by name of the URDF's joint.
+    #[serde(default)]
+    pub(crate) da_vinci: BTreeMap<String, DaVinciGeometry>,
+}
+
+/// Overrides of what the URDF says.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CoordinateSettings {
+    /// N·m/rad
+    pub(crate) stiffness: Option<f64>,
+    /// N·m·s/rad
+    pub(crate) damping: Option<f64>,
+    /// rad
+    pub(crate) rest: Option<f64>,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LinkSettings {
+    /// kg; the inertia then comes from the geometry.
+    pub(crate) mass: Option<f64>,
+    /// Edge radius of the link's boxes, m; URDF boxes are sharp.
+    pub(crate) rounding: Option<f64>,
+    pub(crate) friction: Option<f64>,
+}
+
+/// Tactile patches of one size on one flat surface.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TactileSettings {
+    /// The patches' names are this and their number, from 1 on.
+    pub(crate) name: String,
+    /// URDF link whose frame the vectors are in.
+    pub(crate) link: String,
+    /// Direction of the patches' first extent.
+    pub(crate) along: [f64; 3],
+    /// Out of the hand.
+    pub(crate) normal: [f64; 3],
+    /// Extents along `along` and across it, m.
+    pub(crate) size: [f64; 2],
+    /// One per patch, m.
+    pub(crate) centers: Vec<[f64; 3]>,
+}
+
+impl TactileSettings {
+    /// Every length in it.
+    fn lengths(&self) -> impl Iterator<Item = f64> {
+        self.size.iter().copied().chain(self.centers.iter().flatten().copied())
+    }
+}

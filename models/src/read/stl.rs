@@ -1,0 +1,57 @@
+//! STL files: the corners of their triangles.
+
+use super::limits::Limits;
+use super::report::Report;
+use crate::Vec3;
+use crate::error::ModelError;
+
+/// Vertices of an STL file's bytes, scaled to metres, sorted and each once; `element` is what names the file.
+///
+/// # Errors
+/// It is not STL, is cut short, has too many corners, or one that is not finite or too far away.
+pub(crate) fn vertices(
+    bytes: &[u8],
+    scale: Vec3,
+    element: &str,
+    limits: &Limits,
+    report: &Report,
+) -> Result<Vec<Vec3>, ModelError> {
+    check_count(bytes).map_err(|e| report.syntax("STL", e))?;
+    let scene = mesh_loader::stl::from_slice(bytes).map_err(|e| report.syntax("STL", e))?;
+    let mut points = Vec::new();
+    for mesh in &scene.meshes {
+        for v in &mesh.vertices {
+            points.push(Vec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2])) * scale);
+        }
+    }
+    report.limit(element, "vertices", points.len(), limits.mesh_vertices)?;
+    let near = |p: &Vec3| p.to_array().iter().all(|x| x.abs() <= limits.length_m);
+    if let Some(far) = points.iter().find(|p| !near(p)) {
+        let problem = format!("its mesh has a corner at {:.4} {:.4} {:.4} m", far.x, far.y, far.z);
+        let valid = format!(
+            "corners within {} m of the origin; a mesh in millimetres needs scale=\"0.001 0.001 0.001\"",
+            limits.length_m
+        );
+        return Err(report.bad(element, problem, valid));
+    }
+    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
+    points.dedup();
+    Ok(points)
+}
+
+/// A binary STL states how many triangles follow; what it states must be there. Parsers trust one or the other.
+fn check_count(bytes: &[u8]) -> Result<(), String> {
+    const HEADER: usize = 80;
+    const TRIANGLE: u64 = 50;
+    // `solid` begins an ASCII file, or a binary one by careless authors: then the size decides.
+    let text = bytes.trim_ascii_start().starts_with(b"solid");
+    let Some(count) = bytes.get(HEADER..HEADER + 4).and_then(|b| <[u8; 4]>::try_from(b).ok()) else {
+        return if text { Ok(()) } else { Err(format!("{} bytes are no STL file", bytes.len())) };
+    };
+    let (stated, body) = (u64::from(u32::from_le_bytes(count)), (bytes.len() - HEADER - 4) as u64);
+    let fits = stated * TRIANGLE <= body && body - stated * TRIANGLE <= 2;
+    if fits || text {
+        return Ok(());
+    }
+    Err(format!("its header promises {stated} triangles, {} bytes each, but {body} bytes follow", TRIANGLE))
+}

@@ -1,0 +1,44 @@
+//! The hand's tactile patches, from the groups that `hand.toml` states on links of the URDF.
+
+use super::report::Report;
+use super::settings::TactileSettings;
+use super::urdf::reduce::Reduced;
+use super::urdf::tree::Urdf;
+use crate::error::ModelError;
+use crate::hand::TactilePatch;
+use crate::{Mat3, Pose, Rotation, Vec3};
+
+/// Every patch, on the link that its URDF link became part of.
+pub(crate) fn patches(
+    settings: &[TactileSettings],
+    tree: &Urdf,
+    reduced: &Reduced,
+    report: &Report,
+) -> Result<Vec<TactilePatch>, ModelError> {
+    let mut out = Vec::new();
+    for group in settings {
+        let element = || format!("tactile '{}'", group.name);
+        let place =
+            tree.robot.links.iter().position(|l| l.name == group.link).and_then(|l| reduced.merged_into[l]);
+        let (link, link_from_urdf) = place.ok_or_else(|| {
+            report.bad(element(), format!("names link '{}'", group.link), "a <link> of the URDF")
+        })?;
+        let (x, z) = (Vec3::from_array(group.along), Vec3::from_array(group.normal));
+        let square =
+            (x.length() - 1.0).abs() < 1e-9 && (z.length() - 1.0).abs() < 1e-9 && x.dot(z).abs() < 1e-9;
+        if !square {
+            let problem = "along and normal span no frame";
+            return Err(report.bad(element(), problem, "two unit vectors at right angles"));
+        }
+        let rotation = Rotation::from_mat3(&Mat3::from_cols(x, z.cross(x), z));
+        for (k, center) in group.centers.iter().enumerate() {
+            out.push(TactilePatch {
+                name: format!("{}_{}", group.name, k + 1),
+                link,
+                link_from_patch: link_from_urdf * Pose::from_parts(Vec3::from_array(*center), rotation),
+                half_size: group.size.map(|x| 0.5 * x),
+            });
+        }
+    }
+    Ok(out)
+}

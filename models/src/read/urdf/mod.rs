@@ -1,0 +1,10 @@
+//! The URDF of a hand: its text becomes a checked tree of links and joints (`tree.rs`), which is reduced to the links and
+//! coordinates that the hand has (`mimic.rs`, `reduce.rs`).
+
+pub(crate) mod link;
+mod mimic;
+mod numbers;
+pub(crate) mod reduce;
+mod transmission;
+pub(crate) mod tree;
+mod xml;

@@ -1,0 +1,96 @@
+//! `<transmission>` of type AdaptiveSynergyTransmission: the tags of adaptive synergies, R, E and rest position.
+//!
+//! The tags are those of CentroEPiaggio's pisa-iit-soft-hand: per joint `mechanicalReduction` (its entry of R),
+//! `mechanicalElasticity` (its entry of E) and `offset` (its angle when the tendon is slack and nothing touches).
+
+use std::collections::BTreeSet;
+
+use roxmltree::Node;
+
+use crate::error::ModelError;
+use crate::read::limits::Limits;
+use crate::read::report::Report;
+
+const KIND: &str = "AdaptiveSynergyTransmission";
+
+/// One tendon as a URDF states it.
+#[derive(Clone, Debug)]
+pub(crate) struct Transmission {
+    pub(crate) name: String,
+    /// Name of the actuator that winds it.
+    pub(crate) actuator: String,
+    pub(crate) joints: Vec<TransmissionJoint>,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct TransmissionJoint {
+    pub(crate) joint: String,
+    /// Entry of R.
+    pub(crate) moment_arm: f64,
+    /// Entry of E, N·m/rad.
+    pub(crate) stiffness: f64,
+    /// Rest angle, rad.
+    pub(crate) rest: f64,
+}
+
+/// Reads every adaptive-synergy transmission; other types couple nothing and are reported.
+pub(crate) fn read(
+    robot: Node<'_, '_>,
+    limits: &Limits,
+    report: &mut Report,
+) -> Result<Vec<Transmission>, ModelError> {
+    let mut found: Vec<Transmission> = Vec::new();
+    for node in robot.children().filter(|c| c.has_tag_name("transmission")) {
+        let name = node.attribute("name").unwrap_or_default().to_owned();
+        let element = format!("transmission '{name}'");
+        let kind = child(node, "type").and_then(|t| t.text()).unwrap_or_default().trim();
+        if !kind.ends_with(KIND) {
+            report.warn(element, format!("type '{kind}' couples no joints; ignored"));
+            continue;
+        }
+        if name.is_empty() || found.iter().any(|t| t.name == name) {
+            return Err(report.bad(element, "has no name of its own", "a unique name"));
+        }
+        let mut joints = Vec::new();
+        let mut seen = BTreeSet::new();
+        for joint in node.children().filter(|c| c.has_tag_name("joint")) {
+            let joint_name = joint.attribute("name").unwrap_or_default().to_owned();
+            if !seen.insert(joint_name.clone()) {
+                let problem = format!("lists joint '{joint_name}' twice");
+                return Err(report.bad(element, problem, "each joint once"));
+            }
+            let number = |tag: &str, default: f64| -> Result<f64, ModelError> {
+                let Some(node) = child(joint, tag) else { return Ok(default) };
+                let text = node.text().unwrap_or_default().trim();
+                text.parse().ok().filter(|x: &f64| x.abs() <= limits.number).ok_or_else(|| {
+                    let element = format!("{element}, joint '{joint_name}'");
+                    report.bad(element, format!("<{tag}> is '{text}'"), "a finite number")
+                })
+            };
+            let stiffness = number("mechanicalElasticity", 0.0)?;
+            if stiffness < 0.0 {
+                let element = format!("{element}, joint '{joint_name}'");
+                let problem = format!("<mechanicalElasticity> is the negative stiffness {stiffness}");
+                return Err(report.bad(element, problem, "a stiffness of at least 0 N·m/rad"));
+            }
+            joints.push(TransmissionJoint {
+                moment_arm: number("mechanicalReduction", 1.0)?,
+                stiffness,
+                rest: number("offset", 0.0)?,
+                joint: joint_name,
+            });
+        }
+        if joints.is_empty() {
+            return Err(report.bad(element, "lists no joints", "at least one <joint name=…>"));
+        }
+        let actuator = child(node, "actuator").and_then(|a| a.attribute("name"));
+        report.limit(element, "tendons up to here", found.len() + 1, limits.tendons)?;
+        found.push(Transmission { actuator: actuator.unwrap_or(&name).to_owned(), name, joints });
+    }
+    Ok(found)
+}
+
+/// The first child element of that name.
+fn child<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> Option<Node<'a, 'input>> {
+    node.children().find(|c| c.has_tag_name(tag))
+}

@@ -1,0 +1,111 @@
+//! The URDF file as a checked tree: urdf-rs for links and joints, the raw XML for transmissions, which it drops.
+
+use std::collections::BTreeMap;
+
+use urdf_rs::Robot;
+
+use super::numbers::check_numbers;
+use super::transmission::{self, Transmission};
+use super::xml::document;
+use crate::error::ModelError;
+use crate::read::limits::Limits;
+use crate::read::report::Report;
+use crate::{Pose, Vec3, rotation};
+
+/// A URDF whose links form one tree and whose numbers are finite.
+pub(crate) struct Urdf {
+    pub(crate) robot: Robot,
+    pub(crate) transmissions: Vec<Transmission>,
+    /// Index of the link that is nobody's child.
+    pub(crate) root: usize,
+    /// Joints that leave each link, in file order.
+    pub(crate) children: Vec<Vec<usize>>,
+    /// Link at the far end of each joint.
+    pub(crate) child_link: Vec<usize>,
+}
+
+/// Reads and checks the text of a URDF file.
+pub(crate) fn parse(text: &str, limits: &Limits, report: &mut Report) -> Result<Urdf, ModelError> {
+    let document = document(text, limits, report)?;
+    let transmissions = transmission::read(document.root_element(), limits, report)?;
+    let robot = urdf_rs::read_from_string(text).map_err(|e| report.syntax("URDF", e))?;
+    report.limit("robot", "links", robot.links.len(), limits.links)?;
+    report.limit("robot", "joints", robot.joints.len(), limits.joints)?;
+    let mut shapes = 0;
+    for link in &robot.links {
+        let element = format!("link '{}'", link.name);
+        report.limit(element, "collision shapes", link.collision.len(), limits.link_shapes)?;
+        shapes += link.collision.len();
+    }
+    report.limit("robot", "collision shapes", shapes, limits.shapes)?;
+    check_numbers(&robot, limits, report)?;
+
+    let mut link_by_name = BTreeMap::new();
+    for (i, link) in robot.links.iter().enumerate() {
+        if link_by_name.insert(link.name.as_str(), i).is_some() {
+            let element = format!("link '{}'", link.name);
+            return Err(report.bad(element, "appears twice", "a name of its own for each link"));
+        }
+    }
+    let mut parent_joint = vec![None; robot.links.len()];
+    let mut children = vec![Vec::new(); robot.links.len()];
+    let mut child_link = Vec::new();
+    let mut joint_names = BTreeMap::new();
+    for (j, joint) in robot.joints.iter().enumerate() {
+        let element = format!("joint '{}'", joint.name);
+        if joint_names.insert(joint.name.as_str(), j).is_some() {
+            return Err(report.bad(element, "appears twice", "a name of its own for each joint"));
+        }
+        let find = |name: &str| {
+            link_by_name.get(name).copied().ok_or_else(|| {
+                let problem = format!("names link '{name}', which is not there");
+                report.bad(&element, problem, "a <link> of this file")
+            })
+        };
+        let (parent, child) = (find(&joint.parent.link)?, find(&joint.child.link)?);
+        if parent_joint[child].replace(j).is_some() {
+            let (element, valid) =
+                (format!("link '{}'", joint.child.link), "a tree: one joint leads to each link");
+            return Err(report.bad(element, "is the child of two joints", valid));
+        }
+        children[parent].push(j);
+        child_link.push(child);
+    }
+    let roots: Vec<usize> = (0..robot.links.len()).filter(|&l| parent_joint[l].is_none()).collect();
+    let &[root] = roots.as_slice() else {
+        let names: Vec<&str> = roots.iter().map(|&l| robot.links[l].name.as_str()).collect();
+        let problem = format!("{} links are no joint's child: {names:?}", roots.len());
+        return Err(report.bad("robot", problem, "exactly one root link, the hand's base"));
+    };
+    check_reach(&robot, &children, &child_link, root, limits, report)?;
+    Ok(Urdf { robot, transmissions, root, children, child_link })
+}
+
+/// Every link hangs on the root, and the tree is not absurdly deep.
+fn check_reach(
+    robot: &Robot,
+    children: &[Vec<usize>],
+    child_link: &[usize],
+    root: usize,
+    limits: &Limits,
+    report: &Report,
+) -> Result<(), ModelError> {
+    let mut reached = 0;
+    let mut open = vec![(root, 1)];
+    while let Some((link, depth)) = open.pop() {
+        reached += 1;
+        let element = format!("link '{}'", robot.links[link].name);
+        report.limit(element, "links in one chain", depth, limits.depth)?;
+        open.extend(children[link].iter().map(|&j| (child_link[j], depth + 1)));
+    }
+    if reached != children.len() {
+        let problem = format!("{} links form a loop of their own", children.len() - reached);
+        return Err(report.bad("robot", problem, "a tree: joints lead from the base to every link"));
+    }
+    Ok(())
+}
+
+/// A URDF origin as a pose: fixed-axis roll, pitch, yaw.
+pub(crate) fn pose(origin: &urdf_rs::Pose) -> Pose {
+    Pose::from_parts(Vec3::from_array(*origin.xyz), rotation::from_rpy(*origin.rpy))
+}
