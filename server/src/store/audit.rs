@@ -87,7 +87,7 @@ impl Recorded<'_> {
         Ok(self.transaction.commit().await?)
     }
 
-    /// Commits when the entry changed the one row it was meant for; else nothing happened, and nothing is recorded.
+    /// Commits when the action changed the one row it was meant for; else nothing happened, and nothing is recorded.
     pub(super) async fn commit_if_one(self, changed: u64) -> Result<bool, StoreError> {
         if changed == 1 {
             self.commit().await?;

@@ -1,53 +1,18 @@
 //! Which objects a run has and where they start.
 
+mod placed;
 mod pour;
+mod rng;
 mod scatter;
 
+pub use placed::Placed;
 pub use pour::drop_points;
+pub use rng::SceneRng;
 
-use crate::seed::Seed;
 use crate::task::{Kind, Placing, Task};
 use palmares_models::Pose;
 use palmares_models::object::Object;
-use rand_chacha::ChaCha12Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::sync::Arc;
-
-/// The randomness of a scene. What is drawn again goes on where the last draw ended.
-pub struct SceneRng(ChaCha12Rng);
-
-impl SceneRng {
-    /// Random numbers of a seed.
-    pub fn new(seed: Seed) -> Self {
-        SceneRng(ChaCha12Rng::from_seed(seed.0))
-    }
-
-    /// In [0, 1).
-    fn unit(&mut self) -> f64 {
-        (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// In [-1, 1).
-    fn both_ways(&mut self) -> f64 {
-        2.0 * self.unit() - 1.0
-    }
-
-    /// In [0, n).
-    fn below(&mut self, n: usize) -> usize {
-        ((self.unit() * n as f64) as usize).min(n.saturating_sub(1))
-    }
-}
-
-/// An object and the pose of its frame.
-#[derive(Clone, Debug)]
-pub struct Placed {
-    /// Under the name it has in the scene.
-    pub object: Arc<Object>,
-    /// World pose.
-    pub pose: Pose,
-    /// sRGB
-    pub color: [f64; 3],
-}
 
 /// Draws a task's objects and places them; says what did not work out, if it did not.
 pub fn place(task: &Task, dice: &mut SceneRng) -> Result<Vec<Placed>, String> {

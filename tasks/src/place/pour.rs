@@ -3,7 +3,8 @@
 //! A pile of free objects needs no hand and no tendon: an ordinary rigid-body engine settles it. The result is
 //! handed over at rest.
 
-use super::{Placed, SceneRng};
+use super::placed::Placed;
+use super::rng::SceneRng;
 use crate::task::{Pour, Task};
 use palmares_models::shape::{Shape, inertia};
 use palmares_models::{Pose, Vec3};

@@ -1,6 +1,7 @@
 //! Putting objects down side by side.
 
-use super::{Placed, SceneRng};
+use super::placed::Placed;
+use super::rng::SceneRng;
 use crate::task::{Scatter, Task};
 use palmares_models::object::Object;
 use palmares_models::{Pose, Vec3, rotation};

@@ -1,6 +1,6 @@
 //! Bringing objects from one region to another.
 
-use super::ObjectSnapshot;
+use super::snapshot::ObjectSnapshot;
 use crate::observation::Event;
 use crate::score::{Count, score};
 use crate::task::{Collect, Task};

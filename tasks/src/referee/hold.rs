@@ -1,6 +1,6 @@
 //! Lifting, holding and shaking one object.
 
-use super::ObjectSnapshot;
+use super::snapshot::ObjectSnapshot;
 use crate::observation::Event;
 use crate::score::Count;
 use crate::task::Hold;

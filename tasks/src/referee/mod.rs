@@ -2,24 +2,15 @@
 
 mod collect;
 mod hold;
+mod snapshot;
 
 pub use collect::CollectReferee;
 pub use hold::{HoldReferee, Slip};
+pub use snapshot::ObjectSnapshot;
 
 use crate::observation::Event;
 use crate::score::Count;
 use crate::task::{Rules, Task};
-
-/// What the referee is shown of an object.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ObjectSnapshot {
-    /// Centre of mass, m.
-    pub position: [f64; 3],
-    /// The same in the frame of the hand's base, m.
-    pub in_hand: [f64; 3],
-    /// Whether it has come to rest.
-    pub at_rest: bool,
-}
 
 /// Watches the objects of a run by the rules of its task.
 #[derive(Clone, Debug)]

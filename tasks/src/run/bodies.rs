@@ -1,21 +1,9 @@
 //! Where everything that moves is, for recorders and viewers.
 
 use super::Run;
+use super::hand_body::HandBody;
 use crate::scene::ScenePart;
 use palmares_models::Pose;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-/// A link of the hand and its collision shapes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct HandBody {
-    /// Index of the body: the links follow the bodies of the scene.
-    pub id: usize,
-    /// Name of the link.
-    pub name: String,
-    /// Convex parts in the link frame.
-    pub parts: Vec<ScenePart>,
-}
 
 impl Run {
     /// The hand's links as bodies. Their ids go on where those of the scene end.

@@ -3,13 +3,15 @@
 mod bodies;
 mod command;
 mod driven;
+mod hand_body;
 mod observe;
 mod outcome;
 mod push;
+mod push_error;
 
-pub use bodies::HandBody;
+pub use hand_body::HandBody;
 pub use outcome::{Outcome, Reason};
-pub use push::PushError;
+pub use push_error::PushError;
 
 use crate::action::{Action, ActionError, BaseTarget};
 use crate::build::build;

@@ -2,6 +2,7 @@
 
 use super::Run;
 use super::driven::Pushing;
+use super::push_error::{MOST_PUSHES, PushError};
 use crate::observation::Wrench;
 use palmares_models::Vec3;
 use palmares_sim::Push;
@@ -9,38 +10,12 @@ use palmares_sim::Push;
 /// Half the arm of the couple that a torque is made of, m.
 const COUPLE_ARM: f64 = 0.05;
 
-/// Why a push was refused. A refused push changes nothing.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PushError {
-    /// No such link.
-    #[error("hand `{hand}` has no link `{link}`; links: {known}")]
-    UnknownLink {
-        /// Name of the hand.
-        hand: String,
-        /// What was asked for.
-        link: String,
-        /// The names there are.
-        known: String,
-    },
-    /// As many as there may be.
-    #[error("{} pushes act already; wait until one has ended", Run::PUSHES)]
-    TooMany,
-    /// A number that cannot be used.
-    #[error("{field}: expected {expected}")]
-    BadNumber {
-        /// Path of the field.
-        field: &'static str,
-        /// What would be valid.
-        expected: &'static str,
-    },
-}
-
 impl Run {
     /// Greatest force of a push, N, and greatest torque, N·m.
     pub const PUSH_LIMITS: (f64, f64) = (200.0, 20.0);
 
     /// Most pushes at once.
-    pub const PUSHES: usize = 32;
+    pub const PUSHES: usize = MOST_PUSHES;
 
     /// Longest push, s.
     pub const PUSH_LIMIT_S: f64 = 60.0;

@@ -1,7 +1,7 @@
 //! What organizers do: teams and tokens, the competition's phases, sessions, runs, hands, exports.
 //!
 //! Every address is `POST /v1/admin/<noun>/<verb>` with a JSON body, or a GET for what only looks. The ids
-//! of deeds stand in bodies, not in paths. Every entry leaves a record with its reason.
+//! of what is acted on stand in bodies, not in paths. Every action leaves an audit entry with its reason.
 
 pub(super) mod competition;
 pub(super) mod export;

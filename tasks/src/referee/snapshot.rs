@@ -1,0 +1,12 @@
+//! What a referee sees.
+
+/// What the referee is shown of an object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObjectSnapshot {
+    /// Centre of mass, m.
+    pub position: [f64; 3],
+    /// The same in the frame of the hand's base, m.
+    pub in_hand: [f64; 3],
+    /// Whether it has come to rest.
+    pub at_rest: bool,
+}

@@ -1,0 +1,30 @@
+//! Why a push is refused.
+
+/// Most pushes at once.
+pub(super) const MOST_PUSHES: usize = 32;
+
+/// Why a push was refused. A refused push changes nothing.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PushError {
+    /// No such link.
+    #[error("hand `{hand}` has no link `{link}`; links: {known}")]
+    UnknownLink {
+        /// Name of the hand.
+        hand: String,
+        /// What was asked for.
+        link: String,
+        /// The names there are.
+        known: String,
+    },
+    /// As many as there may be.
+    #[error("{} pushes act already; wait until one has ended", MOST_PUSHES)]
+    TooMany,
+    /// A number that cannot be used.
+    #[error("{field}: expected {expected}")]
+    BadNumber {
+        /// Path of the field.
+        field: &'static str,
+        /// What would be valid.
+        expected: &'static str,
+    },
+}
