@@ -29,6 +29,7 @@ pub struct Scene {
 }
 
 /// Where an object lies before a hand. The grip's frame has the palm's normal as x and the fingers along z.
+#[derive(Clone, Debug)]
 pub struct Lie {
     /// What is grasped.
     pub object: Arc<Object>,

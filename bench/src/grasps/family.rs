@@ -4,6 +4,7 @@
 //! independent, so that the first n grasps of a family are a sample of it for every n.
 
 use crate::cases::grasp::Grasp;
+use crate::cases::grasp_scene::Lie;
 use crate::random::Random;
 use crate::robust::placements;
 use anyhow::{Context, Result, bail};
@@ -28,6 +29,8 @@ const CATALOGUE: usize = 20;
 const WIDEST_M: f64 = 0.1;
 const FLATTEST_M: f64 = 0.02;
 const HEAVIEST_KG: f64 = 0.7;
+/// Friction of the pedestal.
+const PEDESTAL_FRICTION: f64 = 0.5;
 
 /// The hands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -201,18 +204,8 @@ pub struct Trial {
     pub family: Family,
     /// Its place in the family.
     pub index: usize,
-    /// What is grasped.
-    pub object: Arc<Object>,
-    /// Turns the hand's frame into the grip's.
-    pub hand_from_grip: Rotation,
-    /// How the object is turned in the grip's frame.
-    pub grip_from_object: Rotation,
-    /// Where the object's frame is, along the fingers, m.
-    pub along_m: f64,
-    /// ... and along the knuckles, m.
-    pub across_m: f64,
-    /// How far the object is before the hand, m.
-    pub gap_m: f64,
+    /// What is grasped, and where it lies before the hand.
+    pub lie: Lie,
     /// How far the motors of the fingers close.
     pub sigma: f64,
     /// How far the preshape drive goes, where there is one.
@@ -243,12 +236,15 @@ fn cases(family: Family, count: usize) -> Result<Vec<Trial>> {
         hand: HandKind::SoftHand,
         family,
         index,
-        object: Arc::clone(&object),
-        hand_from_grip: Rotation::IDENTITY,
-        grip_from_object: grasp.hand_from_object,
-        along_m: place.along_m,
-        across_m: place.across_m,
-        gap_m: 1e-3,
+        lie: Lie {
+            object: Arc::clone(&object),
+            hand_from_grip: Rotation::IDENTITY,
+            grip_from_object: grasp.hand_from_object,
+            along_m: place.along_m,
+            across_m: place.across_m,
+            gap_m: 1e-3,
+            pedestal_friction: PEDESTAL_FRICTION,
+        },
         sigma: place.sigma,
         preshape: 0.0,
     };
@@ -274,12 +270,15 @@ fn drawn(hand: HandKind, family: Family, count: usize) -> Result<Vec<Trial>> {
                 hand,
                 family,
                 index,
-                object,
-                hand_from_grip: grip.hand_from_grip,
-                grip_from_object: rotation::from_rpy([turn, 0.0, 0.0]) * upright,
-                along_m,
-                across_m,
-                gap_m,
+                lie: Lie {
+                    object,
+                    hand_from_grip: grip.hand_from_grip,
+                    grip_from_object: rotation::from_rpy([turn, 0.0, 0.0]) * upright,
+                    along_m,
+                    across_m,
+                    gap_m,
+                    pedestal_friction: PEDESTAL_FRICTION,
+                },
                 sigma,
                 preshape,
             })
@@ -384,9 +383,9 @@ mod tests {
                 let (few, many) = (few.expect("drawn"), many.expect("drawn"));
                 assert_eq!(many.len(), 24);
                 for (a, b) in few.iter().zip(&many) {
-                    assert_eq!(a.along_m.to_bits(), b.along_m.to_bits());
-                    assert_eq!(a.object.mass.to_bits(), b.object.mass.to_bits());
-                    assert_eq!(a.grip_from_object, b.grip_from_object);
+                    assert_eq!(a.lie.along_m.to_bits(), b.lie.along_m.to_bits());
+                    assert_eq!(a.lie.object.mass.to_bits(), b.lie.object.mass.to_bits());
+                    assert_eq!(a.lie.grip_from_object, b.lie.grip_from_object);
                 }
                 assert_ne!(many[0].sigma, many[1].sigma);
             }

@@ -1,13 +1,9 @@
 //! The scene of a drawn grasp.
 
 use super::family::Trial;
-use crate::cases::grasp_scene::{Lie, Scene, before};
+use crate::cases::grasp_scene::{Scene, before};
 use anyhow::Result;
 use palmares_sim::Config;
-use std::sync::Arc;
-
-/// Friction of the pedestal.
-const PEDESTAL_FRICTION: f64 = 0.5;
 
 /// The scene of a drawn grasp.
 ///
@@ -16,16 +12,7 @@ const PEDESTAL_FRICTION: f64 = 0.5;
 pub fn scene(trial: &Trial, step_s: f64) -> Result<Scene> {
     // Peers do better without sleeping, and nothing here may sleep but the object before it is touched.
     let config = Config { sleeping: false, ..Config::with_step(step_s) };
-    let lie = Lie {
-        object: Arc::clone(&trial.object),
-        hand_from_grip: trial.hand_from_grip,
-        grip_from_object: trial.grip_from_object,
-        along_m: trial.along_m,
-        across_m: trial.across_m,
-        gap_m: trial.gap_m,
-        pedestal_friction: PEDESTAL_FRICTION,
-    };
-    before(&trial.hand.model()?, config, &lie)
+    before(&trial.hand.model()?, config, &trial.lie)
 }
 
 #[cfg(test)]

@@ -21,14 +21,14 @@ pub(super) fn trace(setup: &Setup, trial: &Trial, every_ms: f64) -> Result<()> {
         trial.hand.name(),
         trial.family.name(),
         trial.index,
-        1e3 * trial.object.mass,
-        1e3 * trial.along_m,
-        1e3 * trial.across_m,
-        1e3 * trial.gap_m,
+        1e3 * trial.lie.object.mass,
+        1e3 * trial.lie.along_m,
+        1e3 * trial.lie.across_m,
+        1e3 * trial.lie.gap_m,
         trial.sigma,
         trial.preshape
     );
-    for (_, shape) in &trial.object.parts {
+    for (_, shape) in &trial.lie.object.parts {
         println!("# {shape:?}");
     }
     println!(

@@ -4,6 +4,7 @@ use super::machine::Machine;
 use super::ticks::Ticks;
 use super::verdict::Verdict;
 use super::{Figure, Invariants, Times};
+use crate::engine::EngineKind;
 use serde::{Deserialize, Serialize};
 
 /// Version of this format.
@@ -115,6 +116,24 @@ pub struct Starts {
 }
 
 impl Run {
+    /// A run of which nothing is known yet.
+    pub(super) fn begun(case: &str, kind: EngineKind, dt_ms: f64) -> Self {
+        Run {
+            case: case.to_owned(),
+            engine: kind.name().to_owned(),
+            settings: kind.settings().to_owned(),
+            dt_ms,
+            error: None,
+            invariants: Invariants::default(),
+            trouble: None,
+            unfinished: false,
+            starts: None,
+            cpu_s: 0.0,
+            cpu_s_between: [0.0; 2],
+            us_per_step: Times::default(),
+        }
+    }
+
     /// Whether it does what the scene asks for, from at least half of the starts where there are many.
     pub fn does_it(&self) -> bool {
         self.starts.map_or(self.trouble.is_none(), |starts| 2 * starts.done >= starts.tried)

@@ -81,24 +81,6 @@ impl Kept {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::Invariants;
-
-    fn run(engine: EngineKind) -> Run {
-        Run {
-            case: "slide_stop".into(),
-            engine: engine.name().into(),
-            settings: engine.settings().into(),
-            dt_ms: 2.0,
-            error: None,
-            invariants: Invariants::default(),
-            trouble: None,
-            unfinished: false,
-            starts: None,
-            cpu_s: 0.0,
-            cpu_s_between: [0.0; 2],
-            us_per_step: Default::default(),
-        }
-    }
 
     #[test]
     fn outcomes_of_the_commit_are_known_and_those_of_others_only_of_peers_and_if_asked_for() {
@@ -108,7 +90,7 @@ mod tests {
         let mut kept = Kept::open(&file, "abc", false, false).expect("a file");
         for kind in [EngineKind::Own, peer] {
             assert!(kept.get("slide_stop", kind, 2.0).is_none());
-            kept.add(&run(kind)).expect("written");
+            kept.add(&Run::begun("slide_stop", kind, 2.0)).expect("written");
         }
         drop(kept);
         fs::write(&file, fs::read_to_string(&file).expect("text") + "{\"commit\":\"abc").expect("cut off");

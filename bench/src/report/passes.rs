@@ -114,20 +114,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 fn outcome(case: &Case, kind: EngineKind, dt_ms: f64, conduct: Conduct) -> Run {
     let reference_dt_s = Some(reference_s(kind, conduct.quick));
     let setup = Setup { reference_dt_s, ..Setup::new(kind, 1e-3 * dt_ms) };
-    let mut run = Run {
-        case: case.name.to_owned(),
-        engine: kind.name().to_owned(),
-        settings: kind.settings().to_owned(),
-        dt_ms,
-        error: None,
-        invariants: Invariants::default(),
-        trouble: None,
-        unfinished: false,
-        starts: None,
-        cpu_s: 0.0,
-        cpu_s_between: [0.0; 2],
-        us_per_step: Default::default(),
-    };
+    let mut run = Run::begun(case.name, kind, dt_ms);
     match limit::within(conduct.run_limit_s, || cases::run(case.name, &setup)) {
         Ok((Report { error, invariants, .. }, _)) => {
             run.trouble = trouble(&error, &invariants);

@@ -54,11 +54,9 @@ pub(super) fn step(
         let due = (!drive.servo_on)
             .then(|| (momentum::due_after_step(model, dynamics, &drive.pushes, v), dynamics.kin.origin));
         integrate::move_hand(model, state, drive.bolted, v, h);
-        integrate::move_objects(model, state, island, problem, v, &mut impacts.of_objects);
         if let Some((due, from)) = due {
             momentum::keep(model, state, dynamics, due, from);
         }
-    } else {
-        integrate::move_objects(model, state, island, problem, v, &mut impacts.of_objects);
     }
+    integrate::move_objects(model, state, island, problem, v, &mut impacts.of_objects);
 }
