@@ -14,6 +14,15 @@ pub(crate) fn claw(name: &str) -> Vec<u8> {
 
 /// The same with another URDF.
 pub(crate) fn claw_with(name: &str, edit_urdf: &dyn Fn(String) -> String) -> Vec<u8> {
+    claw_from(name, edit_urdf, &|settings| settings)
+}
+
+/// The same with another URDF and other settings.
+pub(crate) fn claw_from(
+    name: &str,
+    edit_urdf: &dyn Fn(String) -> String,
+    edit_settings: &dyn Fn(String) -> String,
+) -> Vec<u8> {
     let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../models/hands/pinch"));
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     let mut add = |path: &Path, name: String, edit: &dyn Fn(String) -> String| {
@@ -27,7 +36,7 @@ pub(crate) fn claw_with(name: &str, edit_urdf: &dyn Fn(String) -> String) -> Vec
         let path = entry.expect("entry").path();
         let leaf = path.file_name().expect("name").to_string_lossy().into_owned();
         if leaf == "hand.toml" {
-            add(&path, leaf, &|text| text.replacen("\"pinch\"", &format!("{name:?}"), 1));
+            add(&path, leaf, &|text| edit_settings(text.replacen("\"pinch\"", &format!("{name:?}"), 1)));
         } else if leaf == "hand.urdf" {
             add(&path, leaf, edit_urdf);
         } else if path.is_file() && !leaf.ends_with(".md") {

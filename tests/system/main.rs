@@ -12,6 +12,7 @@ mod hand;
 mod hands_upload;
 mod handshake;
 mod heartbeat;
+mod impossible;
 mod leaderboard;
 mod lifecycle;
 mod limits;
