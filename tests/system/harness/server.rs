@@ -112,6 +112,13 @@ impl Server {
         self.folder.path()
     }
 
+    /// The most memory that it has held at once, MiB; none where the system has no `/proc`.
+    pub(crate) fn most_memory_mib(&self) -> Option<u64> {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).ok()?;
+        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+        Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? / 1024)
+    }
+
     /// SIGKILL: no goodbye of any kind. Returns the data directory.
     pub(crate) fn kill(mut self) -> TempDir {
         self.child.kill().expect("kill");
