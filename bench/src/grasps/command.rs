@@ -31,6 +31,10 @@ pub struct Options {
     /// How many grasps of each family, the first of the draw.
     #[arg(long, default_value_t = 24)]
     placements: usize,
+    /// How far each object lies aside of its drawn place, along the fingers, µm: an outcome that a micrometre changes is
+    /// nothing that a step could get right.
+    #[arg(long, default_value_t = 0.0)]
+    aside_um: f64,
     /// How many are played at once.
     #[arg(long, default_value_t = 1)]
     jobs: usize,
@@ -65,6 +69,7 @@ impl Options {
                 "step {step} ms is out of range; it must be positive and at most 100 ms"
             );
         }
+        ensure!(self.aside_um.abs() <= 1e3, "--aside-um {} is out of range; at most 1000", self.aside_um);
         ensure!(self.every_ms > 0.0, "--every-ms {} must be positive", self.every_ms);
         Ok(Plan {
             hands: self.hand.iter().map(|name| HandKind::from_name(name)).collect::<Result<_>>()?,
@@ -72,6 +77,7 @@ impl Options {
             engines: self.engines()?,
             steps_ms: self.steps_ms.clone(),
             placements: self.placements,
+            aside_um: self.aside_um,
             jobs: self.jobs,
             run_limit_s: self.run_limit_s,
             reuse_peers: self.reuse_peers,

@@ -33,6 +33,9 @@ pub struct Run {
     pub settings: String,
     /// ms
     pub step_ms: f64,
+    /// How far aside of its drawn place the object lay, µm.
+    #[serde(default)]
+    pub aside_um: f64,
     /// What became of it.
     pub fate: Fate,
     /// How long it took, s, by the clock on the wall: for the estimate of the time left.
@@ -58,6 +61,8 @@ pub struct Plan {
     pub steps_ms: Vec<f64>,
     /// Grasps of each family.
     pub placements: usize,
+    /// How far aside of their drawn places objects lie, µm.
+    pub aside_um: f64,
     /// Threads.
     pub jobs: usize,
     /// Wall time of a peer's run, s; beyond it the run is not finished.
@@ -72,17 +77,18 @@ struct Task<'a> {
     trial: &'a Trial,
     engine: EngineKind,
     step_ms: f64,
+    aside_um: f64,
 }
 
-/// Hand, family, engine, settings, step in ns, index.
-type Key = (String, String, String, String, u64, usize);
+/// Hand, family, engine, settings, step in ns, µm aside in bits, index.
+type Key = (String, String, String, String, u64, u64, usize);
 
 impl Run {
     fn key(&self) -> Key {
         let step = (self.step_ms * 1e6).round() as u64;
         let text = [&self.hand, &self.family, &self.engine, &self.settings].map(Clone::clone);
         let [hand, family, engine, settings] = text;
-        (hand, family, engine, settings, step, self.index)
+        (hand, family, engine, settings, step, self.aside_um.to_bits(), self.index)
     }
 }
 
@@ -93,7 +99,7 @@ impl Task<'_> {
             [self.trial.hand.name(), self.trial.family.name(), self.engine.name(), self.engine.settings()]
                 .map(str::to_owned);
         let [hand, family, engine, settings] = text;
-        (hand, family, engine, settings, step, self.trial.index)
+        (hand, family, engine, settings, step, self.aside_um.to_bits(), self.trial.index)
     }
 
     fn play(&self, run_limit_s: f64) -> Result<Run> {
@@ -101,9 +107,9 @@ impl Task<'_> {
         let setup = Setup::new(self.engine, 1e-3 * self.step_ms);
         let fate = limit::within(run_limit_s, || play(&setup, self.trial, |_, _| Ok(())))
             .with_context(|| format!("{:?}", self.key()))?;
-        let (hand, family, engine, settings, _, index) = self.key();
-        let wall_s = begin.elapsed().as_secs_f64();
-        Ok(Run { hand, family, index, engine, settings, step_ms: self.step_ms, fate, wall_s })
+        let (hand, family, engine, settings, .., index) = self.key();
+        let (step_ms, aside_um, wall_s) = (self.step_ms, self.aside_um, begin.elapsed().as_secs_f64());
+        Ok(Run { hand, family, index, engine, settings, step_ms, aside_um, fate, wall_s })
     }
 }
 
@@ -122,7 +128,9 @@ pub fn run(plan: &Plan, file: &Path) -> Result<Vec<Run>> {
         .flat_map(|trial| {
             let fits = |engine: &&EngineKind| trial.hand == HandKind::SoftHand || **engine == EngineKind::Own;
             plan.engines.iter().filter(fits).flat_map(move |engine| {
-                plan.steps_ms.iter().map(move |step_ms| Task { trial, engine: *engine, step_ms: *step_ms })
+                let aside_um = plan.aside_um;
+                let at = move |step_ms: &f64| Task { trial, engine: *engine, step_ms: *step_ms, aside_um };
+                plan.steps_ms.iter().map(at)
             })
         })
         .collect();
@@ -151,6 +159,7 @@ fn trials(plan: &Plan) -> Result<Vec<Trial>> {
             trials.extend(Trial::of(*hand, *family, plan.placements)?);
         }
     }
+    trials.iter_mut().for_each(|trial| trial.lie.along_m += 1e-6 * plan.aside_um);
     Ok(trials)
 }
 
@@ -259,6 +268,7 @@ mod tests {
             engines: vec![EngineKind::Own],
             steps_ms: vec![8.0, 16.0],
             placements: 2,
+            aside_um: 0.0,
             jobs,
             run_limit_s: 60.0,
             reuse_peers: false,
@@ -281,14 +291,16 @@ mod tests {
         fs::remove_file(&file).expect("written");
         assert_eq!(one, many);
         assert_eq!(one.len(), 4);
-        assert!(one.iter().map(|run| run.key()).is_sorted_by(|a, b| a.5 <= b.5));
+        assert!(one.iter().map(|run| run.key()).is_sorted_by(|a, b| a.6 <= b.6));
     }
 
     #[test]
     fn runs_of_a_commit_are_known_and_those_of_changed_files_are_not() {
         let file = std::env::temp_dir().join(format!("palmares-known-{}.jsonl", std::process::id()));
         let trial = &Trial::of(HandKind::SoftHand, Family::Ball, 1).expect("drawn")[0];
-        let run = Task { trial, engine: EngineKind::Own, step_ms: 16.0 }.play(60.0).expect("ours plays");
+        let run = Task { trial, engine: EngineKind::Own, step_ms: 16.0, aside_um: 0.0 }
+            .play(60.0)
+            .expect("ours plays");
         let peer = Run { engine: "mujoco".into(), ..run.clone() };
         let mut log = File::create(&file).expect("a file");
         for commit in ["aaaa", "bbbb+"] {

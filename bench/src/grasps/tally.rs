@@ -131,6 +131,7 @@ mod tests {
             engine: text("own"),
             settings: text("default"),
             step_ms,
+            aside_um: 0.0,
             fate,
             wall_s: 0.0,
         }
