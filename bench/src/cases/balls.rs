@@ -1,7 +1,8 @@
 //! The balls task's scene with a scripted hand.
 
+use super::case::{Case, Finding};
+use super::setup::{Setup, ramp, steps};
 use super::synergy::softhand;
-use super::{Case, Finding, Setup, ramp, steps};
 use crate::recorder::Recorder;
 use crate::report::Figure;
 use anyhow::{Context, Result};

@@ -1,7 +1,9 @@
 //! Scenes against their own finer runs: with which order do they converge?
 
+use super::case::{Case, Finding};
 use super::grasp::{Grasp, difference};
-use super::{Case, Finding, Setup, synergy};
+use super::setup::Setup;
+use super::synergy;
 use crate::recorder::Recorder;
 use crate::report::Figure;
 use anyhow::Result;

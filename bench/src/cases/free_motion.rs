@@ -3,9 +3,10 @@
 //! The box is that of Peters and Hsu, "Comparison of rigid body dynamic simulators for robotic simulation in
 //! Gazebo" (ROSCon 2014; scpeters/benchmark): 0.1 x 0.4 x 0.9 m, 10 kg.
 
+use super::case::{Case, Finding};
 use super::elliptic::{complete, incomplete};
 use super::scene::{Scene, cuboid, kinetic, set_velocity, spin, velocity, weightless};
-use super::{Case, Finding, Setup, steps};
+use super::setup::{Setup, steps};
 use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};

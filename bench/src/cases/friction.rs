@@ -1,7 +1,8 @@
 //! Sliding and sticking on furniture, with textbook answers.
 
+use super::case::{Case, Finding};
 use super::scene::{G, Scene, awake, cuboid, push, set_velocity, tilted, velocity};
-use super::{Case, Finding, Setup, steps};
+use super::setup::{Setup, steps};
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
 use anyhow::{Result, ensure};

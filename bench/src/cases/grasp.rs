@@ -1,8 +1,9 @@
 //! SoftHand grasps: close 0.5 s, lift 0.1 m in 1.5 s, hold 2 s, shake ±3 cm at 3 Hz for 2 s.
 
+use super::case::{Case, Finding};
 use super::grasp_scene::{Lie, Scene, before};
+use super::setup::{Setup, ramp, steps};
 use super::synergy::softhand;
-use super::{Case, Finding, Setup, ramp, steps};
 use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};

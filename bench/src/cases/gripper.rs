@@ -1,7 +1,8 @@
 //! A gripper that is driven by forces alone lifts a ball and runs against its stop.
 
+use super::case::{Case, Finding};
 use super::scene::{G, Scene, cuboid, rigid};
-use super::{Case, Finding, Setup, steps};
+use super::setup::{Setup, steps};
 use crate::recorder::Recorder;
 use crate::report::Figure;
 use crate::rigs::{Finger, bolted, fingers};

@@ -1,6 +1,7 @@
 //! The hand as a mechanism, without contact: energy, a stiff joint, the path of rolling joints.
 
-use super::{Case, Finding, Setup, ramp, steps};
+use super::case::{Case, Finding};
+use super::setup::{Setup, ramp, steps};
 use crate::energy::Stored;
 use crate::recorder::Recorder;
 use crate::report::Figure;

@@ -2,10 +2,11 @@
 //! hands that start inside of things. Each reports the fastest speed that was seen, and how fast anything may be: nothing
 //! explodes.
 
+use super::case::{Case, Finding};
 use super::grasp::{CHOSEN, Grasp, scene};
 use super::scene::fastest;
+use super::setup::{Setup, ramp, steps};
 use super::synergy::softhand;
-use super::{Case, Finding, Setup, ramp, steps};
 use crate::energy::Stored;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};

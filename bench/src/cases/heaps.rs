@@ -1,7 +1,8 @@
 //! Many bodies on each other, reported and not gated.
 
+use super::case::{Case, Finding};
 use super::scene::{Scene, awake, cuboid, rigid};
-use super::{Case, Finding, Setup, steps};
+use super::setup::{Setup, steps};
 use crate::engine::Engine;
 use crate::random::Random;
 use crate::recorder::Recorder;

@@ -1,9 +1,10 @@
 //! Holding: a pinch at the edge of Coulomb's law, a bar squeezed, the largest step that holds.
 
+use super::case::{Case, Finding};
 use super::grasp::{CHOSEN, Grasp, kept};
 use super::scene::G;
+use super::setup::{Setup, ramp, steps};
 use super::synergy::softhand;
-use super::{Case, Finding, Setup, ramp, steps};
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
 use crate::rigs::{Finger, bolted, fingers};

@@ -1,7 +1,8 @@
 //! Rebounds.
 
+use super::case::{Case, Finding};
 use super::scene::{G, Scene, awake, set_velocity, velocity, weightless};
-use super::{Case, Finding, Setup, steps};
+use super::setup::{Setup, steps};
 use crate::audit::mechanical;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};

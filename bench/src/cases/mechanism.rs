@@ -1,9 +1,10 @@
 //! Small hands as textbook mechanisms, and what a free hand conserves.
 
+use super::case::{Case, Finding};
 use super::elliptic::complete;
 use super::scene::{G, Scene, awake, set_velocity, spin, velocity, weightless};
+use super::setup::{Setup, steps};
 use super::synergy::softhand;
-use super::{Case, Finding, Setup, steps};
 use crate::audit::mechanical;
 use crate::engine::Engine;
 use crate::recorder::Recorder;

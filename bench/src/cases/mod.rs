@@ -1,6 +1,7 @@
 //! The cases, by name.
 
 pub mod balls;
+mod case;
 pub mod consistency;
 mod elliptic;
 pub mod free_motion;
@@ -21,109 +22,18 @@ pub mod residuals;
 pub mod robustness;
 pub mod rolling;
 pub(crate) mod scene;
+mod setup;
 pub mod stacking;
 pub mod synergy;
 pub mod tendon;
 pub mod torsion;
 
-use crate::engine::limit::{self, NotFinished};
-use crate::engine::{Engine, EngineKind};
-use crate::random::Random;
+pub use case::{Case, Finding};
+pub use setup::{ASIDE_M, Setup, ramp, steps};
+
 use crate::recorder::Recorder;
-use crate::report::{Figure, Invariants, Report};
+use crate::report::Report;
 use anyhow::{Result, bail};
-use palmares_models::Vec3;
-use palmares_sim::{Model, State};
-use std::any::Any;
-use std::cell::RefCell;
-use std::collections::BTreeMap;
-use std::sync::Arc;
-
-/// What a case returns beside its times.
-pub struct Finding {
-    /// The case's own figure.
-    pub error: Figure,
-    /// Its checks.
-    pub invariants: Invariants,
-}
-
-/// How to run a case.
-#[derive(Clone, Copy, Debug)]
-pub struct Setup {
-    /// Who steps.
-    pub engine: EngineKind,
-    /// Step, s.
-    pub dt_s: f64,
-    /// Step of the reference run for cases without an analytic answer; `None` leaves it out.
-    pub reference_dt_s: Option<f64>,
-    /// Which of many starts: 0 is the scene as it is, in the others every object stands up to [`ASIDE_M`] aside.
-    pub start: u32,
-}
-
-/// How far objects are put aside for another start, m, along x and along y: less than anybody could place them.
-pub const ASIDE_M: f64 = 1e-4;
-
-impl Setup {
-    /// The scene as it is, without a reference run.
-    pub fn new(engine: EngineKind, dt_s: f64) -> Self {
-        Setup { engine, dt_s, reference_dt_s: None, start: 0 }
-    }
-
-    /// The engine of this setup, about to take its first step of the model's own length.
-    pub fn start(&self, model: impl Into<Arc<Model>>, mut state: State) -> Result<Box<dyn Engine>> {
-        if self.start > 0 {
-            let mut random = Random::new(self.start.into());
-            for pose in &mut state.objects {
-                let aside = random.cube() * ASIDE_M;
-                pose.translation += Vec3::new(aside.x, aside.y, 0.0);
-            }
-        }
-        self.engine.start(model.into(), state)
-    }
-
-    /// The same engine at the step of the reference run; `None` where none was asked for.
-    pub fn reference(&self) -> Option<Setup> {
-        self.reference_dt_s.map(|dt_s| Setup { dt_s, reference_dt_s: None, ..*self })
-    }
-
-    /// What `make` makes of this setup; made once for each `name`, engine and step, since reference runs are long. Nor is
-    /// one begun again that did not come to an end in its time.
-    pub fn once<T: Clone + 'static>(&self, name: &str, make: impl FnOnce(&Setup) -> Result<T>) -> Result<T> {
-        let Setup { engine, dt_s, start, .. } = self;
-        let key = format!("{name} {} {} {dt_s:e} {start}", engine.name(), engine.settings());
-        let known = MADE.with_borrow(|made| {
-            made.get(&key).and_then(|it| it.downcast_ref::<Result<T, NotFinished>>()).cloned()
-        });
-        let made = match known {
-            Some(known) => known,
-            None => {
-                let made = match limit::apart(|| make(self)) {
-                    Ok(it) => Ok(it),
-                    Err(error) => Err(error.downcast::<NotFinished>()?),
-                };
-                MADE.with_borrow_mut(|all| all.insert(key, Box::new(made.clone())));
-                made
-            }
-        };
-        made.map_err(|error| anyhow::Error::new(error).context("its reference run"))
-    }
-}
-
-thread_local! {
-    static MADE: RefCell<BTreeMap<String, Box<dyn Any>>> = const { RefCell::new(BTreeMap::new()) };
-}
-
-/// A named case.
-pub struct Case {
-    /// Its name.
-    pub name: &'static str,
-    /// One line.
-    pub about: &'static str,
-    /// Whether rigid-body engines without tendon compliance of ours can be asked to run it.
-    pub peers: bool,
-    /// Runs it.
-    pub run: fn(&Setup, &mut Recorder) -> Result<Finding>,
-}
 
 /// Every case there is, by subject.
 pub const GROUPS: &[&[Case]] = &[
@@ -178,40 +88,4 @@ pub fn run(name: &str, setup: &Setup) -> Result<(Report, Recorder)> {
         invariants: finding.invariants,
     };
     Ok((report, recorder))
-}
-
-/// Quintic ramp from 0 to 1 over x in [0, 1], and its slope: smooth in velocity and acceleration.
-pub fn ramp(x: f64) -> (f64, f64) {
-    let x = x.clamp(0.0, 1.0);
-    (x * x * x * (10.0 - 15.0 * x + 6.0 * x * x), 30.0 * x * x * (1.0 - x) * (1.0 - x))
-}
-
-/// Number of steps of `dt_s` in `time_s`.
-pub fn steps(time_s: f64, dt_s: f64) -> u64 {
-    (time_s / dt_s).round() as u64
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::cases::scene::{Scene, awake, cuboid};
-    use palmares_models::Pose;
-
-    #[test]
-    fn another_start_stands_up_to_a_tenth_of_a_millimetre_aside() {
-        let place = |start: u32| {
-            let setup = Setup { start, ..Setup::new(EngineKind::Own, 1e-3) };
-            let at = Pose::translation(0.0, 0.0, 0.5);
-            let scene = Scene::new(awake(1e-3)).expect("empty");
-            let scene = scene.body(cuboid(0.1, 0.1, 0.1), 1.0, 0.5, at).expect("sound");
-            scene.start(&setup).expect("it starts").0.state().objects[0].translation
-        };
-        assert_eq!(place(0).to_array(), [0.0, 0.0, 0.5]);
-        assert_ne!(place(1), place(2));
-        assert_eq!(place(3), place(3));
-        for start in 1..16 {
-            let [x, y, z] = place(start).to_array();
-            assert!(x.abs() <= ASIDE_M && y.abs() <= ASIDE_M && x != 0.0 && z == 0.5, "{x} {y} {z}");
-        }
-    }
 }

@@ -1,7 +1,8 @@
 //! Thirty different objects in a box, and the hand that reaches into them.
 
+use super::case::{Case, Finding};
+use super::setup::{Setup, ramp, steps};
 use super::synergy::softhand;
-use super::{Case, Finding, Setup, ramp, steps};
 use crate::random::Random;
 use crate::recorder::Recorder;
 use crate::report::Figure;

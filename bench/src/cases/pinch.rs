@@ -1,7 +1,8 @@
 //! The pinch hand: two fingers take a ball between their tips, close 0.5 s, lift 0.1 m in 1.5 s, hold 2 s.
 
+use super::case::{Case, Finding};
 use super::grasp::{static_residual, tension_balance};
-use super::{Case, Finding, Setup, ramp, steps};
+use super::setup::{Setup, ramp, steps};
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
 use anyhow::{Context, Result};

@@ -1,7 +1,8 @@
 //! The ReFlex: closing on air against the exact equilibrium of R(q), and a grasp from above.
 
+use super::case::{Case, Finding};
 use super::grasp::{static_residual, tension_balance};
-use super::{Case, Finding, Setup, ramp, steps};
+use super::setup::{Setup, ramp, steps};
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
 use anyhow::{Context, Result};

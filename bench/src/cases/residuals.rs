@@ -1,7 +1,8 @@
 //! The laws of contact, read off the solved steps of a heap.
 
+use super::case::{Case, Finding};
 use super::scene::velocity;
-use super::{Case, Finding, Setup, steps};
+use super::setup::{Setup, steps};
 use crate::audit::Audit;
 use crate::engine::Engine;
 use crate::recorder::Recorder;

@@ -1,7 +1,8 @@
 //! Scenes that break simulators: deep overlaps, heavy on light, fast spin, wedges, paradoxes.
 
+use super::case::{Case, Finding};
 use super::scene::{Scene, awake, cuboid, fastest, push, rigid, set_velocity, velocity, weightless};
-use super::{Case, Finding, Setup, steps};
+use super::setup::{Setup, steps};
 use crate::audit::{Audit, mechanical};
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};

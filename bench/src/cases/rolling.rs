@@ -1,7 +1,8 @@
 //! Rolling, and sliding until it rolls.
 
+use super::case::{Case, Finding};
 use super::scene::{G, Scene, awake, cuboid, kick, kinetic, push, rigid, set_velocity, tilted, velocity};
-use super::{Case, Finding, Setup, steps};
+use super::setup::{Setup, steps};
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
 use anyhow::Result;

@@ -1,6 +1,6 @@
 //! Scenes of free bodies and furniture, and the mechanics their cases are judged by.
 
-use super::Setup;
+use super::setup::Setup;
 use crate::engine::{Engine, RIGID};
 use anyhow::Result;
 use palmares_models::hand::Hand;

@@ -1,7 +1,8 @@
 //! Bodies at rest on each other: depth, forces, and how heavy may lie on light.
 
+use super::case::{Case, Finding};
 use super::scene::{G, Scene, awake, cuboid, push, rigid};
-use super::{Case, Finding, Setup, steps};
+use super::setup::{Setup, steps};
 use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};

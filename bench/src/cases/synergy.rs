@@ -1,6 +1,7 @@
 //! The SoftHand alone: closing on air, against the closed form of adaptive synergies.
 
-use super::{Case, Finding, Setup, ramp, steps};
+use super::case::{Case, Finding};
+use super::setup::{Setup, ramp, steps};
 use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::report::Figure;

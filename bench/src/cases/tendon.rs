@@ -1,7 +1,8 @@
 //! Tendons beyond the free closure: a blocked joint, a slack cable, the energy of a cycle.
 
+use super::case::{Case, Finding};
+use super::setup::{Setup, ramp, steps};
 use super::synergy::softhand;
-use super::{Case, Finding, Setup, ramp, steps};
 use crate::energy::{Ledger, Stored};
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};

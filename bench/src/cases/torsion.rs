@@ -1,7 +1,8 @@
 //! Friction's torque about the normal of flat contacts: a rod pinched off its centre of mass, a disc that slides and spins.
 
+use super::case::{Case, Finding};
 use super::scene::{G, Scene, awake, cuboid, set_velocity, velocity};
-use super::{Case, Finding, Setup, steps};
+use super::setup::{Setup, steps};
 use crate::recorder::Recorder;
 use crate::report::Figure;
 use crate::rigs::{Finger, bolted, fingers};

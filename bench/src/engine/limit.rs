@@ -1,6 +1,6 @@
 //! A limit on the wall time of a peer's runs: some would take an hour to say what shorter ones say.
 
-use super::{Cost, Engine};
+use super::interface::{Cost, Engine};
 use anyhow::{Result, bail};
 use palmares_models::Vec3;
 use palmares_sim::{Command, Model, State};

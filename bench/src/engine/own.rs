@@ -1,6 +1,7 @@
 //! Palmares' own world with a clock beside it.
 
-use super::{Cost, Engine, clock};
+use super::clock;
+use super::interface::{Cost, Engine};
 use anyhow::Result;
 use cpu_time::ThreadTime;
 use palmares_models::Vec3;

@@ -1,7 +1,7 @@
 //! What README.md and docs/physics.md say of the peers: written from the committed reports between two marks, and held
 //! against them by a test.
 
-use super::Comparison;
+use super::comparison::Comparison;
 use super::dominance::Verdict;
 use super::passes::BY_STARTS;
 use super::runner::read;

@@ -1,9 +1,9 @@
 //! The machine-readable report.
 
+use super::case::{Figure, Invariants, Times};
 use super::machine::Machine;
 use super::ticks::Ticks;
 use super::verdict::Verdict;
-use super::{Figure, Invariants, Times};
 use crate::engine::EngineKind;
 use serde::{Deserialize, Serialize};
 

@@ -1,8 +1,8 @@
 //! The passes of a report: what came out, from how many starts, and how long it took.
 
+use super::case::{Figure, Invariants, Report, Times};
 use super::comparison::{Run, Starts, trouble};
 use super::kept::Kept;
-use super::{Figure, Invariants, Report, Times};
 use crate::cases::{self, Case, Setup};
 use crate::engine::limit::{self, NotFinished};
 use crate::engine::{EngineKind, mujoco};

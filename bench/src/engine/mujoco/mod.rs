@@ -4,7 +4,7 @@ mod mjcf;
 mod settings;
 mod worker;
 
-use super::{Cost, Engine};
+use super::interface::{Cost, Engine};
 use anyhow::{Context, Result, bail};
 use mjcf::{Base, Document};
 use palmares_models::{Pose, Rotation, Vec3};

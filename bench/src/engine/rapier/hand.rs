@@ -1,5 +1,6 @@
 //! The hand as a multibody: a floating root, one joint per hinge.
 
+use super::joints::{HingeDof, Joints, dof};
 use super::tendon;
 use anyhow::{Context, Result};
 use palmares_models::hand::{Hand, Hinge, HingeKind};
@@ -18,28 +19,11 @@ use std::sync::Arc;
 const COUPLER_KG: f64 = 1e-4;
 const COUPLER_KGM2: f64 = 1e-9;
 
-/// One hinge as a joint of the multibody.
-pub(super) struct HingeDof {
-    /// Link of the multibody.
-    pub link: usize,
-    /// Free axis: 0 … 2 linear, 3 … 5 angular.
-    pub axis: usize,
-    /// Which coordinate it follows, `x = ratio · q + offset`.
-    pub coordinate: usize,
-    pub ratio: f64,
-    pub offset: f64,
-}
-
 /// Where the hand is in rapier.
 pub(super) struct HandBody {
     joint: MultibodyJointHandle,
     bodies: Vec<RigidBodyHandle>,
-    /// All hinges, in the order of the multibody's links.
-    pub hinges: Vec<HingeDof>,
-    /// The hinge that carries each coordinate; the others are coupled to it.
-    pub masters: Vec<usize>,
-    /// Degrees of freedom of the base: none if it is bolted.
-    pub base_dofs: usize,
+    joints: Joints,
     hand: Arc<Hand>,
 }
 
@@ -89,7 +73,8 @@ impl HandBody {
             .context("a coordinate moves no hinge")?;
         let joint = last.context("the hand has no joints")?;
         let base_dofs = if bolted { 0 } else { 6 };
-        let body = HandBody { joint, bodies, hinges, masters, base_dofs, hand: Arc::clone(hand) };
+        let body =
+            HandBody { joint, bodies, joints: Joints { hinges, masters, base_dofs }, hand: Arc::clone(hand) };
         body.equip(world.multibody_joints.get_mut(joint).context("the hand's multibody")?.0);
         Ok(body)
     }
@@ -100,7 +85,7 @@ impl HandBody {
         multibody.damping_mut().fill(0.0);
         multibody.armature_mut().fill(0.0);
         for (c, coordinate) in self.hand.coordinates.iter().enumerate() {
-            let master = &self.hinges[self.masters[c]];
+            let master = &self.joints.hinges[self.joints.masters[c]];
             let dof = dof(multibody, master);
             let r = master.ratio;
             multibody.damping_mut()[dof] = coordinate.damping / (r * r);
@@ -111,9 +96,9 @@ impl HandBody {
                 link.joint.data.set_limits(AXES[master.axis], limits);
             }
         }
-        for (i, hinge) in self.hinges.iter().enumerate() {
-            let master = &self.hinges[self.masters[hinge.coordinate]];
-            if i != self.masters[hinge.coordinate] {
+        for (i, hinge) in self.joints.hinges.iter().enumerate() {
+            let master = &self.joints.hinges[self.joints.masters[hinge.coordinate]];
+            if i != self.joints.masters[hinge.coordinate] {
                 let coeff = hinge.ratio / master.ratio;
                 multibody.add_dof_coupling(MultibodyDofCoupling {
                     link1: master.link,
@@ -156,12 +141,12 @@ impl HandBody {
                 body.add_force_at_point(push.force, at, true);
             }
         }
-        if self.base_dofs > 0 {
+        if self.joints.base_dofs > 0 {
             self.servo(world, model, state);
         }
         let contact = tendon::contact_impulses(world, self.joint);
         let Some((multibody, _)) = world.multibody_joints.get_mut(self.joint) else { return };
-        tendon::pull(self, &self.hand, multibody, state, config.step_s, &contact);
+        tendon::pull(&self.joints, &self.hand, multibody, state, config.step_s, &contact);
     }
 
     /// The base servo as springs and dampers of the root's free joint, implicit like those of ours.
@@ -204,15 +189,15 @@ impl HandBody {
         // The root's joint takes the body's pose and has its six degrees of freedom from here on.
         multibody.forward_kinematics(&world.bodies, true);
         let mut change = vec![0.0; multibody.ndofs()];
-        for hinge in &self.hinges {
+        for hinge in &self.joints.hinges {
             let x = hinge.ratio * state.q[hinge.coordinate] + hinge.offset;
             let joint = multibody.link(hinge.link).map_or(0.0, |link| link.joint.coords()[hinge.axis]);
             change[dof(multibody, hinge)] = x - joint;
         }
         multibody.apply_displacements(&change);
         let mut velocity = vec![0.0; multibody.ndofs()];
-        velocity[..self.base_dofs].copy_from_slice(&state.v[..self.base_dofs]);
-        for hinge in &self.hinges {
+        velocity[..self.joints.base_dofs].copy_from_slice(&state.v[..self.joints.base_dofs]);
+        for hinge in &self.joints.hinges {
             velocity[dof(multibody, hinge)] = hinge.ratio * state.v[6 + hinge.coordinate];
         }
         multibody.generalized_velocity_mut().copy_from_slice(&velocity);
@@ -225,29 +210,17 @@ impl HandBody {
         let Some((multibody, _)) = world.multibody_joints.get(self.joint) else { return };
         state.base = *multibody.root().local_to_world();
         let velocity = multibody.generalized_velocity();
-        state.v[..self.base_dofs].copy_from_slice(&velocity.as_slice()[..self.base_dofs]);
-        for (c, &master) in self.masters.iter().enumerate() {
-            let hinge = &self.hinges[master];
-            state.q[c] = self.coordinate(multibody, c);
+        state.v[..self.joints.base_dofs].copy_from_slice(&velocity.as_slice()[..self.joints.base_dofs]);
+        for (c, &master) in self.joints.masters.iter().enumerate() {
+            let hinge = &self.joints.hinges[master];
+            state.q[c] = self.joints.coordinate(multibody, c);
             state.v[6 + c] = velocity[dof(multibody, hinge)] / hinge.ratio;
         }
-    }
-
-    /// q of a coordinate, from the hinge that carries it.
-    pub(super) fn coordinate(&self, multibody: &Multibody, c: usize) -> f64 {
-        let hinge = &self.hinges[self.masters[c]];
-        let x = multibody.link(hinge.link).map_or(f64::NAN, |link| link.joint.coords()[hinge.axis]);
-        (x - hinge.offset) / hinge.ratio
     }
 }
 
 const AXES: [JointAxis; 6] =
     [JointAxis::LinX, JointAxis::LinY, JointAxis::LinZ, JointAxis::AngX, JointAxis::AngY, JointAxis::AngZ];
-
-/// Place of a hinge in the generalized velocity.
-pub(super) fn dof(multibody: &Multibody, hinge: &HingeDof) -> usize {
-    multibody.link(hinge.link).map_or(0, |link| link.assembly_id())
-}
 
 /// A joint that turns about, or slides along, its own x axis; and which axis that is.
 fn joint_data(hinge: &Hinge) -> (rapier3d_f64::dynamics::GenericJoint, usize) {

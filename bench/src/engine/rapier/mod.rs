@@ -5,11 +5,13 @@
 //! through the springs of the joints, which is the only implicit generalized force that the public interface has.
 
 mod hand;
+mod joints;
 mod scene;
 mod settings;
 mod tendon;
 
-use super::{Cost, Engine, clock};
+use super::clock;
+use super::interface::{Cost, Engine};
 use anyhow::Result;
 use cpu_time::ThreadTime;
 use hand::HandBody;

@@ -2,7 +2,7 @@
 
 use rapier3d_f64::dynamics::{FrictionModel, IntegrationParameters, SpringCoefficients};
 
-use super::super::RIGID;
+use super::super::interface::RIGID;
 use palmares_sim::Model;
 
 /// How hard rapier's solver tries.

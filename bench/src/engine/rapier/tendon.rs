@@ -2,7 +2,7 @@
 //! at the end of the step foreseen from rapier's own reduced inertia, and applied as torques through the springs
 //! of the joints. Contact impulses of the last step stand for those of the next.
 
-use super::hand::{HandBody, dof};
+use super::joints::{Joints, dof};
 use palmares_models::hand::{Hand, Tendon};
 use palmares_sim::State;
 use palmares_sim::actuation::motor::wound;
@@ -53,16 +53,16 @@ pub(super) fn contact_impulses(world: &PhysicsWorld, joint: MultibodyJointHandle
 
 /// Finds the tensions of the step and loads the joints' springs with them.
 pub(super) fn pull(
-    body: &HandBody,
+    joints: &Joints,
     hand: &Hand,
     multibody: &mut Multibody,
     state: &mut State,
     h: f64,
     contact: &DVector<f64>,
 ) {
-    let tensions = foresee(body, hand, multibody, state, h, contact);
+    let tensions = foresee(joints, hand, multibody, state, h, contact);
     for (c, coordinate) in hand.coordinates.iter().enumerate() {
-        let hinge = &body.hinges[body.masters[c]];
+        let hinge = &joints.hinges[joints.masters[c]];
         let stiffness = (coordinate.stiffness / (hinge.ratio * hinge.ratio)).max(CARRIER);
         let arms = hand.tendons.iter().zip(&tensions);
         let torque: f64 = arms.map(|(tendon, f)| f * arm(&tendon.moment_arms, c) / hinge.ratio).sum();
@@ -79,7 +79,7 @@ fn arm(moment_arms: &[(usize, f64)], coordinate: usize) -> f64 {
 }
 
 fn foresee(
-    body: &HandBody,
+    joints: &Joints,
     hand: &Hand,
     multibody: &Multibody,
     state: &State,
@@ -101,21 +101,21 @@ fn foresee(
     }
     for (k, tendon) in hand.tendons.iter().enumerate() {
         for &(c, r) in &tendon.moment_arms {
-            let hinge = &body.hinges[body.masters[c]];
+            let hinge = &joints.hinges[joints.masters[c]];
             columns[(dof(multibody, hinge), nc + k)] += r / hinge.ratio;
         }
     }
     let velocity = multibody.generalized_velocity().clone_owned();
     let mut impulse = contact.clone();
     for (c, coordinate) in hand.coordinates.iter().enumerate() {
-        let hinge = &body.hinges[body.masters[c]];
+        let hinge = &joints.hinges[joints.masters[c]];
         let (at, square) = (dof(multibody, hinge), hinge.ratio * hinge.ratio);
-        let stretch = (body.coordinate(multibody, c) - coordinate.rest) * hinge.ratio;
+        let stretch = (joints.coordinate(multibody, c) - coordinate.rest) * hinge.ratio;
         let v = velocity[at];
         impulse[at] -= h * (coordinate.stiffness * (stretch + h * v) + coordinate.damping * v) / square;
     }
     let root = multibody.root().joint;
-    for k in 0..body.base_dofs {
+    for k in 0..joints.base_dofs {
         let (stiffness, rest) = root.spring(k);
         let v = velocity[k];
         impulse[k] -= h * (stiffness * (root.coords()[k] - rest + h * v) + multibody.damping()[k] * v);
@@ -145,7 +145,7 @@ fn foresee(
     let mut matrix = DMatrix::identity(nt, nt);
     let mut right = DVector::zeros(nt);
     for (i, tendon) in hand.tendons.iter().enumerate() {
-        let s: f64 = tendon.moment_arms.iter().map(|&(c, r)| r * body.coordinate(multibody, c)).sum();
+        let s: f64 = tendon.moment_arms.iter().map(|&(c, r)| r * joints.coordinate(multibody, c)).sum();
         let error = wound(&hand.motors[tendon.motor], state.motors[tendon.motor].position) - s;
         let implicit = h * tendon.stiffness + tendon.damping;
         for j in 0..nt {
