@@ -10,16 +10,17 @@ mod inspect;
 mod metrics;
 mod names;
 mod net;
-mod protocol;
 mod replay;
 mod rules;
 mod session;
 mod store;
 mod telemetry;
+mod version;
 mod watch;
 mod ws;
 
 use clap::Parser;
+use palmares_protocol as protocol;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {

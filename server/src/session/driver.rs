@@ -9,11 +9,12 @@ use super::orders::Ordered;
 use super::registry;
 use super::world::World;
 use crate::auth::{self, Identity};
-use crate::protocol::reply::{ServerInfo, TimeReport, Warning, Welcome};
+use crate::protocol::reply::{TimeReport, Warning, Welcome};
 use crate::protocol::specs::Specs;
 use crate::protocol::{Code, Hello, Refusal, Reply};
 use crate::replay::{Recording, ReplayFile};
 use crate::store::{self, NewSession, ResumableSession, StoreError, unix_ms};
+use crate::version;
 use palmares_tasks::{Outcome, Reason};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -263,7 +264,7 @@ impl Session {
             team: self.team.clone(),
             session_left_s: self.left_s(),
             competition: self.host.competition(),
-            server: ServerInfo::own(),
+            server: version::own(),
             limits: self.host.limits(),
             tasks: self.host.task_infos(),
             hands,

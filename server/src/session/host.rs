@@ -304,28 +304,3 @@ impl Host {
         Ok(self.hands.iter().chain(own).map(|hand| HandInfo::of(hand)).collect())
     }
 }
-
-impl TaskInfo {
-    /// A task in short.
-    pub(crate) fn of(task: &Task) -> Self {
-        TaskInfo {
-            name: task.name.clone(),
-            description: task.description.clone(),
-            tick_s: task.tick_s,
-            step_s: task.step_s,
-            time_limit_s: task.time_limit_s,
-        }
-    }
-}
-
-impl HandInfo {
-    /// A hand in short.
-    pub(crate) fn of(hand: &Hand) -> Self {
-        HandInfo {
-            name: hand.name.clone(),
-            description: hand.description.clone(),
-            motors: hand.motors.iter().map(|motor| motor.name.clone()).collect(),
-            joints: hand.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect(),
-        }
-    }
-}

@@ -1,9 +1,10 @@
 //! What a client asks: parsed in two stages, so that an error names the field and what would be right.
 
-use super::action::parse_action;
-use super::fast;
-use super::{Code, MAX_SAFE_INTEGER, Refusal};
-use crate::names::printable;
+use crate::MAX_SAFE_INTEGER;
+use crate::action::parse_action;
+use crate::code::{Code, Refusal};
+use crate::fast;
+pub use crate::text::shortened;
 use palmares_tasks::{Action, Sensing};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
@@ -12,7 +13,7 @@ use serde_json::{Map, Value};
 
 /// A request without its envelope (`op`, `id`).
 #[derive(Debug)]
-pub(crate) enum Request {
+pub enum Request {
     /// Greets the server: opens a session or takes one up again.
     Hello(Hello),
     /// Opens a run.
@@ -33,7 +34,7 @@ pub(crate) enum Request {
 
 impl Request {
     /// The `op` on the wire.
-    pub(crate) fn op(&self) -> &'static str {
+    pub fn op(&self) -> &'static str {
         match self {
             Request::Hello(_) => "hello",
             Request::Reset(_) => "reset",
@@ -50,21 +51,21 @@ impl Request {
 /// `hello`: the first request on every connection.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Hello {
+pub struct Hello {
     /// Who is asking. In practice its name is the team's name on the leaderboard.
-    pub(crate) client: ClientInfo,
+    pub client: ClientInfo,
     /// From an earlier `welcome`: takes that session up again, within 30 s of losing the connection.
     #[serde(default)]
-    pub(crate) resume_token: Option<String>,
+    pub resume_token: Option<String>,
     /// Practice only: length of the session in s. Without it a practice session has no limit.
     #[serde(default)]
-    pub(crate) session_s: Option<f64>,
+    pub session_s: Option<f64>,
 }
 
 /// Who is asking: `"name/version"`, or an object.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a string \"name\" or an object {\"name\": …, \"version\"?: …}")]
-pub(crate) enum ClientInfo {
+pub enum ClientInfo {
     /// `"name"` or `"name/version"`.
     Short(String),
     /// In full.
@@ -79,8 +80,8 @@ pub(crate) enum ClientInfo {
 }
 
 impl ClientInfo {
-    /// Name and version as they were sent. What a name may consist of: [`crate::names`].
-    pub(crate) fn parts(&self) -> (&str, Option<&str>) {
+    /// Name and version as they were sent.
+    pub fn parts(&self) -> (&str, Option<&str>) {
         match self {
             // A slash may also stand in a name; a version begins with a digit.
             ClientInfo::Short(text) => match text.rsplit_once('/') {
@@ -97,29 +98,29 @@ impl ClientInfo {
 /// `reset`: opens a run at tick 0.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Reset {
+pub struct Reset {
     /// Name of a task, see `welcome.tasks`.
-    pub(crate) task: String,
+    pub task: String,
     /// Name of a hand, see `welcome.hands`.
-    pub(crate) hand: String,
+    pub hand: String,
     /// How time passes.
     #[serde(default)]
-    pub(crate) mode: Mode,
+    pub mode: Mode,
     /// How much `obs` shows.
     #[serde(default)]
-    pub(crate) sensing: Sensing,
+    pub sensing: Sensing,
     /// Practice only: which scene, 0 to 2⁵³ − 1. Left out, the server draws one.
     #[serde(default)]
-    pub(crate) seed: Option<u64>,
+    pub seed: Option<u64>,
     /// None are defined yet; must be left out or empty.
     #[serde(default)]
-    pub(crate) options: Map<String, Value>,
+    pub options: Map<String, Value>,
 }
 
 /// How time passes in a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Mode {
+pub enum Mode {
     /// The world waits for the controller: `step`.
     #[default]
     Lockstep,
@@ -129,7 +130,7 @@ pub(crate) enum Mode {
 
 impl Mode {
     /// The word on the wire and in the database.
-    pub(crate) fn as_str(self) -> &'static str {
+    pub fn as_str(self) -> &'static str {
         match self {
             Mode::Lockstep => "lockstep",
             Mode::Realtime => "realtime",
@@ -139,14 +140,14 @@ impl Mode {
 
 /// `step`: advances the world by `repeat` ticks under one action.
 #[derive(Clone, Debug, JsonSchema)]
-pub(crate) struct Step {
+pub struct Step {
     /// The current tick: that of the last `obs`.
-    pub(crate) tick: u64,
+    pub tick: u64,
     /// Targets; what is left out keeps its last target.
-    pub(crate) action: Action,
+    pub action: Action,
     /// Ticks to advance, 1 to `welcome.limits.repeat`; 1 when left out. Ends early when the run is over.
     #[schemars(default = "one")]
-    pub(crate) repeat: u32,
+    pub repeat: u32,
 }
 
 /// `step` with its action not yet looked into, which has a code of its own when it is wrong.
@@ -162,9 +163,9 @@ struct RawStep {
 
 /// `act`: from its next tick on a realtime world follows this action.
 #[derive(Clone, Debug, JsonSchema)]
-pub(crate) struct Act {
+pub struct Act {
     /// Targets; what is left out keeps its last target.
-    pub(crate) action: Action,
+    pub action: Action,
 }
 
 /// `act` with its action not yet looked into.
@@ -178,55 +179,55 @@ struct RawAct {
 /// `perturb`: practice only. A wrench acts on a link of the hand from the next tick on.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Perturb {
+pub struct Perturb {
     /// Name of a link of the hand.
-    pub(crate) link: String,
+    pub link: String,
     /// World frame; the torque is about the link's origin, where the force acts.
-    pub(crate) wrench: PushWrench,
+    pub wrench: PushWrench,
     /// For how long, s of simulated time.
-    pub(crate) duration_s: f64,
+    pub duration_s: f64,
 }
 
 /// Force and torque.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct PushWrench {
+pub struct PushWrench {
     /// N
-    pub(crate) force: [f64; 3],
+    pub force: [f64; 3],
     /// N·m; none when left out.
     #[serde(default)]
-    pub(crate) torque: [f64; 3],
+    pub torque: [f64; 3],
 }
 
-pub(super) fn one() -> u32 {
+pub(crate) fn one() -> u32 {
     1
 }
 
 /// `stop`: lets the objects settle, counts, closes the run.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Stop {}
+pub struct Stop {}
 
 /// `time`: how the session's clock stands.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Time {}
+pub struct Time {}
 
 /// `bye`: ends the session; an open run is stopped and scored first.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Bye {}
+pub struct Bye {}
 
 /// A message with as much of its envelope as could be read.
-pub(crate) struct Parsed {
+pub struct Parsed {
     /// The request's id, where there is a valid one.
-    pub(crate) id: Option<u64>,
+    pub id: Option<u64>,
     /// The request, or why it is none.
-    pub(crate) request: Result<Request, Refusal>,
+    pub request: Result<Request, Refusal>,
 }
 
 /// Reads a request in JSON.
-pub(crate) fn parse_json(text: &str) -> Parsed {
+pub fn parse_json(text: &str) -> Parsed {
     if let Some((id, request)) = fast::json(text) {
         return Parsed { id: Some(id), request: Ok(request) };
     }
@@ -237,7 +238,7 @@ pub(crate) fn parse_json(text: &str) -> Parsed {
 }
 
 /// Reads a request in MessagePack.
-pub(crate) fn parse_msgpack(bytes: &[u8]) -> Parsed {
+pub fn parse_msgpack(bytes: &[u8]) -> Parsed {
     if let Some((id, request)) = fast::msgpack(bytes) {
         return Parsed { id: Some(id), request: Ok(request) };
     }
@@ -252,7 +253,7 @@ fn unreadable(message: String) -> Parsed {
 }
 
 /// MessagePack as a JSON value; what JSON has no number for becomes null, and is refused as such.
-pub(super) fn value_of_msgpack(bytes: &[u8]) -> Result<Value, String> {
+pub(crate) fn value_of_msgpack(bytes: &[u8]) -> Result<Value, String> {
     let mut reader = rmp_serde::Deserializer::new(std::io::Cursor::new(bytes));
     // As deep as the JSON reader goes.
     reader.set_max_depth(128);
@@ -264,7 +265,7 @@ pub(super) fn value_of_msgpack(bytes: &[u8]) -> Result<Value, String> {
 }
 
 /// Reads a request that is not a plain `step` or `act`, or says what is wrong with it.
-pub(super) fn parse_long(value: Value) -> Parsed {
+pub(crate) fn parse_long(value: Value) -> Parsed {
     let mut fields = match value {
         Value::Object(fields) => fields,
         other => {
@@ -352,7 +353,7 @@ fn typed<T: DeserializeOwned>(op: &str, fields: Map<String, Value>) -> Result<T,
 }
 
 /// What a JSON value is, for messages.
-pub(super) fn kind_of(value: &Value) -> &'static str {
+pub(crate) fn kind_of(value: &Value) -> &'static str {
     match value {
         Value::Null => "null",
         Value::Bool(_) => "a boolean",
@@ -360,15 +361,6 @@ pub(super) fn kind_of(value: &Value) -> &'static str {
         Value::String(_) => "a string",
         Value::Array(_) => "an array",
         Value::Object(_) => "an object",
-    }
-}
-
-/// The client's own words, short enough to be quoted, and nothing in them that cannot be seen.
-pub(crate) fn shortened(text: &str) -> String {
-    const LONGEST: usize = 64;
-    match text.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{}…", printable(&text[..end])),
-        None => printable(text).into_owned(),
     }
 }
 

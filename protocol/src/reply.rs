@@ -1,17 +1,18 @@
 //! What the server says.
 
-use super::code::{Code, Refusal};
-use super::obs::Obs;
-use super::request::Mode;
-use super::specs::Specs;
-use palmares_tasks::{Event, Outcome, Reason};
+use crate::code::{Code, Refusal};
+use crate::obs::Obs;
+use crate::request::Mode;
+use crate::specs::Specs;
+use palmares_models::hand::Hand;
+use palmares_tasks::{Event, Outcome, Reason, Task};
 use schemars::JsonSchema;
 use serde::Serialize;
 
 /// A message from the server.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 #[serde(tag = "op", rename_all = "snake_case")]
-pub(crate) enum Reply {
+pub enum Reply {
     /// Reply to `hello`.
     Welcome(Box<Welcome>),
     /// Reply to `reset` and `step`; unasked after every tick of a realtime run.
@@ -30,7 +31,7 @@ pub(crate) enum Reply {
 
 impl Reply {
     /// The error message of a refusal.
-    pub(crate) fn refused(id: Option<u64>, refusal: &Refusal) -> Self {
+    pub fn refused(id: Option<u64>, refusal: &Refusal) -> Self {
         Reply::Error(ErrorReply {
             id,
             code: refusal.code,
@@ -43,206 +44,221 @@ impl Reply {
 
 /// `welcome`: what this server offers.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(crate) struct Welcome {
+pub struct Welcome {
     /// Of the request.
-    pub(crate) id: u64,
+    pub id: u64,
     /// Identifies the session.
-    pub(crate) session_id: String,
+    pub session_id: String,
     /// Secret that takes the session up again on a new connection.
-    pub(crate) resume_token: String,
+    pub resume_token: String,
     /// Name of the team on the leaderboard.
-    pub(crate) team: String,
+    pub team: String,
     /// s; null for a session without a limit.
-    pub(crate) session_left_s: Option<f64>,
+    pub session_left_s: Option<f64>,
     /// The competition.
-    pub(crate) competition: Competition,
+    pub competition: Competition,
     /// The program.
-    pub(crate) server: ServerInfo,
+    pub server: ServerInfo,
     /// What a client must keep to.
-    pub(crate) limits: Limits,
+    pub limits: Limits,
     /// Tasks that can be played.
-    pub(crate) tasks: Vec<TaskInfo>,
+    pub tasks: Vec<TaskInfo>,
     /// Hands that can be played with.
-    pub(crate) hands: Vec<HandInfo>,
+    pub hands: Vec<HandInfo>,
     /// Fields of actions and observations.
-    pub(crate) specs: Specs,
+    pub specs: Specs,
     /// The run that goes on, when a session is taken up again; else null.
-    pub(crate) run: Option<RunInfo>,
+    pub run: Option<RunInfo>,
     /// For people: what is odd about the team's name. Absent when nothing is.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) note: Option<String>,
+    pub note: Option<String>,
 }
 
 /// The competition.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(crate) struct Competition {
+pub struct Competition {
     /// For people.
-    pub(crate) name: String,
+    pub name: String,
     /// `practice`: no token, own seeds, full state.
-    pub(crate) mode: String,
+    pub mode: String,
     /// Length of a session, s; null for none.
-    pub(crate) session_s: Option<f64>,
+    pub session_s: Option<f64>,
     /// What each `reset` that opens a run takes from the session, s.
-    pub(crate) reset_cost_s: f64,
+    pub reset_cost_s: f64,
 }
 
 /// The program.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(crate) struct ServerInfo {
+pub struct ServerInfo {
     /// Version of the program.
-    pub(crate) version: String,
+    pub version: String,
     /// Commit it was built from.
-    pub(crate) build_hash: String,
-}
-
-impl ServerInfo {
-    /// This program.
-    pub(crate) fn own() -> Self {
-        ServerInfo {
-            version: env!("CARGO_PKG_VERSION").into(),
-            build_hash: env!("PALMARES_BUILD_HASH").into(),
-        }
-    }
+    pub build_hash: String,
 }
 
 /// What a client must keep to.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(crate) struct Limits {
+pub struct Limits {
     /// Largest inbound message.
-    pub(crate) message_bytes: usize,
+    pub message_bytes: usize,
     /// Largest `repeat` of a `step`.
-    pub(crate) repeat: u32,
+    pub repeat: u32,
     /// Requests per second that a connection may keep up.
-    pub(crate) requests_per_s: f64,
+    pub requests_per_s: f64,
     /// Requests it may send at once beyond that rate.
-    pub(crate) requests_burst: f64,
+    pub requests_burst: f64,
     /// How long a session waits for its client to come back, s.
-    pub(crate) resume_grace_s: f64,
+    pub resume_grace_s: f64,
     /// Period of the server's pings, s.
-    pub(crate) ping_interval_s: f64,
+    pub ping_interval_s: f64,
     /// A connection silent for this long, or that does not take a message for this long, is dropped, s.
-    pub(crate) ping_timeout_s: f64,
+    pub ping_timeout_s: f64,
     /// A connection that has not said hello for this long is closed, s.
-    pub(crate) hello_timeout_s: f64,
+    pub hello_timeout_s: f64,
     /// In real time: for so many ticks a silent controller's last action goes on; then the hand holds still.
-    pub(crate) hold_ticks: u32,
+    pub hold_ticks: u32,
     /// In real time: observations that wait for a slow client; of more the oldest is dropped.
-    pub(crate) outbox_obs: usize,
+    pub outbox_obs: usize,
 }
 
 /// A task in short.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(crate) struct TaskInfo {
+pub struct TaskInfo {
     /// For `reset`.
-    pub(crate) name: String,
+    pub name: String,
     /// For people.
-    pub(crate) description: String,
+    pub description: String,
     /// Length of a tick, s.
-    pub(crate) tick_s: f64,
+    pub tick_s: f64,
     /// Length of a physics step, s.
-    pub(crate) step_s: f64,
+    pub step_s: f64,
     /// Longest run, s of simulated time.
-    pub(crate) time_limit_s: f64,
+    pub time_limit_s: f64,
+}
+
+impl TaskInfo {
+    /// A task in short.
+    pub fn of(task: &Task) -> Self {
+        TaskInfo {
+            name: task.name.clone(),
+            description: task.description.clone(),
+            tick_s: task.tick_s,
+            step_s: task.step_s,
+            time_limit_s: task.time_limit_s,
+        }
+    }
 }
 
 /// A hand in short; `GET /v1/hands/{name}` has the rest.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(crate) struct HandInfo {
+pub struct HandInfo {
     /// For `reset`.
-    pub(crate) name: String,
+    pub name: String,
     /// For people.
-    pub(crate) description: String,
+    pub description: String,
     /// Names of the motors, in the order of `action.hand`.
-    pub(crate) motors: Vec<String>,
+    pub motors: Vec<String>,
     /// Names of the joint coordinates, in the order of `truth.joints`.
-    pub(crate) joints: Vec<String>,
+    pub joints: Vec<String>,
+}
+
+impl HandInfo {
+    /// A hand in short.
+    pub fn of(hand: &Hand) -> Self {
+        HandInfo {
+            name: hand.name.clone(),
+            description: hand.description.clone(),
+            motors: hand.motors.iter().map(|motor| motor.name.clone()).collect(),
+            joints: hand.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect(),
+        }
+    }
 }
 
 /// The session's present run.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(crate) struct RunInfo {
+pub struct RunInfo {
     /// Identifies the run.
-    pub(crate) run_id: String,
+    pub run_id: String,
     /// Its task.
-    pub(crate) task: String,
+    pub task: String,
     /// Its hand.
-    pub(crate) hand: String,
+    pub hand: String,
     /// How time passes in it.
-    pub(crate) mode: Mode,
+    pub mode: Mode,
     /// The current tick, which the next `step` must name.
-    pub(crate) tick: u64,
+    pub tick: u64,
     /// False when the server closed it (time limit, end of the session): `stop` fetches the result.
-    pub(crate) open: bool,
+    pub open: bool,
 }
 
 /// `ack`: the action or push was taken.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(crate) struct Ack {
+pub struct Ack {
     /// Of the request.
-    pub(crate) id: u64,
+    pub id: u64,
     /// The tick at which it takes effect: the `obs` of this tick is the first to show it.
-    pub(crate) tick: u64,
+    pub tick: u64,
 }
 
 /// `result`: what a finished run is worth. It stands in the server's database when this is sent.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(crate) struct RunResult {
+pub struct RunResult {
     /// Of the request; absent when the server closed the run and tells it unasked.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) id: Option<u64>,
+    pub id: Option<u64>,
     /// Identifies the run.
-    pub(crate) run_id: String,
+    pub run_id: String,
     /// Its task.
-    pub(crate) task: String,
+    pub task: String,
     /// Its hand.
-    pub(crate) hand: String,
+    pub hand: String,
     /// How time passed in it.
-    pub(crate) mode: Mode,
+    pub mode: Mode,
     /// `practice`, or `voided` after a fault of the server.
-    pub(crate) status: String,
+    pub status: String,
     /// Points.
-    pub(crate) score: f64,
+    pub score: f64,
     /// Objects in the goal.
-    pub(crate) in_goal: u32,
+    pub in_goal: u32,
     /// Objects outside both boxes.
-    pub(crate) outside: u32,
+    pub outside: u32,
     /// Why the run ended.
-    pub(crate) reason: Reason,
+    pub reason: Reason,
     /// Ticks played.
-    pub(crate) ticks: u64,
+    pub ticks: u64,
     /// s of simulated time played.
-    pub(crate) sim_time_s: f64,
+    pub sim_time_s: f64,
     /// In real time: ticks for which no new action had come.
-    pub(crate) missed_ticks: u64,
+    pub missed_ticks: u64,
     /// In real time: ticks that the server began more than half a tick after they were due.
-    pub(crate) late_ticks: u64,
+    pub late_ticks: u64,
     /// In real time: the latest beginning of a tick, s.
-    pub(crate) late_max_s: f64,
+    pub late_max_s: f64,
     /// In real time: observations that the client did not take in time.
-    pub(crate) dropped_obs: u64,
+    pub dropped_obs: u64,
     /// Hash of the final state, 16 hexadecimal digits.
-    pub(crate) state_hash: String,
+    pub state_hash: String,
     /// Everything the referee noted.
-    pub(crate) events: Vec<Event>,
+    pub events: Vec<Event>,
     /// Its replay; absent when the run was not recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) replay: Option<ReplayInfo>,
+    pub replay: Option<ReplayInfo>,
     /// s; null for a session without a limit.
-    pub(crate) session_left_s: Option<f64>,
+    pub session_left_s: Option<f64>,
 }
 
 /// The replay of a run: `GET /v1/runs/{id}/replay`.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-pub(crate) struct ReplayInfo {
+pub struct ReplayInfo {
     /// SHA-256 of the file, 64 hexadecimal digits.
-    pub(crate) sha256: String,
+    pub sha256: String,
     /// Its size.
-    pub(crate) bytes: u64,
+    pub bytes: u64,
 }
 
 impl RunResult {
     /// A result from what the run gave.
-    pub(crate) fn new(run: RunInfo, status: &str, outcome: Outcome) -> Self {
+    pub fn new(run: RunInfo, status: &str, outcome: Outcome) -> Self {
         RunResult {
             id: None,
             run_id: run.run_id,
@@ -270,51 +286,51 @@ impl RunResult {
 
 /// `time`: how the session's clock stands.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(crate) struct TimeReport {
+pub struct TimeReport {
     /// Of the request.
-    pub(crate) id: u64,
+    pub id: u64,
     /// What is left, s; null for a session without a limit.
-    pub(crate) session_left_s: Option<f64>,
+    pub session_left_s: Option<f64>,
     /// Length of the session, s; null for none.
-    pub(crate) session_s: Option<f64>,
+    pub session_s: Option<f64>,
     /// The greater of the next two, s.
-    pub(crate) elapsed_s: f64,
+    pub elapsed_s: f64,
     /// Wall-clock time since the first reset, pauses left out, s.
-    pub(crate) wall_s: f64,
+    pub wall_s: f64,
     /// Simulated time of all runs, s.
-    pub(crate) simulated_s: f64,
+    pub simulated_s: f64,
     /// Time given back for faults of the server, s; the other times are without it.
-    pub(crate) refunded_s: f64,
+    pub refunded_s: f64,
     /// Whether an organizer has stopped the clock.
-    pub(crate) paused: bool,
+    pub paused: bool,
     /// The session's run, if any.
-    pub(crate) run: Option<RunInfo>,
+    pub run: Option<RunInfo>,
     /// The server's clock, ms since 1970 UTC.
-    pub(crate) server_unix_ms: u64,
+    pub server_unix_ms: u64,
 }
 
 /// `error`: why a request failed. It changed nothing.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(crate) struct ErrorReply {
+pub struct ErrorReply {
     /// Of the request; absent when it could not be read.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) id: Option<u64>,
+    pub id: Option<u64>,
     /// For programs.
-    pub(crate) code: Code,
+    pub code: Code,
     /// For people.
-    pub(crate) message: String,
+    pub message: String,
     /// The connection closes after this.
-    pub(crate) fatal: bool,
+    pub fatal: bool,
     /// When asking again makes sense, s.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) retry_after_s: Option<f64>,
+    pub retry_after_s: Option<f64>,
 }
 
 /// `warning`: the session's time is running out. Sent unasked at 300, 60 and 10 s.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(crate) struct Warning {
+pub struct Warning {
     /// Which of the marks was passed, s.
-    pub(crate) mark_s: u32,
+    pub mark_s: u32,
     /// What is left, s.
-    pub(crate) session_left_s: f64,
+    pub session_left_s: f64,
 }

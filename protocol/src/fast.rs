@@ -3,8 +3,8 @@
 //! It takes only what the long way takes too, and to the same bits; whatever else comes gives none, and the long way
 //! says what is wrong with it.
 
-use super::MAX_SAFE_INTEGER;
-use super::request::{Act, Request, Step, one};
+use crate::MAX_SAFE_INTEGER;
+use crate::request::{Act, Request, Step, one};
 use palmares_tasks::{Action, BaseTarget};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, Visitor};
@@ -126,12 +126,12 @@ impl Message<'_> {
 }
 
 /// A `step` or `act` in JSON and its id.
-pub(super) fn json(text: &str) -> Option<(u64, Request)> {
+pub(crate) fn json(text: &str) -> Option<(u64, Request)> {
     serde_json::from_str::<Map<Message<'_>>>(text).ok()?.0.request()
 }
 
 /// A `step` or `act` in MessagePack and its id.
-pub(super) fn msgpack(bytes: &[u8]) -> Option<(u64, Request)> {
+pub(crate) fn msgpack(bytes: &[u8]) -> Option<(u64, Request)> {
     let mut reader = rmp_serde::Deserializer::from_read_ref(bytes);
     let message = Map::<Message<'_>>::deserialize(&mut reader).ok()?.0;
     match IgnoredAny::deserialize(&mut reader) {

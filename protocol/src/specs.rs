@@ -6,32 +6,32 @@ use serde::Serialize;
 
 /// Every numeric field a controller writes or reads.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(crate) struct Specs {
+pub struct Specs {
     /// Fields of `step.action`.
-    pub(crate) action: Vec<Field>,
+    pub action: Vec<Field>,
     /// Fields of `obs`.
-    pub(crate) observation: Vec<Field>,
+    pub observation: Vec<Field>,
 }
 
 /// One field.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(crate) struct Field {
+pub struct Field {
     /// Path; `[]` stands for every entry of a list.
-    pub(crate) name: &'static str,
+    pub name: &'static str,
     /// Lengths; empty for a single number.
-    pub(crate) shape: Vec<Length>,
+    pub shape: Vec<Length>,
     /// Unit; empty for a pure number.
-    pub(crate) unit: &'static str,
+    pub unit: &'static str,
     /// Least value of an entry; null for none. Commands beyond are clipped.
-    pub(crate) minimum: Option<f64>,
+    pub minimum: Option<f64>,
     /// Largest value of an entry; null for none.
-    pub(crate) maximum: Option<f64>,
+    pub maximum: Option<f64>,
 }
 
 /// A length that is fixed, or that of the hand or scene.
 #[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
 #[serde(untagged)]
-pub(crate) enum Length {
+pub enum Length {
     /// Fixed.
     Fixed(usize),
     /// `motors`, `joints` (see `welcome.hands`) or `objects` (free bodies of the scene).
@@ -49,7 +49,7 @@ fn field(
 
 impl Specs {
     /// The fields of this version.
-    pub(crate) fn new() -> Self {
+    pub fn new() -> Self {
         const FREE: (Option<f64>, Option<f64>) = (None, None);
         const UNIT: (Option<f64>, Option<f64>) = (Some(-1.0), Some(1.0));
         const SIGMA: (Option<f64>, Option<f64>) = (Some(0.0), Some(1.0));

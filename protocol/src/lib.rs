@@ -7,18 +7,19 @@
 //! because it shuts down, that run's `result`.
 
 mod action;
-pub(crate) mod code;
+pub mod code;
+pub mod encoding;
 mod fast;
-pub(crate) mod obs;
-pub(crate) mod reply;
-pub(crate) mod request;
-pub(crate) mod specs;
-mod wire;
+pub mod obs;
+pub mod reply;
+pub mod request;
+pub mod specs;
+pub mod text;
 
-pub(crate) use code::{Code, Refusal};
-pub(crate) use reply::Reply;
-pub(crate) use request::{Act, Hello, Mode, Parsed, Perturb, Request, Reset, Step};
-pub(crate) use wire::Encoding;
+pub use code::{Code, Refusal};
+pub use encoding::Encoding;
+pub use reply::Reply;
+pub use request::{Act, Hello, Mode, Parsed, Perturb, Request, Reset, Step};
 
 /// Largest whole number that every JSON reader holds exactly: 2⁵³ − 1.
-pub(crate) const MAX_SAFE_INTEGER: u64 = (1 << 53) - 1;
+pub const MAX_SAFE_INTEGER: u64 = (1 << 53) - 1;

@@ -1,7 +1,7 @@
 //! The message `obs`, which comes thousands of times a second. It is written field by field: a derived writer gathers
 //! the fields of a struct within it in another buffer first.
 
-use super::request::Mode;
+use crate::request::Mode;
 use palmares_tasks::{Observation, Scene, Sensing};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -9,45 +9,45 @@ use serde::ser::{SerializeStruct, Serializer};
 
 /// How a run was opened.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(crate) struct Opened {
+pub struct Opened {
     /// Name of the task.
-    pub(crate) task: String,
+    pub task: String,
     /// Name of the hand.
-    pub(crate) hand: String,
+    pub hand: String,
     /// How time passes.
-    pub(crate) mode: Mode,
+    pub mode: Mode,
     /// `sensors` or `truth`.
-    pub(crate) sensing: Sensing,
+    pub sensing: Sensing,
     /// In practice: what `reset` takes to build this scene again.
-    pub(crate) seed: Option<u64>,
+    pub seed: Option<u64>,
     /// Length of a tick, s.
-    pub(crate) tick_s: f64,
+    pub tick_s: f64,
     /// Longest run, s of simulated time.
-    pub(crate) time_limit_s: f64,
+    pub time_limit_s: f64,
 }
 
 /// `obs`: the state after `reset` or `step`, or after a tick of a realtime run.
 #[derive(Clone, Debug, JsonSchema)]
-pub(crate) struct Obs {
+pub struct Obs {
     /// Of the request; absent when it was streamed.
     #[schemars(skip_serializing_if = "Option::is_none")]
-    pub(crate) id: Option<u64>,
+    pub id: Option<u64>,
     /// Identifies the run.
-    pub(crate) run_id: String,
+    pub run_id: String,
     /// s; null for a session without a limit.
-    pub(crate) session_left_s: Option<f64>,
+    pub session_left_s: Option<f64>,
     /// The state.
     #[schemars(flatten)]
-    pub(crate) observation: Observation,
+    pub observation: Observation,
     /// In a realtime run: how long after the tick was due this was sent, s.
     #[schemars(skip_serializing_if = "Option::is_none")]
-    pub(crate) late_s: Option<f64>,
+    pub late_s: Option<f64>,
     /// How the run was opened; in the reply to `reset` only.
     #[schemars(skip_serializing_if = "Option::is_none")]
-    pub(crate) run: Option<Opened>,
+    pub run: Option<Opened>,
     /// What stands in the world; in the reply to `reset` only.
     #[schemars(skip_serializing_if = "Option::is_none")]
-    pub(crate) scene: Option<Scene>,
+    pub scene: Option<Scene>,
 }
 
 /// Writes what is there.

@@ -1,7 +1,8 @@
 //! The action of a step, read by hand: its errors have a code of their own and name the entry.
 
-use super::request::{kind_of, shortened};
-use super::{Code, Refusal};
+use crate::code::{Code, Refusal};
+use crate::request::kind_of;
+use crate::text::shortened;
 use palmares_tasks::{Action, BaseTarget};
 use serde_json::{Map, Value};
 
@@ -14,7 +15,7 @@ fn bad(message: String) -> Refusal {
 /// # Errors
 /// `bad_action`, naming the entry and what would be right. Whether the length of `hand` fits the hand is for
 /// the run to say.
-pub(super) fn parse_action(value: Value) -> Result<Action, Refusal> {
+pub(crate) fn parse_action(value: Value) -> Result<Action, Refusal> {
     let mut fields = object("action", value)?;
     let base = fields.remove("base").map(parse_base).transpose()?;
     let hand = match fields.remove("hand") {

@@ -1,13 +1,12 @@
 //! Error codes: the same words in WebSocket errors, close reasons and HTTP problems.
 
-use axum::http::StatusCode;
 use schemars::JsonSchema;
 use serde::Serialize;
 
 /// What went wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Code {
+pub enum Code {
     /// The message is not JSON, or not a text frame.
     BadJson,
     /// No such `op`.
@@ -50,7 +49,7 @@ pub(crate) enum Code {
 
 impl Code {
     /// The word on the wire.
-    pub(crate) fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Code::BadJson => "bad_json",
             Code::UnknownOp => "unknown_op",
@@ -76,7 +75,7 @@ impl Code {
 
     /// The WebSocket close code of a fatal error: 4400–4499 the client's fault, 4500–4599 the server's.
     /// Where HTTP has a status that means the same, its last two digits are used.
-    pub(crate) fn close_code(self) -> u16 {
+    pub fn close_code(self) -> u16 {
         match self {
             Code::BadRequest => 4400,
             Code::NotAuthorized => 4401,
@@ -99,54 +98,36 @@ impl Code {
             Code::Capacity => 4503,
         }
     }
-
-    /// The HTTP status of a problem with this code.
-    pub(crate) fn status(self) -> StatusCode {
-        match self {
-            Code::BadJson | Code::UnknownOp | Code::BadRequest | Code::BadAction => StatusCode::BAD_REQUEST,
-            Code::StaleTick | Code::WrongState | Code::SessionTaken => StatusCode::CONFLICT,
-            Code::UnknownTask | Code::UnknownHand | Code::NotFound => StatusCode::NOT_FOUND,
-            Code::NotAuthorized => StatusCode::UNAUTHORIZED,
-            Code::TooSlow => StatusCode::REQUEST_TIMEOUT,
-            Code::Forbidden => StatusCode::FORBIDDEN,
-            Code::HandInTheWay => StatusCode::UNPROCESSABLE_ENTITY,
-            Code::SessionOver => StatusCode::GONE,
-            Code::Capacity => StatusCode::SERVICE_UNAVAILABLE,
-            Code::RateLimited => StatusCode::TOO_MANY_REQUESTS,
-            Code::TooLarge => StatusCode::PAYLOAD_TOO_LARGE,
-            Code::Internal => StatusCode::INTERNAL_SERVER_ERROR,
-        }
-    }
 }
 
 /// Why a request was refused, in words for the client.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}: {message}", code.name())]
-pub(crate) struct Refusal {
+pub struct Refusal {
     /// The code.
-    pub(crate) code: Code,
+    pub code: Code,
     /// What is wrong and what would be right.
-    pub(crate) message: String,
+    pub message: String,
     /// The connection closes after this error.
-    pub(crate) fatal: bool,
+    pub fatal: bool,
     /// When asking again makes sense, s.
-    pub(crate) retry_after_s: Option<f64>,
+    pub retry_after_s: Option<f64>,
 }
 
 impl Refusal {
     /// A refusal after which the connection goes on.
-    pub(crate) fn new(code: Code, message: impl Into<String>) -> Self {
+    pub fn new(code: Code, message: impl Into<String>) -> Self {
         Refusal { code, message: message.into(), fatal: false, retry_after_s: None }
     }
 
     /// The same, and the connection closes.
-    pub(crate) fn fatal(mut self) -> Self {
+    pub fn fatal(mut self) -> Self {
         self.fatal = true;
         self
     }
 
     /// The same, and asking again makes sense after `seconds`.
-    pub(crate) fn retry_after(mut self, seconds: f64) -> Self {
+    pub fn retry_after(mut self, seconds: f64) -> Self {
         self.retry_after_s = Some(seconds);
         self
     }
