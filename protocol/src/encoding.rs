@@ -1,8 +1,8 @@
 //! Messages as frames: JSON as text, MessagePack as binary, with the same fields.
 
 use crate::code::{Code, Refusal};
+use crate::parse::{Parsed, parse_json, parse_msgpack};
 use crate::reply::Reply;
-use crate::request::{Parsed, parse_json, parse_msgpack};
 use serde::Serialize;
 
 /// How messages are written.

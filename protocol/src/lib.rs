@@ -9,8 +9,8 @@
 mod action;
 pub mod code;
 pub mod encoding;
-mod fast;
 pub mod obs;
+pub mod parse;
 pub mod reply;
 pub mod request;
 pub mod specs;
@@ -18,8 +18,6 @@ pub mod text;
 
 pub use code::{Code, Refusal};
 pub use encoding::Encoding;
+pub use parse::{MAX_SAFE_INTEGER, Parsed};
 pub use reply::Reply;
-pub use request::{Act, Hello, Mode, Parsed, Perturb, Request, Reset, Step};
-
-/// Largest whole number that every JSON reader holds exactly: 2⁵³ − 1.
-pub const MAX_SAFE_INTEGER: u64 = (1 << 53) - 1;
+pub use request::{Act, Hello, Mode, Perturb, Request, Reset, Step};

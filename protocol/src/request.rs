@@ -1,13 +1,8 @@
-//! What a client asks: parsed in two stages, so that an error names the field and what would be right.
+//! What a client asks.
 
-use crate::MAX_SAFE_INTEGER;
-use crate::action::parse_action;
-use crate::code::{Code, Refusal};
-use crate::fast;
 pub use crate::text::shortened;
 use palmares_tasks::{Action, Sensing};
 use schemars::JsonSchema;
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
@@ -150,30 +145,11 @@ pub struct Step {
     pub repeat: u32,
 }
 
-/// `step` with its action not yet looked into, which has a code of its own when it is wrong.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawStep {
-    tick: u64,
-    #[serde(default)]
-    action: Option<Value>,
-    #[serde(default = "one")]
-    repeat: u32,
-}
-
 /// `act`: from its next tick on a realtime world follows this action.
 #[derive(Clone, Debug, JsonSchema)]
 pub struct Act {
     /// Targets; what is left out keeps its last target.
     pub action: Action,
-}
-
-/// `act` with its action not yet looked into.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawAct {
-    #[serde(default)]
-    action: Option<Value>,
 }
 
 /// `perturb`: practice only. A wrench acts on a link of the hand from the next tick on.
@@ -217,152 +193,3 @@ pub struct Time {}
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Bye {}
-
-/// A message with as much of its envelope as could be read.
-pub struct Parsed {
-    /// The request's id, where there is a valid one.
-    pub id: Option<u64>,
-    /// The request, or why it is none.
-    pub request: Result<Request, Refusal>,
-}
-
-/// Reads a request in JSON.
-pub fn parse_json(text: &str) -> Parsed {
-    if let Some((id, request)) = fast::json(text) {
-        return Parsed { id: Some(id), request: Ok(request) };
-    }
-    match serde_json::from_str(text) {
-        Ok(value) => parse_long(value),
-        Err(error) => unreadable(format!("not JSON: {error}")),
-    }
-}
-
-/// Reads a request in MessagePack.
-pub fn parse_msgpack(bytes: &[u8]) -> Parsed {
-    if let Some((id, request)) = fast::msgpack(bytes) {
-        return Parsed { id: Some(id), request: Ok(request) };
-    }
-    match value_of_msgpack(bytes) {
-        Ok(value) => parse_long(value),
-        Err(why) => unreadable(format!("not MessagePack: {why}")),
-    }
-}
-
-fn unreadable(message: String) -> Parsed {
-    Parsed { id: None, request: Err(Refusal::new(Code::BadJson, message)) }
-}
-
-/// MessagePack as a JSON value; what JSON has no number for becomes null, and is refused as such.
-pub(crate) fn value_of_msgpack(bytes: &[u8]) -> Result<Value, String> {
-    let mut reader = rmp_serde::Deserializer::new(std::io::Cursor::new(bytes));
-    // As deep as the JSON reader goes.
-    reader.set_max_depth(128);
-    let value = Value::deserialize(&mut reader).map_err(|error| error.to_string())?;
-    if reader.position() != bytes.len() as u64 {
-        return Err("there is more after the message".into());
-    }
-    Ok(value)
-}
-
-/// Reads a request that is not a plain `step` or `act`, or says what is wrong with it.
-pub(crate) fn parse_long(value: Value) -> Parsed {
-    let mut fields = match value {
-        Value::Object(fields) => fields,
-        other => {
-            let message = format!("a message is an object with `op` and `id`, not {}", kind_of(&other));
-            return Parsed { id: None, request: Err(Refusal::new(Code::BadRequest, message)) };
-        }
-    };
-    let id = match fields.remove("id") {
-        Some(Value::Number(number)) => number.as_u64().filter(|&id| id <= MAX_SAFE_INTEGER),
-        _ => None,
-    };
-    let request = if id.is_none() {
-        Err(Refusal::new(Code::BadRequest, "id: every request carries a whole number from 0 to 2^53 - 1"))
-    } else {
-        parse_op(fields)
-    };
-    Parsed { id, request }
-}
-
-fn parse_op(mut fields: Map<String, Value>) -> Result<Request, Refusal> {
-    let op = match fields.remove("op") {
-        Some(Value::String(op)) => op,
-        Some(other) => {
-            let message = format!("op: expected a string, not {}", kind_of(&other));
-            return Err(Refusal::new(Code::BadRequest, message));
-        }
-        None => return Err(Refusal::new(Code::BadRequest, "op: missing")),
-    };
-    match op.as_str() {
-        "hello" => Ok(Request::Hello(typed("hello", fields)?)),
-        "reset" => parse_reset(fields).map(Request::Reset),
-        "step" => parse_step(fields).map(Request::Step),
-        "stop" => Ok(Request::Stop(typed("stop", fields)?)),
-        "time" => Ok(Request::Time(typed("time", fields)?)),
-        "bye" => Ok(Request::Bye(typed("bye", fields)?)),
-        "act" => parse_act(fields).map(Request::Act),
-        "perturb" => Ok(Request::Perturb(typed("perturb", fields)?)),
-        _ => Err(Refusal::new(
-            Code::UnknownOp,
-            format!(
-                "no op `{}`; there are hello, reset, step, act, perturb, stop, time, bye",
-                shortened(&op)
-            ),
-        )),
-    }
-}
-
-fn parse_reset(fields: Map<String, Value>) -> Result<Reset, Refusal> {
-    let reset: Reset = typed("reset", fields)?;
-    if reset.seed.is_some_and(|seed| seed > MAX_SAFE_INTEGER) {
-        return Err(Refusal::new(Code::BadRequest, "seed: expected a whole number from 0 to 2^53 - 1"));
-    }
-    if let Some(name) = reset.options.keys().next() {
-        let message = format!("options.{}: no options are defined in this version", shortened(name));
-        return Err(Refusal::new(Code::BadRequest, message));
-    }
-    Ok(reset)
-}
-
-fn parse_step(fields: Map<String, Value>) -> Result<Step, Refusal> {
-    let raw: RawStep = typed("step", fields)?;
-    Ok(Step { tick: raw.tick, action: some_action(raw.action)?, repeat: raw.repeat })
-}
-
-fn parse_act(fields: Map<String, Value>) -> Result<Act, Refusal> {
-    let raw: RawAct = typed("act", fields)?;
-    Ok(Act { action: some_action(raw.action)? })
-}
-
-fn some_action(action: Option<Value>) -> Result<Action, Refusal> {
-    match action {
-        Some(action) => parse_action(action),
-        None => Err(Refusal::new(Code::BadRequest, "action: missing; {} keeps the last targets")),
-    }
-}
-
-fn typed<T: DeserializeOwned>(op: &str, fields: Map<String, Value>) -> Result<T, Refusal> {
-    serde_path_to_error::deserialize(Value::Object(fields)).map_err(|error| {
-        let path = error.path().to_string();
-        let why = error.into_inner();
-        // At the top level the path is ".", and serde names the field itself.
-        let message = if path == "." { format!("{op}: {why}") } else { format!("{path}: {why}") };
-        Refusal::new(Code::BadRequest, message)
-    })
-}
-
-/// What a JSON value is, for messages.
-pub(crate) fn kind_of(value: &Value) -> &'static str {
-    match value {
-        Value::Null => "null",
-        Value::Bool(_) => "a boolean",
-        Value::Number(_) => "a number",
-        Value::String(_) => "a string",
-        Value::Array(_) => "an array",
-        Value::Object(_) => "an object",
-    }
-}
-
-#[cfg(test)]
-mod tests;

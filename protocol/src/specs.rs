@@ -47,9 +47,9 @@ fn field(
     Field { name, shape: shape.to_vec(), unit, minimum: range.0, maximum: range.1 }
 }
 
-impl Specs {
+impl Default for Specs {
     /// The fields of this version.
-    pub fn new() -> Self {
+    fn default() -> Self {
         const FREE: (Option<f64>, Option<f64>) = (None, None);
         const UNIT: (Option<f64>, Option<f64>) = (Some(-1.0), Some(1.0));
         const SIGMA: (Option<f64>, Option<f64>) = (Some(0.0), Some(1.0));

@@ -268,7 +268,7 @@ impl Session {
             limits: self.host.limits(),
             tasks: self.host.task_infos(),
             hands,
-            specs: Specs::new(),
+            specs: Specs::default(),
             run: self.machine.run_info(),
             note: self.note.take(),
         }))

@@ -1,8 +1,8 @@
 //! Messages as WebSocket frames.
 
 use crate::protocol::encoding::{Encoding, Payload, WriteError};
+use crate::protocol::parse::Parsed;
 use crate::protocol::reply::Reply;
-use crate::protocol::request::Parsed;
 use axum::extract::ws::Message;
 
 /// A message as a frame. `room`: as long as it will probably be, bytes.
