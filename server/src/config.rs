@@ -20,7 +20,7 @@ const RESET_COST_S: f64 = 10.0;
 /// Options of `palmares serve`. Each can also be set by the environment variable shown with it, most of them also in
 /// the file of --config; an option here wins over the environment, which wins over the file.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct ServeOptions {
+pub struct ServeOptions {
     /// A file that describes the competition, such as competition.toml; needed for the official mode
     #[arg(long, value_name = "FILE", env = "PALMARES_CONFIG")]
     pub(crate) config: Option<PathBuf>,
@@ -213,7 +213,7 @@ impl ServeOptions {
             listen,
             guard,
             seed_secret: key(&file.seed_secret, "seed.secret"),
-            signing_key: key(&file.signing_key, crate::replay::KEY_FILE),
+            signing_key: key(&file.signing_key, crate::archive::KEY_FILE),
             no_replays: self.no_replays,
             practice_replays_mb: self.practice_replays_mb,
             data_dir,
@@ -249,7 +249,7 @@ impl ServeOptions {
 ///
 /// # Errors
 /// The file cannot be read or is wrong.
-pub(crate) fn hand_limits(path: &Path) -> anyhow::Result<HandLimits> {
+pub fn hand_limits(path: &Path) -> anyhow::Result<HandLimits> {
     Ok(File::read(path)?.hand_limits)
 }
 

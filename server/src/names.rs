@@ -4,21 +4,17 @@
 //! that is invisible or steers what stands beside it) with the spaces of RFC 8266, over the Unicode of today. Whether
 //! two names look alike is decided by the skeletons of UTS 39. docs/protocol.md, section Names, says the same.
 
+use crate::protocol::text::hidden;
+pub(crate) use crate::protocol::text::printable;
 use crate::protocol::{Code, Refusal};
-use std::borrow::Cow;
-use std::fmt::Write;
 use unicode_normalization::UnicodeNormalization;
 use unicode_normalization::char::is_combining_mark;
 use unicode_properties::{GeneralCategory, UnicodeGeneralCategory};
-use unicode_security::GeneralSecurityProfile;
-use unicode_security::general_security_profile::IdentifierType;
 
 /// Characters of the longest name.
 const LONGEST: usize = 64;
 /// Combining marks on one character, UTS 39 section 5.4. More of them cover the lines above and below.
 const MOST_MARKS: usize = 4;
-/// BRAILLE PATTERN BLANK counts as a symbol, but shows nothing.
-const BRAILLE_BLANK: char = '\u{2800}';
 
 /// Why something is no name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -88,7 +84,7 @@ pub(crate) fn team(text: &str) -> Result<String, NameError> {
 pub(crate) fn label(text: &str) -> Result<String, NameError> {
     let text = text.trim();
     for (i, character) in text.chars().enumerate() {
-        if let Some(what) = trouble(character) {
+        if let Some(what) = hidden(character) {
             return Err(NameError::Character { character, position: i + 1, what });
         }
     }
@@ -114,28 +110,6 @@ pub(crate) fn hand(name: &str) -> Result<(), NameError> {
         Some((i, character)) => Err(NameError::Hand { character, position: i + 1 }),
         None => Ok(()),
     }
-}
-
-/// What keeps a character out of names.
-fn trouble(c: char) -> Option<&'static str> {
-    use GeneralCategory as Is;
-    match c.general_category() {
-        Is::Control => Some("a control character"),
-        Is::Format if steers(c) => Some("which steers the direction of writing"),
-        Is::LineSeparator | Is::ParagraphSeparator => Some("a line break"),
-        Is::PrivateUse => Some("which looks different everywhere"),
-        Is::Unassigned | Is::Surrogate => Some("no character"),
-        Is::Format => Some("which is invisible"),
-        _ if c.identifier_type() == Some(IdentifierType::Default_Ignorable) || c == BRAILLE_BLANK => {
-            Some("which is invisible")
-        }
-        _ => None,
-    }
-}
-
-/// Bidi_Control of the Unicode Character Database.
-fn steers(c: char) -> bool {
-    matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 fn marks(name: &str) -> Result<(), NameError> {
@@ -176,23 +150,6 @@ impl Look {
 pub(crate) fn like<'a>(name: &str, others: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let look = Look::of(name);
     others.into_iter().find(|other| Look::of(other).is_like(&look))
-}
-
-/// Text for a terminal, a page or a message: what cannot be seen, or would steer what stands beside it, is spelt
-/// `\u{202E}`.
-pub(crate) fn printable(text: &str) -> Cow<'_, str> {
-    if text.chars().all(|c| trouble(c).is_none()) {
-        return text.into();
-    }
-    let mut out = String::with_capacity(text.len() + 8);
-    for c in text.chars() {
-        match trouble(c) {
-            // Writing into a string cannot fail.
-            Some(_) => drop(write!(out, "\\u{{{:04X}}}", u32::from(c))),
-            None => out.push(c),
-        }
-    }
-    out.into()
 }
 
 #[cfg(test)]

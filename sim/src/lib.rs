@@ -15,6 +15,7 @@ pub mod model;
 mod outcome;
 pub mod solver;
 pub mod state;
+pub mod statics;
 mod step;
 pub mod world;
 

@@ -3,11 +3,11 @@
 use palmares_models::hand::Hand;
 use palmares_models::{Mat3, Pose, Vec3};
 use palmares_sim::Push;
-use palmares_sim::actuation::equilibrium::{ClosedForm, NoClosedForm, Rest, elastic_energy, rest};
 use palmares_sim::actuation::motor::wound;
 use palmares_sim::dynamics::crba::Inertias;
 use palmares_sim::dynamics::jacobian::add_point_force;
 use palmares_sim::dynamics::tree::Kinematics;
+use palmares_sim::statics::equilibrium::{ClosedForm, NoClosedForm, Rest, elastic_energy, rest};
 use palmares_sim::{Command, Config, Model, State, World};
 use std::sync::Arc;
 

@@ -2,8 +2,8 @@
 
 use palmares_models::hand::Hand;
 use palmares_models::{Rotation, Vec3};
-use palmares_sim::actuation::equilibrium::rest;
 use palmares_sim::actuation::motor::wound;
+use palmares_sim::statics::equilibrium::rest;
 use palmares_tasks::action::{Action, BaseTarget};
 use palmares_tasks::observation::Sensing;
 use palmares_tasks::run::{Reason, Run};

@@ -8,7 +8,20 @@ fn every_file_that_the_architecture_names_is_there() {
     let mut named = 0;
     for page in ["ARCHITECTURE.md", "docs/physics.md"] {
         let text = std::fs::read_to_string(root.join(page)).expect("the page");
-        let folders = ["models/", "sim/", "tasks/", "server/", "bench/", "tests/", "client-py/", "docs/"];
+        let folders = [
+            "models/",
+            "sim/",
+            "tasks/",
+            "protocol/",
+            "replay/",
+            "hand-tools/",
+            "server/",
+            "cli/",
+            "bench/",
+            "tests/",
+            "client-py/",
+            "docs/",
+        ];
         for word in text.split('`').skip(1).step_by(2) {
             let is_path = folders.iter().any(|folder| word.starts_with(folder)) && !word.contains(['*', ' ']);
             if is_path {

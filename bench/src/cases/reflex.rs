@@ -13,9 +13,9 @@ use palmares_models::{Pose, Rotation, Vec3};
 #[cfg(test)]
 use palmares_sim::World;
 use palmares_sim::actuation::base::BaseCommand;
-use palmares_sim::actuation::equilibrium::rest;
 use palmares_sim::actuation::motor::wound;
 use palmares_sim::state::BaseReference;
+use palmares_sim::statics::equilibrium::rest;
 use palmares_sim::{Command, Config, Model, State};
 use std::f64::consts::PI;
 use std::sync::Arc;

@@ -9,10 +9,10 @@ use anyhow::{Context, Result};
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Vec3};
 use palmares_sim::Push;
-use palmares_sim::actuation::equilibrium::ClosedForm;
 use palmares_sim::actuation::motor::wound;
 use palmares_sim::dynamics::jacobian::add_point_force;
 use palmares_sim::dynamics::tree::Kinematics;
+use palmares_sim::statics::equilibrium::ClosedForm;
 use palmares_sim::{Command, Config, Model, State};
 use std::sync::Arc;
 

@@ -8,7 +8,7 @@ use plotters::prelude::*;
 use plotters::style::register_font;
 use std::path::Path;
 
-const FONT: &[u8] = include_bytes!("../../../server/assets/dejavu-sans/DejaVuSans.ttf");
+const FONT: &[u8] = include_bytes!("../../../hand-tools/assets/dejavu-sans/DejaVuSans.ttf");
 const SANS: &str = "sans-serif";
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;

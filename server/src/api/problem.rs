@@ -45,9 +45,27 @@ fn respond(status: StatusCode, refusal: &Refusal) -> Response {
     response
 }
 
+/// The HTTP status of a problem with this code.
+fn status(code: Code) -> StatusCode {
+    match code {
+        Code::BadJson | Code::UnknownOp | Code::BadRequest | Code::BadAction => StatusCode::BAD_REQUEST,
+        Code::StaleTick | Code::WrongState | Code::SessionTaken => StatusCode::CONFLICT,
+        Code::UnknownTask | Code::UnknownHand | Code::NotFound => StatusCode::NOT_FOUND,
+        Code::NotAuthorized => StatusCode::UNAUTHORIZED,
+        Code::TooSlow => StatusCode::REQUEST_TIMEOUT,
+        Code::Forbidden => StatusCode::FORBIDDEN,
+        Code::HandInTheWay => StatusCode::UNPROCESSABLE_ENTITY,
+        Code::SessionOver => StatusCode::GONE,
+        Code::Capacity => StatusCode::SERVICE_UNAVAILABLE,
+        Code::RateLimited => StatusCode::TOO_MANY_REQUESTS,
+        Code::TooLarge => StatusCode::PAYLOAD_TOO_LARGE,
+        Code::Internal => StatusCode::INTERNAL_SERVER_ERROR,
+    }
+}
+
 impl IntoResponse for Problem {
     fn into_response(self) -> Response {
-        respond(self.0.code.status(), &self.0)
+        respond(status(self.0.code), &self.0)
     }
 }
 

@@ -8,6 +8,7 @@ use crate::protocol::{Code, Refusal};
 use crate::rules::Phase;
 use crate::session::Host;
 use crate::store::{LeaderboardRow, StoreError, unix_ms};
+use crate::version;
 use axum::Json;
 use axum::extract::State;
 use axum::http::Uri;
@@ -75,7 +76,7 @@ pub(super) async fn competition(State(host): State<Arc<Host>>) -> Json<Competiti
     let rules = &host.rules;
     Json(CompetitionAnswer {
         competition: host.competition(),
-        server: ServerInfo::own(),
+        server: version::own(),
         limits: host.limits(),
         tasks: host.task_names(),
         hands: host.hands.iter().map(|hand| hand.name.clone()).collect(),

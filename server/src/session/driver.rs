@@ -8,12 +8,14 @@ use super::official::{self, Entry};
 use super::orders::Ordered;
 use super::registry;
 use super::world::World;
+use crate::archive::Recording;
 use crate::auth::{self, Identity};
-use crate::protocol::reply::{ServerInfo, TimeReport, Warning, Welcome};
+use crate::protocol::reply::{TimeReport, Warning, Welcome};
 use crate::protocol::specs::Specs;
 use crate::protocol::{Code, Hello, Refusal, Reply};
-use crate::replay::{Recording, ReplayFile};
 use crate::store::{self, NewSession, ResumableSession, StoreError, unix_ms};
+use crate::version;
+use palmares_replay::ReplayFile;
 use palmares_tasks::{Outcome, Reason};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -263,11 +265,11 @@ impl Session {
             team: self.team.clone(),
             session_left_s: self.left_s(),
             competition: self.host.competition(),
-            server: ServerInfo::own(),
+            server: version::own(),
             limits: self.host.limits(),
             tasks: self.host.task_infos(),
             hands,
-            specs: Specs::new(),
+            specs: Specs::default(),
             run: self.machine.run_info(),
             note: self.note.take(),
         }))

@@ -107,7 +107,7 @@ impl Session {
             return Err(Refusal::new(Code::WrongState, "no run is open; send reset first"));
         };
         if let Some(file) = &finished.replay {
-            let (run_id, path) = (&finished.run.run_id, file.stored_path());
+            let (run_id, path) = (&finished.run.run_id, crate::archive::stored_path(file));
             if let Err(error) = self.host.store.set_replay(run_id, &path, &file.sha256).await {
                 self.unstored = Some(finished);
                 return Err(store_failed("the replay", &error));

@@ -7,6 +7,7 @@ use super::pace::HOLD_TICKS;
 use super::pacer::Pacer;
 use super::registry::Registry;
 use super::scheduler::Scheduler;
+use crate::archive::Archive;
 use crate::auth::{Auth, Identity};
 use crate::config::{Config, Mode};
 use crate::hands::OwnHands;
@@ -14,7 +15,6 @@ use crate::metrics::Levels;
 use crate::net::{Bodies, Counts, Doors, Guard, Share};
 use crate::protocol::reply::{Competition, HandInfo, Limits, TaskInfo};
 use crate::protocol::{Code, Mode as Pacing, Refusal};
-use crate::replay::Archive;
 use crate::rules::Rules;
 use crate::store::Store;
 use crate::watch::Hub;
@@ -302,30 +302,5 @@ impl Host {
         // A hand given with --hand comes before a team's own of the same name, as in `reset`.
         let own = own.iter().filter(|own| self.hand(&own.name).is_none());
         Ok(self.hands.iter().chain(own).map(|hand| HandInfo::of(hand)).collect())
-    }
-}
-
-impl TaskInfo {
-    /// A task in short.
-    pub(crate) fn of(task: &Task) -> Self {
-        TaskInfo {
-            name: task.name.clone(),
-            description: task.description.clone(),
-            tick_s: task.tick_s,
-            step_s: task.step_s,
-            time_limit_s: task.time_limit_s,
-        }
-    }
-}
-
-impl HandInfo {
-    /// A hand in short.
-    pub(crate) fn of(hand: &Hand) -> Self {
-        HandInfo {
-            name: hand.name.clone(),
-            description: hand.description.clone(),
-            motors: hand.motors.iter().map(|motor| motor.name.clone()).collect(),
-            joints: hand.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect(),
-        }
     }
 }

@@ -9,10 +9,11 @@ use super::official::{self, Origin};
 use super::world::{OpenError, Plan, StepError, Witness, World};
 use crate::protocol::obs::Obs;
 use crate::protocol::obs::Opened;
-use crate::protocol::reply::{Ack, ServerInfo};
+use crate::protocol::reply::Ack;
 use crate::protocol::request::shortened;
 use crate::protocol::{Act, Code, Mode, Perturb, Refusal, Reply, Reset, Step};
 use crate::store::NewRun;
+use crate::version;
 use crate::watch::messages::WatchRun;
 use palmares_models::hand::Hand;
 use palmares_tasks::observation::Wrench;
@@ -85,7 +86,7 @@ impl Session {
             };
             Refusal::new(code, message)
         })?;
-        let own = ServerInfo::own();
+        let own = version::own();
         let row = NewRun {
             run_id: run_id.clone(),
             session_id: self.session_id.clone(),

@@ -3,10 +3,12 @@
 use super::driver::Session;
 use super::official::Origin;
 use super::world::Witness;
+use crate::archive::Recording;
 use crate::protocol::{Mode, Reset};
-use crate::replay::{Header, Kind, Pacing, Recording};
 use crate::store::unix_ms;
+use crate::version;
 use palmares_models::hand::Hand;
+use palmares_replay::{Header, Kind, Pacing};
 use palmares_tasks::{Run, Task};
 
 /// Makes the witness of a run that records it, when the run is there.
@@ -32,6 +34,7 @@ impl Session {
             sensing: reset.sensing,
             seed_number: origin.number,
             k: origin.k,
+            build_hash: version::BUILD_HASH.into(),
             ..Header::new(run_id, &self.team, task, hand, origin.seed, unix_ms().unsigned_abs())
         };
         let (begin, recording) = archive.record(header);

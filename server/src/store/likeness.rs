@@ -1,7 +1,7 @@
 //! Runs of different teams with the same actions.
 
 use super::{NewAuditEntry, Store, StoreError, signed};
-use crate::replay::{Marks, is_told};
+use crate::archive::{Marks, is_told};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -143,7 +143,7 @@ pub(crate) fn unix_ms() -> i64 {
 }
 
 /// A time of the database for people: ISO 8601, to the second, UTC.
-pub(crate) fn utc(unix_ms: i64) -> String {
+pub fn utc(unix_ms: i64) -> String {
     match jiff::Timestamp::from_second(unix_ms.div_euclid(1000)) {
         Ok(moment) => moment.to_string(),
         // Before or after the calendar.

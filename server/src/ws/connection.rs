@@ -6,6 +6,7 @@
 //! oldest first, but no other message; one that takes nothing at all is dropped.
 
 use super::busy_poll::GapEstimate;
+use super::frame;
 use super::rate::RateLimit;
 use super::wire::Attention;
 use crate::auth::Identity;
@@ -364,7 +365,7 @@ impl Connection {
     /// Answers one frame.
     async fn answer(&mut self, frame: Message) -> ControlFlow<End> {
         self.gaps.asked(std::time::Instant::now());
-        let Some(Parsed { id, request }) = self.encoding.read(&frame) else {
+        let Some(Parsed { id, request }) = frame::read(self.encoding, &frame) else {
             return ControlFlow::Continue(());
         };
         if let Err(wait_s) = self.rate.take(self.host.now()) {
@@ -426,7 +427,7 @@ impl Connection {
     }
 
     async fn send(&mut self, reply: &Reply) -> ControlFlow<End> {
-        match self.encoding.write(reply, self.room) {
+        match frame::write(self.encoding, reply, self.room) {
             Ok(message) => {
                 // The next message will be about as long as this one, at most.
                 self.room = message_len(&message).clamp(ROOM, 16 * ROOM) * 5 / 4;

@@ -2,6 +2,7 @@
 
 mod busy_poll;
 mod connection;
+mod frame;
 mod local;
 mod rate;
 mod wire;

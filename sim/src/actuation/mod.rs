@@ -1,6 +1,5 @@
-//! What moves the hand: the base servo, motors and tendons, and the closed form they are predicted by.
+//! What moves the hand: the base servo, motors and tendons.
 
 pub mod base;
-pub mod equilibrium;
 pub mod motor;
 pub mod tendon;

@@ -26,7 +26,7 @@ use crate::task::Task;
 use driven::{Pushing, Target};
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
-use palmares_sim::actuation::equilibrium::ClosedForm;
+use palmares_sim::statics::equilibrium::ClosedForm;
 use palmares_sim::{Fault, World};
 use std::sync::Arc;
 

@@ -6,8 +6,8 @@ use crate::observation::{
     Wrench,
 };
 use crate::table::{Numbers, Table};
-use palmares_sim::actuation::equilibrium::rest;
 use palmares_sim::actuation::motor::wound;
+use palmares_sim::statics::equilibrium::rest;
 
 impl Run {
     /// What a controller sees now. `events` are those of the last [`Run::step`].

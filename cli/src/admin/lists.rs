@@ -1,0 +1,139 @@
+//! What people read of the server's lists: a table of the columns that matter, times in UTC.
+
+use palmares_hand_tools::table::aligned;
+use palmares_server::utc;
+use serde_json::Value;
+
+/// A column: its heading, whether it is a number, and its cell in a row.
+type Column = (&'static str, bool, fn(&Value) -> String);
+
+/// A list that is printed as a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum List {
+    Teams,
+    Tokens,
+    Sessions,
+    Audit,
+}
+
+impl List {
+    fn columns(self) -> Vec<Column> {
+        match self {
+            List::Teams => vec![
+                ("team", false, |row| text(&row["team"])),
+                ("live tokens", true, |row| text(&row["live_tokens"])),
+                ("sessions", true, |row| text(&row["sessions"])),
+                ("added (UTC)", false, |row| time(&row["created_unix_ms"])),
+            ],
+            List::Tokens => vec![
+                ("token", false, |row| text(&row["token_id"])),
+                ("role", false, |row| text(&row["role"])),
+                ("team or label", false, |row| {
+                    text(if row["team"].is_null() { &row["label"] } else { &row["team"] })
+                }),
+                ("made (UTC)", false, |row| time(&row["created_unix_ms"])),
+                ("revoked (UTC)", false, |row| time(&row["revoked_unix_ms"])),
+            ],
+            List::Sessions => vec![
+                ("session", false, |row| text(&row["session_id"])),
+                ("team", false, |row| text(&row["team"])),
+                ("state", false, state),
+                ("left", true, |row| row["left_s"].as_f64().map_or("no limit".into(), minutes)),
+                ("left, s", true, |row| seconds(&row["left_s"])),
+                ("wall, s", true, |row| seconds(&row["clock_wall_s"])),
+                ("simulated, s", true, |row| seconds(&row["clock_simulated_s"])),
+                ("given back, s", true, |row| seconds(&row["refunded_s"])),
+                ("pauses", true, |row| text(&row["pauses"])),
+                ("runs", true, |row| text(&row["runs"])),
+                ("began (UTC)", false, |row| time(&row["created_unix_ms"])),
+                ("ended (UTC)", false, |row| time(&row["ended_unix_ms"])),
+            ],
+            List::Audit => vec![
+                ("no.", true, |row| text(&row["seq"])),
+                ("time (UTC)", false, |row| time(&row["unix_ms"])),
+                ("token", false, |row| text(&row["actor"])),
+                ("did", false, |row| text(&row["action"])),
+                ("to", false, |row| text(&row["subject"])),
+                ("because", false, |row| text(&row["reason"])),
+            ],
+        }
+    }
+
+    /// The list in the server's answer as a table.
+    pub(crate) fn table(self, answer: &Value) -> String {
+        let name = match self {
+            List::Teams => "teams",
+            List::Tokens => "tokens",
+            List::Sessions => "sessions",
+            List::Audit => "records",
+        };
+        let rows = answer[name].as_array().map_or(&[][..], Vec::as_slice);
+        if rows.is_empty() {
+            return format!("no {name}\n");
+        }
+        let columns = self.columns();
+        let mut cells = vec![columns.iter().map(|(heading, ..)| (*heading).to_owned()).collect::<Vec<_>>()];
+        cells.extend(rows.iter().map(|row| columns.iter().map(|(.., cell)| cell(row)).collect()));
+        aligned(&cells, |k| columns[k].1)
+    }
+}
+
+fn text(value: &Value) -> String {
+    match value {
+        Value::Null => "-".to_owned(),
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    }
+}
+
+fn time(value: &Value) -> String {
+    value.as_i64().map_or("-".to_owned(), utc)
+}
+
+fn seconds(value: &Value) -> String {
+    value.as_f64().map_or("-".to_owned(), |s| format!("{s:.1}"))
+}
+
+/// Minutes and seconds, whole ones that are left: 29:59 until 29:58 is reached.
+fn minutes(seconds: f64) -> String {
+    let seconds = seconds.max(0.0) as u64;
+    format!("{}:{:02}", seconds / 60, seconds % 60)
+}
+
+fn state(row: &Value) -> String {
+    match row["paused_unix_ms"].as_i64() {
+        Some(since) if row["status"] == "open" => format!("paused since {}", utc(since)),
+        _ => text(&row["status"]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn a_session_is_told_with_its_time_left_and_what_its_team_is_called() {
+        let row = json!({"session_id": "ses_1", "team": "cr\u{202e}abs 蟹", "status": "open", "left_s": 1798.4,
+            "clock_wall_s": 1.6, "clock_simulated_s": 0.5, "refunded_s": 0.0, "pauses": 1, "runs": 2,
+            "paused_unix_ms": 1_795_238_560_323_i64, "created_unix_ms": 1_795_238_500_000_i64,
+            "ended_unix_ms": null});
+        let table = List::Sessions.table(&json!({"sessions": [row]}));
+        let lines: Vec<&str> = table.lines().collect();
+        assert_eq!(lines.len(), 2);
+        for part in ["cr\\u{202E}abs 蟹", "paused since 2026-11-21T05:22:40Z", " 29:58 ", " 1798.4 ", " 1.6 "]
+        {
+            assert!(lines[1].contains(part), "{part}: {table}");
+        }
+        assert!(lines[1].ends_with(" -"), "{table}");
+        assert_eq!(List::Teams.table(&json!({"teams": []})), "no teams\n");
+    }
+
+    #[test]
+    fn what_is_left_is_never_told_as_more() {
+        assert_eq!(
+            [1800.0, 1799.99, 61.0, 59.9, 0.4, 0.0].map(minutes),
+            ["30:00", "29:59", "1:01", "0:59", "0:00", "0:00"]
+        );
+    }
+}

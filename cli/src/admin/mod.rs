@@ -1,0 +1,405 @@
+//! `palmares admin`: an organizer's commands, sent to a running server.
+
+mod client;
+mod hand;
+mod lists;
+mod restore;
+
+use client::{Access, Client};
+use lists::List;
+use palmares_hand_tools::table;
+
+use anyhow::{Context, bail};
+use clap::{Args, Subcommand, ValueEnum};
+use palmares_protocol::text::printable;
+use serde_json::{Value, json};
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+
+/// Options of `palmares admin`.
+#[derive(Args, Debug)]
+pub(crate) struct AdminOptions {
+    #[command(flatten)]
+    access: Access,
+    /// Print lists as JSON, as the server sends them, for programs
+    #[arg(long, global = true)]
+    json: bool,
+    #[command(subcommand)]
+    command: AdminCommand,
+}
+
+#[derive(Debug, Subcommand)]
+enum AdminCommand {
+    /// Tell what is played here and how far it is
+    Status,
+    /// Let sessions begin
+    Open(Reason),
+    /// Let no further session begin; those that are open go on
+    Close(Reason),
+    /// End the competition for good and publish the secret behind the seeds. Asks first
+    Reveal {
+        /// Do not ask
+        #[arg(long)]
+        yes: bool,
+        #[command(flatten)]
+        reason: Reason,
+    },
+    /// Teams and their tokens
+    #[command(subcommand)]
+    Team(Team),
+    /// Tokens of organizers and viewers
+    #[command(subcommand)]
+    Token(Token),
+    /// Hold, end, void sessions, give them time
+    #[command(subcommand)]
+    Session(Session),
+    /// List, show and void runs, verify them again, fetch their replays
+    #[command(subcommand)]
+    Run(Run),
+    /// Decide on teams' own hands
+    #[command(subcommand)]
+    Hand(Hand),
+    /// Fetch a table
+    Export {
+        /// Which
+        what: Table,
+        /// How it is written
+        #[arg(long, default_value = "csv")]
+        format: Format,
+        /// A new file to write; else it is printed
+        #[arg(long, short, value_name = "FILE")]
+        output: Option<PathBuf>,
+    },
+    /// Print who decided what, when and why
+    Audit,
+    /// Fetch everything as one archive, while the server runs. It holds secrets: keep it to yourself
+    Backup {
+        /// A new file to write
+        file: PathBuf,
+    },
+    /// Put a backup into an empty data directory and database; the server must not run
+    Restore(restore::RestoreOptions),
+}
+
+#[derive(Args, Debug)]
+struct Reason {
+    /// Why; kept in the audit
+    #[arg(long)]
+    reason: Option<String>,
+}
+
+#[derive(Args, Debug)]
+struct TeamName {
+    /// The team's name
+    team: String,
+    #[command(flatten)]
+    reason: Reason,
+}
+
+#[derive(Args, Debug)]
+struct Id {
+    /// Its id, as the list has it
+    id: String,
+    #[command(flatten)]
+    reason: Reason,
+}
+
+#[derive(Debug, Subcommand)]
+enum Team {
+    /// Add a team; prints its token, which cannot be shown again
+    Add(TeamName),
+    /// List the teams
+    List,
+    /// Give a team a new token; the old one ends at once
+    Rotate(TeamName),
+    /// Take a team's token back
+    Revoke(TeamName),
+}
+
+#[derive(Debug, Subcommand)]
+enum Token {
+    /// Make a token; it cannot be shown again
+    Add {
+        /// What it is for
+        role: Role,
+        /// Whose it is, for people
+        #[arg(long, default_value = "")]
+        label: String,
+    },
+    /// List the tokens, without their secrets
+    List,
+    /// Take a token back
+    Revoke(Id),
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Role {
+    /// May do all this
+    Organizer,
+    /// May watch
+    Viewer,
+}
+
+#[derive(Debug, Subcommand)]
+enum Session {
+    /// List the sessions
+    List,
+    /// Hold a session: its clock and its worlds stand still
+    Pause(Id),
+    /// Let it go on
+    Resume(Id),
+    /// End it; an open run is scored
+    End(Id),
+    /// Void it and its runs; the team may have another. Needs --reason
+    Void(Id),
+    /// Make it longer, also when its time is spent. Needs --reason
+    Grant {
+        #[command(flatten)]
+        id: Id,
+        /// By how much, at most a day
+        #[arg(long)]
+        seconds: f64,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+enum Run {
+    /// List the runs, oldest first
+    List,
+    /// Show a run, and under `similar` other teams' runs with the same actions
+    Show {
+        /// Its id
+        id: String,
+    },
+    /// Void a run: it counts for nothing, and its session gets its time back. Needs --reason
+    Void(Id),
+    /// Play its replay again: its status becomes verified or rejected
+    Reverify(Id),
+    /// Fetch its replay
+    Replay {
+        /// Its id
+        id: String,
+        /// A new file to write
+        #[arg(long, short, value_name = "FILE")]
+        output: PathBuf,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+enum Hand {
+    /// List the hands that teams sent in, with what stands out
+    List,
+    /// Print a hand's figures beside those of the program's hands and the limits; draw it from three sides
+    Show {
+        /// Its id, as the list has it
+        id: String,
+        /// Where the picture goes; a name that ends in .svg or .png
+        #[arg(long, short, value_name = "FILE")]
+        output: Option<PathBuf>,
+    },
+    /// Play a hand in each task here, by a script that knows nothing of the task: what scores, scores by its build
+    Try {
+        /// Its id, as the list has it
+        id: String,
+    },
+    /// Let the team play it in official sessions
+    Approve(Id),
+    /// Do not let it, also when it was approved before. Needs --reason
+    Reject(Id),
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Table {
+    /// Places and best runs
+    Leaderboard,
+    /// All sessions
+    Sessions,
+    /// All runs, with their seeds
+    Runs,
+    /// Who decided what
+    Audit,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Format {
+    /// For spreadsheets
+    Csv,
+    /// For programs
+    Json,
+}
+
+/// The word of a value on the command line.
+fn word<T: ValueEnum>(value: T) -> String {
+    value.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
+}
+
+fn by_name(name: &TeamName) -> Value {
+    json!({"team": name.team, "reason": name.reason.reason})
+}
+
+fn by_id(field: &str, id: &Id) -> Value {
+    json!({field: id.id, "reason": id.reason.reason})
+}
+
+/// What a command asks of the server.
+enum Ask {
+    Get(String),
+    /// A whole table, however long it is, and what it is called.
+    All(&'static str, &'static str),
+    Post(&'static str, Value),
+    Fetch(String, Option<PathBuf>),
+}
+
+impl AdminCommand {
+    /// Which list it prints, if one.
+    fn list(&self) -> Option<List> {
+        match self {
+            AdminCommand::Team(Team::List) => Some(List::Teams),
+            AdminCommand::Token(Token::List) => Some(List::Tokens),
+            AdminCommand::Session(Session::List) => Some(List::Sessions),
+            AdminCommand::Audit => Some(List::Audit),
+            _ => None,
+        }
+    }
+
+    fn ask(&self) -> Ask {
+        use Ask::{All, Fetch, Get, Post};
+        let get = |path: &str| Get(path.to_owned());
+        let why = |reason: &Reason| json!({"reason": reason.reason});
+        match self {
+            AdminCommand::Status => get("/v1/competition"),
+            AdminCommand::Open(reason) => Post("/v1/admin/competition/open", why(reason)),
+            AdminCommand::Close(reason) => Post("/v1/admin/competition/close", why(reason)),
+            AdminCommand::Reveal { reason, .. } => Post("/v1/admin/competition/reveal", why(reason)),
+            AdminCommand::Team(Team::Add(name)) => Post("/v1/admin/team/add", by_name(name)),
+            AdminCommand::Team(Team::List) => get("/v1/admin/teams"),
+            AdminCommand::Team(Team::Rotate(name)) => Post("/v1/admin/team/rotate", by_name(name)),
+            AdminCommand::Team(Team::Revoke(name)) => Post("/v1/admin/team/revoke", by_name(name)),
+            AdminCommand::Token(Token::Add { role, label }) => {
+                Post("/v1/admin/token/add", json!({"role": word(*role), "label": label}))
+            }
+            AdminCommand::Token(Token::List) => get("/v1/admin/tokens"),
+            AdminCommand::Token(Token::Revoke(id)) => Post("/v1/admin/token/revoke", by_id("token_id", id)),
+            AdminCommand::Session(Session::List) => get("/v1/sessions"),
+            AdminCommand::Session(Session::Pause(id)) => {
+                Post("/v1/admin/session/pause", by_id("session_id", id))
+            }
+            AdminCommand::Session(Session::Resume(id)) => {
+                Post("/v1/admin/session/resume", by_id("session_id", id))
+            }
+            AdminCommand::Session(Session::End(id)) => Post("/v1/admin/session/end", by_id("session_id", id)),
+            AdminCommand::Session(Session::Void(id)) => {
+                Post("/v1/admin/session/void", by_id("session_id", id))
+            }
+            AdminCommand::Session(Session::Grant { id, seconds }) => {
+                let mut body = by_id("session_id", id);
+                body["seconds"] = json!(seconds);
+                Post("/v1/admin/session/grant", body)
+            }
+            AdminCommand::Run(Run::List) => All("/v1/admin/export/runs?format=json", "runs"),
+            AdminCommand::Run(Run::Show { id }) => Get(format!("/v1/runs/{}", client::escaped(id))),
+            AdminCommand::Run(Run::Void(id)) => Post("/v1/admin/run/void", by_id("run_id", id)),
+            AdminCommand::Run(Run::Reverify(id)) => Post("/v1/admin/run/reverify", by_id("run_id", id)),
+            AdminCommand::Run(Run::Replay { id, output }) => {
+                Fetch(format!("/v1/runs/{}/replay", client::escaped(id)), Some(output.clone()))
+            }
+            AdminCommand::Hand(Hand::List) => get("/v1/admin/hands"),
+            AdminCommand::Hand(Hand::Show { id, .. } | Hand::Try { id }) => {
+                Get(format!("/v1/admin/hands/{}", client::escaped(id)))
+            }
+            AdminCommand::Hand(Hand::Approve(id)) => Post("/v1/admin/hand/approve", by_id("hand_id", id)),
+            AdminCommand::Hand(Hand::Reject(id)) => Post("/v1/admin/hand/reject", by_id("hand_id", id)),
+            AdminCommand::Export { what, format, output } => {
+                Fetch(format!("/v1/admin/export/{}?format={}", word(*what), word(*format)), output.clone())
+            }
+            AdminCommand::Audit => All("/v1/admin/export/audit?format=json", "records"),
+            AdminCommand::Backup { file } => Fetch("/v1/admin/backup".into(), Some(file.clone())),
+            // Needs no server.
+            AdminCommand::Restore(_) => get("/v1/competition"),
+        }
+    }
+}
+
+/// Does what was asked.
+pub(crate) fn admin(options: &AdminOptions) -> anyhow::Result<()> {
+    if let AdminCommand::Restore(options) = &options.command {
+        return restore::restore(options);
+    }
+    let client = Client::new(&options.access)?;
+    match &options.command {
+        AdminCommand::Hand(Hand::Show { id, output }) => {
+            return hand::show(&client, id, output.as_deref(), options.json);
+        }
+        AdminCommand::Hand(Hand::Try { id }) => return hand::attempt(&client, id, options.json),
+        AdminCommand::Hand(Hand::Approve(id)) => hand::warn(&client, &id.id)?,
+        AdminCommand::Reveal { yes: false, .. } => confirm_reveal(&client)?,
+        _ => {}
+    }
+    let answer = match options.command.ask() {
+        Ask::Get(path) => client.get(&path)?,
+        Ask::All(path, name) => json!({name: client.get(path)?}),
+        Ask::Post(path, body) => client.post(path, &body)?,
+        Ask::Fetch(path, None) => {
+            let mut out = std::io::stdout().lock();
+            client.fetch(&path, &mut out)?;
+            return out.flush().context("cannot write to stdout");
+        }
+        Ask::Fetch(path, Some(file)) => return fetch_into(&client, &path, &file, &options.command),
+    };
+    let text = match options.command.list() {
+        Some(list) if !options.json => list.table(&answer),
+        _ => table::json(&answer) + "\n",
+    };
+    write!(std::io::stdout().lock(), "{text}").context("cannot write to stdout")
+}
+
+/// Lets somebody at a terminal type the competition's name: what is published cannot be taken back.
+fn confirm_reveal(client: &Client) -> anyhow::Result<()> {
+    let competition = client.get("/v1/competition")?;
+    let name = competition["name"].as_str().unwrap_or_default();
+    let shown = printable(name);
+    if !std::io::stdin().is_terminal() {
+        bail!(
+            "this ends `{shown}` for good and publishes the secret behind its seeds; there is no terminal to ask at: \
+             repeat it with --yes"
+        );
+    }
+    eprint!(
+        "This ends `{shown}` for good and publishes the secret behind its seeds: it cannot be opened again.\n\
+         Type the competition's name to go on: "
+    );
+    let mut typed = String::new();
+    std::io::stdin().read_line(&mut typed).context("cannot read the answer")?;
+    if typed.trim() != name.trim() {
+        bail!("`{}` is not its name; nothing was changed", printable(typed.trim()));
+    }
+    Ok(())
+}
+
+/// Fetches into a new file that only its owner may read. What came in part is taken away again.
+fn fetch_into(
+    client: &Client,
+    path: &str,
+    file: &std::path::Path,
+    command: &AdminCommand,
+) -> anyhow::Result<()> {
+    use std::os::unix::fs::OpenOptionsExt;
+    let new = std::fs::OpenOptions::new().write(true).create_new(true).mode(0o600).open(file);
+    let mut new = new.with_context(|| format!("cannot make the new file {}", file.display()))?;
+    let fetched = client.fetch(path, &mut new).and_then(|()| {
+        new.sync_all()?;
+        // The directory of an archive stands at its end: a broken one has none.
+        if matches!(command, AdminCommand::Backup { .. })
+            && zip::ZipArchive::new(std::fs::File::open(file)?).is_err()
+        {
+            bail!("the backup broke off");
+        }
+        Ok(())
+    });
+    if fetched.is_err() {
+        std::fs::remove_file(file).with_context(|| format!("cannot remove {}", file.display()))?;
+    }
+    fetched?;
+    eprintln!("{} written", file.display());
+    Ok(())
+}

@@ -1,0 +1,69 @@
+//! `palmares health`: what a container's health check asks.
+
+use anyhow::{Context, bail};
+use clap::Args;
+use std::io::Write;
+use std::net::SocketAddr;
+use std::time::Duration;
+
+/// How long the server may take to answer.
+const TIMEOUT: Duration = Duration::from_secs(4);
+
+/// Options of `palmares health`.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct HealthOptions {
+    /// The server's address; left out, this machine at the port of --listen
+    #[arg(long, value_name = "URL", env = "PALMARES_URL")]
+    url: Option<String>,
+
+    /// What the server listens on
+    #[arg(long, value_name = "ADDRESS:PORT", env = "PALMARES_LISTEN", default_value = "127.0.0.1:8080")]
+    listen: SocketAddr,
+}
+
+impl HealthOptions {
+    fn url(&self) -> String {
+        match &self.url {
+            Some(url) => url.trim_end_matches('/').to_owned(),
+            // A server on all addresses is asked on the loopback one.
+            None if self.listen.ip().is_unspecified() => format!("http://127.0.0.1:{}", self.listen.port()),
+            None => format!("http://{}", self.listen),
+        }
+    }
+}
+
+/// Asks a server whether it can take work. An error when it does not answer or cannot.
+pub(crate) fn health(options: &HealthOptions) -> anyhow::Result<()> {
+    let config = ureq::Agent::config_builder()
+        .timeout_global(Some(TIMEOUT))
+        .http_status_as_error(false)
+        .max_redirects(0)
+        .proxy(None);
+    let agent: ureq::Agent = config.build().into();
+    let address = format!("{}/readyz", options.url());
+    let mut answer = agent.get(&address).call().with_context(|| format!("{address} does not answer"))?;
+    let status = answer.status();
+    let body = answer.body_mut().read_to_string().unwrap_or_default();
+    if !status.is_success() {
+        bail!("{address} answered {status}: {}", body.trim());
+    }
+    writeln!(std::io::stdout().lock(), "{}", body.trim()).context("cannot write to stdout")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn url(listen: &str, url: Option<&str>) -> String {
+        let listen = listen.parse().expect("an address");
+        HealthOptions { listen, url: url.map(str::to_owned) }.url()
+    }
+
+    #[test]
+    fn a_server_on_all_addresses_is_asked_on_the_loopback_one() {
+        assert_eq!(url("0.0.0.0:9000", None), "http://127.0.0.1:9000");
+        assert_eq!(url("[::]:9000", None), "http://127.0.0.1:9000");
+        assert_eq!(url("10.0.0.2:80", None), "http://10.0.0.2:80");
+        assert_eq!(url("0.0.0.0:9000", Some("http://host:1/")), "http://host:1");
+    }
+}

@@ -1,0 +1,116 @@
+//! `palmares replay`: what is in a replay, without simulating it.
+
+use super::verify::load;
+use clap::Args;
+use palmares_protocol::text::printable;
+use palmares_replay::{self as replay, Replay, Trajectory, word};
+use palmares_server::utc;
+use std::io::{BufWriter, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+const EXAMPLES: &str = "\
+Examples:
+  palmares replay run_7c3d8eb479d7f8ab.mcap
+  palmares replay run_7c3d8eb479d7f8ab.mcap --csv > trajectories.csv";
+
+/// Which replay, and what of it.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct ReplayOptions {
+    /// The replay
+    #[arg(value_name = "RUN.mcap")]
+    file: PathBuf,
+    /// Print the trajectories instead: a line for every body that moved, at 30 pictures per second
+    #[arg(long)]
+    csv: bool,
+}
+
+/// Prints a summary, or the trajectories.
+pub(crate) fn replay(options: &ReplayOptions) -> anyhow::Result<ExitCode> {
+    let bytes = load(&options.file)?;
+    match replay::read(&bytes) {
+        Ok(replay) if options.csv => csv(&replay, &bytes)?,
+        Ok(replay) => summary(&replay)?,
+        Err(refused) => {
+            eprintln!("{}: refused: {}: {refused}", options.file.display(), refused.name());
+            return Ok(ExitCode::FAILURE);
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn summary(replay: &Replay) -> std::io::Result<()> {
+    let header = &replay.header;
+    let outcome = &replay.outcome;
+    let mut out = BufWriter::new(std::io::stdout().lock());
+    let mut line = |name: &str, value: String| writeln!(out, "{name:<10} {value}");
+    line("run", format!("{} ({}, {})", header.run_id, word(&header.kind), word(&header.pacing)))?;
+    line("team", printable(&header.team).into_owned())?;
+    line("started", utc(i64::try_from(header.started_unix_ms).unwrap_or(i64::MAX)))?;
+    line("task", format!("{} {}", header.task, header.task_hash))?;
+    let attached = if header.hand_attached { ", attached" } else { "" };
+    line("hand", format!("{} {}{attached}", header.hand, header.hand_hash))?;
+    line("sensing", word(&header.sensing))?;
+    let number = header.seed_number.map_or(String::new(), |number| format!(" (number {number})"));
+    let k = header.k.map_or(String::new(), |k| format!(", run {k} of the team in this task"));
+    line("seed", format!("{}{number}{k}", header.seed.to_hex()))?;
+    line("engine", format!("{}, server {} ({})", header.engine, header.server_version, header.build_hash))?;
+    line("physics", header.physics_hash.clone())?;
+    line(
+        "length",
+        format!(
+            "{} ticks, {} s, {} states, {} pictures",
+            outcome.ticks,
+            outcome.sim_time_s,
+            replay.states(),
+            replay.pictures
+        ),
+    )?;
+    line(
+        "score",
+        format!(
+            "{}: {} in the goal, {} outside, {}",
+            outcome.score,
+            outcome.in_goal,
+            outcome.outside,
+            word(&outcome.reason)
+        ),
+    )?;
+    line("final", outcome.state_hash.clone())?;
+    line("signed by", replay.key.to_string())?;
+    line("file", format!("{} bytes, SHA-256 {}", replay.bytes, replay.sha256))?;
+    for event in &outcome.events {
+        let object = event.object.map_or(String::new(), |object| format!(" {object}"));
+        line("event", format!("tick {}: {}{object}", event.tick, event.kind))?;
+    }
+    line("", "Not simulated again: `palmares verify` does that.".into())?;
+    out.flush()
+}
+
+fn csv(replay: &Replay, bytes: &[u8]) -> anyhow::Result<()> {
+    let mut out = BufWriter::new(std::io::stdout().lock());
+    writeln!(out, "time_s,body,x,y,z,qx,qy,qz,qw")?;
+    let start = replay.header.started_unix_ms.saturating_mul(1_000_000);
+    let (mut trajectory, mut wrong) = (Trajectory::default(), None);
+    replay::each_picture(bytes, &mut |time_ns, picture| {
+        let mut print = || -> anyhow::Result<()> {
+            let time_s = time_ns.saturating_sub(start) as f64 * 1e-9;
+            for (name, pose) in trajectory.next(picture)? {
+                // Names come from files: a comma or a quote must not make another column.
+                let body = name.replace(['"', ',', '\n', '\r'], "_");
+                let ([x, y, z], [qx, qy, qz, qw]) = (pose.translation.to_array(), pose.rotation.to_array());
+                write!(out, "{time_s:.3},{body},{x:.5},{y:.5},{z:.5},")?;
+                writeln!(out, "{qx:.5},{qy:.5},{qz:.5},{qw:.5}")?;
+            }
+            Ok(())
+        };
+        if wrong.is_none() {
+            wrong = print().err();
+        }
+    })?;
+    match wrong {
+        Some(error) => Err(error),
+        None => Ok(out.flush()?),
+    }
+}

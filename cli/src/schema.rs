@@ -1,0 +1,43 @@
+//! `palmares schema`.
+
+use clap::ValueEnum;
+use palmares_server::schema;
+use serde_json::{Map, Value};
+use std::io::Write;
+
+/// Which description.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum What {
+    /// The messages of the control socket, as JSON Schema
+    Control,
+    /// The messages of the watch socket, as JSON Schema
+    Watch,
+    /// The HTTP addresses, as OpenAPI 3.1
+    Openapi,
+}
+
+/// Prints a description.
+pub(crate) fn schema(what: What) -> anyhow::Result<()> {
+    let all = match what {
+        What::Control => schema::control(),
+        What::Watch => schema::watch(),
+        What::Openapi => schema::openapi(),
+    };
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "{}", serde_json::to_string_pretty(&sorted(all))?)?;
+    Ok(())
+}
+
+/// With fields in the order of their names, however serde_json was built.
+fn sorted(value: Value) -> Value {
+    match value {
+        Value::Object(fields) => {
+            let mut fields: Vec<(String, Value)> = fields.into_iter().collect();
+            fields.sort_by(|a, b| a.0.cmp(&b.0));
+            let fields = fields.into_iter().map(|(name, inner)| (name, sorted(inner)));
+            Value::Object(fields.collect::<Map<String, Value>>())
+        }
+        Value::Array(items) => items.into_iter().map(sorted).collect(),
+        value => value,
+    }
+}

@@ -1,0 +1,293 @@
+//! Free closure: the hand alone in the air, its motors wound up, until it rests.
+
+use palmares_models::Pose;
+use palmares_models::hand::Hand;
+use palmares_sim::Push;
+use palmares_sim::model::ModelError;
+use palmares_sim::state::MotorState;
+use palmares_sim::statics::prediction::{Equilibrium, Law, NoPrediction, largest_difference, settled};
+use palmares_sim::{BaseCommand, Command, Config, Model, Owner, State, World};
+use serde::{Serialize, Serializer};
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// Newton's tolerance, tighter than in a run: here it is what limits the comparison.
+const TOLERANCE: f64 = 1e-12;
+/// The motors are ramped up over this time, s, if they are fast enough.
+pub(crate) const RAMP_S: f64 = 1.0;
+/// A joint slower than this rests, rad/s.
+pub(crate) const AT_REST: f64 = 1e-10;
+/// A joint slower than this does not move to the eye, rad/s.
+pub(crate) const AT_SIGHT: f64 = 2e-3;
+/// How long all of them must be that slow, s.
+const STILL_S: f64 = 0.1;
+/// A joint that goes this far beyond a limit presses hard into it, rad or m; one that goes as far as the next, is not held
+/// by it.
+const PRESSED: f64 = 0.05;
+const THROWN: f64 = 0.5;
+/// A hand that moves longer than this is left alone, s.
+const PATIENCE_S: f64 = 60.0;
+/// Simulation and prediction agree when no coordinate differs by more, rad or m: the solver's tolerance with some
+/// room.
+pub(crate) const AGREEMENT: f64 = 1e-6;
+
+/// One closing, from the open hand to rest.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Closure {
+    /// Where the motors went.
+    pub(crate) sigma: Vec<f64>,
+    /// When the hand came to rest, s; none when it did not.
+    pub(crate) rest_s: Option<f64>,
+    /// Coordinates at the end.
+    pub(crate) q: Vec<f64>,
+    /// Tension of every tendon at the end.
+    pub(crate) tension: Vec<f64>,
+    /// How the prediction was found; none where there is none.
+    #[serde(serialize_with = "law_name")]
+    pub(crate) law: Option<Law>,
+    /// What the closed form does not know of here; empty when it applies.
+    pub(crate) beyond_closed_form: Vec<String>,
+    /// Where the hand should rest.
+    pub(crate) predicted_q: Option<Vec<f64>>,
+    /// Its tensions.
+    pub(crate) predicted_tension: Option<Vec<f64>>,
+    /// Largest |q − predicted|.
+    pub(crate) error: Option<f64>,
+    /// The coordinate where it is.
+    pub(crate) worst: Option<String>,
+    /// Largest unbalanced joint torque with the simulation's own contact forces, N·m: the statics
+    /// Rᵀ f − E (q − q₀) + Jᵀ w + limits. None for a hand that feels its weight.
+    pub(crate) unbalanced_nm: Option<f64>,
+    /// Why no prediction applies here, as where the hand touches itself; empty when one does.
+    pub(crate) beyond: Vec<String>,
+    /// The fastest joint at the end, its speed per second, and the unit of its coordinate.
+    pub(crate) fastest: Option<(String, f64, &'static str)>,
+    /// The joint that went farthest beyond a limit on the way, how far, and in which unit.
+    pub(crate) outside: Option<(String, f64, &'static str)>,
+}
+
+fn law_name<S: Serializer>(law: &Option<Law>, serializer: S) -> Result<S::Ok, S::Error> {
+    let name = law.map(|law| match law {
+        Law::ClosedForm => "closed_form",
+        Law::Newton => "newton",
+    });
+    name.serialize(serializer)
+}
+
+/// What is wrong with how a hand closes.
+pub(crate) enum Trouble {
+    /// The hand cannot be used.
+    Unusable(String),
+    /// It can, but hardly so is meant.
+    Odd { joint: String, why: String },
+}
+
+impl Closure {
+    /// What is wrong with how the hand closed.
+    pub(crate) fn troubles(&self) -> Vec<Trouble> {
+        let mut out = Vec::new();
+        if let (None, Some((joint, speed, unit))) = (self.rest_s, &self.fastest) {
+            let touching = self.beyond.iter().filter(|why| why.contains(" touches "));
+            let touching: Vec<&str> = touching.take(3).map(String::as_str).collect();
+            let because = if touching.is_empty() {
+                "nothing brakes it, or far too much: look at damping, stiffness and mass of its links"
+                    .to_owned()
+            } else {
+                format!("parts push each other about: {}", touching.join(", "))
+            };
+            if *speed > AT_SIGHT {
+                out.push(Trouble::Unusable(format!(
+                    "joint '{joint}' still moves after {PATIENCE_S} s, with {speed:.3} {unit}/s; {because}"
+                )));
+            } else {
+                let why = format!("creeps on after {PATIENCE_S} s; {because}");
+                out.push(Trouble::Odd { joint: joint.clone(), why });
+            }
+        }
+        if let Some((joint, by, unit)) = self.outside.clone() {
+            if by > THROWN {
+                out.push(Trouble::Unusable(format!(
+                    "joint '{joint}' goes {by:.3} {unit} beyond its limit: its tendons are too strong, or its links too light"
+                )));
+            } else if by > PRESSED {
+                let why = format!("goes {by:.3} {unit} beyond its limit; are its tendons too strong?");
+                out.push(Trouble::Odd { joint, why });
+            }
+        }
+        out
+    }
+
+    /// Whether a prediction applies and the simulation does something else.
+    pub(crate) fn disagrees(&self) -> bool {
+        self.beyond.is_empty() && self.error.is_none_or(|error| error.is_nan() || error > AGREEMENT)
+    }
+}
+
+/// A hand alone in the air, to be stepped.
+pub(crate) struct Alone {
+    world: World,
+    command: Command,
+    hand: Arc<Hand>,
+}
+
+impl Alone {
+    /// The open hand at the origin.
+    pub(crate) fn new(hand: &Arc<Hand>) -> Result<Self, ModelError> {
+        let model =
+            Arc::new(Model::new(Config { tolerance: TOLERANCE, ..Config::default() }, Some(hand.clone()))?);
+        let state = State::at_rest(&model, Pose::IDENTITY, &[]);
+        let mut command = Command::stay(&model, Pose::IDENTITY);
+        command.base = BaseCommand::stay(Pose::IDENTITY);
+        Ok(Alone { world: World::new(model, state), command, hand: hand.clone() })
+    }
+
+    /// One step with the motors on their way to `sigma`.
+    fn step(&mut self, sigma: &[f64]) {
+        let share = smooth((self.time_s() + self.world.model().config().step_s) / RAMP_S);
+        for (command, target) in self.command.sigma.iter_mut().zip(sigma) {
+            *command = share * target;
+        }
+        self.world.step(&self.command);
+    }
+
+    /// The state.
+    pub(crate) fn state(&self) -> &State {
+        self.world.state()
+    }
+
+    /// s since the beginning.
+    pub(crate) fn time_s(&self) -> f64 {
+        self.state().time_s(self.world.model())
+    }
+
+    /// What pushes the hand from now on.
+    pub(crate) fn set_pushes(&mut self, pushes: &[Push]) {
+        self.command.pushes = pushes.to_vec();
+    }
+
+    /// Back to a state it was in.
+    pub(crate) fn restore(&mut self, state: State) {
+        self.world.restore(state);
+    }
+
+    /// Largest joint speed, rad/s.
+    fn speed(&self) -> f64 {
+        self.state().v[6..].iter().fold(0.0, |most, v| v.abs().max(most))
+    }
+
+    /// Goes on until no joint has been faster than `speed` for a while; `see` looks at every step. Returns when that
+    /// began.
+    pub(crate) fn settle(&mut self, sigma: &[f64], speed: f64, mut see: impl FnMut(&Alone)) -> Option<f64> {
+        let (step_s, begin) = (self.world.model().config().step_s, self.time_s());
+        let mut still = 0.0;
+        while self.time_s() - begin < PATIENCE_S && self.state().is_finite() {
+            self.step(sigma);
+            see(self);
+            let arrived = |(motor, s): (&MotorState, &f64)| (motor.position - s).abs() < 1e-12;
+            let winding = !self.state().motors.iter().zip(sigma).all(arrived);
+            let moving = self.time_s() < RAMP_S || winding || self.speed() > speed;
+            still = if moving { 0.0 } else { still + step_s };
+            if still >= STILL_S {
+                return Some(self.time_s() - still);
+            }
+        }
+        None
+    }
+
+    /// Where the hand should rest with its base where it is.
+    pub(crate) fn predict(&self, sigma: &[f64]) -> Result<Equilibrium, NoPrediction> {
+        let config = self.world.model().config();
+        settled(config, &self.hand, self.state().base, sigma, &self.command.pushes)
+    }
+
+    /// Largest unbalanced joint torque with the forces of the last step.
+    fn unbalanced_nm(&self) -> f64 {
+        self.world.joint_residual().iter().fold(0.0, |most, tau| tau.abs().max(most))
+    }
+
+    /// Parts of the hand that touch each other.
+    pub(crate) fn touching(&self) -> Vec<String> {
+        let mut pairs = BTreeSet::new();
+        for contact in self.world.contact_forces() {
+            if let (Owner::Link(a), Owner::Link(b)) = (contact.a, contact.b) {
+                pairs.insert((a.min(b), a.max(b)));
+            }
+        }
+        let name = |link: usize| &self.hand.links[link].name;
+        pairs.iter().map(|&(a, b)| format!("'{}' touches '{}'", name(a), name(b))).collect()
+    }
+}
+
+/// What can be said about a hand at rest, or about one that does not come to rest.
+pub(crate) struct Comparison {
+    /// Where it should be.
+    pub(crate) predicted: Option<Equilibrium>,
+    /// Largest |q − predicted|.
+    pub(crate) error: Option<f64>,
+    /// Why the prediction does not apply; empty when it does.
+    pub(crate) beyond: Vec<String>,
+}
+
+/// Holds the present state against the prediction. `rested` tells whether the hand came to rest.
+pub(crate) fn compare(alone: &Alone, sigma: &[f64], rested: bool) -> Comparison {
+    let mut beyond = alone.touching();
+    if !rested {
+        beyond.push(format!("the hand still moves after {PATIENCE_S} s"));
+    }
+    match alone.predict(sigma) {
+        Ok(predicted) => {
+            let error = Some(largest_difference(&alone.state().q, &predicted.q));
+            Comparison { predicted: Some(predicted), error, beyond }
+        }
+        Err(why) => {
+            beyond.push(why.to_string());
+            Comparison { predicted: None, error: None, beyond }
+        }
+    }
+}
+
+/// Closes a hand to σ (one per motor) and compares.
+pub(crate) fn close(hand: &Arc<Hand>, sigma: &[f64]) -> Result<Closure, ModelError> {
+    let mut alone = Alone::new(hand)?;
+    let mut outside = vec![0.0; hand.coordinates.len()];
+    let rest_s = alone.settle(sigma, AT_REST, |alone| {
+        for ((q, c), most) in alone.state().q.iter().zip(&hand.coordinates).zip(&mut outside) {
+            *most = f64::max(*most, f64::max(q - c.upper, c.lower - q));
+        }
+    });
+    let Comparison { predicted, error, beyond } = compare(&alone, sigma, rest_s.is_some());
+    let state = alone.state();
+    let largest = |values: &[f64]| {
+        let most = values.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+        most.map(|(i, value)| {
+            (hand.coordinates[i].name.clone(), value, if hand.slides(i) { "m" } else { "rad" })
+        })
+    };
+    let speeds: Vec<f64> = state.v[6..].iter().map(|v| v.abs()).collect();
+    let worst = predicted.as_ref().and_then(|predicted| {
+        let distance = |i: usize| (state.q[i] - predicted.q[i]).abs();
+        (0..state.q.len()).max_by(|&a, &b| distance(a).total_cmp(&distance(b)))
+    });
+    Ok(Closure {
+        sigma: sigma.to_vec(),
+        rest_s,
+        q: state.q.clone(),
+        tension: state.tension.clone(),
+        law: predicted.as_ref().map(|p| p.law),
+        beyond_closed_form: predicted.as_ref().map_or(Vec::new(), |p| p.beyond_closed_form.clone()),
+        predicted_q: predicted.as_ref().map(|p| p.q.clone()),
+        predicted_tension: predicted.map(|p| p.tension),
+        error,
+        unbalanced_nm: hand.gravity_compensation.then(|| alone.unbalanced_nm()),
+        worst: worst.map(|i| hand.coordinates[i].name.clone()),
+        beyond,
+        fastest: largest(&speeds),
+        outside: largest(&outside).filter(|(_, by, _)| *by > 0.0),
+    })
+}
+
+/// Quintic from 0 to 1 over x in [0, 1].
+fn smooth(x: f64) -> f64 {
+    let x = x.clamp(0.0, 1.0);
+    x * x * x * (10.0 - 15.0 * x + 6.0 * x * x)
+}

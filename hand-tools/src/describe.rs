@@ -1,0 +1,193 @@
+//! A hand as text: tree, coordinates with R and E, motors and tendons.
+
+use crate::table::table;
+use palmares_models::hand::describe::HandDescription;
+use palmares_models::hand::{Hand, HingeKind};
+use palmares_models::shape::Shape;
+use std::fmt::Write;
+
+/// Everything about a hand that does not move.
+pub(crate) fn describe(hand: &Hand) -> String {
+    let about = hand.describe();
+    let mut out = String::new();
+    // Writing to a string cannot fail.
+    let _ = write!(out, "{}", heading(hand, &about));
+    let _ = write!(out, "\nTree (link: mass; joint; shapes)\n{}", tree(hand));
+    let _ =
+        write!(out, "\nCoordinates, E, D and R (one column of R per tendon)\n{}", coordinates(hand, &about));
+    let _ = write!(out, "\nMotors and tendons\n{}", actuation(&about));
+    out
+}
+
+fn heading(hand: &Hand, about: &HandDescription) -> String {
+    let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+    let shapes: usize = hand.links.iter().map(|l| l.geoms.len()).sum();
+    let parts = [
+        count(hand.links.len(), "link"),
+        count(hand.coordinates.len(), "coordinate"),
+        count(hand.tendons.len(), "tendon"),
+        count(hand.motors.len(), "motor"),
+        count(shapes, "shape"),
+    ];
+    let gravity = if hand.gravity_compensation { "cancelled" } else { "felt" };
+    format!(
+        "{}: {}\n{}; mass {} kg; its own weight is {gravity}\n",
+        about.name,
+        about.description,
+        parts.join(", "),
+        short(about.mass)
+    )
+}
+
+fn tree(hand: &Hand) -> String {
+    let mut out = String::new();
+    branch(hand, 0, "", "", &mut out);
+    out
+}
+
+/// The hand's links are bounded in depth, so this may call itself.
+fn branch(hand: &Hand, i: usize, first: &str, rest: &str, out: &mut String) {
+    let link = &hand.links[i];
+    let joint = link.joint.as_ref().map_or(String::new(), |joint| {
+        let kind = match (joint.hinges.len(), joint.hinges.first().map(|h| h.kind)) {
+            (2, _) => "rolling",
+            (_, Some(HingeKind::Prismatic)) => "slides",
+            _ => "turns",
+        };
+        let name = &hand.coordinates[joint.coordinate].name;
+        let ratio = joint.hinges.first().map_or(1.0, |h| h.ratio);
+        let ratio = if ratio == 1.0 { String::new() } else { format!(" x {}", short(ratio)) };
+        format!("; {kind} by {name}{ratio}")
+    });
+    let shapes: Vec<&str> = link.geoms.iter().map(|g| kind(&g.shape)).collect();
+    let shapes = if shapes.is_empty() { "no shape".to_owned() } else { shapes.join(", ") };
+    let _ = writeln!(out, "  {first}{}: {} kg{joint}; {shapes}", link.name, short(link.inertia.mass));
+    let children: Vec<usize> = (0..hand.links.len()).filter(|&c| hand.links[c].parent == Some(i)).collect();
+    for (k, &child) in children.iter().enumerate() {
+        let (a, b) = if k + 1 == children.len() { ("└─ ", "   ") } else { ("├─ ", "│  ") };
+        branch(hand, child, &format!("{rest}{a}"), &format!("{rest}{b}"), out);
+    }
+}
+
+fn kind(shape: &Shape) -> &'static str {
+    match shape {
+        Shape::Sphere { .. } => "ball",
+        Shape::Capsule { .. } => "capsule",
+        Shape::Cylinder { .. } => "cylinder",
+        Shape::Box { .. } => "box",
+        Shape::Hull { .. } => "hull",
+    }
+}
+
+fn coordinates(hand: &Hand, about: &HandDescription) -> String {
+    let slides = |i: usize| {
+        hand.links.iter().any(|l| {
+            l.joint
+                .as_ref()
+                .is_some_and(|j| j.coordinate == i && j.hinges.iter().any(|h| h.kind == HingeKind::Prismatic))
+        })
+    };
+    let mut rows = vec![vec!["name", "unit", "lower", "upper", "rest", "E", "D"]]
+        .into_iter()
+        .map(|row| row.into_iter().map(str::to_owned).collect::<Vec<String>>())
+        .collect::<Vec<_>>();
+    rows[0].extend(about.tendons.iter().map(|t| format!("R {}", t.name)));
+    for (i, c) in about.coordinates.iter().enumerate() {
+        let bound = |x: Option<f64>| x.map_or("-".to_owned(), short);
+        let mut row = vec![
+            c.name.clone(),
+            (if slides(i) { "m" } else { "rad" }).to_owned(),
+            bound(c.minimum),
+            bound(c.maximum),
+            short(c.rest),
+            short(c.stiffness),
+            short(c.damping),
+        ];
+        row.extend(about.tendons.iter().map(|t| match t.moment_arms[i] {
+            0.0 => ".".to_owned(),
+            r => short(r),
+        }));
+        rows.push(row);
+    }
+    table(&rows)
+}
+
+fn actuation(about: &HandDescription) -> String {
+    let mut out = String::new();
+    for m in &about.motors {
+        let offset = if m.offset == 0.0 { String::new() } else { format!(" - {}", short(m.offset)) };
+        let _ = writeln!(
+            out,
+            "  motor {}: s = {} (σ{offset}), at most {} /s",
+            m.name,
+            short(m.scaling),
+            short(m.speed_limit)
+        );
+    }
+    for t in &about.tendons {
+        let _ = writeln!(
+            out,
+            "  tendon {} of motor {}: stiffness K {}, damping {}, tension at most {}",
+            t.name,
+            t.motor,
+            short(t.stiffness),
+            short(t.damping),
+            short(t.force_limit)
+        );
+        if t.both_ways {
+            let _ = writeln!(out, "    pushes as well as it pulls");
+        }
+        for e in &t.elements {
+            let _ = writeln!(
+                out,
+                "    its arm at {} depends on that joint's angle; R is that at rest",
+                e.coordinate
+            );
+        }
+    }
+    if out.is_empty() {
+        out.push_str("  none\n");
+    }
+    out
+}
+
+/// A number for people: at most five digits that count.
+pub(crate) fn short(x: f64) -> String {
+    if x == 0.0 {
+        return "0".to_owned();
+    }
+    let magnitude = x.abs().log10().floor();
+    if !(-4.0..6.0).contains(&magnitude) {
+        return format!("{x:.3e}");
+    }
+    let decimals = (4.0 - magnitude).max(0.0) as usize;
+    let text = format!("{x:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        let cases =
+            [(0.0, "0"), (1.0, "1"), (-0.2, "-0.2"), (12.5, "12.5"), (300.0, "300"), (0.765398163, "0.7654")];
+        for (x, text) in cases {
+            assert_eq!(short(x), text);
+        }
+        assert_eq!(short(1.0 / 3.0), "0.33333");
+        assert_eq!(short(2.5e-7), "2.500e-7");
+        assert_eq!(short(123456.0), "123456");
+    }
+
+    #[test]
+    fn the_softhand_is_drawn_with_all_its_fingers() {
+        let text = describe(&Hand::builtin("softhand").expect("it is built in"));
+        assert!(text.contains("20 links, 19 coordinates, 1 tendon, 1 motor, 24 shapes"), "{text}");
+        assert!(text.contains("├─ index_knuckle: 0.009 kg; turns by index_abd; box"), "{text}");
+        assert!(text.contains("   └─ little_distal") || text.contains("└─ little_distal"), "{text}");
+        let row = text.lines().find(|l| l.trim_start().starts_with("index_abd ")).expect("its row");
+        assert!(row.trim_end().ends_with("-0.2"), "{row}");
+    }
+}

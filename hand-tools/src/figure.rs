@@ -1,0 +1,75 @@
+//! What a picture of a closure shows, before anything is drawn: panels of curves with their predictions.
+
+use crate::view::View;
+/// A picture: panels over one time axis.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Figure {
+    pub(crate) title: String,
+    /// Smaller lines below the title.
+    pub(crate) notes: Vec<String>,
+    /// s
+    pub(crate) time: Vec<f64>,
+    /// Vertical lines: when, and what happens there.
+    pub(crate) marks: Vec<(f64, String)>,
+    pub(crate) panels: Vec<Panel>,
+    /// The hand itself, drawn before the panels, all at one scale.
+    pub(crate) views: Vec<View>,
+}
+
+/// Curves on one pair of axes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Panel {
+    pub(crate) title: String,
+    /// What is on the vertical axis, with its unit. Panels with the same one share their range.
+    pub(crate) axis: String,
+    pub(crate) curves: Vec<Curve>,
+}
+
+/// A curve and where it was predicted to end.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Curve {
+    pub(crate) name: String,
+    /// One per time.
+    pub(crate) values: Vec<f64>,
+    /// From when to when the value was predicted, s, and the value.
+    pub(crate) predicted: Vec<(f64, f64, f64)>,
+}
+
+/// The range of panels with this axis, with a little room.
+pub(crate) fn range(figure: &Figure, axis: &str) -> (f64, f64) {
+    let mut low = f64::INFINITY;
+    let mut high = f64::NEG_INFINITY;
+    for panel in figure.panels.iter().filter(|p| p.axis == axis) {
+        for curve in &panel.curves {
+            let predicted = curve.predicted.iter().map(|p| p.2);
+            for y in curve.values.iter().copied().chain(predicted).filter(|y| y.is_finite()) {
+                low = low.min(y);
+                high = high.max(y);
+            }
+        }
+    }
+    if low > high {
+        return (0.0, 1.0);
+    }
+    let room = 0.06 * (high - low).max(1e-6 * high.abs()).max(1e-9);
+    (low - room, high + room)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_shared_and_never_empty() {
+        let curve = |y: f64| Curve { values: vec![0.0, y], ..Curve::default() };
+        let panel =
+            |axis: &str, y: f64| Panel { axis: axis.into(), curves: vec![curve(y)], ..Panel::default() };
+        let figure =
+            Figure { panels: vec![panel("a", 1.0), panel("a", -2.0), panel("b", 0.0)], ..Figure::default() };
+        let (low, high) = range(&figure, "a");
+        assert!(low < -2.0 && high > 1.0 && high < 1.5);
+        let (low, high) = range(&figure, "b");
+        assert!(low < high);
+        assert_eq!(range(&figure, "c"), (0.0, 1.0));
+    }
+}

@@ -1,0 +1,65 @@
+//! A hand's figures as a table, beside those of the program's hands and the limits.
+
+use crate::table::table;
+use crate::trial::Trial;
+use palmares_models::measure::number;
+use palmares_tasks::inspect::FigureRow;
+use std::fmt::Write as _;
+
+/// The table; behind a figure stands what should be looked at.
+pub fn figures(name: &str, rows: &[FigureRow]) -> String {
+    let others: Vec<String> = {
+        let mut names: Vec<&String> = rows.iter().flat_map(|row| row.others.keys()).collect();
+        names.sort();
+        names.dedup();
+        names.into_iter().filter(|other| *other != name).cloned().collect()
+    };
+    let mut head = vec!["figure".to_owned(), "unit".to_owned(), name.to_owned()];
+    head.extend(others.iter().cloned());
+    head.extend(["limit".to_owned(), String::new()]);
+    let mut cells = vec![head];
+    let shown = |value: Option<f64>| value.map_or("-".to_owned(), number);
+    for row in rows {
+        let mut line = vec![row.figure.clone(), row.unit.clone(), shown(row.value)];
+        line.extend(others.iter().map(|other| shown(row.others.get(other).copied())));
+        let side = if row.bound == "least" { "≥" } else { "≤" };
+        line.push(row.limit.map_or("none".to_owned(), |limit| format!("{side} {}", number(limit))));
+        line.push(match (row.allowed, row.beyond_others) {
+            (false, _) => "NOT ALLOWED".to_owned(),
+            (true, true) => "beyond all".to_owned(),
+            (true, false) => String::new(),
+        });
+        cells.push(line);
+    }
+    let mut out = table(&cells);
+    for row in rows.iter().filter(|row| !row.allowed || row.beyond_others) {
+        let _ = writeln!(out, "  {}", row.in_words());
+    }
+    out
+}
+
+/// Runs of a hand as a table.
+pub fn trials(played: &[Trial], refused: &[String]) -> String {
+    let head = ["task", "script", "score", "fault", "beyond a limit", "joint", "motors' work (J)"];
+    let mut cells = vec![head.map(str::to_owned).to_vec()];
+    let mut notes = String::new();
+    for trial in played {
+        let script = format!("{:?}", trial.script).to_lowercase();
+        cells.push(vec![
+            trial.task.clone(),
+            script.clone(),
+            number(trial.score),
+            if trial.fault { "FAULT" } else { "none" }.to_owned(),
+            number(trial.limit_excess),
+            trial.joint.clone().unwrap_or("-".to_owned()),
+            number(trial.motor_work_j),
+        ]);
+        for flag in &trial.flags {
+            let _ = writeln!(notes, "  LOOK: {}, {script}: {flag}", trial.task);
+        }
+    }
+    for why in refused {
+        let _ = writeln!(notes, "  NOT PLAYED: {why}");
+    }
+    table(&cells) + &notes
+}

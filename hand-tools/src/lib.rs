@@ -1,0 +1,25 @@
+//! Looking at a hand: what it is, how it closes, how it scores by its build, and how it looks. The only place that
+//! draws.
+
+mod check;
+mod closure;
+mod command;
+mod describe;
+mod draw;
+mod figure;
+mod figures;
+mod fingers;
+mod load;
+mod outline;
+mod push;
+mod show;
+pub mod table;
+mod trial;
+mod view;
+mod views;
+
+pub use command::HandCommand;
+pub use figures::{figures, trials as trial_table};
+pub use load::LimitsOf;
+pub use trial::{Script, Trial, trials};
+pub use views::draw_hand;

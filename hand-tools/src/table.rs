@@ -1,0 +1,74 @@
+//! What is printed for people: tables, and JSON in which nothing steers the terminal.
+
+use palmares_protocol::text::printable;
+use serde_json::Value;
+use std::fmt::Write;
+use unicode_width::UnicodeWidthStr;
+
+/// Columns as wide as they need be; names to the left, numbers to the right.
+pub fn table(rows: &[Vec<String>]) -> String {
+    aligned(rows, |column| column > 0)
+}
+
+/// Columns as wide as they need be, to the left, or to the right where `right` says so.
+pub fn aligned(rows: &[Vec<String>], right: impl Fn(usize) -> bool) -> String {
+    let rows: Vec<Vec<_>> = rows.iter().map(|row| row.iter().map(|cell| printable(cell)).collect()).collect();
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width =
+        |k: usize| rows.iter().filter_map(|row| row.get(k)).map(|cell| cell.width()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..columns).map(width).collect();
+    let mut out = String::new();
+    for row in &rows {
+        let mut line = String::new();
+        for (k, cell) in row.iter().enumerate() {
+            let space = " ".repeat(widths[k] - cell.width());
+            line += &if right(k) { format!("  {space}{cell}") } else { format!("  {cell}{space}") };
+        }
+        // Writing to a string cannot fail.
+        let _ = writeln!(out, "{}", line.trim_end());
+    }
+    out
+}
+
+/// JSON over several lines. What cannot be seen in its texts is escaped, which says the same.
+pub fn json(value: &Value) -> String {
+    let text = format!("{value:#}");
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        // Outside of texts there is nothing but ASCII.
+        if c == '\n' || printable(c.encode_utf8(&mut [0; 4])).len() == c.len_utf8() {
+            out.push(c);
+        } else {
+            for unit in c.encode_utf16(&mut [0; 2]) {
+                let _ = write!(out, "\\u{unit:04x}");
+            }
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json as value;
+
+    #[test]
+    fn tables_line_up() {
+        let rows = |rows: &[&[&str]]| -> Vec<Vec<String>> {
+            rows.iter().map(|row| row.iter().map(|cell| (*cell).to_owned()).collect()).collect()
+        };
+        assert_eq!(table(&rows(&[&["a", "1"], &["bcd", "-22"]])), "  a      1\n  bcd  -22\n");
+        // A wide character takes two columns, a mark none; what steers the terminal is spelt.
+        let names = rows(&[&["蟹蟹", "1"], &["e\u{301}", "2"], &["a\u{1b}[2J", "3"]]);
+        let lines = ["  蟹蟹          1", "  e\u{301}             2", "  a\\u{001B}[2J  3"];
+        assert_eq!(table(&names).lines().collect::<Vec<_>>(), lines);
+    }
+
+    #[test]
+    fn json_for_a_terminal_says_the_same() {
+        let hostile = value!({"team": "a\u{202e}b\u{9b}\u{1b}\u{e0041}\n", "n": [1, 2.5], "蟹": "é"});
+        let text = json(&hostile);
+        assert!(text.contains("a\\u202eb\\u009b\\u001b\\udb40\\udc41\\n") && text.contains("蟹"), "{text}");
+        assert_eq!(serde_json::from_str::<Value>(&text).expect("JSON"), hostile);
+    }
+}

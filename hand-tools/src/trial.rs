@@ -1,0 +1,209 @@
+//! A short run of a hand in each task, by a script that knows nothing of the task: what scores under it scores by its
+//! build.
+
+use palmares_models::Vec3;
+use palmares_models::hand::Hand;
+use palmares_tasks::run::Reason;
+use palmares_tasks::start::start_pose;
+use palmares_tasks::{Action, BaseTarget, Run, SceneError, Seed, Task};
+use serde::Serialize;
+use std::sync::Arc;
+
+/// The scene's seed: any, but the same for every hand.
+const SEED: u64 = 1;
+/// How long the hand does nothing, s.
+const IDLE_S: f64 = 5.0;
+
+/// What the hand does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Script {
+    /// Nothing.
+    Idle,
+    /// Reaches out closed and sweeps back, opens, closes, lifts, sweeps to both sides, opens.
+    Sweep,
+}
+
+/// How it went.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Trial {
+    /// Name of the task.
+    pub task: String,
+    /// What the hand did.
+    pub script: Script,
+    /// Points, after the objects have settled.
+    pub score: f64,
+    /// The simulation came to numbers that are not finite.
+    pub fault: bool,
+    /// s of simulated time.
+    pub sim_time_s: f64,
+    /// Farthest that a joint went beyond a limit, rad or m.
+    pub limit_excess: f64,
+    /// The joint of `limit_excess`.
+    pub joint: Option<String>,
+    /// What the motors did, |f ds| summed, J.
+    pub motor_work_j: f64,
+    /// What should make an organizer look closer; empty when nothing does.
+    pub flags: Vec<String>,
+}
+
+/// A stretch of a script: for so long, with the base moving so fast along the fingers (its z) and along the world's
+/// axes, and the motors at σ.
+struct Stretch {
+    seconds: f64,
+    along_fingers: f64,
+    world: Vec3,
+    sigma: f64,
+}
+
+fn stretches(script: Script) -> Vec<Stretch> {
+    let still = |seconds: f64, sigma: f64| Stretch { seconds, along_fingers: 0.0, world: Vec3::ZERO, sigma };
+    let reach =
+        |seconds: f64, speed: f64, sigma: f64| Stretch { along_fingers: speed, ..still(seconds, sigma) };
+    let go = |seconds: f64, x: f64, y: f64, z: f64, sigma: f64| Stretch {
+        world: Vec3::new(x, y, z),
+        ..still(seconds, sigma)
+    };
+    match script {
+        Script::Idle => Vec::new(),
+        Script::Sweep => vec![
+            // Out and back with the hand as it is born, then closed.
+            reach(1.0, 0.25, 0.0),
+            still(1.0, 1.0),
+            reach(2.5, -0.25, 1.0),
+            still(1.0, 0.0),
+            reach(1.5, 0.25, 0.0),
+            still(1.0, 1.0),
+            go(1.0, 0.0, 0.0, 0.2, 1.0),
+            go(1.5, 0.3, 0.0, 0.0, 1.0),
+            go(3.0, -0.3, 0.0, 0.0, 1.0),
+            go(1.5, 0.3, 0.3, 0.0, 1.0),
+            go(3.0, 0.0, -0.3, 0.0, 1.0),
+            still(1.0, 0.0),
+        ],
+    }
+}
+
+/// A limit is a stiff spring: a joint may press this far into it, rad or m.
+const PRESSED: f64 = 0.05;
+
+/// Plays one script.
+fn play(task: &Arc<Task>, hand: &Arc<Hand>, script: Script) -> Result<Trial, SceneError> {
+    let mut run = Run::new(task.clone(), hand.clone(), Seed::from_u64(SEED))?;
+    let fingers = start_pose(task).rotation * Vec3::Z;
+    let mut seen = Seen::default();
+    let ticks = |seconds: f64| (seconds / task.tick_s).round() as u64;
+    'script: {
+        for _ in 0..if script == Script::Idle { ticks(IDLE_S) } else { 0 } {
+            if !seen.step(&mut run, &Action::default()) {
+                break 'script;
+            }
+        }
+        for stretch in stretches(script) {
+            let linear = fingers * stretch.along_fingers + stretch.world;
+            let action = Action {
+                base: Some(BaseTarget::Twist { linear: linear.to_array(), angular: [0.0; 3] }),
+                hand: Some(vec![stretch.sigma; hand.motors.len()]),
+            };
+            for _ in 0..ticks(stretch.seconds) {
+                if !seen.step(&mut run, &action) {
+                    break 'script;
+                }
+            }
+        }
+    }
+    let fault = !run.healthy();
+    let sim_time_s = run.sim_time_s();
+    let reason = if fault { Reason::WorldFault } else { Reason::Stopped };
+    let score = run.finish(reason).score;
+    let mut flags = Vec::new();
+    if script == Script::Idle && score > 0.0 {
+        flags.push("scores while the hand does nothing".to_owned());
+    }
+    if fault {
+        flags.push("the simulation of this hand breaks".to_owned());
+    }
+    if seen.limit_excess > PRESSED {
+        flags.push("a joint leaves its limits".to_owned());
+    }
+    Ok(Trial {
+        task: task.name.clone(),
+        script,
+        score,
+        fault,
+        sim_time_s,
+        limit_excess: seen.limit_excess,
+        joint: seen.joint.map(|c| hand.coordinates[c].name.clone()),
+        motor_work_j: seen.motor_work_j,
+        flags,
+    })
+}
+
+/// What is kept of the ticks.
+#[derive(Default)]
+struct Seen {
+    limit_excess: f64,
+    joint: Option<usize>,
+    motor_work_j: f64,
+}
+
+impl Seen {
+    /// One tick; false when the run is over.
+    fn step(&mut self, run: &mut Run, action: &Action) -> bool {
+        let before: Vec<f64> = run.world().state().motors.iter().map(|m| m.position).collect();
+        if run.step(action).is_err() || !run.healthy() {
+            return false;
+        }
+        let (state, hand) = (run.world().state(), run.hand());
+        for (c, (q, coordinate)) in state.q.iter().zip(&hand.coordinates).enumerate() {
+            let beyond = (q - coordinate.upper).max(coordinate.lower - q);
+            if beyond > self.limit_excess {
+                (self.limit_excess, self.joint) = (beyond, Some(c));
+            }
+        }
+        for (tendon, f) in hand.tendons.iter().zip(&state.tension) {
+            let moved = state.motors[tendon.motor].position - before[tendon.motor];
+            self.motor_work_j += (f * hand.motors[tendon.motor].scaling * moved).abs();
+        }
+        run.over().is_none()
+    }
+}
+
+/// Plays every script in every task. A hand that does not fit into a task is told of.
+pub fn trials(tasks: &[Arc<Task>], hand: &Arc<Hand>) -> (Vec<Trial>, Vec<String>) {
+    let (mut played, mut refused) = (Vec::new(), Vec::new());
+    for task in tasks {
+        for script in [Script::Idle, Script::Sweep] {
+            match play(task, hand, script) {
+                Ok(trial) => played.push(trial),
+                Err(error) => {
+                    refused.push(error.to_string());
+                    break;
+                }
+            }
+        }
+    }
+    (played, refused)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hands_of_the_program_earn_nothing_by_doing_nothing() {
+        let tasks = Task::builtin();
+        let hand = Hand::builtin("pinch").expect("it is built in");
+        let (played, refused) = trials(&tasks, &hand);
+        assert_eq!(refused, Vec::<String>::new());
+        assert_eq!(played.len(), 2 * tasks.len());
+        for trial in &played {
+            assert_eq!(trial.flags, Vec::<String>::new(), "{trial:?}");
+            assert!(!trial.fault && trial.sim_time_s > 4.9, "{trial:?}");
+        }
+        let work = |script: Script| -> f64 {
+            played.iter().filter(|trial| trial.script == script).map(|trial| trial.motor_work_j).sum()
+        };
+        assert!(work(Script::Sweep) > 0.1 && work(Script::Idle) < 1e-6, "{played:?}");
+    }
+}

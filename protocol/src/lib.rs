@@ -1,0 +1,23 @@
+//! The messages of protocol v1, over WebSocket frames: JSON as text or MessagePack as binary.
+//!
+//! A client sends requests, each with an `op` and an `id`; the server answers each with exactly one reply,
+//! in order, that carries the same `id` and an `op` of its own: `welcome`, `obs`, `ack`, `result`, `time`, `error`.
+//! The reply to `bye` is the close frame with code 1000. A request that fails changes nothing.
+//! Some messages come unasked, without `id`: `obs` in a realtime run, `warning`, and, when the server closes a run
+//! because it shuts down, that run's `result`.
+
+mod action;
+pub mod code;
+pub mod encoding;
+pub mod obs;
+pub mod parse;
+pub mod reply;
+pub mod request;
+pub mod specs;
+pub mod text;
+
+pub use code::{Code, Refusal};
+pub use encoding::Encoding;
+pub use parse::{MAX_SAFE_INTEGER, Parsed};
+pub use reply::Reply;
+pub use request::{Act, Hello, Mode, Perturb, Request, Reset, Step};

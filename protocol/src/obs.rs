@@ -1,0 +1,110 @@
+//! The message `obs`, which comes thousands of times a second. It is written field by field: a derived writer gathers
+//! the fields of a struct within it in another buffer first.
+
+use crate::request::Mode;
+use palmares_tasks::{Observation, Scene, Sensing};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde::ser::{SerializeStruct, Serializer};
+
+/// How a run was opened.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Opened {
+    /// Name of the task.
+    pub task: String,
+    /// Name of the hand.
+    pub hand: String,
+    /// How time passes.
+    pub mode: Mode,
+    /// `sensors` or `truth`.
+    pub sensing: Sensing,
+    /// In practice: what `reset` takes to build this scene again.
+    pub seed: Option<u64>,
+    /// Length of a tick, s.
+    pub tick_s: f64,
+    /// Longest run, s of simulated time.
+    pub time_limit_s: f64,
+}
+
+/// `obs`: the state after `reset` or `step`, or after a tick of a realtime run.
+#[derive(Clone, Debug, JsonSchema)]
+pub struct Obs {
+    /// Of the request; absent when it was streamed.
+    #[schemars(skip_serializing_if = "Option::is_none")]
+    pub id: Option<u64>,
+    /// Identifies the run.
+    pub run_id: String,
+    /// s; null for a session without a limit.
+    pub session_left_s: Option<f64>,
+    /// The state.
+    #[schemars(flatten)]
+    pub observation: Observation,
+    /// In a realtime run: how long after the tick was due this was sent, s.
+    #[schemars(skip_serializing_if = "Option::is_none")]
+    pub late_s: Option<f64>,
+    /// How the run was opened; in the reply to `reset` only.
+    #[schemars(skip_serializing_if = "Option::is_none")]
+    pub run: Option<Opened>,
+    /// What stands in the world; in the reply to `reset` only.
+    #[schemars(skip_serializing_if = "Option::is_none")]
+    pub scene: Option<Scene>,
+}
+
+/// Writes what is there.
+fn written<S: SerializeStruct>(
+    fields: &mut S,
+    name: &'static str,
+    value: Option<&impl Serialize>,
+) -> Result<(), S::Error> {
+    match value {
+        Some(value) => fields.serialize_field(name, value),
+        None => fields.skip_field(name),
+    }
+}
+
+impl Serialize for Obs {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Obs { id, run_id, session_left_s, observation, late_s, run, scene } = self;
+        // Taken apart, so that none of its fields is forgotten.
+        let Observation {
+            tick,
+            sim_time_s,
+            applied_action,
+            hand,
+            truth,
+            events,
+            score,
+            terminated,
+            truncated,
+            reason,
+        } = observation;
+        let there = [
+            id.is_some(),
+            truth.is_some(),
+            reason.is_some(),
+            late_s.is_some(),
+            run.is_some(),
+            scene.is_some(),
+        ];
+        let always = 10;
+        let count = always + there.into_iter().filter(|there| *there).count();
+        let mut fields = serializer.serialize_struct("Obs", count)?;
+        written(&mut fields, "id", id.as_ref())?;
+        fields.serialize_field("run_id", run_id)?;
+        fields.serialize_field("session_left_s", session_left_s)?;
+        fields.serialize_field("tick", tick)?;
+        fields.serialize_field("sim_time_s", sim_time_s)?;
+        fields.serialize_field("applied_action", applied_action)?;
+        fields.serialize_field("hand", hand)?;
+        written(&mut fields, "truth", truth.as_ref())?;
+        fields.serialize_field("events", events)?;
+        fields.serialize_field("score", score)?;
+        fields.serialize_field("terminated", terminated)?;
+        fields.serialize_field("truncated", truncated)?;
+        written(&mut fields, "reason", reason.as_ref())?;
+        written(&mut fields, "late_s", late_s.as_ref())?;
+        written(&mut fields, "run", run.as_ref())?;
+        written(&mut fields, "scene", scene.as_ref())?;
+        fields.end()
+    }
+}

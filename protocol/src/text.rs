@@ -1,0 +1,78 @@
+//! Words of strangers, made safe to show: on a terminal, on a page, in a message.
+
+use std::borrow::Cow;
+use std::fmt::Write;
+use unicode_properties::{GeneralCategory, UnicodeGeneralCategory};
+use unicode_security::GeneralSecurityProfile;
+use unicode_security::general_security_profile::IdentifierType;
+
+/// BRAILLE PATTERN BLANK counts as a symbol, but shows nothing.
+const BRAILLE_BLANK: char = '\u{2800}';
+
+/// What makes a character unfit to be shown: it cannot be seen, or it steers what stands beside it.
+pub fn hidden(c: char) -> Option<&'static str> {
+    use GeneralCategory as Is;
+    match c.general_category() {
+        Is::Control => Some("a control character"),
+        Is::Format if steers(c) => Some("which steers the direction of writing"),
+        Is::LineSeparator | Is::ParagraphSeparator => Some("a line break"),
+        Is::PrivateUse => Some("which looks different everywhere"),
+        Is::Unassigned | Is::Surrogate => Some("no character"),
+        Is::Format => Some("which is invisible"),
+        _ if c.identifier_type() == Some(IdentifierType::Default_Ignorable) || c == BRAILLE_BLANK => {
+            Some("which is invisible")
+        }
+        _ => None,
+    }
+}
+
+/// Bidi_Control of the Unicode Character Database.
+fn steers(c: char) -> bool {
+    matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// Text for a terminal, a page or a message: what cannot be seen, or would steer what stands beside it, is spelt
+/// `\u{202E}`.
+pub fn printable(text: &str) -> Cow<'_, str> {
+    if text.chars().all(|c| hidden(c).is_none()) {
+        return text.into();
+    }
+    let mut out = String::with_capacity(text.len() + 8);
+    for c in text.chars() {
+        match hidden(c) {
+            // Writing into a string cannot fail.
+            Some(_) => drop(write!(out, "\\u{{{:04X}}}", u32::from(c))),
+            None => out.push(c),
+        }
+    }
+    out.into()
+}
+
+/// The client's own words, short enough to be quoted, and nothing in them that cannot be seen.
+pub fn shortened(text: &str) -> String {
+    const LONGEST: usize = 64;
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…", printable(&text[..end])),
+        None => printable(text).into_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::{prop_assert, proptest};
+
+    #[test]
+    fn what_is_printed_shows_what_is_hidden() {
+        assert_eq!(printable("R&D 🦀"), "R&D 🦀");
+        assert_eq!(printable("a\u{202e}b\u{1b}[2J\u{9b}"), "a\\u{202E}b\\u{001B}[2J\\u{009B}");
+    }
+
+    proptest! {
+        #[test]
+        fn nothing_that_is_printed_steers_a_terminal(text in "(?s).{0,20}") {
+            let shown = printable(&text).into_owned();
+            prop_assert!(!shown.chars().any(|c| c.is_control() || steers(c)), "{:?}", shown);
+        }
+    }
+}

@@ -1,0 +1,26 @@
+//! Names of what stands in a file.
+
+/// Topic of [`crate::messages::ActionMessage`].
+pub(crate) const ACTION: &str = "/action";
+/// Topic of the referee's notes.
+pub(crate) const EVENT: &str = "/event";
+/// Topic of [`crate::messages::HashMessage`].
+pub(crate) const HASH: &str = "/hash";
+/// Topic of the bodies' shapes.
+pub(crate) const SCENE: &str = "/scene";
+/// Topic of the bodies' poses.
+pub(crate) const POSES: &str = "/tf";
+
+/// Name of the metadata record with the header.
+pub(crate) const RUN_RECORD: &str = "palmares.run";
+/// Name of the metadata record with the outcome.
+pub(crate) const RESULT_RECORD: &str = "palmares.result";
+/// Name of the metadata record with the signature.
+pub(crate) const SIGNATURE_RECORD: &str = "palmares.signature";
+/// Hexadecimal digits of a signature.
+pub(crate) const SIGNATURE_DIGITS: usize = 128;
+/// Name of the attachment with a hand's files.
+pub(crate) const HAND_FILES: &str = "hand.zip";
+
+/// Ticks between two hashes of the state.
+pub(crate) const HASH_EVERY: u64 = 100;

@@ -1,0 +1,132 @@
+//! The server's key for signatures.
+
+use crate::lower_hex::from_hex;
+use ed25519_dalek::{Signature, Signer as _, SigningKey, VerifyingKey};
+use std::fmt::{self, Display, Formatter};
+use std::fs::OpenOptions;
+use std::io::{ErrorKind, Write};
+use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+/// Stands before what is signed, so that a signature of something else never fits a replay.
+const CONTEXT: &[u8] = b"palmares replay 1\0";
+
+/// Why there is no key.
+#[derive(Debug, thiserror::Error)]
+pub enum KeyError {
+    /// The file cannot be read or made.
+    #[error("signing key {}: {source}", path.display())]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Others may read the file.
+    #[error("signing key {}: its mode is {mode:o}, others may read it; do `chmod 600` and consider a new key", path.display())]
+    Open {
+        /// Which.
+        path: PathBuf,
+        /// Its permissions.
+        mode: u32,
+    },
+    /// Not a key.
+    #[error("signing key {}: expected 64 lower-case hexadecimal digits", path.display())]
+    Content {
+        /// Which.
+        path: PathBuf,
+    },
+    /// The system has no randomness.
+    #[error("no randomness for a signing key: {0}")]
+    Randomness(#[from] getrandom::Error),
+}
+
+/// Signs replays.
+#[derive(Clone)]
+pub struct Signer(SigningKey);
+
+impl fmt::Debug for Signer {
+    /// Tells the public half only.
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "Signer({})", self.public())
+    }
+}
+
+impl Signer {
+    /// The key in this file; made, readable by its owner alone, when there is none.
+    ///
+    /// # Errors
+    /// The file cannot be read or written, holds something else, or others may read it.
+    pub fn open(path: &Path) -> Result<Self, KeyError> {
+        let failed = |source| KeyError::File { path: path.to_owned(), source };
+        match std::fs::read_to_string(path) {
+            Ok(text) => {
+                let mode = std::fs::metadata(path).map_err(failed)?.permissions().mode() & 0o777;
+                if mode & 0o077 != 0 {
+                    return Err(KeyError::Open { path: path.to_owned(), mode });
+                }
+                let secret = from_hex::<32>(text.trim_end());
+                let secret = secret.ok_or_else(|| KeyError::Content { path: path.to_owned() })?;
+                Ok(Signer(SigningKey::from_bytes(&secret)))
+            }
+            Err(error) if error.kind() == ErrorKind::NotFound => {
+                let signer = Signer::random()?;
+                let file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(path);
+                let mut file = file.map_err(failed)?;
+                writeln!(file, "{}", hex::encode(signer.0.as_bytes())).map_err(failed)?;
+                file.sync_all().map_err(failed)?;
+                Ok(signer)
+            }
+            Err(source) => Err(failed(source)),
+        }
+    }
+
+    /// A new key.
+    pub fn random() -> Result<Self, KeyError> {
+        let mut secret = [0; 32];
+        getrandom::fill(&mut secret)?;
+        Ok(Signer(SigningKey::from_bytes(&secret)))
+    }
+
+    /// The half that everybody may know.
+    pub fn public(&self) -> PublicKey {
+        PublicKey(self.0.verifying_key())
+    }
+
+    /// 128 hexadecimal digits.
+    pub(crate) fn sign(&self, digest: &[u8; 32]) -> String {
+        hex::encode(self.0.sign(&message(digest)).to_bytes())
+    }
+}
+
+/// Tells whose signature it is. Written as 64 hexadecimal digits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PublicKey(VerifyingKey);
+
+impl PublicKey {
+    /// Whether this key signed a file of that digest.
+    pub(crate) fn signed(&self, digest: &[u8; 32], signature: &str) -> bool {
+        let Some(bytes) = from_hex::<64>(signature) else { return false };
+        // Strict: a signature has one form only, and weak keys are refused.
+        self.0.verify_strict(&message(digest), &Signature::from_bytes(&bytes)).is_ok()
+    }
+}
+
+impl Display for PublicKey {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(&hex::encode(self.0.as_bytes()))
+    }
+}
+
+impl FromStr for PublicKey {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let bytes = from_hex::<32>(text).ok_or("expected 64 lower-case hexadecimal digits")?;
+        VerifyingKey::from_bytes(&bytes).map(PublicKey).map_err(|_| "this is no ed25519 public key".into())
+    }
+}
+
+fn message(digest: &[u8; 32]) -> Vec<u8> {
+    [CONTEXT, digest].concat()
+}

@@ -1,0 +1,183 @@
+//! The part of a recording that runs where the world is stepped: it copies, and hands on to a thread that writes.
+
+use crate::format::HASH_EVERY;
+use crate::header::Header;
+use crate::item::Item;
+use crate::key::Signer;
+use crate::messages::{ActionMessage, PushMessage, StateHash};
+use crate::poses::{Picture, RATE};
+use crate::signed_file::Written;
+use crate::writer::{Plan, write};
+use palmares_tasks::observation::Wrench;
+use palmares_tasks::{Outcome, Run};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
+use std::thread::JoinHandle;
+use thread_priority::{ThreadPriority, ThreadPriorityValue};
+
+/// Batches that may wait to be written.
+const WAITING: usize = 8;
+/// Pictures are left out while more items than this wait; actions never are.
+const CROWDED: usize = 4_000;
+
+/// Why there is no replay.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("replay {}: {message}", path.display())]
+pub struct RecordError {
+    path: PathBuf,
+    message: String,
+}
+
+impl RecordError {
+    fn new(path: &Path, message: impl ToString) -> Self {
+        RecordError { path: path.to_owned(), message: message.to_string() }
+    }
+}
+
+/// A replay on the disk.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReplayFile {
+    /// Where.
+    pub path: PathBuf,
+    /// Its digest, 64 hexadecimal digits.
+    pub sha256: String,
+    /// Its size.
+    pub bytes: u64,
+}
+
+/// Records a run while it goes on.
+#[derive(Debug)]
+pub struct Recorder {
+    path: PathBuf,
+    items: Vec<Item>,
+    pushes: Vec<PushMessage>,
+    channel: Option<SyncSender<Vec<Item>>>,
+    thread: Option<JoinHandle<std::io::Result<Written>>>,
+    /// Number of the last picture.
+    pictures: u64,
+    tick_s: f64,
+}
+
+impl Recorder {
+    /// Begins `<folder>/<run_id>.mcap`. `hand_files` is the archive of a hand that does not come with the program.
+    ///
+    /// # Errors
+    /// The file cannot be made, or there is one already.
+    pub fn create(
+        folder: &Path,
+        mut header: Header,
+        run: &Run,
+        signer: &Arc<Signer>,
+        hand_files: Option<Arc<Vec<u8>>>,
+    ) -> Result<Self, RecordError> {
+        let path = folder.join(format!("{}.mcap", header.run_id));
+        let failed = |error: std::io::Error| RecordError::new(&path, error);
+        std::fs::create_dir_all(folder).map_err(failed)?;
+        let file =
+            std::fs::File::options().read(true).write(true).create_new(true).open(&path).map_err(failed)?;
+        header.hand_attached = hand_files.is_some();
+        let tick_s = header.tick_s;
+        let plan = Plan::new(file, header, run, signer.clone(), hand_files);
+        let (channel, inbox) = sync_channel(WAITING);
+        let thread = std::thread::Builder::new().name("replay".into()).spawn(move || {
+            // Below the ticks: when it falls behind, pictures are left out, and nobody waits.
+            let below =
+                ThreadPriorityValue::try_from(40).map_or(ThreadPriority::Min, ThreadPriority::Crossplatform);
+            if let Err(error) = below.set_for_current() {
+                tracing::debug!(?error, "thread priority not set");
+            }
+            write(plan, &inbox)
+        });
+        let thread = thread.map_err(failed)?;
+        let mut recorder = Recorder {
+            path,
+            items: Vec::new(),
+            pushes: Vec::new(),
+            channel: Some(channel),
+            thread: Some(thread),
+            pictures: 0,
+            tick_s,
+        };
+        recorder.items.push(Item::Hash(run.tick(), StateHash::of(run)));
+        recorder.items.push(Item::Picture(picture(run)));
+        recorder.hand_on();
+        Ok(recorder)
+    }
+
+    /// Notes a push that begins with the next tick.
+    pub fn push(&mut self, link: &str, wrench: Wrench, duration_s: f64) {
+        self.pushes.push(PushMessage { link: link.into(), wrench, duration_s });
+    }
+
+    /// Notes the tick that `run` has just made.
+    pub fn tick(&mut self, run: &Run) {
+        let tick = run.tick();
+        let pushes = std::mem::take(&mut self.pushes);
+        let state = StateHash::of(run);
+        let message =
+            ActionMessage { tick: tick - 1, action: run.applied().clone(), state: Some(state), pushes };
+        self.items.push(Item::Action(message));
+        self.items.extend(run.events().iter().cloned().map(Item::Event));
+        let pictures = (tick as f64 * self.tick_s * RATE) as u64;
+        if pictures > self.pictures && self.items.len() < CROWDED {
+            self.pictures = pictures;
+            self.items.push(Item::Picture(picture(run)));
+        }
+        if tick.is_multiple_of(HASH_EVERY) {
+            self.items.push(Item::Hash(tick, state));
+            self.hand_on();
+        }
+    }
+
+    /// Hands on what has been collected, unless the writer is behind: then it waits for the next time. The world
+    /// never waits for the disk.
+    fn hand_on(&mut self) {
+        let Some(channel) = &self.channel else { return };
+        match channel.try_send(std::mem::take(&mut self.items)) {
+            Ok(()) => self.items.reserve(2 * HASH_EVERY as usize),
+            Err(TrySendError::Full(items)) => self.items = items,
+            // The writer has failed; `finish` tells why.
+            Err(TrySendError::Disconnected(_)) => self.channel = None,
+        }
+    }
+
+    /// Deletes what has been written.
+    ///
+    /// # Errors
+    /// The file could not be deleted.
+    pub fn discard(mut self) -> Result<(), RecordError> {
+        // The writer ends when nobody sends any more.
+        self.channel = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+        std::fs::remove_file(&self.path).map_err(|error| RecordError::new(&self.path, error))
+    }
+
+    /// Ends the recording, signs it and waits until it is on the disk.
+    ///
+    /// # Errors
+    /// The file could not be written completely.
+    pub fn finish(mut self, run: &Run, outcome: &Outcome) -> Result<ReplayFile, RecordError> {
+        let mut items = std::mem::take(&mut self.items);
+        items.push(Item::Picture(picture(run)));
+        items.push(Item::Outcome(Box::new(outcome.clone())));
+        if let Some(channel) = self.channel.take() {
+            // If the writer has failed, it says so below.
+            let _ = channel.send(items);
+        }
+        let failed = |error: &dyn ToString| RecordError::new(&self.path, error.to_string());
+        let Some(thread) = self.thread.take() else { return Err(failed(&"ended twice")) };
+        let written = thread.join().map_err(|_| failed(&"its thread panicked"))?;
+        let Written { sha256, bytes } = written.map_err(|error| failed(&error))?;
+        Ok(ReplayFile { path: self.path.clone(), sha256, bytes })
+    }
+}
+
+/// Where everything is now.
+pub(crate) fn picture(run: &Run) -> Picture {
+    let (model, state) = (run.world().model(), run.world().state());
+    let objects = (0..state.objects.len()).map(|k| state.object_pose(model, k)).collect();
+    Picture { tick: run.tick(), base: state.base, q: state.q.clone(), objects }
+}

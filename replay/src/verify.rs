@@ -1,0 +1,166 @@
+//! Simulates a replay again.
+
+use crate::format::HASH_EVERY;
+use crate::hands::hand;
+use crate::identity;
+use crate::messages::StateHash;
+use crate::reader::{RecordedTick, Replay};
+use crate::verify_error::VerifyError;
+use palmares_tasks::{Event, Outcome, Run, Task};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// A replay that came to the same states and the same score.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verified {
+    /// Ticks simulated.
+    pub ticks: u64,
+    /// States compared, the last one included.
+    pub states: usize,
+    /// Points.
+    pub score: f64,
+}
+
+/// Simulates a replay from tick 0 and compares every state, event and count.
+pub fn verify(replay: &Replay) -> Result<Verified, VerifyError> {
+    // A hand from anybody's file may bring the simulation to places where it gives up.
+    catch_unwind(AssertUnwindSafe(|| simulate(replay))).unwrap_or_else(|_| {
+        Err(VerifyError::StateDiffers {
+            tick: 0,
+            last_equal: None,
+            found: "a failure of the simulation".into(),
+            recorded: "a run".into(),
+        })
+    })
+}
+
+fn simulate(replay: &Replay) -> Result<Verified, VerifyError> {
+    let header = &replay.header;
+    let engine = identity::engine();
+    if header.engine != engine {
+        return Err(VerifyError::OtherEngine(format!(
+            "recorded by engine {}, this is {engine}; take the program of version {} ({})",
+            header.engine, header.server_version, header.build_hash
+        )));
+    }
+    let task = Task::builtin().into_iter().find(|task| task.name == header.task);
+    let task =
+        task.ok_or_else(|| VerifyError::OtherTask(format!("this program has no task `{}`", header.task)))?;
+    if identity::physics_hash(&task) != header.physics_hash {
+        return Err(VerifyError::OtherPhysics("the constants of the physics are others here".into()));
+    }
+    if task.content_hash() != header.task_hash || task.tick_s != header.tick_s {
+        return Err(VerifyError::OtherTask(format!("the task `{}` is another one here", header.task)));
+    }
+    let longest = (task.time_limit_s / task.tick_s).ceil() as usize;
+    if replay.actions.len() > longest {
+        let ticks = replay.actions.len();
+        return Err(VerifyError::ScoreDiffers(format!("it has {ticks} ticks; the task allows {longest}")));
+    }
+    let hand = hand(header, replay.hand_files.as_deref())?;
+    let run = Run::new(task, hand, header.seed);
+    let run = run.map_err(|error| VerifyError::StateDiffers {
+        tick: 0,
+        last_equal: None,
+        found: error.to_string(),
+        recorded: "a scene".into(),
+    })?;
+    Simulation { run, last_equal: None, states: 0, hashes: replay.hashes.iter() }.play(replay)
+}
+
+struct Simulation<'a> {
+    run: Run,
+    last_equal: Option<u64>,
+    states: usize,
+    hashes: std::slice::Iter<'a, (u64, StateHash)>,
+}
+
+impl Simulation<'_> {
+    fn play(mut self, replay: &Replay) -> Result<Verified, VerifyError> {
+        self.compare(None)?;
+        let mut events: Vec<Event> = Vec::new();
+        for RecordedTick { action, state, pushes } in &replay.actions {
+            let tick = self.run.tick();
+            let bad = |error: &dyn ToString| {
+                VerifyError::ChainBroken(format!("the action of tick {tick}: {}", error.to_string()))
+            };
+            for push in pushes {
+                self.run.push(&push.link, push.wrench, push.duration_s).map_err(|error| bad(&error))?;
+            }
+            self.run.step(action).map_err(|error| bad(&error))?;
+            if self.run.applied() != action {
+                let message = format!("the action of tick {tick} is not one that can have been applied");
+                return Err(VerifyError::ChainBroken(message));
+            }
+            events.extend_from_slice(self.run.events());
+            self.compare(*state)?;
+        }
+        if events != replay.events {
+            return Err(VerifyError::ScoreDiffers(difference(&events, &replay.events)));
+        }
+        let ticks = self.run.tick();
+        let outcome = self.run.finish(replay.outcome.reason);
+        self.equal(&outcome.state_hash, &replay.outcome.state_hash)?;
+        self.states += 1;
+        if outcome != replay.outcome {
+            return Err(VerifyError::ScoreDiffers(describe(&outcome, &replay.outcome)));
+        }
+        Ok(Verified { ticks, states: self.states, score: outcome.score })
+    }
+
+    /// Compares the present state with what was recorded of it: with the action that led to it, on its own, or not.
+    fn compare(&mut self, told: Option<StateHash>) -> Result<(), VerifyError> {
+        let tick = self.run.tick();
+        let noted = match self.hashes.as_slice().first() {
+            Some((at, recorded)) if *at == tick => {
+                self.hashes.next();
+                Some(*recorded)
+            }
+            _ if tick.is_multiple_of(HASH_EVERY) => {
+                return Err(VerifyError::ChainBroken(format!("there is no hash of tick {tick}")));
+            }
+            _ => None,
+        };
+        if told.is_none() && noted.is_none() {
+            return Ok(());
+        }
+        let found = StateHash::of(&self.run);
+        for recorded in [told, noted].into_iter().flatten() {
+            if recorded != found {
+                return self.equal(&found.to_string(), &recorded.to_string());
+            }
+        }
+        self.last_equal = Some(tick);
+        self.states += 1;
+        Ok(())
+    }
+
+    /// Holds the present state against a recorded one.
+    fn equal(&self, found: &str, recorded: &str) -> Result<(), VerifyError> {
+        if found == recorded {
+            return Ok(());
+        }
+        let (tick, last_equal) = (self.run.tick(), self.last_equal);
+        Err(VerifyError::StateDiffers { tick, last_equal, found: found.into(), recorded: recorded.into() })
+    }
+}
+
+fn difference(found: &[Event], recorded: &[Event]) -> String {
+    let at = found.iter().zip(recorded).take_while(|(a, b)| a == b).count();
+    let tell =
+        |event: Option<&Event>| event.map_or("none".into(), |e| format!("{} at tick {}", e.kind, e.tick));
+    format!("event {at} is {}, recorded was {}", tell(found.get(at)), tell(recorded.get(at)))
+}
+
+fn describe(found: &Outcome, recorded: &Outcome) -> String {
+    let tell = |o: &Outcome| {
+        format!(
+            "score {}, {} in the goal, {} outside, {} ticks, {} events",
+            o.score,
+            o.in_goal,
+            o.outside,
+            o.ticks,
+            o.events.len()
+        )
+    };
+    format!("the run comes to {}; recorded was {}", tell(found), tell(recorded))
+}

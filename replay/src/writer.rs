@@ -1,0 +1,228 @@
+//! The thread that writes a replay.
+
+use crate::chain::Chain;
+use crate::format::{
+    ACTION, EVENT, HAND_FILES, HASH, POSES, RESULT_RECORD, RUN_RECORD, SCENE, SIGNATURE_DIGITS,
+    SIGNATURE_RECORD,
+};
+use crate::foxglove::{SceneUpdate, Time, scene};
+use crate::frames::{self, Frames};
+use crate::header::Header;
+use crate::item::Item;
+use crate::key::Signer;
+use crate::messages::HashMessage;
+use crate::poses::{Picture, Shown};
+use crate::schema;
+use crate::signed_file::{Sealed, Written};
+use mcap::records::{MessageHeader, Metadata};
+use mcap::write::NoSeek;
+use mcap::{Attachment, WriteOptions};
+use palmares_tasks::{Outcome, Run};
+use serde::Serialize;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{Error, Result};
+use std::sync::Arc;
+use std::sync::mpsc::Receiver;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Bytes of a chunk before packing: a few seconds of a run. What a crash can cost.
+const CHUNK_BYTES: u64 = 256 << 10;
+/// Of zstd. The default level takes twice as long, on a core that worlds are stepped on, and saves nothing.
+const COMPRESSION_LEVEL: u32 = 1;
+
+/// What the writing thread starts from.
+pub(crate) struct Plan {
+    file: File,
+    header: Header,
+    scene: SceneUpdate,
+    frames: Frames,
+    shown: Shown,
+    signer: Arc<Signer>,
+    hand_files: Option<Arc<Vec<u8>>>,
+}
+
+impl Plan {
+    /// Takes from the run at tick 0 what does not change.
+    pub(crate) fn new(
+        file: File,
+        header: Header,
+        run: &Run,
+        signer: Arc<Signer>,
+        hand_files: Option<Arc<Vec<u8>>>,
+    ) -> Self {
+        let start = Time::from_ns(start_ns(&header));
+        let shown = Shown::new(run.hand().clone());
+        let (scene, frames) = (scene(run, start), Frames::of(run));
+        Plan { file, scene, frames, shown, header, signer, hand_files }
+    }
+}
+
+fn start_ns(header: &Header) -> u64 {
+    header.started_unix_ms.saturating_mul(1_000_000)
+}
+
+/// Writes until the outcome has come, then signs. When nobody sends any more before that, the file stays without an
+/// end: the run was cut off.
+pub(crate) fn write(plan: Plan, inbox: &Receiver<Vec<Item>>) -> Result<Written> {
+    let Plan { file, header, scene, frames, shown, signer, hand_files } = plan;
+    let mut log = Log::begin(file, &header, frames, shown, hand_files)?;
+    log.message(SCENE, 0, &scene)?;
+    while let Ok(items) = inbox.recv() {
+        for item in items {
+            match item {
+                Item::Action(message) => log.chained(ACTION, message.tick, &message)?,
+                Item::Event(event) => log.chained(EVENT, event.tick, &event)?,
+                Item::Hash(tick, state) => {
+                    let chain = log.chain.to_hex();
+                    log.chained(HASH, tick, &HashMessage { tick, state, chain })?;
+                }
+                Item::Picture(picture) => log.picture(&picture)?,
+                Item::Outcome(outcome) => return log.end(&outcome, &signer),
+            }
+        }
+    }
+    log.mcap.flush().map_err(Error::other)?;
+    Err(Error::other("the run was cut off"))
+}
+
+/// An open file.
+struct Log {
+    mcap: mcap::Writer<NoSeek<Sealed>>,
+    file: Sealed,
+    /// By topic: id and number of messages so far.
+    channels: BTreeMap<&'static str, (u16, u32)>,
+    chain: Chain,
+    frames: Frames,
+    shown: Shown,
+    start_ns: u64,
+    tick_s: f64,
+    buffer: Vec<u8>,
+}
+
+impl Log {
+    fn begin(
+        file: File,
+        header: &Header,
+        frames: Frames,
+        shown: Shown,
+        hand_files: Option<Arc<Vec<u8>>>,
+    ) -> Result<Self> {
+        // The signature is filled in at the end; a checksum of the whole data section would not fit it any more.
+        let options = WriteOptions::new()
+            .chunk_size(Some(CHUNK_BYTES))
+            .compression_threads(0)
+            .compression_level(COMPRESSION_LEVEL)
+            .calculate_data_section_crc(false)
+            // What is written stays as it is, and can be hashed at once.
+            .disable_seeking(true)
+            .library(format!("palmares {}", env!("CARGO_PKG_VERSION")));
+        let file = Sealed::new(file);
+        let mut mcap = options.create(NoSeek::new(file.clone())).map_err(Error::other)?;
+        let metadata = header.to_map();
+        let chain = Chain::start(metadata.iter());
+        mcap.write_metadata(&Metadata { name: RUN_RECORD.into(), metadata }).map_err(Error::other)?;
+        let start_ns = start_ns(header);
+        if let Some(files) = hand_files {
+            mcap.attach(&Attachment {
+                log_time: start_ns,
+                create_time: start_ns,
+                name: HAND_FILES.into(),
+                media_type: "application/zip".into(),
+                data: Cow::Borrowed(&files),
+            })
+            .map_err(Error::other)?;
+        }
+        let mut channels = BTreeMap::new();
+        let mut open = |topic, name: &str, [kind, encoding]: [&str; 2], schema: &[u8]| {
+            let schema = mcap.add_schema(name, kind, schema).map_err(Error::other)?;
+            let id = mcap.add_channel(schema, topic, encoding, &BTreeMap::new()).map_err(Error::other)?;
+            channels.insert(topic, (id, 0));
+            Ok::<_, Error>(())
+        };
+        for (topic, name, schema) in [
+            (ACTION, "palmares.Action", schema::action()),
+            (EVENT, "palmares.Event", schema::event()),
+            (HASH, "palmares.Hash", schema::hash()),
+            (SCENE, "foxglove.SceneUpdate", schema::scene_update()),
+        ] {
+            open(topic, name, ["jsonschema", "json"], schema.to_string().as_bytes())?;
+        }
+        open(POSES, "foxglove.FrameTransforms", ["protobuf", "protobuf"], &frames::schema())?;
+        // A file that a crash cuts off tells whose it was.
+        mcap.flush().map_err(Error::other)?;
+        let tick_s = header.tick_s;
+        Ok(Log { mcap, file, channels, chain, frames, shown, start_ns, tick_s, buffer: Vec::new() })
+    }
+
+    fn time_ns(&self, tick: u64) -> u64 {
+        self.start_ns + (tick as f64 * self.tick_s * 1e9).round() as u64
+    }
+
+    /// Writes a message that is shown only.
+    fn message(&mut self, topic: &'static str, tick: u64, message: &impl Serialize) -> Result<()> {
+        self.buffer.clear();
+        serde_json::to_writer(&mut self.buffer, message)?;
+        self.write_buffer(topic, tick)
+    }
+
+    /// Writes a message that decides the score.
+    fn chained(&mut self, topic: &'static str, tick: u64, message: &impl Serialize) -> Result<()> {
+        self.buffer.clear();
+        serde_json::to_writer(&mut self.buffer, message)?;
+        self.chain.extend(topic, &self.buffer);
+        self.write_buffer(topic, tick)
+    }
+
+    fn write_buffer(&mut self, topic: &'static str, tick: u64) -> Result<()> {
+        let time = self.time_ns(tick);
+        let Some((channel_id, sequence)) = self.channels.get_mut(topic) else {
+            return Err(Error::other(format!("no channel {topic}")));
+        };
+        let header = MessageHeader {
+            channel_id: *channel_id,
+            sequence: *sequence,
+            log_time: time,
+            publish_time: time,
+        };
+        *sequence = sequence.wrapping_add(1);
+        self.mcap.write_to_known_channel(&header, &self.buffer).map_err(Error::other)
+    }
+
+    fn picture(&mut self, picture: &Picture) -> Result<()> {
+        let changes = self.shown.changes(picture);
+        if changes.is_empty() {
+            return Ok(());
+        }
+        let time_ns = self.time_ns(picture.tick);
+        self.buffer.clear();
+        self.frames.write(time_ns, &changes, &mut self.buffer).map_err(Error::other)?;
+        self.write_buffer(POSES, picture.tick)
+    }
+
+    fn end(mut self, outcome: &Outcome, signer: &Signer) -> Result<Written> {
+        let text = serde_json::to_string(outcome)?;
+        self.chain.extend(RESULT_RECORD, text.as_bytes());
+        let ended = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let metadata = BTreeMap::from([
+            ("outcome".into(), text),
+            // For those who look into the file with other programs.
+            ("score".into(), outcome.score.to_string()),
+            ("ended_unix_ms".into(), ended.as_millis().to_string()),
+        ]);
+        let result = Metadata { name: RESULT_RECORD.into(), metadata };
+        self.mcap.write_metadata(&result).map_err(Error::other)?;
+        let metadata = BTreeMap::from([
+            ("algorithm".into(), "ed25519".into()),
+            ("chain".into(), self.chain.to_hex()),
+            ("public_key".into(), signer.public().to_string()),
+            ("signature".into(), "0".repeat(SIGNATURE_DIGITS)),
+        ]);
+        let signature = Metadata { name: SIGNATURE_RECORD.into(), metadata };
+        self.file.signature_follows();
+        self.mcap.write_metadata(&signature).map_err(Error::other)?;
+        self.mcap.finish().map_err(Error::other)?;
+        self.file.sign(signer)
+    }
+}

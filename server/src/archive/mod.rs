@@ -1,0 +1,15 @@
+//! The replays that a server keeps: who records, who plays them again, which are deleted, and which are alike.
+
+mod auditor;
+mod folder;
+mod likeness;
+mod retention;
+
+#[cfg(test)]
+mod tests;
+
+pub(crate) use auditor::audit;
+pub(crate) use folder::{Archive, KEY_FILE, Recording, stored_path};
+#[cfg(test)]
+pub(crate) use likeness::Mark;
+pub(crate) use likeness::{Marks, is_told};

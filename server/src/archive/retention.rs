@@ -1,0 +1,110 @@
+//! Practice replays are kept up to a number of bytes. What counts is what lies in the folder: also the cut files that a
+//! crash left, and those of runs that nobody knows.
+
+use super::folder::Archive;
+use crate::store::{Store, StoreError};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+/// A file that no run belongs to may be that of a run which is just being opened, unless it is this old.
+const ABANDONED: Duration = Duration::from_secs(3600);
+
+/// A file in the folder that is named like a replay of ours.
+struct Lying {
+    path: PathBuf,
+    run_id: String,
+    bytes: u64,
+    changed: SystemTime,
+}
+
+/// The replays in a folder, the newest first.
+fn lying(folder: &Path) -> std::io::Result<Vec<Lying>> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        let Some(run_id) = path.file_name().and_then(|name| name.to_str()).and_then(run_of) else { continue };
+        let run_id = run_id.to_owned();
+        // One that is gone by now needs no place any more.
+        let Ok(facts) = std::fs::metadata(&path) else { continue };
+        // An empty one is one too many all the same.
+        let (bytes, changed) = (facts.len().max(1), facts.modified()?);
+        files.push(Lying { path, run_id, bytes, changed });
+    }
+    files.sort_by(|a, b| b.changed.cmp(&a.changed).then_with(|| a.run_id.cmp(&b.run_id)));
+    Ok(files)
+}
+
+/// The run that a file belongs to by its name; other files are none of ours.
+fn run_of(name: &str) -> Option<&str> {
+    let run_id = name.strip_suffix(".mcap")?;
+    let digits = run_id.strip_prefix("run_")?;
+    digits.bytes().all(|b| b.is_ascii_hexdigit()).then_some(run_id)
+}
+
+/// Deletes the oldest practice replays beyond what is kept.
+pub(super) async fn apply_retention(store: &Store, archive: &Archive) -> Result<(), StoreError> {
+    let folder = archive.folder();
+    let looked = folder.clone();
+    let files = tokio::task::spawn_blocking(move || lying(&looked)).await;
+    let files = match files.unwrap_or_else(|failed| Err(failed.into())) {
+        Ok(files) => files,
+        Err(error) => {
+            tracing::warn!(%error, folder = %folder.display(), "the replays cannot be counted");
+            return Ok(());
+        }
+    };
+    // The open and the official ones; whatever opens from here on is looked at below.
+    let untouchable = store.replays_to_keep().await?;
+    let mut kept = 0;
+    for Lying { path, run_id, bytes, changed } in files {
+        if untouchable.contains(&run_id) {
+            continue;
+        }
+        kept += bytes;
+        if kept <= archive.practice_bytes {
+            continue;
+        }
+        let abandoned = || changed.elapsed().is_ok_and(|age| age >= ABANDONED);
+        let may_go = match store.run(&run_id).await? {
+            Some(run) => run.status != "open",
+            None => abandoned(),
+        };
+        if !may_go {
+            continue;
+        }
+        match std::fs::remove_file(&path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => {
+                tracing::warn!(%error, path = %path.display(), "an old practice replay cannot be deleted");
+            }
+            _ => store.forget_replay(&run_id).await?,
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_files_named_like_ours_are_ours() {
+        assert_eq!(run_of("run_0123456789abcdef.mcap"), Some("run_0123456789abcdef"));
+        for name in ["run_0123.mcap.bak", "mine.mcap", "run_best.mcap", ".mcap", "run_0123"] {
+            assert_eq!(run_of(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn the_newest_come_first() {
+        let folder = tempfile::tempdir().expect("folder");
+        for (i, name) in ["run_3.mcap", "run_1.mcap", "run_2.mcap", "notes.txt"].into_iter().enumerate() {
+            let file = std::fs::File::create(folder.path().join(name)).expect("file");
+            let changed = SystemTime::UNIX_EPOCH + Duration::from_secs(1000 * i as u64);
+            file.set_modified(changed).expect("time");
+        }
+        let found = lying(folder.path()).expect("reads");
+        let order: Vec<&str> = found.iter().map(|file| file.run_id.as_str()).collect();
+        assert_eq!(order, ["run_2", "run_1", "run_3"]);
+    }
+}

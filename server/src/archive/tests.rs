@@ -1,0 +1,244 @@
+//! Official runs in the database, and what the auditor makes of them.
+
+use super::likeness::tests::{balls, fetching};
+use super::{Archive, KEY_FILE, audit, stored_path};
+use crate::store::{FinishedRun, Location, NewAuditEntry, NewRun, NewSession, Store};
+use palmares_models::hand::Hand;
+use palmares_replay::forge::rewritten;
+use palmares_replay::{Header, Signer};
+use palmares_tasks::{Action, Reason, Run, Seed, Sensing, Task};
+use serde_json::{Value, json};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+use tokio::sync::oneshot;
+
+struct Place {
+    folder: TempDir,
+    store: Store,
+    archive: Arc<Archive>,
+}
+
+impl Place {
+    async fn new() -> Self {
+        let folder = tempfile::tempdir().expect("folder");
+        let store = Store::open(&Location::DataDir(folder.path().to_owned())).await.expect("store");
+        let key = folder.path().join(KEY_FILE);
+        let archive = Arc::new(Archive::open(folder.path(), &key, 0).expect("archive"));
+        Place { folder, store, archive }
+    }
+
+    /// An official run of a few ticks, recorded as the server does, that waits for its verification.
+    async fn play(&self, run_id: &str, k: u64) {
+        let actions = vec![Action { base: None, hand: Some(vec![0.4, 0.6]) }; 130];
+        self.play_as("crabs", run_id, k, &actions).await;
+    }
+
+    async fn play_as(&self, team: &str, run_id: &str, k: u64, actions: &[Action]) {
+        let seed = Seed::from_u64(5);
+        let (task, hand) =
+            (Task::builtin().remove(0), Hand::builtin("pinch").expect("a hand of the program"));
+        let session_id = format!("ses_{run_id}");
+        let session = NewSession {
+            session_id: session_id.clone(),
+            team: team.into(),
+            client_version: None,
+            limit_s: Some(1800.0),
+            mode: "official",
+            token_hash: None,
+        };
+        self.store.begin_session(&session, None).await.expect("session");
+        let row = NewRun {
+            run_id: run_id.into(),
+            session_id,
+            team: team.into(),
+            task: task.name.clone(),
+            hand: hand.name.clone(),
+            hand_sha256: None,
+            mode: "lockstep",
+            sensing: Sensing::Truth,
+            seed_hex: seed.to_hex(),
+            seed: None,
+            k: Some(k),
+            server_version: "0".into(),
+            build_hash: "0".into(),
+        };
+        self.store.begin_run(&row).await.expect("run");
+        let header =
+            Header { k: Some(k), ..Header::new(run_id, team, &task, &hand, seed, 1_700_000_000_000) };
+        let mut run = Run::new(task, hand, seed).expect("scene");
+        let (begin, recording) = self.archive.record(header);
+        let mut scribe = begin(&run);
+        for action in actions {
+            run.step(action).expect("valid");
+            crate::session::Witness::ticked(&mut scribe, &run);
+        }
+        let outcome = run.finish(Reason::Stopped);
+        crate::session::Witness::finished(&mut scribe, &run, &outcome);
+        let file = recording.file().await.expect("written").expect("it has ticks");
+        self.store.set_replay(run_id, &stored_path(&file), &file.sha256).await.expect("stored");
+        let row = FinishedRun {
+            run_id,
+            status: "provisional",
+            outcome: &outcome,
+            note: None,
+            missed_ticks: 0,
+            taken_s: (0.0, 0.0),
+            clock: None,
+        };
+        self.store.finish_run(&row).await.expect("stored");
+    }
+
+    async fn record(&self, run_id: &str) -> Value {
+        let record = self.store.run(run_id).await.expect("query");
+        serde_json::to_value(record).expect("JSON")
+    }
+
+    /// Lets the auditor work until a run is no longer provisional; returns its status and note.
+    async fn judged(&self, run_id: &str) -> (String, String) {
+        let (stop, stopping) = oneshot::channel::<()>();
+        let auditor = audit(self.store.clone(), self.archive.clone(), async {
+            let _ = stopping.await;
+        });
+        let auditor = tokio::spawn(auditor);
+        let start = Instant::now();
+        let record = loop {
+            let record = self.record(run_id).await;
+            if record["status"] != "provisional" {
+                break record;
+            }
+            assert!(start.elapsed() < Duration::from_secs(300), "nobody looked");
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        };
+        drop(stop);
+        auditor.await.expect("ended");
+        let text = |field: &str| record[field].as_str().unwrap_or_default().to_owned();
+        (text("status"), text("verify_note"))
+    }
+
+    fn path(&self, run_id: &str) -> std::path::PathBuf {
+        self.folder.path().join("replays").join(format!("{run_id}.mcap"))
+    }
+}
+
+#[tokio::test]
+async fn a_provisional_run_becomes_verified() {
+    let place = Place::new().await;
+    place.play("run_1", 1).await;
+    assert_eq!(place.record("run_1").await["status"], "provisional");
+    assert_eq!(place.judged("run_1").await, ("verified".into(), "130 ticks, 132 states equal".into()));
+    // Official replays stay, however few practice ones are kept.
+    assert!(place.path("run_1").exists());
+    // Asked again, it looks again.
+    let entry = NewAuditEntry { actor: "test", action: "run_reverify", subject: "run_1", reason: None };
+    assert!(place.store.reverify("run_1", &entry).await.expect("query"));
+    let mut bytes = std::fs::read(place.path("run_1")).expect("file");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    std::fs::write(place.path("run_1"), bytes).expect("written");
+    let (status, note) = place.judged("run_1").await;
+    assert!(
+        status == "rejected" && (note.starts_with("chain_broken") || note.starts_with("bad_signature")),
+        "{note}"
+    );
+}
+
+#[tokio::test]
+async fn a_run_without_a_tick_leaves_no_replay() {
+    let place = Place::new().await;
+    let (task, hand) = (Task::builtin().remove(0), Hand::builtin("pinch").expect("a hand of the program"));
+    let header = Header::new("run_0", "crabs", &task, &hand, Seed::from_u64(5), 1_700_000_000_000);
+    let mut run = Run::new(task, hand, Seed::from_u64(5)).expect("scene");
+    let (begin, recording) = place.archive.record(header);
+    let mut scribe = begin(&run);
+    assert!(place.path("run_0").exists());
+    let outcome = run.finish(Reason::Stopped);
+    crate::session::Witness::finished(&mut scribe, &run, &outcome);
+    assert_eq!(recording.file().await, Ok(None));
+    assert!(!place.path("run_0").exists());
+}
+
+#[tokio::test]
+async fn what_does_not_replay_is_rejected_with_the_reason() {
+    let place = Place::new().await;
+    for (k, run_id) in ["run_gone", "run_other", "run_forged", "run_stranger"].into_iter().enumerate() {
+        place.play(run_id, k as u64 + 1).await;
+    }
+    std::fs::remove_file(place.path("run_gone")).expect("removed");
+    assert_eq!(place.judged("run_gone").await.0, "rejected");
+
+    // Another run's replay, sound in itself.
+    place.play("run_good", 9).await;
+    let good = std::fs::read(place.path("run_good")).expect("file");
+    std::fs::write(place.path("run_other"), &good).expect("written");
+    // By somebody who has the key and changes an action, or does not have the key.
+    let bytes = std::fs::read(place.path("run_forged")).expect("file");
+    let signer = Signer::open(&place.folder.path().join(KEY_FILE)).expect("key");
+    let change = |topic: &str, text: &str| {
+        if topic == "/action" && text.starts_with("{\"tick\":42,") {
+            text.replace("0.4,0.6", "0.4,0.7")
+        } else {
+            text.into()
+        }
+    };
+    let forged = rewritten(&bytes, &change, true, &signer);
+    std::fs::write(place.path("run_forged"), &forged).expect("written");
+    let stranger = rewritten(&bytes, &|_, text| text.into(), true, &Signer::random().expect("key"));
+    std::fs::write(place.path("run_stranger"), &stranger).expect("written");
+    for (run_id, bytes) in [("run_other", &good), ("run_forged", &forged), ("run_stranger", &stranger)] {
+        let entry = NewAuditEntry { actor: "test", action: "run_reverify", subject: run_id, reason: None };
+        place.store.reverify(run_id, &entry).await.expect("query");
+        let sha256 = crate::auth::sha256_hex(bytes);
+        place.store.set_replay(run_id, &format!("replays/{run_id}.mcap"), &sha256).await.expect("stored");
+    }
+    let (status, note) = place.judged("run_forged").await;
+    assert_eq!(status, "rejected");
+    assert!(note.starts_with("state_differs: the state at tick 43"), "{note}");
+    let (_, note) = place.judged("run_other").await;
+    assert!(note.starts_with("score_differs: run_id is"), "{note}");
+    let (_, note) = place.judged("run_stranger").await;
+    assert!(note.starts_with("bad_signature: signed by"), "{note}");
+    assert_eq!(place.judged("run_good").await.0, "verified");
+    assert_eq!(place.record("run_good").await["k"], json!(9));
+}
+
+#[tokio::test]
+async fn runs_of_two_teams_with_the_same_actions_are_told_to_the_organizer() {
+    let place = Place::new().await;
+    let actions = fetching(&balls(1)[..1], 0.01);
+    let later = [vec![actions[0].clone(); 37], actions.clone()].concat();
+    let honest = fetching(&balls(2)[..1], 0.01);
+    let idle = vec![Action::default(); 50];
+    for (team, run_id, k, actions) in [
+        ("crabs", "run_1", 1, &actions),
+        ("eels", "run_2", 1, &later),
+        ("crabs", "run_3", 2, &actions),
+        ("newts", "run_4", 1, &honest),
+        ("crabs", "run_5", 3, &idle),
+        ("newts", "run_6", 2, &idle),
+    ] {
+        place.play_as(team, run_id, k, actions).await;
+        assert_eq!(place.judged(run_id).await.0, "verified", "{run_id}");
+    }
+    let similar = async |run_id: &str| {
+        let record = place.record(run_id).await;
+        let found = record["similar"].as_array().cloned().unwrap_or_default();
+        found.iter().map(|other| (other["team"].clone(), other["run_id"].clone())).collect::<Vec<_>>()
+    };
+    let pair = |team: &str, run_id: &str| (json!(team), json!(run_id));
+    assert_eq!(similar("run_1").await, [pair("eels", "run_2")]);
+    assert_eq!(similar("run_3").await, [pair("eels", "run_2")]);
+    assert_eq!(similar("run_2").await, [pair("crabs", "run_1"), pair("crabs", "run_3")]);
+    for run_id in ["run_4", "run_5", "run_6"] {
+        assert_eq!(similar(run_id).await, [], "{run_id}");
+    }
+    // Verified again, it is told once.
+    let entry = NewAuditEntry { actor: "test", action: "run.reverify", subject: "run_2", reason: None };
+    assert!(place.store.reverify("run_2", &entry).await.expect("query"));
+    assert_eq!(place.judged("run_2").await.0, "verified");
+    let audit = serde_json::to_value(place.store.audit(0, 100).await.expect("query")).expect("JSON");
+    let told: Vec<&Value> =
+        audit.as_array().expect("a list").iter().filter(|entry| entry["action"] == "run.similar").collect();
+    assert_eq!(told.iter().map(|entry| entry["subject"].clone()).collect::<Vec<_>>(), ["run_2", "run_3"]);
+    assert!(told[0]["reason"].as_str().expect("why").contains("run run_1 of team crabs"), "{}", told[0]);
+}

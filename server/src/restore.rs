@@ -1,0 +1,26 @@
+//! A backup becomes a data directory again.
+
+use crate::backup;
+use crate::store::{Location, Store};
+use anyhow::Context;
+use std::path::Path;
+
+/// Restores a backup into a data directory, and into a database instead of a file there when one is named. Both must be
+/// empty.
+///
+/// # Errors
+/// One of them is not empty or cannot be written, or the backup cannot be read.
+pub fn restore(file: &Path, data_dir: &Path, database_url: Option<&str>) -> anyhow::Result<()> {
+    std::fs::create_dir_all(data_dir).with_context(|| format!("cannot make {}", data_dir.display()))?;
+    let location = match database_url {
+        Some(url) => Location::Url(url.to_owned()),
+        None => Location::DataDir(data_dir.to_owned()),
+    };
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    runtime.context("cannot start the asynchronous runtime")?.block_on(async {
+        let store = Store::open(&location).await?;
+        let restored = backup::restore(file, data_dir, &store).await;
+        store.close().await;
+        restored
+    })
+}

@@ -1,0 +1,4 @@
+//! Where a hand rests, without stepping it.
+
+pub mod equilibrium;
+pub mod prediction;

@@ -1,0 +1,274 @@
+//! Where a hand should come to rest, without simulating it.
+
+use crate::actuation::motor::wound;
+use crate::command::Push;
+use crate::config::Config;
+use crate::dynamics::jacobian::add_point_force;
+use crate::dynamics::tree::Kinematics;
+use crate::statics::equilibrium::{ClosedForm, NoClosedForm, NoRest, rest};
+use palmares_models::Pose;
+use palmares_models::hand::Hand;
+use palmares_models::measure::LOOSE;
+
+/// The fixed point is iterated at most so often.
+const ITERATIONS: usize = 500;
+/// Coordinates that change less than this are at rest, rad.
+const SETTLED: f64 = 1e-14;
+/// ... or less than this, when rounding lets them settle no further.
+const NEARLY_SETTLED: f64 = 1e-9;
+/// A joint is at a limit when its springs and tendons want it this far beyond, rad.
+const BEYOND: f64 = 1e-12;
+
+/// How an equilibrium was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Law {
+    /// By the closed form of adaptive synergies.
+    ClosedForm,
+    /// By Newton's method, where the closed form does not hold.
+    Newton,
+}
+
+/// Coordinates and tensions at rest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Equilibrium {
+    /// q, rad or m.
+    pub q: Vec<f64>,
+    /// One per tendon, in its own unit.
+    pub tension: Vec<f64>,
+    /// How it was found.
+    pub law: Law,
+    /// What the closed form does not know of: joints at limits, tendons slack or at limits, varying moment arms.
+    pub beyond_closed_form: Vec<String>,
+}
+
+/// Why there is no prediction.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NoPrediction {
+    /// There is no stable equilibrium, or none was found.
+    #[error(transparent)]
+    NoRest(#[from] NoRest),
+    /// Nothing holds a joint anywhere.
+    #[error("joint '{0}' has no spring: where it rests depends on how it got there")]
+    Loose(String),
+    /// The torques of weight and pushes lead around in a circle.
+    #[error("weight and pushes leave no equilibrium to iterate to")]
+    Unsettled,
+}
+
+/// The equilibrium at wound lengths `s_ref`, one per tendon, under joint torques `tau`: by the closed form where
+/// every tendon is taut and below its limit and no joint is at one, else by Newton's method.
+pub fn predicted_equilibrium(
+    hand: &Hand,
+    limit_stiffness: f64,
+    s_ref: &[f64],
+    tau: &[f64],
+) -> Result<Equilibrium, NoPrediction> {
+    if let Some(loose) = loose(hand) {
+        return Err(NoPrediction::Loose(loose.to_owned()));
+    }
+    let form = ClosedForm::new(hand);
+    if let Ok(form) = &form {
+        let (q, tension) = form.solve(s_ref, tau);
+        let inside = hand.coordinates.iter().zip(&q).all(|(c, q)| (c.lower..=c.upper).contains(q));
+        let taut = hand.tendons.iter().zip(&tension).all(|(t, f)| {
+            let least = if t.both_ways { -t.force_limit } else { 0.0 };
+            (least..=t.force_limit).contains(f)
+        });
+        if inside && taut {
+            return Ok(Equilibrium { q, tension, law: Law::ClosedForm, beyond_closed_form: Vec::new() });
+        }
+    }
+    let mut found = held_at_limits(hand, limit_stiffness, s_ref, tau)?;
+    let why = &mut found.beyond_closed_form;
+    for (t, &f) in hand.tendons.iter().zip(&found.tension) {
+        if f.abs() >= t.force_limit {
+            why.push(format!("tendon '{}' is at its limit of {}", t.name, t.force_limit));
+        } else if f <= 0.0 && !t.both_ways {
+            why.push(format!("tendon '{}' is slack", t.name));
+        }
+    }
+    if let Err(NoClosedForm::VaryingArms { .. }) = form {
+        why.retain(|reason| !reason.ends_with("is slack"));
+        why.push("moment arms vary with the configuration".to_owned());
+    }
+    Ok(found)
+}
+
+/// The first joint that neither a spring holds nor a drive of its own, which pushes and pulls.
+fn loose(hand: &Hand) -> Option<&str> {
+    let springless = |i: usize| hand.coordinates[i].stiffness < LOOSE;
+    let driven = |i: usize| {
+        hand.tendons.iter().any(|t| {
+            let on = t.coordinates();
+            t.both_ways && on.contains(&i) && on.iter().all(|&k| k == i || !springless(k))
+        })
+    };
+    (0..hand.coordinates.len())
+        .find(|&i| springless(i) && !driven(i))
+        .map(|i| hand.coordinates[i].name.as_str())
+}
+
+/// The equilibrium with joints that want to go beyond a limit held there, by the spring that a limit is in a
+/// simulation; and which they are. Which joints these are is guessed and corrected.
+fn held_at_limits(
+    hand: &Hand,
+    limit_stiffness: f64,
+    s_ref: &[f64],
+    tau: &[f64],
+) -> Result<Equilibrium, NoPrediction> {
+    let mut held: Vec<Option<f64>> = vec![None; hand.coordinates.len()];
+    let mut start: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
+    // Joints come to limits one after the other at worst, and may leave them again.
+    for _ in 0..4 * (1 + held.len()) {
+        let mut stiffer = hand.clone();
+        for (c, bound) in stiffer.coordinates.iter_mut().zip(&held) {
+            if let Some(bound) = bound {
+                c.rest = (c.stiffness * c.rest + limit_stiffness * bound) / (c.stiffness + limit_stiffness);
+                c.stiffness += limit_stiffness;
+            }
+        }
+        let found = rest(&stiffer, s_ref, tau, &start)?;
+        let mut right = true;
+        for ((c, &q), held) in hand.coordinates.iter().zip(&found.q).zip(&mut held) {
+            let now = if q < c.lower - BEYOND {
+                Some(c.lower)
+            } else if q > c.upper + BEYOND {
+                Some(c.upper)
+            } else {
+                None
+            };
+            right &= now == *held;
+            *held = now;
+        }
+        if right {
+            let at = |(c, bound): (&palmares_models::hand::Coordinate, &Option<f64>)| {
+                bound.map(|bound| {
+                    let side = if bound == c.lower { "lower" } else { "upper" };
+                    format!("joint '{}' is at its {side} limit {bound:.4}", c.name)
+                })
+            };
+            let why = hand.coordinates.iter().zip(&held).filter_map(at).collect();
+            let (q, tension) = (found.q, found.tension);
+            return Ok(Equilibrium { q, tension, law: Law::Newton, beyond_closed_form: why });
+        }
+        start = found.q;
+    }
+    Err(NoPrediction::Unsettled)
+}
+
+/// Length that every tendon is wound to at motor positions σ.
+pub fn wound_lengths(hand: &Hand, sigma: &[f64]) -> Vec<f64> {
+    hand.tendons.iter().map(|t| wound(&hand.motors[t.motor], sigma[t.motor])).collect()
+}
+
+/// The equilibrium at σ under pushes and, where the hand does not cancel it, under its own weight. Their torques
+/// depend on where the links are: q = equilibrium(τ(q)) is iterated to its fixed point.
+pub fn settled(
+    config: &Config,
+    hand: &Hand,
+    base: Pose,
+    sigma: &[f64],
+    pushes: &[Push],
+) -> Result<Equilibrium, NoPrediction> {
+    let s_ref = wound_lengths(hand, sigma);
+    let predict = |tau: &[f64]| predicted_equilibrium(hand, config.limit_stiffness, &s_ref, tau);
+    let mut found = predict(&vec![0.0; hand.coordinates.len()])?;
+    if pushes.is_empty() && hand.gravity_compensation {
+        return Ok(found);
+    }
+    let mut weight = 1.0;
+    let mut last = f64::INFINITY;
+    for _ in 0..ITERATIONS {
+        let next = predict(&torques(config, hand, base, &found.q, pushes))?;
+        let change = largest_difference(&next.q, &found.q);
+        // A strong push on a soft finger swings about its fixed point: take smaller steps then.
+        if change >= last {
+            weight *= 0.7;
+        }
+        last = change;
+        let blend = |(q, target): (&f64, &f64)| q + weight * (target - q);
+        let q = found.q.iter().zip(&next.q).map(blend).collect();
+        found = Equilibrium { q, ..next };
+        if change < SETTLED {
+            return Ok(found);
+        }
+    }
+    if last < NEARLY_SETTLED { Ok(found) } else { Err(NoPrediction::Unsettled) }
+}
+
+/// Jᵀ of pushes and of uncompensated weight at coordinates q.
+fn torques(config: &Config, hand: &Hand, base: Pose, q: &[f64], pushes: &[Push]) -> Vec<f64> {
+    let mut kin = Kinematics::default();
+    kin.update(hand, base, q);
+    let mut tau = vec![0.0; 6 + hand.coordinates.len()];
+    for push in pushes {
+        let at = kin.pose[push.link].transform_point(push.point);
+        add_point_force(hand, &kin, push.link, at, push.force, 1.0, &mut tau);
+    }
+    if !hand.gravity_compensation {
+        for (i, link) in hand.links.iter().enumerate() {
+            let at = kin.pose[i].transform_point(link.inertia.com);
+            add_point_force(hand, &kin, i, at, config.gravity * link.inertia.mass, 1.0, &mut tau);
+        }
+    }
+    tau.split_off(6)
+}
+
+/// max |aᵢ − bᵢ|
+pub fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use palmares_models::hand::Coordinate;
+
+    /// Unbalanced torque on a coordinate: E (q − q₀) against tendons, a limit's spring and τ.
+    fn residual(hand: &Hand, stiffness: f64, found: &Equilibrium, tau: &[f64]) -> f64 {
+        let row = |i: usize| -> f64 {
+            let arm = |t: usize| hand.tendons[t].moment_arms.iter().filter(move |a| a.0 == i).map(|a| a.1);
+            (0..hand.tendons.len()).map(|t| arm(t).sum::<f64>() * found.tension[t]).sum()
+        };
+        let limit =
+            |c: &Coordinate, q: f64| stiffness * (c.lower - q).max(0.0) - stiffness * (q - c.upper).max(0.0);
+        let balance = |(i, c): (usize, &Coordinate)| {
+            let q = found.q[i];
+            (row(i) + tau[i] + limit(c, q) - c.stiffness * (q - c.rest)).abs()
+        };
+        hand.coordinates.iter().enumerate().map(balance).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_joint_that_nothing_holds_has_no_place() {
+        let mut hand = Hand::clone(&Hand::builtin("pinch").expect("it is built in"));
+        hand.coordinates[2].stiffness = 1e-30;
+        let why = predicted_equilibrium(&hand, 1e3, &[0.0, 0.0], &[0.0; 4]).expect_err("it is loose");
+        assert!(why.to_string().contains("joint 'right_base' has no spring"), "{why}");
+        assert_eq!(loose(&Hand::builtin("reflex").expect("it is built in")), None, "its preshape is a drive");
+    }
+
+    #[test]
+    fn limits_and_saturation_are_held_where_the_closed_form_ends() {
+        let hand = Hand::builtin("softhand").expect("it is built in");
+        let tau = vec![0.0; 19];
+        let free = predicted_equilibrium(&hand, 1e3, &[6.0], &tau).expect("a rest");
+        assert_eq!((free.law, free.beyond_closed_form.len()), (Law::ClosedForm, 0));
+        assert!(residual(&hand, 1e3, &free, &tau) < 1e-12);
+
+        // σ = 0.75: the four long fingers' inner joints are at their limits.
+        let limited = predicted_equilibrium(&hand, 1e3, &[9.375], &tau).expect("a rest");
+        assert_eq!((limited.law, limited.beyond_closed_form.len()), (Law::Newton, 4));
+        assert!(limited.beyond_closed_form[0].contains("joint 'index_inner' is at its upper limit"));
+        assert!(residual(&hand, 1e3, &limited, &tau) < 1e-12);
+        let most = hand.coordinates.iter().zip(&limited.q).map(|(c, q)| q - c.upper).fold(0.0, f64::max);
+        assert!(most > 0.0 && most < 1e-3, "{most}");
+
+        let strong = predicted_equilibrium(&hand, 1e3, &[40.0], &tau).expect("a rest");
+        assert_eq!(strong.tension, [2.0]);
+        assert!(strong.beyond_closed_form.iter().any(|w| w == "tendon 'tendon' is at its limit of 2"));
+        let slack = predicted_equilibrium(&hand, 1e3, &[-1.0], &tau).expect("a rest");
+        assert_eq!(slack.tension, [0.0]);
+        assert_eq!(slack.beyond_closed_form, ["tendon 'tendon' is slack"]);
+    }
+}

@@ -1,0 +1,154 @@
+//! What an organizer is told of a hand: its figures beside those of the hands that come with the program and the
+//! competition's limits, and what it would touch where it starts.
+
+use crate::start::may_overlap;
+use crate::task::Task;
+use palmares_models::builtin::builtin_hands;
+use palmares_models::hand::Hand;
+use palmares_models::measure::{Bound, Figure, HandLimits, SPECS, Sources, Spec, number};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// So many reasons are told at once.
+const TOLD: usize = 12;
+
+/// A figure of a hand beside those of others.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FigureRow {
+    /// Its name, also as a field of `[hand_limits]`.
+    pub figure: String,
+    /// Its unit; empty for a count or a ratio.
+    pub unit: String,
+    /// What it is, in words.
+    pub what: String,
+    /// The hand's; none where it has nothing of the kind.
+    pub value: Option<f64>,
+    /// File and element that it was found in.
+    pub place: Option<String>,
+    /// Those of the hands that come with the program, by their names.
+    pub others: BTreeMap<String, f64>,
+    /// The competition's limit; none where there is none.
+    pub limit: Option<f64>,
+    /// `most` or `least`.
+    pub bound: String,
+    /// Whether the limit allows it.
+    pub allowed: bool,
+    /// Whether no hand that comes with the program goes as far.
+    pub beyond_others: bool,
+}
+
+/// The figures of a hand, in a fixed order.
+pub fn figures(hand: &Hand, sources: &Sources, limits: &HandLimits) -> Vec<FigureRow> {
+    let own = hand.figures();
+    let others: Vec<(&str, Vec<Figure>)> =
+        builtin_hands().iter().map(|hand| (hand.name.as_str(), hand.figures())).collect();
+    let find = |figures: &[Figure], name: &str| figures.iter().find(|f| f.spec.name == name).cloned();
+    let row = |spec: &Spec| {
+        let found = find(&own, spec.name);
+        let others: BTreeMap<String, f64> = others
+            .iter()
+            .filter_map(|(name, figures)| Some(((*name).to_owned(), find(figures, spec.name)?.value)))
+            .collect();
+        let limit = limits.of(spec.name);
+        let beyond = |value: f64| match spec.bound {
+            Bound::Most => others.values().all(|other| value > *other),
+            Bound::Least => others.values().all(|other| value < *other),
+        };
+        FigureRow {
+            figure: spec.name.to_owned(),
+            unit: spec.unit.to_owned(),
+            what: spec.what.to_owned(),
+            value: found.as_ref().map(|f| f.value),
+            place: found.as_ref().map(|f| sources.location(f).to_string()),
+            limit: limit.is_finite().then_some(limit),
+            bound: match spec.bound {
+                Bound::Most => "most".to_owned(),
+                Bound::Least => "least".to_owned(),
+            },
+            allowed: found.as_ref().is_none_or(|f| limits.allows(f)),
+            beyond_others: found.as_ref().is_some_and(|f| f.value != 0.0 && beyond(f.value)),
+            others,
+        }
+    };
+    SPECS.iter().map(row).collect()
+}
+
+impl FigureRow {
+    /// One line for a list of what stands out: the figure, and those of the program's hands.
+    pub fn in_words(&self) -> String {
+        let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
+        let others: Vec<String> =
+            self.others.iter().map(|(name, value)| format!("{name} {}", number(*value))).collect();
+        let others =
+            if others.is_empty() { "no hand of the program has one".to_owned() } else { others.join(", ") };
+        let value = self.value.map_or("none".to_owned(), number);
+        let place = self.place.as_deref().unwrap_or_default();
+        format!("{place}: {} is {value}{unit} ({}; {others})", self.what, self.figure)
+    }
+}
+
+/// Why a hand is beyond the limits, as one text; none when it is within.
+pub fn beyond_limits(hand: &Hand, sources: &Sources, limits: &HandLimits) -> Vec<String> {
+    limits.excesses(&hand.figures(), sources).iter().map(ToString::to_string).collect()
+}
+
+/// What the hand would touch where it starts, in each task. A hand that cannot be simulated is told of as well.
+pub fn in_the_way(hand: &Arc<Hand>, tasks: &[Arc<Task>]) -> Vec<String> {
+    let mut out = Vec::new();
+    for task in tasks {
+        match may_overlap(task, hand.clone()) {
+            Ok(overlaps) => {
+                out.extend(
+                    overlaps
+                        .iter()
+                        .map(|overlap| format!("task `{}`: where the hand starts, {overlap}", task.name)),
+                );
+            }
+            Err(error) => out.push(error.to_string()),
+        }
+    }
+    out
+}
+
+/// Reasons as one text: not all of them, if there are many.
+pub fn told(reasons: &[String]) -> String {
+    let more = reasons.len().saturating_sub(TOLD);
+    let mut text = reasons[..reasons.len() - more].join("\n");
+    if more > 0 {
+        text += &format!("\n... and {more} more");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn rows(change: impl FnOnce(&mut Hand)) -> Vec<FigureRow> {
+        let mut hand = Hand::clone(&Hand::builtin("pinch").expect("it is built in"));
+        change(&mut hand);
+        figures(&hand, &Sources::of_urdf(Path::new("hand.urdf")), &HandLimits::default())
+    }
+
+    #[test]
+    fn a_hand_of_the_program_stands_out_nowhere() {
+        let rows = rows(|_| ());
+        assert_eq!(rows.len(), SPECS.len());
+        assert!(rows.iter().all(|row| row.allowed));
+        assert_eq!(rows.iter().filter(|row| row.beyond_others).count(), 0);
+    }
+
+    #[test]
+    fn what_stands_out_is_told_with_its_place_and_its_peers() {
+        let rows = rows(|hand| hand.links[2].geoms[0].friction = 2.4);
+        let out: Vec<&FigureRow> = rows.iter().filter(|row| row.beyond_others).collect();
+        let [row] = out.as_slice() else { panic!("{out:?}") };
+        assert!(row.allowed);
+        let text = row.in_words();
+        assert!(text.contains("hand.urdf: link '") && text.contains("is 2.4 (friction; "), "{text}");
+        assert!(text.contains("reflex 1.5") && text.contains("softhand "), "{text}");
+    }
+}
