@@ -4,6 +4,7 @@ mod api;
 mod auth;
 mod backup;
 mod cli;
+mod compute;
 mod config;
 mod hands;
 mod inspect;
@@ -17,6 +18,7 @@ mod session;
 mod store;
 mod telemetry;
 mod watch;
+mod world;
 mod ws;
 
 use clap::Parser;

@@ -76,7 +76,7 @@ pub(super) async fn describe(
         return Ok(Json(hand.describe()));
     }
     if let Some(team) = team(&host, &headers, whose).await? {
-        let own = host.own_hands.find(&host.store, &host.background, &team, &name, false).await;
+        let own = host.own_hands.find(&host.store, &host.compute.background, &team, &name, false).await;
         if let Some((hand, _)) = own.map_err(Problem)? {
             return Ok(Json(hand.describe()));
         }
@@ -108,6 +108,6 @@ pub(super) async fn submit(
         Problem(Refusal::new(code, message))
     })?;
     let received = host.bodies.read(caller.address, &headers, body, largest()).await.map_err(Problem)?;
-    let submitted = host.own_hands.submit(&host.store, &host.background, &team, received).await;
+    let submitted = host.own_hands.submit(&host.store, &host.compute.background, &team, received).await;
     Ok((StatusCode::CREATED, Json(submitted.map_err(Problem)?)).into_response())
 }

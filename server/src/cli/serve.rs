@@ -2,13 +2,14 @@
 
 use crate::api;
 use crate::auth::{self, Role};
+use crate::compute::{STACK, overrun};
 use crate::config::{Config, Mode, ServeOptions};
 use crate::inspect;
 use crate::names;
 use crate::net;
 use crate::replay;
 use crate::rules::{Phase, Rules, write_secret};
-use crate::session::{self, Host, STACK, Session};
+use crate::session::{self, Host, Session};
 use crate::store::{Location, NewAuditEntry, Store};
 use crate::telemetry;
 use crate::ws::WireListener;
@@ -96,7 +97,7 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     tokio::spawn(signalled);
     let server = net::serve(WireListener::new(listener), api::router(host.clone()), host.clone());
     let server = tokio::spawn(server);
-    let overseer = tokio::spawn(session::watch_over(host.clone()));
+    let overseer = tokio::spawn(overrun::watch_over(host.compute.clone()));
     host.stopping().await;
     // Sockets and sessions first, then the last HTTP answers.
     let finished = timeout(config.shutdown_grace, host.deserted()).await.is_ok();

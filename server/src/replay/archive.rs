@@ -3,7 +3,7 @@
 use super::header::Header;
 use super::key::{KeyError, PublicKey, Signer};
 use super::recorder::{RecordError, Recorder, ReplayFile};
-use crate::session::Witness;
+use crate::world::Witness;
 use palmares_models::hand::Hand;
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::{Outcome, Run};

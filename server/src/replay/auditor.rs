@@ -7,7 +7,7 @@ use super::reader::{Replay, read};
 use super::retention::apply_retention;
 use super::verify::verify;
 use super::verify_error::VerifyError;
-use crate::session::{Background, Level};
+use crate::compute::{Background, Level};
 use crate::store::{RunRecord, Store, StoreError, UnverifiedRun, Verdict};
 use serde_json::{Value, json};
 use std::future::Future;

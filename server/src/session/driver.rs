@@ -2,18 +2,18 @@
 
 use super::clock::{ClockState, Spent};
 use super::host::Host;
-use super::live::Live;
 use super::machine::{Machine, Playing};
 use super::official::{self, Entry};
 use super::orders::Ordered;
 use super::registry;
-use super::world::World;
 use crate::auth::{self, Identity};
 use crate::protocol::reply::{ServerInfo, TimeReport, Warning, Welcome};
 use crate::protocol::specs::Specs;
 use crate::protocol::{Code, Hello, Refusal, Reply};
 use crate::replay::{Recording, ReplayFile};
 use crate::store::{self, NewSession, ResumableSession, StoreError, unix_ms};
+use crate::world::live::{Course, Live};
+use crate::world::run::World;
 use palmares_tasks::{Outcome, Reason};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -69,7 +69,7 @@ pub(super) struct Finished {
     /// Whether its time is given back when it is void.
     pub(super) refunded: bool,
     pub(super) note: Option<String>,
-    pub(super) course: super::live::Course,
+    pub(super) course: Course,
     pub(super) replay: Option<ReplayFile>,
     /// How the session's clock stood then: what passes until the result is stored is the server's fault.
     pub(super) ended: Spent,

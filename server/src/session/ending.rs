@@ -1,12 +1,12 @@
 //! How a run ends: whoever ends it, its result is stored before anybody hears of it.
 
 use super::driver::{Finished, Session, Stage, store_failed};
-use super::live::Course;
 use super::machine::{Playing, Stopping};
-use super::world::Fault;
 use crate::protocol::reply::{ReplayInfo, RunResult};
 use crate::protocol::{Code, Refusal, Reply};
 use crate::store::{FinishedRun, NewAuditEntry};
+use crate::world::live::Course;
+use crate::world::playable::Fault;
 use palmares_tasks::{Outcome, Reason};
 use tokio::task::spawn_blocking;
 
@@ -61,7 +61,7 @@ impl Session {
             let outcome = match world {
                 // An unsound world has nothing to say.
                 Some(world) if reason == Reason::WorldFault => Err(world.fault().unwrap_or(Fault::Broken)),
-                Some(world) => world.finish(&self.host.background, reason).await,
+                Some(world) => world.finish(&self.host.compute.background, reason).await,
                 None => Err(Fault::Broken),
             };
             let mut note = note.map(str::to_owned);

@@ -1,23 +1,20 @@
 //! What all sessions of a server share.
 
-use super::admission::{Admission, Admitted, RETRY_S, admit};
-use super::background::Background;
-use super::live::STREAMED;
-use super::pace::HOLD_TICKS;
-use super::pacer::Pacer;
 use super::registry::Registry;
-use super::scheduler::Scheduler;
 use crate::auth::{Auth, Identity};
+use crate::compute::Compute;
+use crate::compute::pace::HOLD_TICKS;
 use crate::config::{Config, Mode};
 use crate::hands::OwnHands;
 use crate::metrics::Levels;
 use crate::net::{Bodies, Counts, Doors, Guard, Share};
 use crate::protocol::reply::{Competition, HandInfo, Limits, TaskInfo};
-use crate::protocol::{Code, Mode as Pacing, Refusal};
+use crate::protocol::{Code, Refusal};
 use crate::replay::Archive;
 use crate::rules::Rules;
 use crate::store::Store;
 use crate::watch::Hub;
+use crate::world::live::STREAMED;
 use crate::ws::Awake;
 use palmares_models::hand::Hand;
 use palmares_tasks::Task;
@@ -80,16 +77,10 @@ pub(crate) struct Host {
     pub(crate) settings: Settings,
     /// Where sessions wait for their clients.
     pub(crate) registry: Registry,
-    /// Who may compute when.
-    pub(crate) scheduler: Scheduler,
-    /// Where scenes are built and runs settle.
-    pub(crate) background: Background,
+    /// What worlds are computed with.
+    pub(crate) compute: Arc<Compute>,
     /// Where spectators watch.
     pub(crate) watch: Arc<Hub>,
-    /// Who keeps realtime worlds on the clock.
-    pub(crate) pacer: Pacer,
-    /// Which worlds are open.
-    pub(crate) places: Admission,
     /// Connections that wait for their next request without sleeping.
     pub(crate) awake: Awake,
     /// Who is let in.
@@ -145,8 +136,7 @@ impl Host {
         Host {
             store,
             replays,
-            scheduler: Scheduler::new(cores),
-            background: Background::new(cores),
+            compute: Arc::new(Compute::new(cores, settings.max_worlds)),
             tasks,
             hands,
             own_hands,
@@ -159,8 +149,6 @@ impl Host {
             ],
             registry: Registry::default(),
             watch: Arc::default(),
-            pacer: Pacer::start(cores),
-            places: Admission::default(),
             awake: Awake::default(),
             doors: Doors::new(settings.max_connections, settings.max_connections_per_address),
             guard: config.guard.clone(),
@@ -187,17 +175,6 @@ impl Host {
     /// The hand of that name.
     pub(crate) fn hand(&self, name: &str) -> Option<&Arc<Hand>> {
         self.hands.iter().find(|hand| hand.name == name)
-    }
-
-    /// A place for another world.
-    pub(crate) fn admit_world(&self, mode: Pacing, official: bool) -> Result<Admitted, Refusal> {
-        let load = self.scheduler.load().report(Instant::now());
-        let (most, cores) = (self.settings.max_worlds, self.scheduler.cores());
-        let may = |open| admit(open, most, cores, &load, mode, official);
-        self.places.take(mode, official, may).map_err(|full| {
-            tracing::info!(%full, ?load, "no place for a world");
-            Refusal::new(Code::Capacity, full.to_string()).retry_after(RETRY_S)
-        })
     }
 
     /// A place for another connection of a team.
@@ -244,7 +221,7 @@ impl Host {
     /// What there is to be counted now, with what the store knows of runs to be verified.
     pub(crate) fn levels(&self, unverified: usize) -> Levels {
         Levels {
-            worlds: self.places.open().all(),
+            worlds: self.compute.admission.open().all(),
             sessions: self.registry.len(),
             viewers: self.watch.viewers(),
             unverified,
@@ -295,7 +272,7 @@ impl Host {
     pub(crate) async fn hand_infos(&self, team: Option<&str>) -> Result<Vec<HandInfo>, Refusal> {
         let own = match team {
             Some(team) => {
-                self.own_hands.all(&self.store, &self.background, team, self.rules.official()).await?
+                self.own_hands.all(&self.store, &self.compute.background, team, self.rules.official()).await?
             }
             None => Vec::new(),
         };

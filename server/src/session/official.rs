@@ -204,7 +204,7 @@ pub(super) async fn hand(
         return Ok((hand.clone(), None));
     }
     let official = host.rules.official();
-    let own = host.own_hands.find(&host.store, &host.background, team, name, official).await?;
+    let own = host.own_hands.find(&host.store, &host.compute.background, team, name, official).await?;
     if let Some((hand, sha256)) = own {
         return Ok((hand, Some(sha256)));
     }

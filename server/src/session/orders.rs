@@ -73,7 +73,7 @@ impl Session {
                 if let Stage::Realtime(live) = &self.stage {
                     let (live, host) = (live.clone(), self.host.clone());
                     // A tick that is being made may take long: not on a thread that others need.
-                    let resumed = spawn_blocking(move || live.resume(&host.pacer)).await;
+                    let resumed = spawn_blocking(move || live.resume(&host.compute.pacer)).await;
                     if let Err(error) = resumed {
                         tracing::error!(%error, "a realtime world does not go on");
                     }

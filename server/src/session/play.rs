@@ -1,12 +1,10 @@
 //! How a run is opened and played.
 
-use super::background::JobError;
 use super::driver::{Session, Stage, random_hex, store_failed};
 use super::host::REPEAT;
-use super::live::{Live, Streamed};
 use super::machine::Playing;
 use super::official::{self, Origin};
-use super::world::{OpenError, Plan, StepError, Witness, World};
+use crate::compute::background::JobError;
 use crate::protocol::obs::Obs;
 use crate::protocol::obs::Opened;
 use crate::protocol::reply::{Ack, ServerInfo};
@@ -14,6 +12,9 @@ use crate::protocol::request::shortened;
 use crate::protocol::{Act, Code, Mode, Perturb, Refusal, Reply, Reset, Step};
 use crate::store::NewRun;
 use crate::watch::messages::WatchRun;
+use crate::world::Witness;
+use crate::world::live::{Live, Streamed};
+use crate::world::run::{OpenError, Plan, StepError, World};
 use palmares_models::hand::Hand;
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::overlap::{Obstacle, Overlap};
@@ -48,7 +49,7 @@ impl Session {
             return Err(Refusal::new(Code::BadRequest, message));
         }
         let (hand, hand_sha256) = official::hand(&self.host, &self.team, &reset.hand).await?;
-        let place = self.host.admit_world(reset.mode, self.official)?;
+        let place = self.host.compute.admit(reset.mode, self.official)?;
         let run_id = format!("run_{}", random_hex(8)?);
         let origin = official::origin(&self.host, &self.team, task, reset.seed).await?;
         let Origin { seed, number, k } = origin;
@@ -61,7 +62,7 @@ impl Session {
             witnesses.extend(begin.map(|begin| begin(run)));
             witnesses
         };
-        let opened = World::open(plan, place, &self.host.background, witnesses).await;
+        let opened = World::open(plan, place, &self.host.compute.background, witnesses).await;
         if let Err(OpenError::Scene(SceneError::HandInTheWay { overlaps, .. })) = &opened {
             // The number was not used: the same scene comes next, with a hand that fits.
             official::give_back_number(&self.host, &self.team, task, k).await?;
@@ -128,9 +129,15 @@ impl Session {
         self.stage = match reset.mode {
             Mode::Lockstep => Stage::Lockstep(Box::new(opened.world)),
             Mode::Realtime => {
-                let host = &self.host;
-                let live =
-                    Live::start(opened.world, hand, tick_s, self.official, &host.scheduler, &host.pacer);
+                let compute = &self.host.compute;
+                let live = Live::start(
+                    opened.world,
+                    hand,
+                    tick_s,
+                    self.official,
+                    &compute.scheduler,
+                    &compute.pacer,
+                );
                 self.stream = Some(live.clone());
                 Stage::Realtime(live)
             }
@@ -184,7 +191,8 @@ impl Session {
             return Err(ended());
         };
         let run_id = run.run_id.clone();
-        let stepped = match world.step(&self.host.scheduler, self.official, &step.action, ticks).await {
+        let stepped = match world.step(&self.host.compute.scheduler, self.official, &step.action, ticks).await
+        {
             Ok(stepped) => stepped,
             Err(StepError::Action(error)) => return Err(Refusal::new(Code::BadAction, error.to_string())),
             Err(StepError::Fault(_)) => {
@@ -214,7 +222,7 @@ impl Session {
     pub(crate) fn answered(&mut self) {
         if let Stage::Lockstep(world) = &mut self.stage {
             world.tell();
-            if let Some(permit) = self.host.scheduler.spare() {
+            if let Some(permit) = self.host.compute.scheduler.spare() {
                 world.prepare(&permit);
             }
         }

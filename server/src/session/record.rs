@@ -2,10 +2,10 @@
 
 use super::driver::Session;
 use super::official::Origin;
-use super::world::Witness;
 use crate::protocol::{Mode, Reset};
 use crate::replay::{Header, Kind, Pacing, Recording};
 use crate::store::unix_ms;
+use crate::world::Witness;
 use palmares_models::hand::Hand;
 use palmares_tasks::{Run, Task};
 

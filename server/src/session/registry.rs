@@ -2,10 +2,10 @@
 
 use super::Session;
 use super::clock::SessionClock;
-use super::live::Live;
 use super::orders::{Order, Ordered};
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
+use crate::world::live::Live;
 use palmares_tasks::Reason;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;

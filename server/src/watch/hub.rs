@@ -4,7 +4,7 @@ use super::access::{Watched, Watcher};
 use super::frame::{self, Frame};
 use super::messages::{Ended, Events, Final, WatchReply, WatchRun};
 use super::request::Target;
-use crate::session::Witness;
+use crate::world::Witness;
 use axum::extract::ws::Utf8Bytes;
 use palmares_tasks::{Outcome, Run, Sensing};
 use std::collections::{BTreeMap, VecDeque};

@@ -9,9 +9,10 @@ use super::busy_poll::GapEstimate;
 use super::rate::RateLimit;
 use super::wire::Attention;
 use crate::auth::Identity;
+use crate::compute::STACK;
 use crate::metrics::METRICS;
 use crate::protocol::{Code, Encoding, Parsed, Refusal, Reply, Request};
-use crate::session::{Alive, Host, MESSAGE_BYTES, Ordered, STACK, Seat, Session, news};
+use crate::session::{Alive, Host, MESSAGE_BYTES, Ordered, Seat, Session, news};
 use axum::body::Bytes;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
 use palmares_tasks::Reason;
@@ -268,7 +269,7 @@ impl Connection {
     /// Looks for the next request without going to sleep, where that pays.
     async fn busy_poll(&mut self) -> Option<Option<Result<Message, axum::Error>>> {
         let span = self.gaps.worth()?;
-        let (host, scheduler) = (self.host.clone(), &self.host.scheduler);
+        let (host, scheduler) = (self.host.clone(), &self.host.compute.scheduler);
         let _leave = host.awake.leave(scheduler.cores())?;
         let _attentive = self.attention.attentive();
         let end = std::time::Instant::now() + span;

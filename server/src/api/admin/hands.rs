@@ -71,7 +71,7 @@ pub(super) async fn show(
 ) -> Result<Json<Shown>, Problem> {
     let hand = stored(&host, &id).await?;
     let Inspection { figures, in_the_way } =
-        host.own_hands.inspect(&host.background, &hand).await.map_err(Problem)?;
+        host.own_hands.inspect(&host.compute.background, &hand).await.map_err(Problem)?;
     Ok(Json(Shown { hand, figures, in_the_way }))
 }
 

@@ -68,10 +68,10 @@ impl Place {
         let mut scribe = begin(&run);
         for action in actions {
             run.step(action).expect("valid");
-            crate::session::Witness::ticked(&mut scribe, &run);
+            crate::world::Witness::ticked(&mut scribe, &run);
         }
         let outcome = run.finish(Reason::Stopped);
-        crate::session::Witness::finished(&mut scribe, &run, &outcome);
+        crate::world::Witness::finished(&mut scribe, &run, &outcome);
         let file = recording.file().await.expect("written").expect("it has ticks");
         self.store.set_replay(run_id, &file.stored_path(), &file.sha256).await.expect("stored");
         let row = FinishedRun {
@@ -150,7 +150,7 @@ async fn a_run_without_a_tick_leaves_no_replay() {
     let mut scribe = begin(&run);
     assert!(place.path("run_0").exists());
     let outcome = run.finish(Reason::Stopped);
-    crate::session::Witness::finished(&mut scribe, &run, &outcome);
+    crate::world::Witness::finished(&mut scribe, &run, &outcome);
     assert_eq!(recording.file().await, Ok(None));
     assert!(!place.path("run_0").exists());
 }

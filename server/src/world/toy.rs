@@ -1,9 +1,11 @@
 //! A world without physics, for tests: it counts, and ends, breaks, panics or computes on and on when told.
 
-use super::*;
+use super::playable::{Fault, Playable};
+use super::run::World;
+use crate::compute::admission::Admission;
 use crate::protocol::Mode;
-use crate::session::admission::Admission;
-use palmares_tasks::observation::{BodyState, HandObservation};
+use palmares_tasks::observation::{BodyState, HandObservation, Wrench};
+use palmares_tasks::{Action, ActionError, Event, Observation, Outcome, Reason, Run, Sensing};
 
 /// Counts ticks; ends, breaks, panics or does not come back when told.
 pub(crate) struct Toy {

@@ -17,7 +17,7 @@ use thread_priority::{
 };
 
 /// What a pacer paces.
-pub(super) trait Paced: Send + Sync {
+pub(crate) trait Paced: Send + Sync {
     /// Whether its ticks come before those of others.
     fn official(&self) -> bool;
     /// Makes the tick that is due. Returns when the next one is; none when there is none. `turn` is what it was
@@ -195,7 +195,7 @@ impl Pacer {
     }
 
     /// Puts other threads into the places of those whose tick overran.
-    pub(super) fn relieve(&self, now: Instant) {
+    pub(crate) fn relieve(&self, now: Instant) {
         let mut queue = self.shared.queue();
         let before = queue.busy.len();
         queue.busy.retain(|&(_, since)| now.saturating_duration_since(since) < OVERRUN);
@@ -205,12 +205,12 @@ impl Pacer {
     }
 
     /// When the ticks of another world are to lie.
-    pub(super) fn tick_phase(&self) -> TickPhase {
+    pub(crate) fn tick_phase(&self) -> TickPhase {
         self.tick_phases.next()
     }
 
     /// The first tick of `paced` is due at `due`.
-    pub(super) fn enlist(&self, due: Instant, turn: u64, paced: Arc<dyn Paced>) {
+    pub(crate) fn enlist(&self, due: Instant, turn: u64, paced: Arc<dyn Paced>) {
         self.shared.enlist(due, turn, paced);
     }
 }

@@ -1,8 +1,8 @@
 //! What a world does when its run ends, refuses or breaks.
 
-use super::toy::{Toy, toy_world};
 use super::*;
-use crate::session::admission::Admission;
+use crate::compute::admission::Admission;
+use crate::world::toy::{Toy, toy_world};
 
 struct Stage {
     world: World,
@@ -88,7 +88,7 @@ async fn witnesses_see_every_tick_once_and_before_what_follows() {
 
 #[test]
 fn worlds_whose_ticks_never_end_keep_no_other_from_stepping() {
-    use crate::session::scheduler::OVERRUN;
+    use crate::compute::scheduler::OVERRUN;
     let scheduler = Scheduler::new(2);
     let runtime = tokio::runtime::Runtime::new().expect("starts");
     let step = |toy: Toy| {

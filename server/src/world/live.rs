@@ -3,11 +3,11 @@
 //! The pacer steps it; the session's connection leaves actions in its inbox and takes what it streams. Neither
 //! waits for the other: of what is not taken in time the oldest is dropped.
 
-use super::pace::{Pace, Part, Tempo};
-use super::pacer::{Paced, Pacer};
-use super::scheduler::{Scheduler, Urgency};
-use super::tick_phase::TickPhase;
-use super::world::{StepError, World};
+use super::run::{StepError, World};
+use crate::compute::pace::{Pace, Part, Tempo};
+use crate::compute::pacer::{Paced, Pacer};
+use crate::compute::scheduler::{Scheduler, Urgency};
+use crate::compute::tick_phase::TickPhase;
 use crate::metrics::METRICS;
 use palmares_models::hand::Hand;
 use palmares_tasks::{Action, ActionError, Observation, Reason};

@@ -19,7 +19,7 @@ const PRACTICE_PATIENCE: Duration = Duration::from_millis(100);
 
 /// A permit that is held for longer is given to somebody else as well: a tick takes a few milliseconds at most, so this
 /// one may never end.
-pub(super) const OVERRUN: Duration = Duration::from_millis(250);
+pub(crate) const OVERRUN: Duration = Duration::from_millis(250);
 
 /// How urgent a tick is; the smaller, the sooner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -178,7 +178,7 @@ impl Scheduler {
 
     /// Whether all permits are held and somebody waits.
     #[cfg(test)]
-    pub(super) fn is_exhausted(&self) -> bool {
+    pub(crate) fn is_exhausted(&self) -> bool {
         let queue = self.0.queue();
         queue.free == 0 && !queue.waiting.is_empty()
     }
@@ -196,7 +196,7 @@ impl Scheduler {
     }
 
     /// Counts out the ticks that overran: what they hold goes to others.
-    pub(super) fn count_out(&self, now: Instant) {
+    pub(crate) fn count_out(&self, now: Instant) {
         let mut queue = self.0.queue();
         let before = queue.held.len();
         queue.held.retain(|&(_, since)| now.saturating_duration_since(since) < OVERRUN);

@@ -1,78 +1,21 @@
 //! A world: the one place in the server where a run is stepped. Whoever wants to see every tick, a recorder or
 //! spectators, is a [`Witness`] of it.
 
-use super::admission::Admitted;
-use super::background::{Background, JobError, Level, panic_text};
-use super::scheduler::{Permit, Scheduler, Urgency};
+use super::playable::{Fault, Playable};
+use super::witness::Witness;
+use crate::compute::admission::Admitted;
+use crate::compute::background::{Background, JobError, Level, panic_text};
+use crate::compute::scheduler::{Permit, Scheduler, Urgency};
 use crate::metrics::METRICS;
 use palmares_models::hand::Hand;
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::run::PushError;
 use palmares_tasks::{
-    Action, ActionError, Event, Observation, Outcome, Reason, Run, Scene, SceneError, Seed, Sensing, Task,
+    Action, ActionError, Observation, Outcome, Reason, Run, Scene, SceneError, Seed, Sensing, Task,
 };
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-
-/// Sees every tick of a world. It must not wait for anything: the world waits for it.
-pub(crate) trait Witness: Send {
-    /// After each tick.
-    fn ticked(&mut self, run: &Run);
-    /// Before the tick in which a push begins.
-    fn pushed(&mut self, link: &str, wrench: Wrench, duration_s: f64) {
-        let _ = (link, wrench, duration_s);
-    }
-    /// When the run has been counted. Not called when the world failed.
-    fn finished(&mut self, run: &Run, outcome: &Outcome);
-}
-
-/// What a world needs of a run. [`Run`] is the real one; tests bring worlds that break.
-pub(super) trait Playable: Send {
-    fn step(&mut self, action: &Action) -> Result<(), ActionError>;
-    /// Does what the next step does before its action matters.
-    fn prepare(&mut self) {}
-    fn observe(&self, sensing: Sensing) -> Observation;
-    fn events(&self) -> &[Event];
-    fn over(&self) -> Option<Reason>;
-    /// Why the world is unsound, when it is.
-    fn fault(&self) -> Option<Fault>;
-    fn finish(&mut self, reason: Reason) -> Outcome;
-    /// For witnesses and for what only a real run can do.
-    fn run(&mut self) -> Option<&mut Run>;
-}
-
-impl Playable for Run {
-    fn step(&mut self, action: &Action) -> Result<(), ActionError> {
-        Run::step(self, action)
-    }
-    fn prepare(&mut self) {
-        Run::prepare(self);
-    }
-    fn observe(&self, sensing: Sensing) -> Observation {
-        Run::observe(self, sensing)
-    }
-    fn events(&self) -> &[Event] {
-        Run::events(self)
-    }
-    fn over(&self) -> Option<Reason> {
-        Run::over(self)
-    }
-    fn fault(&self) -> Option<Fault> {
-        Run::fault(self).map(|fault| match fault {
-            palmares_sim::Fault::WorkExhausted => Fault::Exhausted,
-            palmares_sim::Fault::NotFinite
-            | palmares_sim::Fault::OutOfBounds
-            | palmares_sim::Fault::Unsolvable => Fault::Broken,
-        })
-    }
-    fn finish(&mut self, reason: Reason) -> Outcome {
-        Run::finish(self, reason)
-    }
-    fn run(&mut self) -> Option<&mut Run> {
-        Some(self)
-    }
-}
 
 /// After a step.
 #[derive(Debug)]
@@ -81,15 +24,6 @@ pub(crate) struct Stepped {
     pub(crate) observation: Observation,
     /// Why the run is over, when it is.
     pub(crate) over: Option<Reason>,
-}
-
-/// What a world failed of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Fault {
-    /// Numbers that are none or out of bounds, a step without a solution, or a panic.
-    Broken,
-    /// A tick asked for more work than a tick may: the hand or the action is of a kind that no controller needs.
-    Exhausted,
 }
 
 /// Why a step was not made.
@@ -177,7 +111,7 @@ impl World {
         background.run(Level::Awaited, build).await?
     }
 
-    pub(super) fn of(
+    pub(crate) fn of(
         game: Box<dyn Playable>,
         sensing: Sensing,
         witnesses: Vec<Box<dyn Witness>>,
@@ -187,7 +121,7 @@ impl World {
     }
 
     /// Tells the witnesses of the last tick. The controller need not wait for it.
-    pub(super) fn tell(&mut self) {
+    pub(crate) fn tell(&mut self) {
         if std::mem::take(&mut self.untold) {
             self.meanwhile(|game, witnesses| {
                 if let Some(run) = game.run() {
@@ -198,7 +132,7 @@ impl World {
     }
 
     /// Does what the next tick does before its action matters. The witnesses have been told: they see a whole state.
-    pub(super) fn prepare(&mut self, _permit: &Permit) {
+    pub(crate) fn prepare(&mut self, _permit: &Permit) {
         self.meanwhile(|game, _| game.prepare());
     }
 
@@ -246,7 +180,7 @@ impl World {
 
     /// Advances the world by one tick and says whether the run is over. A refused action changes nothing; a fault
     /// is the world's end. Whoever calls this tells the witnesses once the controller has been answered.
-    pub(super) fn tick(&mut self, action: &Action, _permit: &Permit) -> Result<Option<Reason>, StepError> {
+    pub(crate) fn tick(&mut self, action: &Action, _permit: &Permit) -> Result<Option<Reason>, StepError> {
         self.tell();
         let between = std::mem::take(&mut self.between);
         let game = self.game.as_mut().map_err(|fault| StepError::Fault(*fault))?;
@@ -264,7 +198,7 @@ impl World {
     }
 
     /// What the controller sees now.
-    pub(super) fn observe(&mut self) -> Result<Observation, StepError> {
+    pub(crate) fn observe(&mut self) -> Result<Observation, StepError> {
         let game = self.game.as_ref().map_err(|fault| StepError::Fault(*fault))?;
         let seen = catch_unwind(AssertUnwindSafe(|| Ok(game.observe(self.sensing))));
         self.fault_ends_it(seen)
@@ -283,7 +217,7 @@ impl World {
     }
 
     /// Pushes the hand from the next tick on.
-    pub(super) fn push(&mut self, link: &str, wrench: Wrench, duration_s: f64) -> Result<(), PushError> {
+    pub(crate) fn push(&mut self, link: &str, wrench: Wrench, duration_s: f64) -> Result<(), PushError> {
         self.tell();
         let Some(run) = self.game.as_mut().ok().and_then(|game| game.run()) else { return Ok(()) };
         run.push(link, wrench, duration_s)?;
@@ -292,12 +226,12 @@ impl World {
     }
 
     /// The number of the tick that comes next.
-    pub(super) fn next_tick(&mut self) -> u64 {
+    pub(crate) fn next_tick(&mut self) -> u64 {
         self.game.as_mut().ok().and_then(|game| game.run()).map_or(1, |run| run.tick() + 1)
     }
 
     /// What the world failed of, when it has.
-    pub(super) fn fault(&self) -> Option<Fault> {
+    pub(crate) fn fault(&self) -> Option<Fault> {
         self.game.as_ref().err().copied()
     }
 
@@ -327,5 +261,3 @@ impl World {
 
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-pub(super) mod toy;

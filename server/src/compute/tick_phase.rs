@@ -6,27 +6,27 @@ use std::time::{Duration, Instant};
 
 /// Gives out tick_phases that lie as far from each other as they can.
 #[derive(Debug)]
-pub(super) struct TickPhases {
+pub(crate) struct TickPhases {
     epoch: Instant,
     given: AtomicU32,
 }
 
 /// One of many evenly spread moments of every period.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TickPhase {
+pub(crate) struct TickPhase {
     epoch: Instant,
     /// Part of a period, 0..1.
     part: f64,
 }
 
 impl TickPhases {
-    pub(super) fn new(epoch: Instant) -> Self {
+    pub(crate) fn new(epoch: Instant) -> Self {
         TickPhases { epoch, given: AtomicU32::new(0) }
     }
 
     /// The next tick_phase, in the order of van der Corput's sequence: of all that were given no two are closer than half of
     /// their mean distance, and those that are left when worlds have gone still lie evenly.
-    pub(super) fn next(&self) -> TickPhase {
+    pub(crate) fn next(&self) -> TickPhase {
         let number = self.given.fetch_add(1, Ordering::Relaxed);
         TickPhase { epoch: self.epoch, part: f64::from(number.reverse_bits()) / 2.0_f64.powi(32) }
     }
@@ -34,7 +34,7 @@ impl TickPhases {
 
 impl TickPhase {
     /// The first of its moments that is not before `now`, for ticks of `period_s`.
-    pub(super) fn not_before(self, now: Instant, period_s: f64) -> Instant {
+    pub(crate) fn not_before(self, now: Instant, period_s: f64) -> Instant {
         let periods = now.saturating_duration_since(self.epoch).as_secs_f64() / period_s;
         let whole = (periods - self.part).ceil().max(0.0);
         (self.epoch + Duration::from_secs_f64((whole + self.part) * period_s)).max(now)

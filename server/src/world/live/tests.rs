@@ -1,8 +1,8 @@
 //! A realtime world, ticked by hand.
 
 use super::*;
-use crate::session::tick_phase::TickPhases;
-use crate::session::world::toy::{Toy, toy_world};
+use crate::compute::tick_phase::TickPhases;
+use crate::world::toy::{Toy, toy_world};
 use palmares_models::builtin::builtin_hands;
 use palmares_tasks::BaseTarget;
 
@@ -65,12 +65,12 @@ fn a_silent_controllers_hand_is_told_to_hold_still() {
     let live = live(Toy::default());
     live.act(moving(0.1)).expect("fits");
     let mut told = Vec::new();
-    for _ in 0..super::super::pace::HOLD_TICKS + 3 {
+    for _ in 0..crate::compute::pace::HOLD_TICKS + 3 {
         live.tick(0);
         told.push(live.pop().expect("a tick").observation.applied_action);
     }
     let still: Vec<usize> = (0..told.len()).filter(|&k| told[k].base.is_some()).collect();
-    assert_eq!(still, [0, super::super::pace::HOLD_TICKS as usize + 1]);
+    assert_eq!(still, [0, crate::compute::pace::HOLD_TICKS as usize + 1]);
     assert_eq!(told[still[1]].base, moving(0.0).base);
 }
 

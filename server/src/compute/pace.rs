@@ -8,7 +8,7 @@ pub(crate) const HOLD_TICKS: u32 = 50;
 
 /// What a tick is played with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Part {
+pub(crate) enum Part {
     /// A new action.
     Fresh,
     /// The last targets go on.
@@ -31,7 +31,7 @@ pub(crate) struct Tempo {
 /// Due times are counted from one moment, so that nothing adds up: a late tick is followed by the next one as soon
 /// as possible, but none is ever made before it is due.
 #[derive(Clone, Debug)]
-pub(super) struct Pace {
+pub(crate) struct Pace {
     origin: Instant,
     tick_s: f64,
     ticks: u64,
@@ -42,28 +42,28 @@ pub(super) struct Pace {
 
 impl Pace {
     /// The first tick is due one tick after `origin`.
-    pub(super) fn new(origin: Instant, tick_s: f64) -> Self {
+    pub(crate) fn new(origin: Instant, tick_s: f64) -> Self {
         Pace { origin, tick_s, ticks: 0, acted: false, silent: 0, tempo: Tempo::default() }
     }
 
     /// Time between two ticks, s.
-    pub(super) fn tick_s(&self) -> f64 {
+    pub(crate) fn tick_s(&self) -> f64 {
         self.tick_s
     }
 
     /// When the next tick is due.
-    pub(super) fn due(&self) -> Instant {
+    pub(crate) fn due(&self) -> Instant {
         self.origin + Duration::from_secs_f64((self.ticks + 1) as f64 * self.tick_s)
     }
 
     /// The time until `origin` does not count: the next tick is due one tick after it.
-    pub(super) fn restart(&mut self, origin: Instant) {
+    pub(crate) fn restart(&mut self, origin: Instant) {
         self.origin = origin;
         self.ticks = 0;
     }
 
     /// A tick begins at `now`. Returns how late it is and what it is played with.
-    pub(super) fn begin(&mut self, now: Instant, fresh: bool) -> (Duration, Part) {
+    pub(crate) fn begin(&mut self, now: Instant, fresh: bool) -> (Duration, Part) {
         let late = now.saturating_duration_since(self.due());
         self.ticks += 1;
         self.tempo.latest = self.tempo.latest.max(late);
@@ -80,7 +80,7 @@ impl Pace {
     }
 
     /// How it went so far.
-    pub(super) fn tempo(&self) -> Tempo {
+    pub(crate) fn tempo(&self) -> Tempo {
         self.tempo
     }
 }

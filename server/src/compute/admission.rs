@@ -15,7 +15,7 @@ const LATE_S: f64 = 5e-3;
 /// Of all places practice leaves so many parts in four to official runs while there are any.
 const PRACTICE_QUARTERS: usize = 3;
 /// When to ask again after a refusal, s: about the window of the measurement.
-pub(super) const RETRY_S: f64 = 5.0;
+pub(crate) const RETRY_S: f64 = 5.0;
 /// Ticks per second of a world at real-time rate, for worlds not yet measured.
 const RATE: f64 = 100.0;
 
@@ -39,7 +39,7 @@ impl Open {
 
 /// Why there is no place.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub(super) enum Full {
+pub(crate) enum Full {
     /// The declared maximum.
     #[error("all {0} worlds of this server are in use")]
     Worlds(usize),
@@ -57,7 +57,7 @@ pub(super) enum Full {
 }
 
 /// Whether there is room for another world.
-pub(super) fn admit(
+pub(crate) fn admit(
     open: Open,
     most: usize,
     cores: usize,
@@ -145,7 +145,7 @@ impl Admission {
     }
 
     /// Takes a place if `may` says so of the places taken before.
-    pub(super) fn take(
+    pub(crate) fn take(
         &self,
         mode: Mode,
         official: bool,
