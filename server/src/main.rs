@@ -1,25 +1,27 @@
 //! Palmares: a competition server where remote controllers drive emulated compliant underactuated robot hands.
 
 mod api;
+mod app;
 mod auth;
 mod backup;
 mod cli;
+mod competition;
 mod compute;
 mod config;
 mod hands;
 mod inspect;
+mod lifecycle;
 mod metrics;
 mod names;
-mod net;
 mod protocol;
 mod replay;
 mod rules;
 mod session;
 mod store;
 mod telemetry;
+mod transport;
 mod watch;
 mod world;
-mod ws;
 
 use clap::Parser;
 use std::process::ExitCode;

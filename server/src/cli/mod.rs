@@ -6,7 +6,7 @@ mod health;
 mod list;
 mod replay;
 mod schema;
-mod serve;
+
 mod table;
 mod verify;
 
@@ -113,7 +113,7 @@ impl Cli {
     /// Does what was asked. Errors are for the caller to print; the code is for a failure that was reported already.
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
         match self.command {
-            Command::Serve(options) => return serve::serve(&options),
+            Command::Serve(options) => return crate::app::serve(&options),
             Command::Admin(options) => admin::admin(&options)?,
             Command::Hands => list::hands()?,
             Command::Tasks => list::tasks()?,

@@ -152,7 +152,7 @@ impl Admission {
         may: impl FnOnce(Open) -> Result<(), Full>,
     ) -> Result<Admitted, Full> {
         // Counted first and looked at then: of two that come at once at most one too many is refused, none let in.
-        let place = Admitted { counts: self.0.clone(), mode, official };
+        let admitted = Admitted { counts: self.0.clone(), mode, official };
         self.0.of(mode).fetch_add(1, Ordering::AcqRel);
         self.0.official.fetch_add(usize::from(official), Ordering::AcqRel);
         let mut before = self.open();
@@ -162,7 +162,7 @@ impl Admission {
         }
         before.official -= usize::from(official);
         // Refused, the admission is given back as it is dropped.
-        may(before).map(|()| place)
+        may(before).map(|()| admitted)
     }
 }
 
@@ -248,12 +248,12 @@ mod tests {
 
     #[test]
     fn a_place_is_given_back() {
-        let places = Admission::default();
+        let admission = Admission::default();
         let one = |open: Open| if open.all() == 0 { Ok(()) } else { Err(Full::Worlds(1)) };
-        let place = places.take(Mode::Realtime, true, one).expect("free");
-        assert_eq!(places.open(), Open { realtime: 1, lockstep: 0, official: 1 });
-        assert!(places.take(Mode::Lockstep, false, one).is_err());
-        drop(place);
-        assert_eq!(places.open(), Open::default());
+        let admitted = admission.take(Mode::Realtime, true, one).expect("free");
+        assert_eq!(admission.open(), Open { realtime: 1, lockstep: 0, official: 1 });
+        assert!(admission.take(Mode::Lockstep, false, one).is_err());
+        drop(admitted);
+        assert_eq!(admission.open(), Open::default());
     }
 }

@@ -39,7 +39,7 @@ impl Level {
 /// Runs jobs.
 #[derive(Clone, Debug)]
 pub(crate) struct Background {
-    places: Arc<Semaphore>,
+    permits: Arc<Semaphore>,
     /// Afterwards a job's place is for others.
     longest: Duration,
 }
@@ -58,7 +58,7 @@ pub(crate) enum JobError {
 impl Background {
     /// At most `most` jobs at once.
     pub(crate) fn new(most: usize) -> Self {
-        Background { places: Arc::new(Semaphore::new(most.max(1))), longest: LONGEST }
+        Background { permits: Arc::new(Semaphore::new(most.max(1))), longest: LONGEST }
     }
 
     /// Does `job` when there is room, and returns what it gives. The job is done also when nobody waits any more.
@@ -69,11 +69,11 @@ impl Background {
         job: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, JobError> {
         // The semaphore is never closed.
-        let place = self.places.clone().acquire_owned().await.ok();
-        let place = Arc::new(Mutex::new(place));
+        let permit = self.permits.clone().acquire_owned().await.ok();
+        let permit = Arc::new(Mutex::new(permit));
         let leave = {
-            let place = place.clone();
-            move || drop(place.lock().unwrap_or_else(PoisonError::into_inner).take())
+            let permit = permit.clone();
+            move || drop(permit.lock().unwrap_or_else(PoisonError::into_inner).take())
         };
         let (done, mut result) = oneshot::channel();
         let leave_done = leave.clone();
@@ -130,7 +130,7 @@ mod tests {
             tokio::spawn(async move { background.run(Level::Idle, move || stuck.recv().is_err()).await })
         };
         // Until it runs.
-        while background.places.available_permits() > 0 {
+        while background.permits.available_permits() > 0 {
             tokio::task::yield_now().await;
         }
         assert_eq!(background.run(Level::Awaited, || 7).await.expect("runs"), 7);

@@ -4,6 +4,7 @@
 //! waits for the other: of what is not taken in time the oldest is dropped.
 
 use super::run::{StepError, World};
+use crate::compute::Compute;
 use crate::compute::pace::{Pace, Part, Tempo};
 use crate::compute::pacer::{Paced, Pacer};
 use crate::compute::scheduler::{Scheduler, Urgency};
@@ -30,7 +31,7 @@ pub(crate) struct Streamed {
 
 /// How a realtime run went.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Course {
+pub(crate) struct RealtimeStats {
     /// How well it kept its tempo.
     pub(crate) tempo: Tempo,
     /// Observations that the client did not take in time.
@@ -47,7 +48,7 @@ struct Inbox {
     paused: bool,
 }
 
-struct Stage {
+struct Ticking {
     /// None when the run has been closed.
     world: Option<World>,
     pace: Pace,
@@ -67,7 +68,7 @@ pub(crate) struct Live {
     official: bool,
     scheduler: Scheduler,
     inbox: Mutex<Inbox>,
-    stage: Mutex<Stage>,
+    ticking: Mutex<Ticking>,
     stream: Mutex<Stream>,
     news: Notify,
 }
@@ -90,14 +91,13 @@ impl Live {
         hand: Arc<Hand>,
         tick_s: f64,
         official: bool,
-        scheduler: &Scheduler,
-        pacer: &Pacer,
+        compute: &Compute,
     ) -> Arc<Self> {
-        let tick_phase = pacer.tick_phase();
+        let tick_phase = compute.pacer.tick_phase();
         let pace = Pace::new(tick_phase.not_before(Instant::now(), tick_s), tick_s);
         let due = pace.due();
-        let live = Arc::new(Self::new(world, hand, pace, tick_phase, official, scheduler.clone()));
-        pacer.enlist(due, 0, live.clone());
+        let live = Arc::new(Self::new(world, hand, pace, tick_phase, official, compute.scheduler.clone()));
+        compute.pacer.enlist(due, 0, live.clone());
         live
     }
 
@@ -115,7 +115,7 @@ impl Live {
             official,
             scheduler,
             inbox: Mutex::new(Inbox { action: None, tick: 0, turn: 0, paused: false }),
-            stage: Mutex::new(Stage { world: Some(world), pace }),
+            ticking: Mutex::new(Ticking { world: Some(world), pace }),
             stream: Mutex::new(Stream::default()),
             news: Notify::new(),
         }
@@ -137,7 +137,7 @@ impl Live {
 
     /// Does something with the world between two ticks. None when the run has been closed.
     pub(crate) fn with_world<T>(&self, work: impl FnOnce(&mut World) -> T) -> Option<T> {
-        lock(&self.stage).world.as_mut().map(work)
+        lock(&self.ticking).world.as_mut().map(work)
     }
 
     /// The current tick.
@@ -197,16 +197,16 @@ impl Live {
 
     /// The world goes on; the time it stood still does not count. Waits for a tick that is being made.
     pub(crate) fn resume(self: &Arc<Self>, pacer: &Pacer) {
-        let mut stage = lock(&self.stage);
+        let mut ticking = lock(&self.ticking);
         let mut inbox = lock(&self.inbox);
-        if !inbox.paused || stage.world.is_none() {
+        if !inbox.paused || ticking.world.is_none() {
             return;
         }
         inbox.paused = false;
-        let origin = self.tick_phase.not_before(Instant::now(), stage.pace.tick_s());
-        stage.pace.restart(origin);
-        let (due, turn) = (stage.pace.due(), inbox.turn);
-        drop((stage, inbox));
+        let origin = self.tick_phase.not_before(Instant::now(), ticking.pace.tick_s());
+        ticking.pace.restart(origin);
+        let (due, turn) = (ticking.pace.due(), inbox.turn);
+        drop((ticking, inbox));
         pacer.enlist(due, turn, self.clone());
     }
 
@@ -214,8 +214,8 @@ impl Live {
     /// for a tick that is being made.
     pub(crate) fn take(&self, cut_short: Option<Reason>) -> Option<World> {
         lock(&self.inbox).turn += 1;
-        let mut stage = lock(&self.stage);
-        let mut world = stage.world.take()?;
+        let mut ticking = lock(&self.ticking);
+        let mut world = ticking.world.take()?;
         if let Some(reason) = cut_short
             && let Ok(mut observation) = world.observe()
         {
@@ -230,8 +230,8 @@ impl Live {
     }
 
     /// How the run went.
-    pub(crate) fn course(&self) -> Course {
-        Course { tempo: lock(&self.stage).pace.tempo(), dropped: lock(&self.stream).dropped }
+    pub(crate) fn stats(&self) -> RealtimeStats {
+        RealtimeStats { tempo: lock(&self.ticking).pace.tempo(), dropped: lock(&self.stream).dropped }
     }
 
     /// The action that makes the hand stay as it is.
@@ -250,13 +250,13 @@ impl Paced for Live {
 
     fn tick(&self, turn: u64) -> Option<Instant> {
         let due = {
-            let stage = lock(&self.stage);
-            stage.world.as_ref()?;
-            stage.pace.due()
+            let ticking = lock(&self.ticking);
+            ticking.world.as_ref()?;
+            ticking.pace.due()
         };
         let permit = self.scheduler.permit_blocking(Urgency::realtime(self.official, due));
-        let mut stage = lock(&self.stage);
-        let Stage { world: Some(world), pace } = &mut *stage else { return None };
+        let mut ticking = lock(&self.ticking);
+        let Ticking { world: Some(world), pace } = &mut *ticking else { return None };
         let fresh = {
             let mut inbox = lock(&self.inbox);
             if inbox.turn != turn {

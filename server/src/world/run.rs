@@ -49,7 +49,7 @@ pub(crate) enum OpenError {
 }
 
 /// What a world is made from.
-pub(crate) struct Plan {
+pub(crate) struct WorldSetup {
     /// Task.
     pub(crate) task: Arc<Task>,
     /// Hand.
@@ -71,7 +71,7 @@ pub(crate) struct World {
     /// What was computed between the last tick and the next took so long.
     between: Duration,
     /// Given back when the world is gone.
-    _place: Admitted,
+    _admitted: Admitted,
 }
 
 impl std::fmt::Debug for World {
@@ -92,20 +92,19 @@ pub(crate) struct OpenedWorld {
 }
 
 impl World {
-    /// Builds a world in the background. `witnesses` gets the run at tick 0 and says who will look on. `place` is
-    /// given back when the world is gone.
+    /// Builds a world in the background. `witnesses` look on from tick 0; `admitted` is given back when the world is gone.
     pub(crate) async fn open(
-        plan: Plan,
-        place: Admitted,
+        setup: WorldSetup,
+        admitted: Admitted,
         background: &Background,
-        witnesses: impl FnOnce(&Run) -> Vec<Box<dyn Witness>> + Send + 'static,
+        mut witnesses: Vec<Box<dyn Witness>>,
     ) -> Result<OpenedWorld, OpenError> {
         let build = move || {
-            let Plan { task, hand, seed, sensing } = plan;
+            let WorldSetup { task, hand, seed, sensing } = setup;
             let run = Run::new(task, hand, seed)?;
             let (scene, observation) = (run.scene().clone().told(sensing), run.observe(sensing));
-            let witnesses = witnesses(&run);
-            let world = World::of(Box::new(run), sensing, witnesses, place);
+            witnesses.iter_mut().for_each(|witness| witness.opened(&run));
+            let world = World::of(Box::new(run), sensing, witnesses, admitted);
             Ok(OpenedWorld { world, scene, observation })
         };
         background.run(Level::Awaited, build).await?
@@ -115,9 +114,16 @@ impl World {
         game: Box<dyn Playable>,
         sensing: Sensing,
         witnesses: Vec<Box<dyn Witness>>,
-        place: Admitted,
+        admitted: Admitted,
     ) -> Self {
-        World { game: Ok(game), sensing, witnesses, untold: false, between: Duration::ZERO, _place: place }
+        World {
+            game: Ok(game),
+            sensing,
+            witnesses,
+            untold: false,
+            between: Duration::ZERO,
+            _admitted: admitted,
+        }
     }
 
     /// Tells the witnesses of the last tick. The controller need not wait for it.

@@ -96,9 +96,9 @@ impl Playable for Toy {
     }
 }
 
-/// A world with a toy in it, and where its place is counted.
+/// A world with a toy in it, and where it is counted.
 pub(crate) fn toy_world(toy: Toy) -> (World, Admission) {
-    let places = Admission::default();
-    let place = places.take(Mode::Lockstep, false, |_| Ok(())).expect("free");
-    (World::of(Box::new(toy), Sensing::Truth, vec![], place), places)
+    let admission = Admission::default();
+    let admitted = admission.take(Mode::Lockstep, false, |_| Ok(())).expect("free");
+    (World::of(Box::new(toy), Sensing::Truth, vec![], admitted), admission)
 }

@@ -5,6 +5,8 @@ use palmares_tasks::{Outcome, Run};
 
 /// Sees every tick of a world. It must not wait for anything: the world waits for it.
 pub(crate) trait Witness: Send {
+    /// The run is there, at tick 0.
+    fn opened(&mut self, run: &Run);
     /// After each tick.
     fn ticked(&mut self, run: &Run);
     /// Before the tick in which a push begins.

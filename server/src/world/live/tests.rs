@@ -31,7 +31,7 @@ fn actions_take_effect_at_the_tick_they_were_promised() {
         .map(|s| (s.observation.tick, s.observation.applied_action))
         .collect();
     assert_eq!(seen, [(1, moving(0.2)), (2, Action::default()), (3, moving(0.3))]);
-    assert_eq!(live.course().tempo.missed, 1);
+    assert_eq!(live.stats().tempo.missed, 1);
 }
 
 #[test]
@@ -52,7 +52,7 @@ fn nobody_who_listens_slows_the_world() {
     for _ in 0..ticks {
         assert!(live.tick(0).is_some());
     }
-    assert_eq!((live.tick_now(), live.course().dropped), (ticks, 10));
+    assert_eq!((live.tick_now(), live.stats().dropped), (ticks, 10));
     let first = live.pop().expect("waits");
     assert_eq!(first.observation.tick, 11);
     live.skip();

@@ -4,17 +4,17 @@ use super::*;
 use crate::compute::admission::Admission;
 use crate::world::toy::{Toy, toy_world};
 
-struct Stage {
+struct Fixture {
     world: World,
-    places: Admission,
+    admission: Admission,
     scheduler: Scheduler,
     background: Background,
 }
 
-impl Stage {
+impl Fixture {
     async fn open(toy: Toy) -> Self {
-        let (world, places) = toy_world(toy);
-        Stage { world, places, scheduler: Scheduler::new(1), background: Background::new(1) }
+        let (world, admission) = toy_world(toy);
+        Fixture { world, admission, scheduler: Scheduler::new(1), background: Background::new(1) }
     }
 
     async fn step(&mut self, action: Action, repeat: u32) -> Result<Observation, StepError> {
@@ -29,26 +29,29 @@ impl Stage {
 
 #[tokio::test]
 async fn repeated_ticks_keep_all_events_and_end_with_the_run() {
-    let mut stage = Stage::open(Toy { over_at: 5, ..Toy::default() }).await;
-    let three = stage.step(Action::default(), 3).await.expect("steps");
+    let mut fixture = Fixture::open(Toy { over_at: 5, ..Toy::default() }).await;
+    let three = fixture.step(Action::default(), 3).await.expect("steps");
     assert_eq!(three.events.iter().map(|event| event.tick).collect::<Vec<_>>(), [1, 2, 3]);
-    let rest = stage.step(Action::default(), 9).await.expect("steps");
+    let rest = fixture.step(Action::default(), 9).await.expect("steps");
     assert_eq!((rest.tick, rest.events.len()), (5, 2));
-    assert_eq!(stage.finish().await.map(|outcome| outcome.ticks), Ok(5));
+    assert_eq!(fixture.finish().await.map(|outcome| outcome.ticks), Ok(5));
 }
 
 #[tokio::test]
 async fn a_refused_action_changes_nothing() {
-    let mut stage = Stage::open(Toy::default()).await;
+    let mut fixture = Fixture::open(Toy::default()).await;
     let wrong = Action { hand: Some(vec![0.5]), base: None };
-    assert!(matches!(stage.step(wrong, 1).await, Err(StepError::Action(_))));
-    assert_eq!(stage.step(Action::default(), 1).await.expect("steps").tick, 1);
+    assert!(matches!(fixture.step(wrong, 1).await, Err(StepError::Action(_))));
+    assert_eq!(fixture.step(Action::default(), 1).await.expect("steps").tick, 1);
 }
 
 /// Writes down what it is told.
 struct Diary(std::sync::mpsc::Sender<String>);
 
 impl Witness for Diary {
+    fn opened(&mut self, run: &Run) {
+        self.0.send(format!("open {}", run.tick())).expect("somebody reads");
+    }
     fn ticked(&mut self, run: &Run) {
         self.0.send(format!("tick {}", run.tick())).expect("somebody reads");
     }
@@ -65,24 +68,29 @@ async fn witnesses_see_every_tick_once_and_before_what_follows() {
     let task = Task::builtin().into_iter().find(|task| task.name == "grasp").expect("built in");
     let hand = Hand::builtin("pinch").expect("built in");
     let link = hand.links[0].name.clone();
-    let run = Run::new(task, hand, Seed::from_u64(1)).expect("the scene builds");
-    let places = Admission::default();
-    let place = places.take(crate::protocol::Mode::Lockstep, false, |_| Ok(())).expect("free");
+    let admission = Admission::default();
+    let admitted = admission.take(crate::protocol::Mode::Lockstep, false, |_| Ok(())).expect("free");
     let (diary, told) = std::sync::mpsc::channel();
     let witnesses: Vec<Box<dyn Witness>> = vec![Box::new(Diary(diary))];
-    let world = World::of(Box::new(run), Sensing::Sensors, witnesses, place);
-    let mut stage = Stage { world, places, scheduler: Scheduler::new(1), background: Background::new(1) };
+    let (scheduler, background) = (Scheduler::new(1), Background::new(1));
+    let setup = WorldSetup { task, hand, seed: Seed::from_u64(1), sensing: Sensing::Sensors };
+    let opened = World::open(setup, admitted, &background, witnesses).await.expect("the scene builds");
+    let mut fixture = Fixture { world: opened.world, admission, scheduler, background };
     let news = || told.try_iter().collect::<Vec<_>>();
-    stage.step(Action::default(), 2).await.expect("steps");
+    assert_eq!(news(), ["open 0"]);
+    fixture.step(Action::default(), 2).await.expect("steps");
     assert_eq!(news(), ["tick 1"], "the controller does not wait for the last");
-    stage.world.tell();
-    stage.world.prepare(&stage.scheduler.spare().expect("idle"));
-    stage.world.tell();
+    fixture.world.tell();
+    fixture.world.prepare(&fixture.scheduler.spare().expect("idle"));
+    fixture.world.tell();
     assert_eq!(news(), ["tick 2"]);
-    stage.step(Action::default(), 1).await.expect("steps");
-    stage.world.push(&link, Wrench { force: [1.0, 0.0, 0.0], torque: [0.0; 3] }, 0.1).expect("a valid push");
-    stage.step(Action::default(), 1).await.expect("steps");
-    stage.finish().await.expect("it is counted");
+    fixture.step(Action::default(), 1).await.expect("steps");
+    fixture
+        .world
+        .push(&link, Wrench { force: [1.0, 0.0, 0.0], torque: [0.0; 3] }, 0.1)
+        .expect("a valid push");
+    fixture.step(Action::default(), 1).await.expect("steps");
+    fixture.finish().await.expect("it is counted");
     assert_eq!(news(), ["tick 3".to_owned(), format!("push {link}"), "tick 4".into(), "end 4".into()]);
 }
 
@@ -133,14 +141,14 @@ async fn an_unsound_or_panicking_world_is_a_fault_and_frees_its_place() {
         (Toy { panic_at: 2, ..Toy::default() }, Fault::Broken),
         (exhausted, Fault::Exhausted),
     ] {
-        let mut stage = Stage::open(toy).await;
-        assert!(stage.step(Action::default(), 1).await.is_ok());
+        let mut fixture = Fixture::open(toy).await;
+        assert!(fixture.step(Action::default(), 1).await.is_ok());
         for _ in 0..2 {
-            let failed = stage.step(Action::default(), 1).await;
+            let failed = fixture.step(Action::default(), 1).await;
             assert!(matches!(failed, Err(StepError::Fault(of)) if of == fault), "{failed:?}");
         }
-        let places = stage.places.clone();
-        assert_eq!(stage.finish().await.err(), Some(fault));
-        assert_eq!(places.open().all(), 0);
+        let admission = fixture.admission.clone();
+        assert_eq!(fixture.finish().await.err(), Some(fault));
+        assert_eq!(admission.open().all(), 0);
     }
 }

@@ -1,23 +1,17 @@
-//! WebSockets.
+//! The handshake of a control connection.
 
-mod busy_poll;
-mod connection;
-mod local;
-mod rate;
-mod wire;
-
-pub(crate) use busy_poll::Awake;
-pub(crate) use wire::{Caller, WireListener};
-
+use super::caller::Caller;
+use super::connection::{self, Parts};
+use super::entrance::Entrance;
 use crate::api::Problem;
-use crate::auth::{Role, forbidden};
+use crate::auth::{Auth, Identity, Role, forbidden};
 use crate::protocol::{Code, Encoding, Refusal};
-use crate::session::Host;
+use crate::session::Sessions;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::{ConnectInfo, State};
-use axum::http::{HeaderMap, HeaderValue};
-use axum::response::{IntoResponse, Response};
+use axum::http::HeaderMap;
+use axum::response::Response;
 use std::sync::Arc;
 
 /// Inbound messages up to here are read whole, so that the answer `too_large` reaches the client; what is
@@ -29,47 +23,47 @@ const AT_ONCE_BYTES: usize = 1 << 10;
 
 /// `GET /v1/control`.
 pub(crate) async fn control(
-    State(host): State<Arc<Host>>,
-    ConnectInfo(Caller { attention, local, .. }): ConnectInfo<Caller>,
+    State(entrance): State<Arc<Entrance>>,
+    State(auth): State<Arc<Auth>>,
+    State(sessions): State<Arc<Sessions>>,
+    ConnectInfo(Caller { link, .. }): ConnectInfo<Caller>,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
-) -> Response {
+) -> Result<Response, Problem> {
     let upgrade = match upgrade {
         Ok(upgrade) => upgrade.protocols(Encoding::ALL.map(Encoding::subprotocol)),
         Err(rejection) => {
             let message = format!("this address speaks WebSocket: {}", rejection.body_text());
-            return Problem(Refusal::new(Code::BadRequest, message)).into_response();
+            return Err(Problem(Refusal::new(Code::BadRequest, message)));
         }
     };
     let chosen = upgrade.selected_protocol().and_then(|name| Encoding::of(name.to_str().ok()?));
     let Some(encoding) = chosen else {
         let known = Encoding::ALL.map(Encoding::subprotocol).join(" or ");
         let message = format!("offer the WebSocket subprotocol {known} (Sec-WebSocket-Protocol)");
-        return Problem(Refusal::new(Code::BadRequest, message)).into_response();
+        return Err(Problem(Refusal::new(Code::BadRequest, message)));
     };
     // Before the upgrade: who may not play gets an HTTP answer and no socket.
-    let identity = match host.auth.identify(&host.store, &headers).await {
-        Ok(None) if host.rules.official() => host.auth.require(&host.store, &headers).await.map(Some),
-        Ok(Some(identity)) if identity.role != Role::Team => Err(forbidden("a team's token")),
-        other => other,
-    };
-    let identity = match identity {
-        Ok(identity) => identity,
-        Err(refusal) => return Problem(refusal).into_response(),
-    };
-    let place = match host.place_for_connection(identity.as_ref()) {
-        Ok(place) => place,
-        Err(refusal) => return Problem(refusal).into_response(),
-    };
+    let identity = player(&auth, &sessions, &headers).await.map_err(Problem)?;
+    let permit = entrance.connections.take(identity.as_ref()).map_err(Problem)?;
+    let offered = link.clone();
+    let parts = Parts { link, encoding, sessions, auth, identity, permit };
     let mut response = upgrade
         .read_buffer_size(AT_ONCE_BYTES)
         .max_message_size(READ_BYTES)
         .max_frame_size(READ_BYTES)
-        .on_upgrade(async move |socket| {
-            connection::serve(socket, attention, encoding, host, identity, place).await;
-        });
-    if let Some(name) = local.and_then(|name| HeaderValue::from_str(&name).ok()) {
-        response.headers_mut().insert(local::HEADER, name);
+        .on_upgrade(async move |socket| connection::serve(socket, parts).await);
+    offered.offer(response.headers_mut());
+    Ok(response)
+}
+
+/// Who plays; in practice also somebody without a token.
+async fn player(auth: &Auth, sessions: &Sessions, headers: &HeaderMap) -> Result<Option<Identity>, Refusal> {
+    match auth.identify(&sessions.store, headers).await {
+        Ok(None) if sessions.competition.rules.official() => {
+            auth.require(&sessions.store, headers).await.map(Some)
+        }
+        Ok(Some(identity)) if identity.role != Role::Team => Err(forbidden("a team's token")),
+        other => other,
     }
-    response
 }

@@ -2,17 +2,11 @@
 //! machine; but it says which page it is (`Origin`) and under which name it found the server (`Host`), of which a page
 //! can choose neither. Programs send no `Origin`.
 
-use super::Problem;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
-use crate::session::Host;
-use axum::extract::{Request, State};
 use axum::http::header::{HOST, HeaderName, ORIGIN, UPGRADE};
 use axum::http::{HeaderMap, Method};
-use axum::middleware::Next;
-use axum::response::{IntoResponse, Response};
 use std::net::IpAddr;
-use std::sync::Arc;
 
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 
@@ -137,14 +131,6 @@ impl Guard {
         let same = page_name.eq_ignore_ascii_case(host_name)
             || self.loopback && is_loopback(page_name) && is_loopback(host_name);
         if same && page_port == host_port { Ok(()) } else { refused(origin) }
-    }
-}
-
-/// Lets through what may come.
-pub(crate) async fn guard(State(host): State<Arc<Host>>, request: Request, next: Next) -> Response {
-    match host.guard.check(request.method(), request.headers()) {
-        Ok(()) => next.run(request).await,
-        Err(refusal) => Problem(refusal).into_response(),
     }
 }
 

@@ -1,7 +1,6 @@
 //! What callers send in: read in pieces, of which all together have a bound, so that nobody can fill the memory.
 
-use super::Counts;
-use super::counts::Share;
+use super::counts::{Counts, Share};
 use crate::protocol::{Code, Refusal};
 use axum::body::Body;
 use axum::http::HeaderMap;

@@ -6,9 +6,6 @@ use std::io;
 use std::sync::Arc;
 use tokio::net::UnixListener;
 
-/// Header of the answer to a handshake: the socket's name.
-pub(super) const HEADER: &str = "palmares-local";
-
 /// Listens for clients on the same machine.
 #[derive(Debug)]
 pub(super) struct Local {

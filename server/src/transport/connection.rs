@@ -5,22 +5,23 @@
 //! that sends faster fills its own socket. A client that reads slowly misses observations of its realtime run, the
 //! oldest first, but no other message; one that takes nothing at all is dropped.
 
-use super::busy_poll::GapEstimate;
+use super::connections::ConnectionPermit;
+use super::low_latency::busy_poll::{BusyPoll, Incoming};
+use super::low_latency::link::Link;
 use super::rate::RateLimit;
-use super::wire::Attention;
-use crate::auth::Identity;
+use crate::auth::{Auth, Identity};
 use crate::compute::STACK;
+use crate::config::settings::{MESSAGE_BYTES, Settings};
+use crate::lifecycle::Alive;
 use crate::metrics::METRICS;
 use crate::protocol::{Code, Encoding, Parsed, Refusal, Reply, Request};
-use crate::session::{Alive, Host, MESSAGE_BYTES, Ordered, Seat, Session, news};
+use crate::session::{PendingCommand, Session, Sessions, news};
 use axum::body::Bytes;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
 use palmares_tasks::Reason;
-use std::future::{poll_fn, ready};
+use std::future::ready;
 use std::ops::ControlFlow;
-use std::pin::pin;
 use std::sync::Arc;
-use std::task::Poll;
 use std::time::Duration;
 use tokio::runtime::Handle;
 use tokio::sync::oneshot;
@@ -52,9 +53,6 @@ enum End {
 /// An alarm that is off by less is left as it is: clocks that run at the same rate differ by a rounding.
 const ALARM_SLACK: Duration = Duration::from_millis(2);
 
-/// After so many requests in a row that were waited for awake everything else has its turn.
-const BUSY_POLLS: u32 = 16;
-
 /// Bytes set aside for a message of which nothing is known.
 const ROOM: usize = 1024;
 
@@ -66,24 +64,23 @@ fn message_len(message: &Message) -> usize {
     }
 }
 
-async fn order(session: Option<&mut Session>) -> Ordered {
+async fn command(session: Option<&mut Session>) -> PendingCommand {
     match session {
-        Some(session) => session.order().await,
+        Some(session) => session.command().await,
         None => std::future::pending().await,
     }
 }
 
 struct Connection {
     socket: WebSocket,
-    /// Whether the socket is looked at instead of slept on.
-    attention: Attention,
     encoding: Encoding,
-    host: Arc<Host>,
+    sessions: Arc<Sessions>,
+    auth: Arc<Auth>,
     /// Whose token opened the connection.
     identity: Option<Identity>,
     session: Option<Box<Session>>,
     rate: RateLimit,
-    gaps: GapEstimate,
+    busy_poll: BusyPoll,
     /// Bytes the next message will probably need.
     room: usize,
     /// When the client last showed a sign of life.
@@ -91,37 +88,44 @@ struct Connection {
     /// When the connection closes unless it has said hello.
     hello_by: Instant,
     /// Given back when the connection is gone.
-    _place: Seat,
+    _permit: ConnectionPermit,
     _alive: Alive,
 }
 
+/// What a connection begins with.
+pub(super) struct Parts {
+    pub(super) link: Link,
+    pub(super) encoding: Encoding,
+    pub(super) sessions: Arc<Sessions>,
+    pub(super) auth: Arc<Auth>,
+    /// Whose token opened it.
+    pub(super) identity: Option<Identity>,
+    pub(super) permit: ConnectionPermit,
+}
+
 /// Serves a connection until its session begins, and sees to it that it is served until it ends.
-pub(crate) async fn serve(
-    socket: WebSocket,
-    attention: Attention,
-    encoding: Encoding,
-    host: Arc<Host>,
-    identity: Option<Identity>,
-    place: Seat,
-) {
-    let alive = host.alive();
-    let limits = host.limits();
-    let rate = RateLimit::new(limits.requests_per_s, limits.requests_burst, host.now());
+pub(super) async fn serve(socket: WebSocket, parts: Parts) {
+    let Parts { link, encoding, sessions, auth, identity, permit } = parts;
+    let (competition, lifecycle) = (&sessions.competition, &sessions.lifecycle);
+    let limits = competition.limits();
+    let rate = RateLimit::new(limits.requests_per_s, limits.requests_burst, lifecycle.now());
     let heard = Instant::now();
-    let hello_by = heard + host.settings.hello_timeout;
+    let hello_by = heard + competition.settings.hello_timeout;
+    let alive = lifecycle.alive();
+    let busy_poll = link.busy_poll(sessions.compute.scheduler.cores());
     let mut connection = Connection {
         socket,
-        attention,
         encoding,
-        host,
+        sessions,
+        auth,
         identity,
         session: None,
         rate,
-        gaps: GapEstimate::new(),
+        busy_poll,
         room: ROOM,
         heard,
         hello_by,
-        _place: place,
+        _permit: permit,
         _alive: alive,
     };
     match connection.talk().await {
@@ -195,20 +199,19 @@ impl Connection {
     }
 
     async fn talk(&mut self) -> End {
-        let interval = self.host.settings.ping_interval();
+        let interval = self.settings().ping_interval();
         let mut ping = interval_at(Instant::now() + interval, interval);
         ping.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        let host = self.host.clone();
-        let stopping = host.stopping();
+        let sessions = self.sessions.clone();
+        let stopping = sessions.lifecycle.stopping();
         tokio::pin!(stopping);
-        let identity = self.identity.clone();
-        let revoked = host.auth.revoked(identity.as_ref());
+        let (auth, identity) = (self.auth.clone(), self.identity.clone());
+        let revoked = auth.revoked(identity.as_ref());
         tokio::pin!(revoked);
         // Set anew only when the moment has changed, not for every message.
         let alarm = sleep_until(Instant::now());
         tokio::pin!(alarm);
         let mut armed = false;
-        let mut polled = 0_u32;
         loop {
             let change = match &self.session {
                 Some(session) => session.next_change(),
@@ -226,21 +229,16 @@ impl Connection {
                 }
                 None => armed = false,
             }
-            // Not for ever: a client that never pauses must not keep organizers, pings and the clock waiting.
-            polled += 1;
-            let hasty = match self.busy_poll().await {
-                Some(message) => {
-                    if let ControlFlow::Break(end) = self.receive(message).await {
-                        return end;
-                    }
-                    if polled < BUSY_POLLS {
-                        continue;
-                    }
-                    true
-                }
-                None => false,
-            };
-            polled = 0;
+            let found = self.busy_poll().await;
+            let busy = found.is_some();
+            if let Some(message) = found
+                && let ControlFlow::Break(end) = self.receive(message).await
+            {
+                return end;
+            }
+            if self.busy_poll.goes_on(busy) {
+                continue;
+            }
             let live = self.session.as_ref().and_then(|session| session.stream().cloned());
             let flow = tokio::select! {
                 biased;
@@ -254,11 +252,11 @@ impl Connection {
                     armed = false;
                     self.expire().await
                 }
-                ordered = order(self.session.as_deref_mut()) => self.obey(ordered).await,
-                // Whoever is in haste looks himself again at once, and need not be registered for waking.
-                message = self.socket.recv(), if !hasty => self.receive(message).await,
+                command = command(self.session.as_deref_mut()) => self.obey(command).await,
+                // While busy-polling, do not register the waker.
+                message = self.socket.recv(), if !busy => self.receive(message).await,
                 () = news(live.as_deref()) => self.stream().await,
-                () = ready(()), if hasty => ControlFlow::Continue(()),
+                () = ready(()), if busy => ControlFlow::Continue(()),
             };
             if let ControlFlow::Break(end) = flow {
                 return end;
@@ -266,23 +264,15 @@ impl Connection {
         }
     }
 
-    /// Looks for the next request without going to sleep, where that pays.
-    async fn busy_poll(&mut self) -> Option<Option<Result<Message, axum::Error>>> {
-        let span = self.gaps.worth()?;
-        let (host, scheduler) = (self.host.clone(), &self.host.compute.scheduler);
-        let _leave = host.awake.leave(scheduler.cores())?;
-        let _attentive = self.attention.attentive();
-        let end = std::time::Instant::now() + span;
-        while scheduler.is_idle() && !host.is_stopping() && std::time::Instant::now() < end {
-            let mut next = pin!(self.socket.recv());
-            let looked = poll_fn(|context| Poll::Ready(next.as_mut().poll(context))).await;
-            if let Poll::Ready(message) = looked {
-                return Some(message);
-            }
-            // The client may be waiting for this very core.
-            std::thread::yield_now();
-        }
-        None
+    fn settings(&self) -> &Settings {
+        &self.sessions.competition.settings
+    }
+
+    /// Looks for the next request before going to sleep.
+    async fn busy_poll(&mut self) -> Option<Incoming> {
+        let (scheduler, lifecycle) = (&self.sessions.compute.scheduler, &self.sessions.lifecycle);
+        let idle = || scheduler.is_idle() && !lifecycle.is_stopping();
+        self.busy_poll.next(&mut self.socket, idle).await
     }
 
     /// A realtime world has something to tell.
@@ -301,9 +291,9 @@ impl Connection {
     }
 
     /// An organizer asks something of the session.
-    async fn obey(&mut self, ordered: Ordered) -> ControlFlow<End> {
+    async fn obey(&mut self, command: PendingCommand) -> ControlFlow<End> {
         let Some(session) = &mut self.session else { return ControlFlow::Continue(()) };
-        let (over, told) = session.obey(ordered).await;
+        let (over, told) = session.obey(command).await;
         if let Some(told) = told {
             self.send(&told).await?;
         }
@@ -311,7 +301,7 @@ impl Connection {
     }
 
     async fn beat(&mut self) -> ControlFlow<End> {
-        if self.heard.elapsed() >= self.host.settings.ping_timeout {
+        if self.heard.elapsed() >= self.settings().ping_timeout {
             tracing::info!("no sign of life; connection dropped");
             return ControlFlow::Break(End::Lost);
         }
@@ -321,7 +311,7 @@ impl Connection {
     /// The session's clock has passed a mark or its end; or no session has begun in time.
     async fn expire(&mut self) -> ControlFlow<End> {
         let Some(session) = &mut self.session else {
-            let seconds = self.host.settings.hello_timeout.as_secs_f64();
+            let seconds = self.settings().hello_timeout.as_secs_f64();
             let message = format!("no session has begun within {seconds} s; say hello sooner");
             return self.refuse(None, &Refusal::new(Code::TooSlow, message).fatal()).await;
         };
@@ -331,7 +321,15 @@ impl Connection {
         }
     }
 
-    async fn receive(&mut self, message: Option<Result<Message, axum::Error>>) -> ControlFlow<End> {
+    /// Announces a mark that has been passed.
+    async fn warn(&mut self) -> ControlFlow<End> {
+        match self.session.as_mut().and_then(|session| session.warning()) {
+            Some(warning) => self.send(&warning).await,
+            None => ControlFlow::Continue(()),
+        }
+    }
+
+    async fn receive(&mut self, message: Incoming) -> ControlFlow<End> {
         let flow = match message {
             None | Some(Ok(Message::Close(_))) => ControlFlow::Break(End::Lost),
             // The WebSocket layer's own limit; its error has no type we could name.
@@ -364,12 +362,12 @@ impl Connection {
 
     /// Answers one frame.
     async fn answer(&mut self, frame: Message) -> ControlFlow<End> {
-        self.gaps.asked(std::time::Instant::now());
+        self.busy_poll.asked();
         let Some(Parsed { id, request }) = self.encoding.read(&frame) else {
             return ControlFlow::Continue(());
         };
-        if let Err(wait_s) = self.rate.take(self.host.now()) {
-            let message = format!("more than {} requests per second", self.host.settings.requests_per_s);
+        if let Err(wait_s) = self.rate.take(self.sessions.lifecycle.now()) {
+            let message = format!("more than {} requests per second", self.settings().requests_per_s);
             return self.refuse(id, &Refusal::new(Code::RateLimited, message).retry_after(wait_s)).await;
         }
         let (id, request) = match (id, request) {
@@ -386,9 +384,9 @@ impl Connection {
         match self.carry_out(id, request).await {
             Ok(reply) => {
                 // A mark passed by simulating is announced before the reply that passed it.
-                self.expire().await?;
+                self.warn().await?;
                 self.send(&reply).await?;
-                self.gaps.replied(std::time::Instant::now());
+                self.busy_poll.replied();
                 if greeted {
                     return ControlFlow::Break(End::Greeted);
                 }
@@ -402,27 +400,17 @@ impl Connection {
     }
 
     async fn carry_out(&mut self, id: u64, request: Request) -> Result<Reply, Refusal> {
-        let op = request.op();
         match (&mut self.session, request) {
-            (Some(_), Request::Hello(_)) => Err(Refusal::new(Code::WrongState, "hello was said already")),
+            (Some(session), request) => session.answer(id, request).await,
             (None, Request::Hello(hello)) => {
-                let mut session = match &hello.resume_token {
-                    Some(token) => Session::resume(&self.host, token, self.identity.as_ref()).await?,
-                    None => Session::begin(&self.host, &hello, self.identity.as_ref()).await?,
-                };
+                let mut session = self.sessions.greet(&hello, self.identity.as_ref()).await?;
                 let welcome = session.welcome(id).await;
                 self.session = Some(session);
                 Ok(welcome)
             }
-            (None, _) => Err(Refusal::new(Code::WrongState, format!("say hello before {op}"))),
-            (Some(session), Request::Reset(reset)) => session.reset(id, reset).await,
-            (Some(session), Request::Step(step)) => session.step(id, step).await,
-            (Some(session), Request::Act(act)) => session.act(id, act).await,
-            (Some(session), Request::Perturb(push)) => session.perturb(id, push).await,
-            (Some(session), Request::Stop(_)) => session.stop(id).await,
-            (Some(session), Request::Time(_)) => Ok(session.time(id)),
-            // Ends the connection before it gets here.
-            (Some(_), Request::Bye(_)) => Err(Refusal::new(Code::WrongState, "bye")),
+            (None, request) => {
+                Err(Refusal::new(Code::WrongState, format!("say hello before {}", request.op())))
+            }
         }
     }
 
@@ -441,7 +429,7 @@ impl Connection {
     }
 
     async fn send_message(&mut self, message: Message) -> ControlFlow<End> {
-        match timeout(self.host.settings.ping_timeout, self.socket.send(message)).await {
+        match timeout(self.settings().ping_timeout, self.socket.send(message)).await {
             Ok(Ok(())) => ControlFlow::Continue(()),
             Ok(Err(_)) | Err(_) => ControlFlow::Break(End::Lost),
         }
