@@ -1,15 +1,16 @@
 //! What `palmares serve` can be told: by options, by environment variables, by a file.
 
 mod file;
+pub(crate) mod settings;
 
-use crate::net::Guard;
-use crate::session::Settings;
 use crate::store::Location;
+use crate::transport::guard::Guard;
 use anyhow::bail;
 use clap::Args;
 use file::File;
 pub(crate) use file::{LONGEST_SESSION_S, Mode};
 use palmares_models::measure::HandLimits;
+use settings::Settings;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::time::Duration;

@@ -1,13 +1,14 @@
 //! Hands that teams send in: checked, kept under their hash, loaded when they are played with.
 
 use crate::auth::{random_hex, sha256_hex};
+use crate::compute::{Background, Level};
 use crate::inspect::{self, FigureRow, told};
 use crate::names;
-use crate::net::Received;
+
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
-use crate::session::{Background, Level};
 use crate::store::{HandRow, NewHand, Store, StoreError};
+use crate::transport::Received;
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
 use palmares_models::measure::HandLimits;

@@ -1,28 +1,31 @@
 //! The server: network, sessions, storage. What it can be told is in [`ServeOptions`].
 
 mod api;
+mod app;
 mod archive;
 mod auth;
 mod backup;
+mod competition;
+mod compute;
 mod config;
 mod hands;
+mod lifecycle;
 mod metrics;
 mod names;
-mod net;
 mod restore;
 mod rules;
 pub mod schema;
-mod serve;
 mod session;
 mod store;
 mod telemetry;
+mod transport;
 mod version;
 mod watch;
-mod ws;
+mod world;
 
+pub use app::serve;
 pub use config::{ServeOptions, hand_limits};
 pub use restore::restore;
-pub use serve::serve;
 pub use store::utc;
 
 use palmares_protocol as protocol;

@@ -73,3 +73,45 @@ async fn the_time_until_the_database_takes_it_is_not_the_teams() {
         assert!(wall_s(&after) - wall_s(&before) < trouble_s, "{before} {after}: {trouble_s} s of trouble");
     }
 }
+
+#[tokio::test]
+async fn a_run_that_cannot_be_stored_leaves_its_number_to_the_next() {
+    let cup = Official::start();
+    let token = cup.team("patient");
+    cup.open();
+    let (mut client, _) = cup.greet(&token).await;
+    let options = SqliteConnectOptions::new().filename(cup.server.database());
+    let mut database = options.connect().await.expect("opens");
+    let trigger = "CREATE TRIGGER trouble BEFORE INSERT ON runs BEGIN SELECT RAISE(ABORT, 'trouble'); END";
+    sqlx::query(trigger).execute(&mut database).await.expect("takes it");
+    for _ in 0..2 {
+        client.refused(official_reset(), "internal").await;
+    }
+    sqlx::query("DROP TRIGGER trouble").execute(&mut database).await.expect("takes it");
+
+    let obs = client.settled(official_reset()).await;
+    let path = format!("/v1/runs/{}", obs["run_id"].as_str().expect("an id"));
+    assert_eq!(cup.get(&path, &cup.organizer).json()["k"], 1, "nothing was seen of the scene");
+}
+
+#[tokio::test]
+async fn a_result_that_cannot_be_stored_is_tried_once_for_each_request() {
+    let server = Server::start();
+    let mut client = Client::connect(&server).await;
+    client.ask(json!({"op": "hello", "client": "timed", "session_s": 30.0})).await;
+    client.ask(reset()).await;
+    let steps = |tick: u32| json!({"op": "step", "tick": tick, "action": {}, "repeat": 100});
+    for tick in (0..2900).step_by(100) {
+        client.ask(steps(tick)).await;
+    }
+    let holder = hold(&server).await;
+    let begun = Instant::now();
+    // It spends the last of the session, and closes the run.
+    let last = client.ask(steps(2900)).await;
+    let waited_s = begun.elapsed().as_secs_f64();
+    holder.close().await.expect("unlocks");
+    assert_eq!(last["reason"], "session_over", "{last}");
+    // The server waits for five seconds for a database that is locked.
+    assert!((4.0..8.0).contains(&waited_s), "{waited_s} s");
+    assert_eq!(client.ask(json!({"op": "stop"})).await["ticks"], 3000);
+}

@@ -3,6 +3,7 @@
 use crate::hands_upload::claw;
 use crate::harness::{Client, Official, assert_error, bearer, get, get_bytes, send};
 use serde_json::{Value, json};
+use std::time::Duration;
 
 fn text(value: &Value) -> String {
     value.as_str().unwrap_or_else(|| panic!("a text, not {value}")).to_owned()
@@ -227,4 +228,31 @@ async fn what_goes_on_when_the_competition_closes_is_shown_and_in_the_end_only_t
     // From now on everybody may have the run itself.
     assert_eq!(get_bytes(&cup.server, &format!("/v1/runs/{run_id}/replay")).0, 200);
     assert!(get(&cup.server, &format!("/v1/runs/{run_id}")).json()["seed_hex"].is_string());
+}
+
+#[tokio::test]
+async fn the_ranking_is_shown_anew_when_a_run_is_void_or_rejected() {
+    let cup = Official::start();
+    let token = cup.team("crabs");
+    cup.open();
+    let mut screen = cup.watch(None).await;
+    screen.ask(json!({"op": "subscribe", "featured": true})).await;
+    for verb in ["void", "reverify"] {
+        let (mut player, _, obs) = cup.playing(&token).await;
+        for tick in 0..20 {
+            player.goes_on(tick).await;
+        }
+        player.ask(json!({"op": "stop"})).await;
+        cup.verified(&obs["run_id"]).await;
+        // All that was to be told is told: what comes now is of the organizer's doing.
+        screen.listen_for(Duration::from_secs(3)).await;
+        let run_id = text(&obs["run_id"]);
+        if verb == "reverify" {
+            let replay = cup.folder().join("replays").join(format!("{run_id}.mcap"));
+            std::fs::remove_file(replay).expect("it is there");
+        }
+        cup.order(&format!("run/{verb}"), json!({"run_id": run_id, "reason": "a mistake"}));
+        let mut heard = String::new();
+        while until(&mut screen, "leaderboard", &mut heard).await["rows"] != json!([]) {}
+    }
 }

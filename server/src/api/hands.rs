@@ -2,13 +2,14 @@
 
 use super::Problem;
 use super::parts::{Asking, Segment};
+use crate::app::App as Host;
 use crate::auth::{Identity, Role, forbidden};
 use crate::hands::largest;
 use crate::protocol::reply::HandInfo;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
-use crate::session::{Host, practice_team};
-use crate::ws::Caller;
+use crate::session::practice_team;
+use crate::transport::Caller;
 use axum::Json;
 use axum::body::Body;
 use axum::extract::{ConnectInfo, State};
@@ -31,9 +32,9 @@ async fn team(host: &Host, headers: &HeaderMap, whose: Whose) -> Result<Option<S
     let identity = host.auth.identify(&host.store, headers).await.map_err(Problem)?;
     match identity {
         Some(Identity { role: Role::Team, team, .. }) => Ok(team),
-        _ if host.rules.official() => Ok(None),
+        _ if host.competition.rules.official() => Ok(None),
         _ => match whose.team {
-            Some(name) => Ok(Some(practice_team(host, &name).await.map_err(Problem)?.0)),
+            Some(name) => Ok(Some(practice_team(&host.store, &name).await.map_err(Problem)?.0)),
             None => Ok(None),
         },
     }
@@ -61,7 +62,11 @@ pub(super) async fn list(
         }
         None => Vec::new(),
     };
-    let hands = host.hand_infos(team.as_deref()).await.map_err(Problem)?;
+    let hands = host
+        .competition
+        .hand_infos(&host.store, &host.compute.background, team.as_deref())
+        .await
+        .map_err(Problem)?;
     Ok(Json(Hands { hands, own }))
 }
 
@@ -72,11 +77,12 @@ pub(super) async fn describe(
     Asking(whose): Asking<Whose>,
     headers: HeaderMap,
 ) -> Result<Json<HandDescription>, Problem> {
-    if let Some(hand) = host.hand(&name) {
+    if let Some(hand) = host.competition.hand(&name) {
         return Ok(Json(hand.describe()));
     }
     if let Some(team) = team(&host, &headers, whose).await? {
-        let own = host.own_hands.find(&host.store, &host.background, &team, &name, false).await;
+        let own =
+            host.competition.own_hands.find(&host.store, &host.compute.background, &team, &name, false).await;
         if let Some((hand, _)) = own.map_err(Problem)? {
             return Ok(Json(hand.describe()));
         }
@@ -95,19 +101,21 @@ pub(super) async fn submit(
 ) -> Result<Response, Problem> {
     // Before a byte of the body is read: who may not send it in sends it for nothing.
     let identity = host.auth.identify(&host.store, &headers).await.map_err(Problem)?;
-    if host.rules.official() && identity.is_some_and(|identity| identity.role != Role::Team) {
+    if host.competition.rules.official() && identity.is_some_and(|identity| identity.role != Role::Team) {
         return Err(Problem(forbidden("a team's token")));
     }
     let team = team(&host, &headers, whose).await?.ok_or_else(|| {
-        let message = if host.rules.official() {
+        let message = if host.competition.rules.official() {
             "send a team's token as the header `Authorization: Bearer <token>`"
         } else {
             "say whose hand it is: ?team=name"
         };
-        let code = if host.rules.official() { Code::NotAuthorized } else { Code::BadRequest };
+        let code = if host.competition.rules.official() { Code::NotAuthorized } else { Code::BadRequest };
         Problem(Refusal::new(code, message))
     })?;
-    let received = host.bodies.read(caller.address, &headers, body, largest()).await.map_err(Problem)?;
-    let submitted = host.own_hands.submit(&host.store, &host.background, &team, received).await;
+    let received =
+        host.entrance.bodies.read(caller.address, &headers, body, largest()).await.map_err(Problem)?;
+    let submitted =
+        host.competition.own_hands.submit(&host.store, &host.compute.background, &team, received).await;
     Ok((StatusCode::CREATED, Json(submitted.map_err(Problem)?)).into_response())
 }

@@ -13,23 +13,22 @@ mod runs;
 
 pub(crate) use problem::Problem;
 
-use crate::session::Host;
-use crate::{net, watch, ws};
+use crate::app::App as Host;
+use crate::{transport, watch};
 use axum::Router;
 use axum::http::Method;
 use axum::middleware;
 use axum::routing::get;
-use std::sync::Arc;
 
 /// All addresses of the server.
-pub(crate) fn router(host: Arc<Host>) -> Router {
+pub(crate) fn router(host: Host) -> Router {
     Router::new()
         .route("/", get(page::leaderboard))
         .route("/healthz", get(rest::healthz))
         .route("/readyz", get(rest::readyz))
         .route("/metrics", get(rest::metrics))
         .route("/openapi.json", get(openapi::openapi))
-        .route("/v1/control", get(ws::control))
+        .route("/v1/control", get(transport::control))
         .route("/v1/watch", get(watch::watch))
         .route("/v1/competition", get(rest::competition))
         .route("/v1/tasks", get(rest::tasks))
@@ -43,6 +42,6 @@ pub(crate) fn router(host: Arc<Host>) -> Router {
         .merge(admin::router(&host))
         .fallback(rest::nothing_here)
         .method_not_allowed_fallback(async |method: Method| problem::method_not_allowed(&method))
-        .layer(middleware::from_fn_with_state(host.clone(), net::guard))
+        .layer(middleware::from_fn_with_state(host.clone(), transport::guard))
         .with_state(host)
 }

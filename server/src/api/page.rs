@@ -2,9 +2,9 @@
 
 use super::Problem;
 use super::rest::store_failed;
+use crate::app::App as Host;
 use crate::names::printable;
 use crate::rules::Phase;
-use crate::session::Host;
 use crate::store::LeaderboardRow;
 use axum::extract::State;
 use axum::http::HeaderMap;
@@ -21,11 +21,15 @@ pub(super) async fn leaderboard(
     State(host): State<Arc<Host>>,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, Problem> {
-    let rows = host.store.leaderboard(host.rules.official()).await.map_err(|error| store_failed(&error))?;
+    let rows = host
+        .store
+        .leaderboard(host.competition.rules.official())
+        .await
+        .map_err(|error| store_failed(&error))?;
     let here = headers.get(HOST).and_then(|value| value.to_str().ok()).unwrap_or("127.0.0.1:8080");
-    let tasks: Vec<&str> = host.tasks.iter().map(|task| task.name.as_str()).collect();
-    let phase = host.rules.official().then(|| host.rules.phase());
-    let title = if phase.is_some() { host.rules.name.as_str() } else { "Practice leaderboard" };
+    let tasks: Vec<&str> = host.competition.tasks.iter().map(|task| task.name.as_str()).collect();
+    let phase = host.competition.rules.official().then(|| host.competition.rules.phase());
+    let title = if phase.is_some() { host.competition.rules.name.as_str() } else { "Practice leaderboard" };
     let page = render(&rows, &tasks, here, title, phase);
     let policy = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; frame-ancestors 'none'";
     Ok(([(CACHE_CONTROL, "no-store"), (CONTENT_SECURITY_POLICY, policy)], Html(page)))

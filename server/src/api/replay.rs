@@ -3,10 +3,10 @@
 use super::Problem;
 use super::parts::Segment;
 use super::rest::store_failed;
+use crate::app::App as Host;
 use crate::auth::{Role, forbidden};
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
-use crate::session::Host;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
@@ -27,18 +27,18 @@ pub(super) async fn replay(
     // It names the seed, which is the same for every team.
     let identity = host.auth.identify(&host.store, &headers).await.map_err(Problem)?;
     let organizer = identity.as_ref().is_some_and(|identity| identity.role == Role::Organizer);
-    if run.k.is_some() && !organizer && !host.rules.revealed() {
+    if run.k.is_some() && !organizer && !host.competition.rules.revealed() {
         return Err(Problem(forbidden("an organizer's token until the seeds are revealed")));
     }
     // It holds the files of a hand that a team sent in, which are for that team alone.
     let theirs = identity.is_some_and(|identity| identity.team.as_ref() == Some(&run.team));
-    if run.k.is_none() && host.hand(&run.hand).is_none() && !organizer && !theirs {
+    if run.k.is_none() && host.competition.hand(&run.hand).is_none() && !organizer && !theirs {
         return Err(Problem(forbidden("a token of the run's team, whose own hand it holds")));
     }
     let stored = host.store.replay(&id).await.map_err(|error| store_failed(&error))?;
     let (stored, sha256) =
         stored.ok_or_else(|| none("it was not recorded, is not finished, or is no longer kept"))?;
-    let archive = host.replays.as_ref().ok_or_else(|| none("this server does not record"))?;
+    let archive = host.archive.as_ref().ok_or_else(|| none("this server does not record"))?;
     let path = archive.locate(&stored);
     let read = tokio::task::spawn_blocking(move || std::fs::read(path)).await;
     let bytes = match read {

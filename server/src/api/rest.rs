@@ -1,12 +1,12 @@
 //! The JSON addresses.
 
 use super::{Problem, csv};
+use crate::app::App as Host;
 use crate::metrics::METRICS;
 use crate::protocol::reply::{Competition, Limits, ServerInfo, TaskInfo};
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use crate::rules::Phase;
-use crate::session::Host;
 use crate::store::{LeaderboardRow, StoreError, unix_ms};
 use crate::version;
 use axum::Json;
@@ -31,7 +31,7 @@ pub(super) async fn healthz() -> &'static str {
 
 /// The server can take work: its database answers and it is not shutting down.
 pub(super) async fn readyz(State(host): State<Arc<Host>>) -> Result<&'static str, Problem> {
-    if host.is_stopping() {
+    if host.lifecycle.is_stopping() {
         return Err(Problem(Refusal::new(Code::Capacity, "the server is shutting down")));
     }
     host.store.ping().await.map_err(|error| store_failed(&error))?;
@@ -42,7 +42,7 @@ pub(super) async fn readyz(State(host): State<Arc<Host>>) -> Result<&'static str
 pub(super) async fn metrics(State(host): State<Arc<Host>>) -> Result<impl IntoResponse, Problem> {
     let unverified = host.store.runs_to_verify().await.map_err(|error| store_failed(&error))?.len();
     let format = "application/openmetrics-text; version=1.0.0; charset=utf-8";
-    Ok(([(CONTENT_TYPE, format)], METRICS.text(host.levels(unverified))))
+    Ok(([(CONTENT_TYPE, format)], METRICS.text(host.sessions.levels(unverified))))
 }
 
 /// What is being played here.
@@ -73,14 +73,14 @@ pub(super) struct CompetitionAnswer {
 
 /// What is being played here.
 pub(super) async fn competition(State(host): State<Arc<Host>>) -> Json<CompetitionAnswer> {
-    let rules = &host.rules;
+    let rules = &host.competition.rules;
     Json(CompetitionAnswer {
-        competition: host.competition(),
+        competition: host.competition.info(),
         server: version::own(),
-        limits: host.limits(),
-        tasks: host.task_names(),
-        hands: host.hands.iter().map(|hand| hand.name.clone()).collect(),
-        replay_key: host.replays.as_ref().map(|archive| archive.key().to_string()),
+        limits: host.competition.limits(),
+        tasks: host.competition.task_names(),
+        hands: host.competition.hands.iter().map(|hand| hand.name.clone()).collect(),
+        replay_key: host.archive.as_ref().map(|archive| archive.key().to_string()),
         phase: rules.official().then(|| rules.phase()),
         sessions_per_team: rules.official().then_some(rules.sessions_per_team),
         seed_secret_sha256: rules.secret_sha256(),
@@ -96,7 +96,7 @@ pub(super) struct Tasks {
 
 /// The tasks.
 pub(super) async fn tasks(State(host): State<Arc<Host>>) -> Json<Tasks> {
-    Json(Tasks { tasks: host.task_infos() })
+    Json(Tasks { tasks: host.competition.task_infos() })
 }
 
 /// The ranking.
@@ -109,15 +109,23 @@ pub(super) struct Leaderboard {
 
 /// The ranking.
 pub(super) async fn leaderboard(State(host): State<Arc<Host>>) -> Result<impl IntoResponse, Problem> {
-    let rows = host.store.leaderboard(host.rules.official()).await.map_err(|error| store_failed(&error))?;
-    let tasks = host.task_names();
+    let rows = host
+        .store
+        .leaderboard(host.competition.rules.official())
+        .await
+        .map_err(|error| store_failed(&error))?;
+    let tasks = host.competition.task_names();
     Ok(([(CACHE_CONTROL, "no-store")], Json(Leaderboard { tasks, rows, unix_ms: unix_ms() })))
 }
 
 /// The ranking as a table.
 pub(super) async fn leaderboard_csv(State(host): State<Arc<Host>>) -> Result<Response, Problem> {
-    let rows = host.store.leaderboard(host.rules.official()).await.map_err(|error| store_failed(&error))?;
-    Ok(csv::response(&csv::leaderboard(&rows, &host.task_names())))
+    let rows = host
+        .store
+        .leaderboard(host.competition.rules.official())
+        .await
+        .map_err(|error| store_failed(&error))?;
+    Ok(csv::response(&csv::leaderboard(&rows, &host.competition.task_names())))
 }
 
 /// Anything else.

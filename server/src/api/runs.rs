@@ -3,11 +3,11 @@
 use super::Problem;
 use super::parts::Segment;
 use super::rest::store_failed;
+use crate::app::App as Host;
 use crate::auth::{Identity, Role, forbidden};
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use crate::rules::Rules;
-use crate::session::Host;
 use crate::store::{RunRecord, SessionRow};
 use axum::Json;
 use axum::extract::State;
@@ -49,7 +49,7 @@ pub(super) async fn run(
 ) -> Result<Json<RunRecord>, Problem> {
     let identity = host.auth.identify(&host.store, &headers).await.map_err(Problem)?;
     match host.store.run(&id).await.map_err(|error| store_failed(&error))? {
-        Some(run) => Ok(Json(seen_by(run, identity.as_ref(), &host.rules))),
+        Some(run) => Ok(Json(seen_by(run, identity.as_ref(), &host.competition.rules))),
         None => Err(Problem(Refusal::new(Code::NotFound, format!("no run `{}`", shortened(&id))))),
     }
 }
@@ -70,8 +70,8 @@ impl SessionNow {
     /// While somebody holds a session, or waits for its client, its clock is ahead of the database: while a run is
     /// open there stands from where a crash would go on.
     pub(super) fn of(mut row: SessionRow, host: &Host) -> Self {
-        if let Some(clock) = host.registry.clock(&row.session_id) {
-            let spent = clock.spent(host.now());
+        if let Some(clock) = host.sessions.registry.clock(&row.session_id) {
+            let spent = clock.spent(host.lifecycle.now());
             (row.clock_wall_s, row.clock_simulated_s) = (spent.wall_s, spent.simulated_s);
             row.refunded_s = clock.refunded_s();
         }

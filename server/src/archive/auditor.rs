@@ -3,8 +3,9 @@
 use super::folder::Archive;
 use super::likeness::Marks;
 use super::retention::apply_retention;
-use crate::session::{Background, Level};
+use crate::compute::{Background, Level};
 use crate::store::{RunRecord, Store, StoreError, UnverifiedRun, Verdict};
+use crate::watch::Hub;
 use palmares_replay::{Replay, VerifyError, read, verify, word};
 use serde_json::{Value, json};
 use std::future::Future;
@@ -17,13 +18,18 @@ use std::time::Duration;
 const AGAIN_AFTER: Duration = Duration::from_secs(60);
 
 /// Verifies and tidies up until `stopping`. A verification that is cut off is made again at the next start.
-pub(crate) async fn audit(store: Store, archive: Arc<Archive>, stopping: impl Future<Output = ()>) {
+pub(crate) async fn audit(
+    store: Store,
+    archive: Arc<Archive>,
+    hub: Arc<Hub>,
+    stopping: impl Future<Output = ()>,
+) {
     // Its own places: what nobody waits for must not keep those out for whom somebody waits.
     let background = Background::new(1);
     tokio::pin!(stopping);
     loop {
         let round = async {
-            if let Err(error) = round(&store, &archive, &background).await {
+            if let Err(error) = round(&store, &archive, &hub, &background).await {
                 tracing::error!(%error, "store failed; verification goes on later");
             }
             let _ = tokio::time::timeout(AGAIN_AFTER, archive.news.notified()).await;
@@ -35,7 +41,12 @@ pub(crate) async fn audit(store: Store, archive: Arc<Archive>, stopping: impl Fu
     }
 }
 
-async fn round(store: &Store, archive: &Arc<Archive>, background: &Background) -> Result<(), StoreError> {
+async fn round(
+    store: &Store,
+    archive: &Arc<Archive>,
+    hub: &Hub,
+    background: &Background,
+) -> Result<(), StoreError> {
     for run in store.runs_to_verify().await? {
         let Some(record) = store.run(&run.run_id).await? else { continue };
         let (path, run_id) = (archive.locate(&run.replay_path), run.run_id.clone());
@@ -59,6 +70,7 @@ async fn round(store: &Store, archive: &Arc<Archive>, background: &Background) -
         // First: a run that is no longer provisional is not looked at again.
         store.compare_actions(&run_id, &marks).await?;
         store.set_verdict(&run_id, verdict, Some(&note)).await?;
+        hub.ranking_changed();
     }
     apply_retention(store, archive).await
 }

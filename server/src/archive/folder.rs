@@ -1,6 +1,6 @@
 //! Where a server keeps its replays, and who signs them.
 
-use crate::session::Witness;
+use crate::world::Witness;
 use palmares_models::hand::Hand;
 use palmares_replay::{Header, KeyError, PublicKey, RecordError, Recorder, ReplayFile, Signer};
 use palmares_tasks::observation::Wrench;
@@ -72,30 +72,41 @@ impl Archive {
         self.news.notify_one();
     }
 
-    /// Prepares to record a run: a witness that is made when the run is there, and the way to its file.
-    pub(crate) fn record(&self, header: Header) -> (impl FnOnce(&Run) -> Scribe + Send + use<>, Recording) {
+    /// Prepares to record a run: a witness that begins when the run is there, and the way to its file.
+    pub(crate) fn record(&self, header: Header) -> (Scribe, Recording) {
         let (done, file) = oneshot::channel();
         let (folder, signer) = (self.folder(), self.signer.clone());
         let known = self.hand_files.lock().unwrap_or_else(PoisonError::into_inner);
         let hand_files = known.get(&header.hand_hash).cloned();
-        let begin = move |run: &Run| match Recorder::create(&folder, header, run, &signer, hand_files) {
-            Ok(recorder) => Scribe { recorder: Some(recorder), done: Some(done) },
-            Err(error) => {
-                let _ = done.send(Err(error));
-                Scribe { recorder: None, done: None }
-            }
-        };
-        (begin, Recording(file))
+        let unopened = Some(Unopened { folder, header, signer, hand_files });
+        (Scribe { unopened, recorder: None, done: Some(done) }, Recording(file))
     }
 }
 
 /// The witness that records.
 pub(crate) struct Scribe {
+    /// What it begins with when the run is there.
+    unopened: Option<Unopened>,
     recorder: Option<Recorder>,
     done: Option<oneshot::Sender<Result<Option<ReplayFile>, RecordError>>>,
 }
 
+struct Unopened {
+    folder: PathBuf,
+    header: Header,
+    signer: Arc<Signer>,
+    hand_files: Option<Arc<Vec<u8>>>,
+}
+
 impl Witness for Scribe {
+    fn opened(&mut self, run: &Run) {
+        let Some(Unopened { folder, header, signer, hand_files }) = self.unopened.take() else { return };
+        match Recorder::create(&folder, header, run, &signer, hand_files) {
+            Ok(recorder) => self.recorder = Some(recorder),
+            Err(error) => drop(self.done.take().map(|done| done.send(Err(error)))),
+        }
+    }
+
     fn pushed(&mut self, link: &str, wrench: Wrench, duration_s: f64) {
         if let Some(recorder) = &mut self.recorder {
             recorder.push(link, wrench, duration_s);

@@ -67,14 +67,14 @@ impl Place {
         let header =
             Header { k: Some(k), ..Header::new(run_id, team, &task, &hand, seed, 1_700_000_000_000) };
         let mut run = Run::new(task, hand, seed).expect("scene");
-        let (begin, recording) = self.archive.record(header);
-        let mut scribe = begin(&run);
+        let (mut scribe, recording) = self.archive.record(header);
+        crate::world::Witness::opened(&mut scribe, &run);
         for action in actions {
             run.step(action).expect("valid");
-            crate::session::Witness::ticked(&mut scribe, &run);
+            crate::world::Witness::ticked(&mut scribe, &run);
         }
         let outcome = run.finish(Reason::Stopped);
-        crate::session::Witness::finished(&mut scribe, &run, &outcome);
+        crate::world::Witness::finished(&mut scribe, &run, &outcome);
         let file = recording.file().await.expect("written").expect("it has ticks");
         self.store.set_replay(run_id, &stored_path(&file), &file.sha256).await.expect("stored");
         let row = FinishedRun {
@@ -97,7 +97,7 @@ impl Place {
     /// Lets the auditor work until a run is no longer provisional; returns its status and note.
     async fn judged(&self, run_id: &str) -> (String, String) {
         let (stop, stopping) = oneshot::channel::<()>();
-        let auditor = audit(self.store.clone(), self.archive.clone(), async {
+        let auditor = audit(self.store.clone(), self.archive.clone(), Arc::default(), async {
             let _ = stopping.await;
         });
         let auditor = tokio::spawn(auditor);
@@ -149,11 +149,11 @@ async fn a_run_without_a_tick_leaves_no_replay() {
     let (task, hand) = (Task::builtin().remove(0), Hand::builtin("pinch").expect("a hand of the program"));
     let header = Header::new("run_0", "crabs", &task, &hand, Seed::from_u64(5), 1_700_000_000_000);
     let mut run = Run::new(task, hand, Seed::from_u64(5)).expect("scene");
-    let (begin, recording) = place.archive.record(header);
-    let mut scribe = begin(&run);
+    let (mut scribe, recording) = place.archive.record(header);
+    crate::world::Witness::opened(&mut scribe, &run);
     assert!(place.path("run_0").exists());
     let outcome = run.finish(Reason::Stopped);
-    crate::session::Witness::finished(&mut scribe, &run, &outcome);
+    crate::world::Witness::finished(&mut scribe, &run, &outcome);
     assert_eq!(recording.file().await, Ok(None));
     assert!(!place.path("run_0").exists());
 }

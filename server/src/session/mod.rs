@@ -2,36 +2,26 @@
 //!
 //! What may happen when is decided by [`machine`] and [`clock`], which know neither sockets nor worlds;
 //! [`Session`] carries it out. A session belongs to the thread of its connection; while its client is away, to a
-//! task that waits for it (see [`registry`]) and computes nothing.
+//! task that waits for it (see [`waiting`]) and computes nothing.
 
-mod admission;
-mod background;
+mod begin;
 mod clock;
-mod driver;
-mod ending;
-mod host;
-mod live;
-mod load;
+mod command;
+mod entry;
+mod failure;
+mod finish;
+mod finished;
 mod machine;
-mod official;
-mod orders;
-mod overrun;
-mod pace;
-mod pacer;
-mod play;
-mod record;
+mod obey;
+mod origin;
 mod refunds;
 mod registry;
-mod scheduler;
-mod tick_phase;
-mod world;
+mod run;
+#[expect(clippy::module_inception, reason = "the folder is about sessions, the file about one")]
+mod session;
+mod waiting;
 
-pub(crate) use background::{Background, Level, STACK};
-pub(crate) use driver::Session;
-pub(crate) use host::{Alive, Host, MESSAGE_BYTES, Seat, Settings};
-pub(crate) use official::practice_team;
-pub(crate) use orders::{Order, Ordered};
-pub(crate) use overrun::watch_over;
-pub(crate) use refunds::{give_back, give_back_all};
-pub(crate) use registry::news;
-pub(crate) use world::Witness;
+pub(crate) use command::{Command, PendingCommand};
+pub(crate) use entry::practice_team;
+pub(crate) use session::{Session, Sessions};
+pub(crate) use waiting::news;

@@ -4,13 +4,12 @@
 //! it is owed. Giving it back and taking it away from there is one transaction: of whoever holds the session, or else
 //! of the database alone.
 
-use super::Host;
 use super::clock::{ClockState, SessionClock, Spent};
-use super::driver::{Session, store_failed};
+use super::failure::store_failed;
+use super::session::{Session, Sessions};
 use crate::protocol::Refusal;
 use crate::rules::Phase;
 use crate::store::{self, Paid, StoreError, Taken};
-use std::sync::Arc;
 use std::time::Duration;
 
 impl ClockState {
@@ -39,9 +38,9 @@ fn spent(taken: &Taken) -> Spent {
 impl Session {
     /// Gives back what void runs of this session have taken.
     pub(super) async fn give_back(&mut self) -> Result<(), Refusal> {
-        let owed = self.host.store.owed(&self.session_id).await;
+        let owed = self.shared.store.owed(&self.session_id).await;
         let owed = owed.map_err(|error| store_failed("the time given back", &error))?;
-        let now = self.host.now();
+        let now = self.now();
         for taken in owed {
             if !self.paid.contains(&taken.run_id) {
                 self.machine.give_back(spent(&taken), now);
@@ -49,15 +48,6 @@ impl Session {
             }
         }
         self.save(true).await;
-        Ok(())
-    }
-
-    /// Lets a session that ended wait for its team again, when the database says that it is open.
-    pub(crate) async fn revive(host: &Arc<Host>, session_id: &str) -> Result<(), StoreError> {
-        let open = host.store.load_resumable_sessions().await?;
-        if let Some(row) = open.into_iter().find(|row| row.session_id == session_id) {
-            Self::restore(host, row);
-        }
         Ok(())
     }
 }
@@ -73,21 +63,29 @@ fn paid(limit_s: Option<f64>, row: &store::ClockState, owed: &[Taken]) -> Paid {
     Paid { clock: clock.state(now).row(), revived: was_over && !clock.is_over(now) }
 }
 
-/// Gives back what is owed to a session that nobody holds. If its time was spent and the competition is not over, it
-/// is open again.
-pub(crate) async fn give_back(host: &Host, session_id: &str) -> Result<(), StoreError> {
-    let reopen = host.rules.phase() != Phase::Revealed;
-    host.store.give_back(session_id, reopen, |limit_s, clock, owed| paid(limit_s, &clock, owed)).await
-}
-
-/// The same for all sessions, at the start: what a crash came before.
-pub(crate) async fn give_back_all(host: &Host) -> Result<(), StoreError> {
-    for session_id in host.store.creditors().await? {
-        tracing::warn!(
-            session = session_id,
-            "time of void runs is given back that the server owed when it stopped"
-        );
-        give_back(host, &session_id).await?;
+impl Sessions {
+    /// Gives back what is owed to a session that nobody holds. If its time was spent and the competition is not over, it
+    /// is open again.
+    ///
+    /// # Errors
+    /// The store's.
+    pub(crate) async fn give_back(&self, session_id: &str) -> Result<(), StoreError> {
+        let reopen = self.competition.rules.phase() != Phase::Revealed;
+        self.store.give_back(session_id, reopen, |limit_s, clock, owed| paid(limit_s, &clock, owed)).await
     }
-    Ok(())
+
+    /// The same for all sessions, at the start: what a crash came before.
+    ///
+    /// # Errors
+    /// The store's.
+    pub(crate) async fn give_back_all(&self) -> Result<(), StoreError> {
+        for session_id in self.store.creditors().await? {
+            tracing::warn!(
+                session = session_id,
+                "time of void runs is given back that the server owed when it stopped"
+            );
+            self.give_back(&session_id).await?;
+        }
+        Ok(())
+    }
 }

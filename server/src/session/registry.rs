@@ -1,50 +1,53 @@
-//! Where sessions wait for clients that lost their connection.
+//! Where sessions wait for clients that lost their connection, and how organizers reach them. It does not know what a
+//! session is.
 
-use super::Session;
 use super::clock::SessionClock;
-use super::live::Live;
-use super::orders::{Order, Ordered};
+use super::command::{Command, PendingCommand};
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
-use palmares_tasks::Reason;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::{mpsc, oneshot};
-use tokio::time::{Instant, sleep_until};
 
 /// How a waiting session is given to its client's new connection.
-type Handover = oneshot::Sender<Box<Session>>;
+pub(super) type Handover<S> = oneshot::Sender<Box<S>>;
 
 #[derive(Debug)]
-enum Slot {
+enum Holder<S> {
     /// A connection holds the session.
-    Connected,
+    Connection,
     /// A task keeps it until somebody asks.
-    Waiting(oneshot::Sender<Handover>),
+    Task(oneshot::Sender<Handover<S>>),
 }
 
-/// Orders that wait for a session at most.
-const ORDERS: usize = 8;
+/// Commands that wait for a session at most.
+const COMMANDS: usize = 8;
 
 /// All sessions by the hash of their resume token, and the ways to them by their id. The locks are held for a look-up
 /// only.
-#[derive(Debug, Default)]
-pub(crate) struct Registry {
-    slots: Mutex<HashMap<String, Slot>>,
-    orders: Mutex<HashMap<String, mpsc::Sender<Ordered>>>,
+#[derive(Debug)]
+pub(crate) struct Registry<S> {
+    holders: Mutex<HashMap<String, Holder<S>>>,
+    commands: Mutex<HashMap<String, mpsc::Sender<PendingCommand>>>,
     /// Clocks by session id, as they stood when something last happened; they run on by themselves.
     clocks: Mutex<HashMap<String, SessionClock>>,
 }
 
-impl Registry {
-    fn slots(&self) -> MutexGuard<'_, HashMap<String, Slot>> {
+impl<S> Default for Registry<S> {
+    fn default() -> Self {
+        Registry { holders: Mutex::default(), commands: Mutex::default(), clocks: Mutex::default() }
+    }
+}
+
+impl<S> Registry<S> {
+    fn holders(&self) -> MutexGuard<'_, HashMap<String, Holder<S>>> {
         // Nothing panics while it holds the lock; if something did, the map would still be whole.
-        self.slots.lock().unwrap_or_else(PoisonError::into_inner)
+        self.holders.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn ways(&self) -> MutexGuard<'_, HashMap<String, mpsc::Sender<Ordered>>> {
-        self.orders.lock().unwrap_or_else(PoisonError::into_inner)
+    fn ways(&self) -> MutexGuard<'_, HashMap<String, mpsc::Sender<PendingCommand>>> {
+        self.commands.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn clocks(&self) -> MutexGuard<'_, HashMap<String, SessionClock>> {
@@ -53,31 +56,35 @@ impl Registry {
 
     /// Sessions now.
     pub(crate) fn len(&self) -> usize {
-        self.slots().len()
+        self.holders().len()
     }
 
-    /// A new session, held by a connection. Returns where its orders come from.
-    pub(super) fn insert(&self, token_hash: &str, session_id: &str) -> mpsc::Receiver<Ordered> {
-        let (way, orders) = mpsc::channel(ORDERS);
-        self.slots().insert(token_hash.to_owned(), Slot::Connected);
+    /// A new session, held by a connection. Returns where its commands come from.
+    pub(super) fn insert(&self, token_hash: &str, session_id: &str) -> mpsc::Receiver<PendingCommand> {
+        let (way, commands) = mpsc::channel(COMMANDS);
+        self.holders().insert(token_hash.to_owned(), Holder::Connection);
         self.ways().insert(session_id.to_owned(), way);
-        orders
+        commands
     }
 
     /// The same for a session of the database that somebody else may have taken from there already.
-    pub(super) fn insert_once(&self, token_hash: &str, session_id: &str) -> Option<mpsc::Receiver<Ordered>> {
-        let (way, orders) = mpsc::channel(ORDERS);
+    pub(super) fn insert_once(
+        &self,
+        token_hash: &str,
+        session_id: &str,
+    ) -> Option<mpsc::Receiver<PendingCommand>> {
+        let (way, commands) = mpsc::channel(COMMANDS);
         match self.ways().entry(session_id.to_owned()) {
             Entry::Occupied(_) => return None,
             Entry::Vacant(free) => free.insert(way),
         };
-        self.slots().insert(token_hash.to_owned(), Slot::Connected);
-        Some(orders)
+        self.holders().insert(token_hash.to_owned(), Holder::Connection);
+        Some(commands)
     }
 
     /// A session that ended.
     pub(super) fn remove(&self, token_hash: &str, session_id: &str) {
-        self.slots().remove(token_hash);
+        self.holders().remove(token_hash);
         self.ways().remove(session_id);
         self.clocks().remove(session_id);
     }
@@ -97,19 +104,19 @@ impl Registry {
     }
 
     /// Asks something of a session and waits until it is done.
-    pub(crate) async fn order(&self, session_id: &str, order: Order) -> Result<(), Refusal> {
+    pub(crate) async fn command(&self, session_id: &str, command: Command) -> Result<(), Refusal> {
         let gone = || Refusal::new(Code::NotFound, format!("no open session `{}`", shortened(session_id)));
         let way = self.ways().get(session_id).cloned().ok_or_else(gone)?;
         let (done, result) = oneshot::channel();
-        way.send(Ordered { order, done }).await.map_err(|_| gone())?;
+        way.send(PendingCommand { command, done }).await.map_err(|_| gone())?;
         result.await.map_err(|_| gone())?
     }
 
     /// A session that a connection holds is known by another token from now on.
     pub(super) fn rekey(&self, old: &str, new: &str) {
-        let mut slots = self.slots();
-        if let Some(slot) = slots.remove(old) {
-            slots.insert(new.to_owned(), slot);
+        let mut holders = self.holders();
+        if let Some(holder) = holders.remove(old) {
+            holders.insert(new.to_owned(), holder);
         }
     }
 
@@ -124,17 +131,17 @@ impl Registry {
     }
 
     /// Gives a waiting session to its client's new connection.
-    pub(crate) async fn claim(&self, token_hash: &str) -> Result<Box<Session>, Refusal> {
+    pub(crate) async fn claim(&self, token_hash: &str) -> Result<Box<S>, Refusal> {
         let gone = || {
             let message = "no session has this resume_token any more; say hello without it for a new one";
             Refusal::new(Code::SessionOver, message)
         };
         let keeper = {
-            let mut slots = self.slots();
-            let slot = slots.get_mut(token_hash).ok_or_else(gone)?;
-            match std::mem::replace(slot, Slot::Connected) {
-                Slot::Waiting(keeper) => keeper,
-                Slot::Connected => {
+            let mut holders = self.holders();
+            let holder = holders.get_mut(token_hash).ok_or_else(gone)?;
+            match std::mem::replace(holder, Holder::Connection) {
+                Holder::Task(keeper) => keeper,
+                Holder::Connection => {
                     return Err(Self::taken());
                 }
             }
@@ -144,91 +151,97 @@ impl Registry {
         session.await.map_err(|_| gone())
     }
 
+    /// Somebody keeps the session while its client is away. Returns where that is asked for it.
+    pub(super) fn wait(&self, token_hash: &str) -> oneshot::Receiver<Handover<S>> {
+        let (keeper, asked) = oneshot::channel();
+        self.holders().insert(token_hash.to_owned(), Holder::Task(keeper));
+        asked
+    }
+
     /// Whether nobody has claimed the session; then nobody can any more.
-    fn withdraw(&self, token_hash: &str) -> bool {
-        let mut slots = self.slots();
-        if matches!(slots.get(token_hash), Some(Slot::Connected)) {
+    pub(super) fn withdraw(&self, token_hash: &str) -> bool {
+        let mut holders = self.holders();
+        if matches!(holders.get(token_hash), Some(Holder::Connection)) {
             return false;
         }
-        slots.remove(token_hash);
+        holders.remove(token_hash);
         true
     }
 }
 
-/// Keeps a session whose connection is gone until its client comes back, its grace or its time is spent, or
-/// the server stops.
-pub(crate) fn park(session: Box<Session>) {
-    let (keeper, asked) = oneshot::channel();
-    let token_hash = session.token_hash().to_owned();
-    session.host().registry.slots().insert(token_hash.clone(), Slot::Waiting(keeper));
-    tokio::spawn(keep(session, token_hash, asked));
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-async fn keep(mut session: Box<Session>, token_hash: String, mut asked: oneshot::Receiver<Handover>) {
-    let host = session.host().clone();
-    let _alive = host.alive();
-    let mut grace = Some(Instant::now() + host.settings.resume_grace);
-    let give_up = loop {
-        let change = session.next_change().map(|wait| Instant::now() + wait);
-        let live = session.stream().cloned();
-        tokio::select! {
-            handover = &mut asked => {
-                if let Ok(handover) = handover {
-                    give(handover, session);
-                }
-                return;
-            }
-            ordered = session.order() => {
-                // Nobody listens to what the client would be told.
-                if session.obey(ordered).await.0 {
-                    break Reason::Voided;
-                }
-            }
-            () = news(live.as_deref()) => session.close_if_played_out().await,
-            () = until(change) => {
-                // The warnings are for a client that listens.
-                session.expire().await;
-                if grace.is_none() && !session.outlasts_absence() {
-                    break Reason::SessionOver;
-                }
-            }
-            () = until(grace) => {
-                if !session.outlasts_absence() {
-                    break Reason::Disconnected;
-                }
-                // The run is over; the session goes on as long as it has time.
-                session.close_run(Reason::Disconnected, None).await;
-                grace = None;
-            }
-            () = host.stopping() => break Reason::Disconnected,
-        }
-    };
-    if host.registry.withdraw(&token_hash) {
-        let note = host.is_stopping().then_some("the server shut down");
-        session.end(give_up, note).await;
-    } else if let Ok(handover) = asked.await {
-        give(handover, session);
+    type Toys = Registry<&'static str>;
+
+    fn code<T>(done: Result<T, Refusal>) -> Option<Code> {
+        done.err().map(|refusal| refusal.code)
     }
-}
 
-async fn until(moment: Option<Instant>) {
-    match moment {
-        Some(moment) => sleep_until(moment).await,
-        None => std::future::pending().await,
+    #[tokio::test]
+    async fn a_session_that_waits_is_given_to_one_client_only() {
+        let toys = Toys::default();
+        let _commands = toys.insert("hash", "ses");
+        assert_eq!(code(toys.claim("hash").await), Some(Code::SessionTaken), "a connection holds it");
+        let asked = toys.wait("hash");
+        let keeper = tokio::spawn(async move { asked.await.map(|handover| handover.send(Box::new("it"))) });
+        assert_eq!(toys.claim("hash").await.map(|session| *session), Ok("it"));
+        assert!(matches!(keeper.await, Ok(Ok(Ok(())))));
+        assert_eq!(code(toys.claim("hash").await), Some(Code::SessionTaken));
+        assert_eq!(code(toys.claim("other").await), Some(Code::SessionOver));
+        assert_eq!(toys.len(), 1);
     }
-}
 
-/// Returns when a realtime world has something to tell.
-pub(crate) async fn news(live: Option<&Live>) {
-    match live {
-        Some(live) => live.news().await,
-        None => std::future::pending().await,
+    #[tokio::test]
+    async fn it_is_claimed_or_withdrawn_but_not_both() {
+        let toys = Toys::default();
+        let _commands = toys.insert("hash", "ses");
+        let asked = toys.wait("hash");
+        assert!(toys.withdraw("hash"));
+        drop(asked);
+        assert_eq!(code(toys.claim("hash").await), Some(Code::SessionOver), "it is gone");
+        let asked = toys.wait("hash");
+        let claimed = async { toys.claim("hash").await };
+        let late = async {
+            let handover = asked.await.expect("asked for");
+            assert!(!toys.withdraw("hash"), "it was claimed first");
+            handover.send(Box::new("it")).expect("still wanted");
+        };
+        assert!(tokio::join!(claimed, late).0.is_ok());
     }
-}
 
-fn give(handover: Handover, session: Box<Session>) {
-    // The new connection may be gone already; then the session waits for the next.
-    if let Err(session) = handover.send(session) {
-        park(session);
+    #[tokio::test]
+    async fn a_new_token_leads_to_the_same_session_and_the_old_one_nowhere() {
+        let toys = Toys::default();
+        let _commands = toys.insert("old", "ses");
+        toys.rekey("old", "new");
+        assert_eq!(code(toys.claim("old").await), Some(Code::SessionOver));
+        assert_eq!(code(toys.claim("new").await), Some(Code::SessionTaken));
+        assert!(toys.insert_once("third", "ses").is_none() && toys.knows("ses"));
+        toys.show("ses", &SessionClock::new(Some(9.0)));
+        assert_eq!(toys.clock("ses").and_then(|clock| clock.limit_s()), Some(9.0));
+        toys.remove("new", "ses");
+        assert!(!toys.knows("ses") && toys.clock("ses").is_none() && toys.len() == 0);
+    }
+
+    #[tokio::test]
+    async fn a_command_is_waited_for_until_it_is_done_or_nobody_is_left() {
+        let toys = Toys::default();
+        let mut commands = toys.insert("hash", "ses");
+        let obey = async {
+            let PendingCommand { command, done } = commands.recv().await.expect("asked");
+            assert_eq!(command, Command::Pause);
+            done.send(Ok(())).expect("waited for");
+            let ignored = commands.recv().await.expect("asked again");
+            drop((ignored, commands));
+        };
+        let ask = async {
+            assert_eq!(toys.command("ses", Command::Pause).await, Ok(()));
+            assert_eq!(code(toys.command("ses", Command::Resume).await), Some(Code::NotFound));
+            assert_eq!(code(toys.command("ses", Command::Resume).await), Some(Code::NotFound));
+        };
+        tokio::join!(obey, ask);
+        assert_eq!(code(toys.command("other", Command::Pause).await), Some(Code::NotFound));
     }
 }

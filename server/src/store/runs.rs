@@ -176,12 +176,15 @@ impl Store {
 
     /// Takes back the number that was given last: no run was opened with it, it is the next run's.
     pub(crate) async fn give_back_k(&self, team: &str, task: &str, k: u64) -> Result<(), StoreError> {
-        sqlx::query("UPDATE run_counters SET k = k - 1 WHERE team = $1 AND task = $2 AND k = $3")
-            .bind(team)
-            .bind(task)
-            .bind(signed(k))
-            .execute(&self.pool)
-            .await?;
+        sqlx::query(
+            "UPDATE run_counters SET k = k - 1 WHERE team = $1 AND task = $2 AND k = $3 AND NOT EXISTS \
+             (SELECT 1 FROM runs WHERE runs.team = $1 AND runs.task = $2 AND runs.k = $3)",
+        )
+        .bind(team)
+        .bind(task)
+        .bind(signed(k))
+        .execute(&self.pool)
+        .await?;
         Ok(())
     }
 

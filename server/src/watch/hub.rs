@@ -4,7 +4,7 @@ use super::access::{Watched, Watcher};
 use super::frame::{self, Frame};
 use super::messages::{Ended, Events, Final, WatchReply, WatchRun};
 use super::request::Target;
-use crate::session::Witness;
+use crate::world::Witness;
 use axum::extract::ws::Utf8Bytes;
 use palmares_tasks::{Outcome, Run, Sensing};
 use std::collections::{BTreeMap, VecDeque};
@@ -110,8 +110,13 @@ impl Hub {
         self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Announces a run at tick 0. The publisher is to see every tick.
-    pub(crate) fn publish(self: &Arc<Self>, info: WatchRun, sensing: Sensing, run: &Run) -> Publisher {
+    /// Who announces a run and is to see every tick of it.
+    pub(crate) fn publisher(self: &Arc<Self>, info: WatchRun, sensing: Sensing) -> Publisher {
+        Publisher { hub: self.clone(), unopened: Some((info, sensing)), channel: None, due: Instant::now() }
+    }
+
+    /// Announces a run at tick 0.
+    fn announce(&self, info: WatchRun, sensing: Sensing, run: &Run) -> Arc<Channel> {
         let channel = Arc::new(Channel {
             scene: frame::scene(info.clone(), run),
             sensing,
@@ -131,7 +136,7 @@ impl Hub {
             }
         }
         self.changed.send_modify(|count| *count += 1);
-        Publisher { hub: self.clone(), channel, due: Instant::now(), ended: false }
+        channel
     }
 
     /// The ranking may have changed: viewers get it anew.
@@ -206,21 +211,31 @@ impl Hub {
 #[derive(Debug)]
 pub(crate) struct Publisher {
     hub: Arc<Hub>,
-    channel: Arc<Channel>,
+    /// What is announced when the run is there.
+    unopened: Option<(WatchRun, Sensing)>,
+    /// None before the run is there and after its end.
+    channel: Option<Arc<Channel>>,
     /// When a run that nobody watches shows itself next.
     due: Instant,
-    ended: bool,
 }
 
 impl Witness for Publisher {
+    fn opened(&mut self, run: &Run) {
+        if let Some((info, sensing)) = self.unopened.take() {
+            self.channel = Some(self.hub.announce(info, sensing, run));
+            self.due = Instant::now();
+        }
+    }
+
     /// Costs a look at the clock when nobody watches.
     fn ticked(&mut self, run: &Run) {
-        let watched = self.channel.frames.receiver_count() > 0;
+        let Some(channel) = &self.channel else { return };
+        let watched = channel.frames.receiver_count() > 0;
         if watched && !run.events().is_empty() {
-            let (run_id, events) = (self.channel.info.run_id.clone(), run.events().to_vec());
+            let (run_id, events) = (channel.info.run_id.clone(), run.events().to_vec());
             let message = frame::text(&WatchReply::Events(Events { run_id, events }));
             // Nobody may be left to hear it.
-            let _ = self.channel.news.send(News::Message(message));
+            let _ = channel.news.send(News::Message(message));
         }
         let now = Instant::now();
         if watched || now >= self.due {
@@ -237,18 +252,17 @@ impl Witness for Publisher {
 
 impl Publisher {
     fn show(&self, run: &Run) {
-        self.channel.frames.send_replace(Arc::new(Frame::of(&self.channel.info.run_id, run)));
-        self.channel.moved.store(self.hub.now_ms(), Ordering::Relaxed);
+        let Some(channel) = &self.channel else { return };
+        channel.frames.send_replace(Arc::new(Frame::of(&channel.info.run_id, run)));
+        channel.moved.store(self.hub.now_ms(), Ordering::Relaxed);
     }
 
     fn end(&mut self, outcome: Option<Final>) {
-        if std::mem::replace(&mut self.ended, true) {
-            return;
-        }
-        let run_id = self.channel.info.run_id.clone();
+        let Some(channel) = self.channel.take() else { return };
+        let run_id = channel.info.run_id.clone();
         self.hub.open().channels.remove(&run_id);
         let message = frame::text(&WatchReply::Ended(Ended { run_id, outcome }));
-        let _ = self.channel.news.send(News::Ended(message));
+        let _ = channel.news.send(News::Ended(message));
         self.hub.changed.send_modify(|count| *count += 1);
     }
 }
@@ -285,10 +299,16 @@ mod tests {
         }
     }
 
+    fn published(hub: &Arc<Hub>, info: WatchRun, run: &Run) -> Publisher {
+        let mut publisher = hub.publisher(info, Sensing::Truth);
+        publisher.opened(run);
+        publisher
+    }
+
     #[test]
     fn a_viewer_gets_the_newest_frame_and_every_word_until_the_end() {
         let (hub, mut run) = (Arc::new(Hub::default()), run());
-        let mut publisher = hub.publish(info("r", "s", false), Sensing::Truth, &run);
+        let mut publisher = published(&hub, info("r", "s", false), &run);
         let mut following = hub.find(&Target::Run("r".into()), &Watcher::Anybody).expect("there");
         assert_eq!(following.frames.borrow_and_update().poses.tick, 0);
         for _ in 0..3 {
@@ -321,7 +341,7 @@ mod tests {
     #[test]
     fn a_world_that_failed_ends_too() {
         let (hub, run) = (Arc::new(Hub::default()), run());
-        let publisher = hub.publish(info("r", "s", false), Sensing::Truth, &run);
+        let publisher = published(&hub, info("r", "s", false), &run);
         let mut following = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
         drop(publisher);
         let last = following.news.try_recv().expect("a word");
@@ -331,10 +351,10 @@ mod tests {
     #[test]
     fn who_falls_behind_is_told_so_and_nobody_waits() {
         let (hub, run) = (Arc::new(Hub::default()), run());
-        let publisher = hub.publish(info("r", "s", false), Sensing::Truth, &run);
+        let publisher = published(&hub, info("r", "s", false), &run);
         let mut following = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
         for _ in 0..=QUEUE {
-            let _ = publisher.channel.news.send(News::Message("{}".into()));
+            let _ = publisher.channel.as_ref().expect("open").news.send(News::Message("{}".into()));
         }
         assert_eq!(following.news.try_recv().err(), Some(TryRecvError::Lagged(1)));
     }
@@ -342,8 +362,8 @@ mod tests {
     #[test]
     fn official_runs_are_featured_first_and_hidden_from_strangers() {
         let (hub, run) = (Arc::new(Hub::default()), run());
-        let _official = hub.publish(info("o", "s1", true), Sensing::Truth, &run);
-        let mut practice = hub.publish(info("p", "s2", false), Sensing::Truth, &run);
+        let _official = published(&hub, info("o", "s1", true), &run);
+        let mut practice = published(&hub, info("p", "s2", false), &run);
         practice.due = Instant::now();
         practice.ticked(&run);
         let featured =

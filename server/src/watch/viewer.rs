@@ -6,12 +6,13 @@ use super::hub::{Following, News, Nothing};
 use super::messages::{Ranking, Runs, Score, Subscribed, WatchReply};
 use super::request::{Request, Target, parse};
 use crate::api::Problem;
+use crate::app::App as Host;
 use crate::auth::{Identity, Role};
+use crate::config::settings::MESSAGE_BYTES;
 use crate::metrics::METRICS;
 use crate::protocol::reply::ErrorReply;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Encoding, Refusal};
-use crate::session::{Host, MESSAGE_BYTES};
 use axum::body::Bytes;
 use axum::extract::State;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
@@ -58,7 +59,7 @@ pub(crate) async fn watch(
         Ok(identity) => identity,
         Err(refusal) => return refuse(refusal),
     };
-    let Some(place) = host.watch.place() else {
+    let Some(place) = host.hub.place() else {
         let message = "all places for viewers are taken";
         return refuse(Refusal::new(Code::Capacity, message).retry_after(5.0));
     };
@@ -70,7 +71,7 @@ pub(crate) async fn watch(
     };
     upgrade.max_message_size(MESSAGE_BYTES).max_frame_size(MESSAGE_BYTES).on_upgrade(async move |socket| {
         let _place = place;
-        let _alive = host.alive();
+        let _alive = host.lifecycle.alive();
         Viewer::new(socket, host.clone(), watcher).serve(identity.as_ref()).await;
     })
 }
@@ -129,7 +130,7 @@ async fn ranking(changes: &mut watch::Receiver<u64>, not_before: Instant) {
 impl Viewer {
     fn new(socket: WebSocket, host: Arc<Host>, watcher: Watcher) -> Self {
         let now = Instant::now();
-        let (changes, mut ranking) = (host.watch.changes(), host.watch.ranking_changes());
+        let (changes, mut ranking) = (host.hub.changes(), host.hub.ranking_changes());
         // The first one is for everybody who comes.
         ranking.mark_changed();
         Viewer {
@@ -151,9 +152,9 @@ impl Viewer {
         let host = self.host.clone();
         let revoked = host.auth.revoked(identity);
         tokio::pin!(revoked);
-        let stopping = host.stopping();
+        let stopping = host.lifecycle.stopping();
         tokio::pin!(stopping);
-        let interval = self.host.settings.ping_interval();
+        let interval = self.host.competition.settings.ping_interval();
         let mut ping = interval_at(Instant::now() + interval, interval);
         ping.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let end = loop {
@@ -188,7 +189,7 @@ impl Viewer {
     }
 
     async fn beat(&mut self) -> ControlFlow<End> {
-        if self.heard.elapsed() >= self.host.settings.ping_timeout {
+        if self.heard.elapsed() >= self.host.competition.settings.ping_timeout {
             return ControlFlow::Break(None);
         }
         self.send_message(Message::Ping(Bytes::new())).await
@@ -208,7 +209,7 @@ impl Viewer {
         match parse(&text) {
             (Some(id), Ok(Request::Subscribe(target))) => self.subscribe(id, target).await,
             (Some(id), Ok(Request::List)) => {
-                let runs = self.host.watch.list(&self.watcher);
+                let runs = self.host.hub.list(&self.watcher);
                 self.send(&WatchReply::Runs(Runs { id, runs })).await
             }
             (_, Ok(Request::Bye)) => ControlFlow::Break(Some((1000, "bye"))),
@@ -221,7 +222,7 @@ impl Viewer {
     async fn subscribe(&mut self, id: u64, target: Target) -> ControlFlow<End> {
         // What opens from here on is looked at again.
         self.changes.mark_unchanged();
-        let found = match (self.host.watch.find(&target, &self.watcher), &target) {
+        let found = match (self.host.hub.find(&target, &self.watcher), &target) {
             (Ok(following), _) => Some(following),
             (Err(Nothing::Waiting), _) => None,
             (Err(Nothing::Forbidden), _) => {
@@ -255,7 +256,7 @@ impl Viewer {
     /// A run opened or ended somewhere while there was nothing to show.
     async fn follow(&mut self) -> ControlFlow<End> {
         let Some(target) = &self.target else { return ControlFlow::Continue(()) };
-        let found = self.host.watch.find(target, &self.watcher).ok();
+        let found = self.host.hub.find(target, &self.watcher).ok();
         self.start(found).await
     }
 
@@ -316,7 +317,7 @@ impl Viewer {
 
     async fn rank(&mut self) -> ControlFlow<End> {
         self.next_ranking = Instant::now() + RANKING_PERIOD;
-        match self.host.store.leaderboard(self.host.rules.official()).await {
+        match self.host.store.leaderboard(self.host.competition.rules.official()).await {
             Ok(rows) => self.send(&WatchReply::Leaderboard(Ranking { rows })).await,
             Err(error) => {
                 // The viewer has the last one, and gets the next.

@@ -3,9 +3,9 @@
 use super::{Asked, entry, no_verb, store_failed};
 use crate::api::Problem;
 use crate::api::parts::Segment;
+use crate::app::App as Host;
 use crate::protocol::{Code, Refusal};
 use crate::rules::Phase;
-use crate::session::Host;
 use axum::Json;
 use axum::extract::State;
 use schemars::JsonSchema;
@@ -48,7 +48,7 @@ pub(super) async fn enter(
             return Err(Problem(Refusal::new(Code::WrongState, message)));
         }
     }
-    let entry = entry(&asked.identity, action, &host.rules.name, &asked.body.reason);
-    host.rules.enter(&host.store, to, &entry).await.map_err(Problem)?;
-    Ok(Json(Answer { phase: host.rules.phase() }))
+    let entry = entry(&asked.identity, action, &host.competition.rules.name, &asked.body.reason);
+    host.competition.rules.enter(&host.store, to, &entry).await.map_err(Problem)?;
+    Ok(Json(Answer { phase: host.competition.rules.phase() }))
 }

@@ -5,10 +5,10 @@ use crate::api::Problem;
 use crate::api::csv::{self, Table};
 use crate::api::parts::{Asking, Segment};
 use crate::api::runs::SessionNow;
+use crate::app::App as Host;
 use crate::auth::Identity;
 use crate::backup;
 use crate::protocol::{Code, Refusal};
-use crate::session::Host;
 use crate::store::{AuditEntry, NewAuditEntry};
 use axum::Json;
 use axum::body::{Body, Bytes};
@@ -71,8 +71,8 @@ pub(super) async fn export(
     };
     let table = match what.as_str() {
         "leaderboard" => {
-            let rows = host.store.leaderboard(host.rules.official()).await.map_err(failed)?;
-            csv::leaderboard(&rows, &host.task_names())
+            let rows = host.store.leaderboard(host.competition.rules.official()).await.map_err(failed)?;
+            csv::leaderboard(&rows, &host.competition.task_names())
         }
         "sessions" => {
             let rows = host.store.sessions(None).await.map_err(failed)?.into_iter();
@@ -103,7 +103,7 @@ pub(super) async fn backup(State(host): State<Arc<Host>>, identity: Identity) ->
     host.store.record(&entry).await.map_err(|error| store_failed(&error))?;
     let tables = host.store.dump().await.map_err(|error| store_failed(&error))?;
     let (sender, receiver) = mpsc::channel::<io::Result<Bytes>>(4);
-    let files = backup::Files { data_dir: host.data_dir.clone(), secrets: host.secrets.clone() };
+    let files = host.backup.clone();
     // A thread of its own: it writes as fast as the organizer reads, which may take long.
     let writer = std::thread::Builder::new().name("backup".into()).spawn(move || {
         let failed = sender.clone();

@@ -3,11 +3,11 @@
 use super::{Asked, entry, needs_reason, no_verb, not_found, store_failed};
 use crate::api::Problem;
 use crate::api::parts::Segment;
+use crate::app::App as Host;
 use crate::hands::Inspection;
 use crate::inspect::FigureRow;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
-use crate::session::Host;
 use crate::store::HandRow;
 use axum::Json;
 use axum::extract::State;
@@ -71,7 +71,7 @@ pub(super) async fn show(
 ) -> Result<Json<Shown>, Problem> {
     let hand = stored(&host, &id).await?;
     let Inspection { figures, in_the_way } =
-        host.own_hands.inspect(&host.background, &hand).await.map_err(Problem)?;
+        host.competition.own_hands.inspect(&host.compute.background, &hand).await.map_err(Problem)?;
     Ok(Json(Shown { hand, figures, in_the_way }))
 }
 
@@ -82,7 +82,7 @@ pub(super) async fn archive(
 ) -> Result<impl IntoResponse, Problem> {
     let hand = stored(&host, &id).await?;
     let sha256 = hand.sha256.clone();
-    let read = tokio::task::spawn_blocking(move || host.own_hands.archive(&sha256)).await;
+    let read = tokio::task::spawn_blocking(move || host.competition.own_hands.archive(&sha256)).await;
     let bytes = read.map_err(std::io::Error::other).and_then(|bytes| bytes).map_err(|error| {
         tracing::error!(%error, hand = hand.hand_id, "an archive cannot be read");
         Problem(Refusal::new(Code::Internal, "the archive cannot be read"))

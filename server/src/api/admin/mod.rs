@@ -12,9 +12,9 @@ pub(super) mod teams;
 
 use super::Problem;
 use super::rest::store_failed;
+use crate::app::App as Host;
 use crate::auth::Identity;
 use crate::protocol::{Code, Refusal};
-use crate::session::Host;
 use crate::store::NewAuditEntry;
 use axum::Router;
 use axum::body::Bytes;
@@ -27,7 +27,7 @@ use serde::de::DeserializeOwned;
 use std::sync::Arc;
 
 /// The organizers' addresses.
-pub(super) fn router(host: &Arc<Host>) -> Router<Arc<Host>> {
+pub(super) fn router(host: &Host) -> Router<Host> {
     Router::new()
         .route("/v1/admin/competition/{verb}", post(competition::enter))
         .route("/v1/admin/team/add", post(teams::add))
@@ -68,10 +68,10 @@ pub(super) struct Asked<T> {
     pub(super) body: T,
 }
 
-impl<T: DeserializeOwned> FromRequest<Arc<Host>> for Asked<T> {
+impl<T: DeserializeOwned> FromRequest<Host> for Asked<T> {
     type Rejection = Problem;
 
-    async fn from_request(request: Request, host: &Arc<Host>) -> Result<Self, Problem> {
+    async fn from_request(request: Request, host: &Host) -> Result<Self, Problem> {
         let identity = identity_of(request.extensions())?;
         let bad = |message: String| Problem(Refusal::new(Code::BadRequest, message));
         let bytes = Bytes::from_request(request, host).await.map_err(|error| bad(error.body_text()))?;
@@ -89,10 +89,10 @@ fn identity_of(extensions: &axum::http::Extensions) -> Result<Identity, Problem>
     extensions.get().cloned().ok_or_else(missing)
 }
 
-impl axum::extract::FromRequestParts<Arc<Host>> for Identity {
+impl axum::extract::FromRequestParts<Host> for Identity {
     type Rejection = Problem;
 
-    async fn from_request_parts(parts: &mut Parts, _: &Arc<Host>) -> Result<Self, Problem> {
+    async fn from_request_parts(parts: &mut Parts, _: &Host) -> Result<Self, Problem> {
         identity_of(&parts.extensions)
     }
 }

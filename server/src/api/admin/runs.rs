@@ -4,9 +4,10 @@ use super::{Asked, entry, needs_reason, no_verb, not_found, store_failed};
 use crate::api::Problem;
 use crate::api::parts::Segment;
 use crate::api::runs::SessionNow;
+use crate::app::App as Host;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
-use crate::session::{Host, Order, Session, give_back};
+use crate::session::Command as Order;
 use crate::store::RunRecord;
 use axum::Json;
 use axum::extract::State;
@@ -55,14 +56,14 @@ pub(super) async fn act(
             // An open run is closed by its session; a finished one's time is given back by it, or without it.
             let order = Order::VoidRun { run_id: run_id.clone(), note: reason.clone().unwrap_or_default() };
             let session_id = run.session_id.clone().unwrap_or_default();
-            let obeyed = match host.registry.order(&session_id, order).await {
+            let obeyed = match host.sessions.registry.command(&session_id, order).await {
                 Err(refusal) if refusal.code == Code::NotFound => false,
                 Err(refusal) => return Err(Problem(refusal)),
                 Ok(()) => true,
             };
             if !obeyed {
-                give_back(&host, &session_id).await.map_err(|error| store_failed(&error))?;
-                Session::revive(&host, &session_id).await.map_err(|error| store_failed(&error))?;
+                host.sessions.give_back(&session_id).await.map_err(|error| store_failed(&error))?;
+                host.sessions.revive(&session_id).await.map_err(|error| store_failed(&error))?;
             }
             if !voided {
                 if !(obeyed && run.status == "open") {
@@ -70,13 +71,14 @@ pub(super) async fn act(
                 }
                 host.store.record(&entry).await.map_err(|error| store_failed(&error))?;
             }
+            host.hub.ranking_changed();
         }
         "reverify" => {
             let entry = entry(&asked.identity, "run.reverify", run_id, reason);
             if !host.store.reverify(run_id, &entry).await.map_err(|error| store_failed(&error))? {
                 return Err(wrong("it has no replay that could be played again"));
             }
-            if let Some(archive) = &host.replays {
+            if let Some(archive) = &host.archive {
                 archive.wake();
             }
         }

@@ -4,10 +4,11 @@ use super::{Asked, entry, needs_reason, no_verb, not_found, store_failed};
 use crate::api::Problem;
 use crate::api::parts::Segment;
 use crate::api::runs::SessionNow;
+use crate::app::App as Host;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use crate::rules::Phase;
-use crate::session::{Host, Order, Session};
+use crate::session::Command as Order;
 use axum::Json;
 use axum::extract::State;
 use schemars::JsonSchema;
@@ -73,7 +74,7 @@ pub(super) async fn act(
         }
         "grant" => {
             needs_reason(reason)?;
-            if host.rules.phase() == Phase::Revealed {
+            if host.competition.rules.phase() == Phase::Revealed {
                 let message = "the secret behind the seeds is public: the competition is over";
                 return Err(Problem(Refusal::new(Code::WrongState, message)));
             }
@@ -91,14 +92,17 @@ pub(super) async fn act(
         return Err(Problem(Refusal::new(Code::WrongState, message)));
     }
     // A session that nobody holds any more has nothing to obey; the database has it all.
-    match host.registry.order(session_id, order).await {
+    match host.sessions.registry.command(session_id, order).await {
         Ok(()) => {}
         Err(refusal) if refusal.code == Code::NotFound && verb == "grant" => {
             // Its time was spent and it is gone; now it waits for its team again.
-            Session::revive(&host, session_id).await.map_err(|error| store_failed(&error))?;
+            host.sessions.revive(session_id).await.map_err(|error| store_failed(&error))?;
         }
         Err(refusal) if refusal.code == Code::NotFound => {}
         Err(refusal) => return Err(Problem(refusal)),
+    }
+    if verb == "void" {
+        host.hub.ranking_changed();
     }
     let session = host.store.session(session_id).await.map_err(|error| store_failed(&error))?;
     let session = SessionNow::of(session.ok_or_else(none)?, &host);

@@ -2,11 +2,11 @@
 
 use super::{Asked, entry, not_found, store_failed};
 use crate::api::Problem;
+use crate::app::App as Host;
 use crate::auth::{self, IssueError, Role};
 use crate::names::{self, printable};
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
-use crate::session::Host;
 use crate::store::{TeamRow, TokenRow};
 use axum::Json;
 use axum::extract::State;

@@ -1,0 +1,172 @@
+//! Builds the parts of the program from its configuration.
+
+use super::state::App;
+use crate::archive::Archive;
+use crate::auth::{self, Role};
+use crate::backup;
+use crate::competition::Competition;
+use crate::compute::Compute;
+use crate::config::{Config, Mode};
+use crate::hands::OwnHands;
+use crate::inspect;
+use crate::lifecycle::Lifecycle;
+use crate::names;
+use crate::rules::{Rules, write_secret};
+use crate::session::Sessions;
+use crate::store::{NewAuditEntry, Store};
+use crate::transport::Entrance;
+use crate::watch::Hub;
+use anyhow::{Context, anyhow, bail};
+use palmares_models::builtin::builtin_hands;
+use palmares_models::hand::Hand;
+use palmares_models::read::{self, LoadOptions, Loaded};
+use palmares_tasks::Task;
+use std::num::NonZero;
+use std::sync::Arc;
+
+/// Everything, with this store.
+pub(super) async fn app(
+    config: &Config,
+    store: Store,
+    tasks: Vec<Arc<Task>>,
+    hands: Vec<Arc<Hand>>,
+) -> anyhow::Result<App> {
+    let rules = Rules::open(config, &store).await?;
+    first_organizer(config, &store).await?;
+    abort_open_runs(&store).await?;
+    let archive = archive(config, &hands)?;
+    let settings = config.settings.clone();
+    let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+    let compute = Arc::new(Compute::new(cores, settings.max_worlds));
+    let entrance = Arc::new(Entrance::new(&settings, config.guard.clone()));
+    let own_hands = OwnHands::new(&config.data_dir, config.hand_limits.clone(), tasks.clone());
+    let competition = Arc::new(Competition { rules, tasks, hands, own_hands, settings });
+    let (hub, lifecycle) = (Arc::<Hub>::default(), Arc::<Lifecycle>::default());
+    let sessions = Arc::new(Sessions {
+        store: store.clone(),
+        competition: competition.clone(),
+        compute: compute.clone(),
+        archive: archive.clone(),
+        hub: hub.clone(),
+        lifecycle: lifecycle.clone(),
+        registry: Default::default(),
+    });
+    let secrets =
+        vec![("seed.secret", config.seed_secret.clone()), ("signing.key", config.signing_key.clone())];
+    let backup = Arc::new(backup::Files { data_dir: config.data_dir.clone(), secrets });
+    let auth = Arc::default();
+    Ok(App { store, competition, compute, sessions, archive, hub, auth, entrance, lifecycle, backup })
+}
+
+/// Runs that were open when an earlier process stopped count for nothing.
+async fn abort_open_runs(store: &Store) -> anyhow::Result<()> {
+    for run in store.abort_open_runs().await? {
+        tracing::warn!(run, "the server stopped during this run; marked as aborted");
+        let why = "the server stopped during this run; its time is given back";
+        let entry = NewAuditEntry { actor: "server", action: "run.abort", subject: &run, reason: Some(why) };
+        store.record(&entry).await?;
+    }
+    Ok(())
+}
+
+/// Where runs are recorded.
+fn archive(config: &Config, hands: &[Arc<Hand>]) -> anyhow::Result<Option<Arc<Archive>>> {
+    // A score is listed only when it replays.
+    if config.no_replays && config.mode == Mode::Practice {
+        return Ok(None);
+    }
+    let kept = config.practice_replays_mb.saturating_mul(1 << 20);
+    let archive = Archive::open(&config.data_dir, &config.signing_key, kept)?;
+    let own = &hands[hands.len() - config.hands.len()..];
+    for (path, hand) in config.hands.iter().zip(own) {
+        match palmares_replay::pack(path, hand) {
+            Ok(files) => archive.add_hand(hand, Arc::new(files)),
+            Err(error) => {
+                tracing::warn!(%error, hand = hand.name, "replays with this hand cannot be verified")
+            }
+        }
+    }
+    Ok(Some(Arc::new(archive)))
+}
+
+/// A database without an organizer gets one, whose token lies in the data directory.
+async fn first_organizer(config: &Config, store: &Store) -> anyhow::Result<()> {
+    if store.has_organizer().await? {
+        return Ok(());
+    }
+    let entry = NewAuditEntry {
+        actor: "server",
+        action: "token.issue",
+        subject: "organizer",
+        reason: Some("first start"),
+    };
+    let (token, _) = auth::issue(store, Role::Organizer, None, "first", false, &entry).await?;
+    let path = config.data_dir.join("organizer.token");
+    // One of an earlier database is of no use any more.
+    let _ = std::fs::remove_file(&path);
+    write_secret(&path, &token.reveal())
+        .with_context(|| format!("cannot write the organizer's token to {}", path.display()))
+}
+
+/// The names that the file asks for, each of which must be there.
+fn chosen<T>(
+    what: &str,
+    wanted: Option<&[String]>,
+    all: Vec<Arc<T>>,
+    name: impl Fn(&T) -> &str,
+) -> anyhow::Result<Vec<Arc<T>>> {
+    let Some(wanted) = wanted else { return Ok(all) };
+    let find = |wanted: &String| {
+        let found = all.iter().find(|one| name(one) == wanted).cloned();
+        found.with_context(|| {
+            let known: Vec<&str> = all.iter().map(|one| name(one)).collect();
+            format!("{what}: no `{wanted}`; there are {}", known.join(", "))
+        })
+    };
+    if wanted.is_empty() {
+        bail!("{what}: name at least one, or leave the field out for all");
+    }
+    wanted.iter().map(find).collect()
+}
+
+/// The tasks that are played.
+pub(super) fn tasks(config: &Config) -> anyhow::Result<Vec<Arc<Task>>> {
+    chosen("tasks", config.tasks.as_deref(), Task::builtin(), |task| &task.name)
+}
+
+/// The hands that come with the program, and those of files.
+pub(super) fn hands(config: &Config, tasks: &[Arc<Task>]) -> anyhow::Result<Vec<Arc<Hand>>> {
+    let builtin = builtin_hands().to_vec();
+    let mut hands = chosen("hands", config.builtin_hands.as_deref(), builtin, |hand| &hand.name)?;
+    for path in &config.hands {
+        // Its words name the file and tell the cause already.
+        let Loaded { hand, sources, warnings } = read::hand(path, &LoadOptions::default())
+            .map_err(|error| anyhow!("a hand of your own: {error}"))?;
+        let beyond = inspect::beyond_limits(&hand, &sources, &config.hand_limits);
+        if !beyond.is_empty() {
+            let told = inspect::told(&beyond);
+            bail!(
+                "a hand of your own is beyond the limits, which [hand_limits] in the file of --config sets:\n{told}"
+            );
+        }
+        for warning in &warnings {
+            tracing::warn!("{warning}");
+        }
+        names::hand(&hand.name).map_err(|error| anyhow!("{}: name in hand.toml: {error}", path.display()))?;
+        if hands.iter().any(|known| known.name == hand.name) {
+            bail!(
+                "{}: there is a hand named `{}` already; give this one a name of its own in hand.toml: \
+                 name = \"...\"",
+                path.display(),
+                hand.name
+            );
+        }
+        let hand = Arc::new(hand);
+        let in_the_way = inspect::in_the_way(&hand, tasks);
+        if !in_the_way.is_empty() {
+            bail!("a hand of your own: {}", inspect::told(&in_the_way));
+        }
+        hands.push(hand);
+    }
+    Ok(hands)
+}

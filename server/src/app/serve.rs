@@ -1,0 +1,165 @@
+//! How a server comes up, runs, and goes down.
+
+use super::assemble;
+use super::state::App;
+use crate::api;
+use crate::archive;
+use crate::compute::{STACK, overrun};
+use crate::config::{Config, ServeOptions};
+use crate::rules::Phase;
+use crate::store::{Location, Store};
+use crate::telemetry;
+use crate::transport;
+use crate::transport::low_latency::listener::Listener;
+use anyhow::Context;
+use std::io::Write;
+use std::net::SocketAddr;
+use std::num::NonZero;
+use std::process::ExitCode;
+use std::time::Duration;
+use tokio::net::{TcpListener, TcpSocket};
+use tokio::signal::unix::{Signal, SignalKind, signal};
+use tokio::time::timeout;
+
+/// How long each of the last things may take after the open runs: answers that are on their way, the verification, the
+/// database.
+const LAST_THINGS: Duration = Duration::from_secs(3);
+
+/// How the program ends when runs were left unfinished.
+const UNFINISHED: u8 = 3;
+
+/// Serves until a signal ends it.
+///
+/// # Errors
+/// What keeps it from serving, in words.
+pub fn serve(options: &ServeOptions) -> anyhow::Result<ExitCode> {
+    telemetry::start()?;
+    let config = options.resolve()?;
+    // The network, the database and the signals. No world is stepped on these threads: sessions have their own.
+    let threads = std::thread::available_parallelism().map_or(1, NonZero::get).max(2);
+    let mut runtime = tokio::runtime::Builder::new_multi_thread();
+    let runtime = runtime.worker_threads(threads).thread_stack_size(STACK).enable_all().build();
+    let runtime = runtime.context("cannot start the asynchronous runtime")?;
+    let ended = runtime.block_on(run(&config));
+    // Without waiting for anybody: the thread of a world that computes for ever ends with the process.
+    runtime.shutdown_background();
+    ended
+}
+
+async fn run(config: &Config) -> anyhow::Result<ExitCode> {
+    let (mut interrupt, mut terminate) = (on(SignalKind::interrupt())?, on(SignalKind::terminate())?);
+    let tasks = assemble::tasks(config)?;
+    let hands = assemble::hands(config, &tasks)?;
+    // The port before the database: a second server by mistake must not touch the first one's runs.
+    let listener = listen(config.listen).with_context(|| {
+        format!("cannot listen on {}; choose another with --listen, port 0 takes a free one", config.listen)
+    })?;
+    let address = listener.local_addr().context("the listening socket has no address")?;
+    let location = config.location();
+    std::fs::create_dir_all(&config.data_dir)
+        .with_context(|| format!("cannot make the data directory {}", config.data_dir.display()))?;
+    let store = Store::open(&location).await?;
+    let app = assemble::app(config, store, tasks, hands).await?;
+    let lifecycle = app.lifecycle.clone();
+    let auditor = app.archive.clone().map(|archive| {
+        let (store, hub, lifecycle) = (app.store.clone(), app.hub.clone(), lifecycle.clone());
+        tokio::spawn(archive::audit(store, archive, hub, async move { lifecycle.stopping().await }))
+    });
+    app.sessions.give_back_all().await?;
+    app.sessions.restore().await?;
+    greet(address, &location, &app)?;
+
+    let signalled = {
+        let lifecycle = lifecycle.clone();
+        async move {
+            tokio::select! {
+                _ = interrupt.recv() => {}
+                _ = terminate.recv() => {}
+            }
+            tracing::info!("shutting down: open runs are stopped and scored");
+            lifecycle.stop();
+        }
+    };
+    tokio::spawn(signalled);
+    let router = api::router(app.clone());
+    // `listener` itself in its place: without the low-latency path.
+    let listener = Listener::new(listener);
+    let server = transport::serve(listener, router, app.entrance.clone(), lifecycle.clone());
+    let server = tokio::spawn(server);
+    let overseer = tokio::spawn(overrun::watch_over(app.compute.clone()));
+    lifecycle.stopping().await;
+    // Sockets and sessions first, then the last HTTP answers.
+    let finished = timeout(config.shutdown_grace, lifecycle.deserted()).await.is_ok();
+    if !finished {
+        tracing::warn!("some runs did not finish in time; they are marked at the next start");
+    }
+    if let Ok(ended) = timeout(LAST_THINGS, server).await {
+        ended.context("the server's task failed")?;
+    }
+    if let Some(auditor) = auditor
+        && let Ok(ended) = timeout(LAST_THINGS, auditor).await
+    {
+        ended.context("the verification's task failed")?;
+    }
+    overseer.abort();
+    if timeout(LAST_THINGS, app.store.close()).await.is_err() {
+        tracing::warn!("the database did not close in time");
+    }
+    tracing::info!("stopped");
+    Ok(if finished { ExitCode::SUCCESS } else { ExitCode::from(UNFINISHED) })
+}
+
+/// What may be on its way to a client in the system's buffers, bytes: more would only make what a slow client sees
+/// older.
+const SEND_BUFFER: u32 = 128 << 10;
+
+fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4()? } else { TcpSocket::new_v6()? };
+    // A server that is started again must not wait for the old connections to be forgotten.
+    socket.set_reuseaddr(true)?;
+    // Connections inherit it.
+    socket.set_send_buffer_size(SEND_BUFFER)?;
+    socket.bind(address)?;
+    socket.listen(1024)
+}
+
+fn on(kind: SignalKind) -> anyhow::Result<Signal> {
+    signal(kind).context("cannot listen for signals")
+}
+
+/// One line for programs on stdout, hints for people on stderr.
+fn greet(address: SocketAddr, location: &Location, app: &App) -> anyhow::Result<()> {
+    let database = match location {
+        Location::DataDir(folder) => folder.join("palmares.sqlite").display().to_string(),
+        Location::Url(_) => "as given by --database-url".into(),
+    };
+    let competition = &app.competition;
+    let rules = &competition.rules;
+    let tasks: Vec<&str> = competition.tasks.iter().map(|task| task.name.as_str()).collect();
+    let hands: Vec<&str> = competition.hands.iter().map(|hand| hand.name.as_str()).collect();
+    let kind = match (rules.official(), rules.phase()) {
+        (false, _) => "practice server".to_owned(),
+        (true, Phase::Open) => format!("official server: {}, open", rules.name),
+        (true, Phase::Closed) => {
+            format!("official server: {}, closed (palmares admin open)", rules.name)
+        }
+        (true, Phase::Revealed) => format!("official server: {}, over", rules.name),
+    };
+    // For people who look for it; what is in it is shown nowhere.
+    let token = app.backup.data_dir.join("organizer.token");
+    let token = match rules.official() && token.exists() {
+        true => format!("\n  organizer    the first one's token is in {}", token.display()),
+        false => String::new(),
+    };
+    eprintln!(
+        "Palmares {} {kind}\n  leaderboard  http://{address}/\n  controllers  ws://{address}/v1/control\n  \
+         tasks        {}\n  hands        {}\n  database     {database}{token}\nCtrl-C ends it; open runs are scored first.",
+        env!("CARGO_PKG_VERSION"),
+        tasks.join(", "),
+        hands.join(", "),
+    );
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "listening on http://{address}")
+        .and_then(|()| out.flush())
+        .context("cannot write to stdout")
+}

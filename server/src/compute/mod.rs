@@ -1,0 +1,15 @@
+//! Who computes when: permits for ticks, threads that begin realtime ticks, jobs in the background, and how many
+//! worlds fit beside each other.
+
+pub(crate) mod admission;
+pub(crate) mod background;
+mod load;
+pub(crate) mod overrun;
+pub(crate) mod pace;
+pub(crate) mod pacer;
+pub(crate) mod resources;
+pub(crate) mod scheduler;
+pub(crate) mod tick_phase;
+
+pub(crate) use background::{Background, Level, STACK};
+pub(crate) use resources::Compute;

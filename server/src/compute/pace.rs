@@ -1,0 +1,147 @@
+//! The tempo of a realtime run: when each tick is due, and what it is played with when the controller is silent.
+//! Time is an argument.
+
+use std::time::{Duration, Instant};
+
+/// For so many ticks a silent controller's last action goes on; then the hand holds still.
+pub(crate) const HOLD_TICKS: u32 = 50;
+
+/// What a tick is played with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// A new action.
+    Fresh,
+    /// The last targets go on.
+    Repeat,
+    /// The hand is to hold still from now on.
+    Still,
+}
+
+/// How well a realtime run kept its tempo.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Tempo {
+    /// Ticks for which no new action had come.
+    pub(crate) missed: u64,
+    /// Ticks that the server began more than half a tick after they were due.
+    pub(crate) late: u64,
+    /// The latest beginning of a tick.
+    pub(crate) latest: Duration,
+}
+
+/// Due times are counted from one moment, so that nothing adds up: a late tick is followed by the next one as soon
+/// as possible, but none is ever made before it is due.
+#[derive(Clone, Debug)]
+pub(crate) struct Pace {
+    origin: Instant,
+    tick_s: f64,
+    ticks: u64,
+    acted: bool,
+    silent: u32,
+    tempo: Tempo,
+}
+
+impl Pace {
+    /// The first tick is due one tick after `origin`.
+    pub(crate) fn new(origin: Instant, tick_s: f64) -> Self {
+        Pace { origin, tick_s, ticks: 0, acted: false, silent: 0, tempo: Tempo::default() }
+    }
+
+    /// Time between two ticks, s.
+    pub(crate) fn tick_s(&self) -> f64 {
+        self.tick_s
+    }
+
+    /// When the next tick is due.
+    pub(crate) fn due(&self) -> Instant {
+        self.origin + Duration::from_secs_f64((self.ticks + 1) as f64 * self.tick_s)
+    }
+
+    /// The time until `origin` does not count: the next tick is due one tick after it.
+    pub(crate) fn restart(&mut self, origin: Instant) {
+        self.origin = origin;
+        self.ticks = 0;
+    }
+
+    /// A tick begins at `now`. Returns how late it is and what it is played with.
+    pub(crate) fn begin(&mut self, now: Instant, fresh: bool) -> (Duration, Part) {
+        let late = now.saturating_duration_since(self.due());
+        self.ticks += 1;
+        self.tempo.latest = self.tempo.latest.max(late);
+        self.tempo.late += u64::from(late.as_secs_f64() > 0.5 * self.tick_s);
+        if fresh {
+            (self.acted, self.silent) = (true, 0);
+            return (late, Part::Fresh);
+        }
+        self.tempo.missed += 1;
+        self.silent = self.silent.saturating_add(1);
+        // A hand that was never told anything holds still already.
+        let part = if self.acted && self.silent == HOLD_TICKS + 1 { Part::Still } else { Part::Repeat };
+        (late, part)
+    }
+
+    /// How it went so far.
+    pub(crate) fn tempo(&self) -> Tempo {
+        self.tempo
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TICK_S: f64 = 0.01;
+
+    fn after(start: Instant, ticks: f64) -> Instant {
+        start + Duration::from_secs_f64(ticks * TICK_S)
+    }
+
+    #[test]
+    fn lateness_does_not_add_up() {
+        let start = Instant::now();
+        let mut pace = Pace::new(start, TICK_S);
+        for k in 1..=1000 {
+            assert_eq!(pace.due(), after(start, f64::from(k)));
+            pace.begin(after(start, f64::from(k) + 0.4), true);
+        }
+        assert_eq!(pace.tempo().late, 0);
+        // Three ticks and a half of delay: the next ones are due already, and the one after is in the future.
+        let now = after(start, 1004.5);
+        let mut made = 0;
+        while pace.due() <= now {
+            pace.begin(now, true);
+            made += 1;
+        }
+        assert_eq!((made, pace.due()), (4, after(start, 1005.0)));
+        assert_eq!(pace.tempo().late, 3);
+        assert_eq!(pace.tempo().missed, 0);
+    }
+
+    #[test]
+    fn a_silent_controller_is_repeated_and_then_held() {
+        let start = Instant::now();
+        let mut pace = Pace::new(start, TICK_S);
+        for _ in 0..2 * HOLD_TICKS {
+            assert_eq!(pace.begin(pace.due(), false).1, Part::Repeat);
+        }
+        for _ in 0..2 {
+            assert_eq!(pace.begin(pace.due(), true).1, Part::Fresh);
+            for _ in 0..HOLD_TICKS {
+                assert_eq!(pace.begin(pace.due(), false).1, Part::Repeat);
+            }
+            assert_eq!(pace.begin(pace.due(), false).1, Part::Still);
+            assert_eq!(pace.begin(pace.due(), false).1, Part::Repeat);
+        }
+        assert_eq!(pace.tempo().missed, u64::from(2 * HOLD_TICKS + 2 * (HOLD_TICKS + 2)));
+    }
+
+    #[test]
+    fn a_pause_is_no_lateness() {
+        let start = Instant::now();
+        let mut pace = Pace::new(start, TICK_S);
+        pace.begin(pace.due(), true);
+        let later = after(start, 5000.0);
+        pace.restart(later);
+        assert_eq!(pace.due(), after(later, 1.0));
+        assert_eq!(pace.begin(after(later, 1.0), true).0, Duration::ZERO);
+    }
+}

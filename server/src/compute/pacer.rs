@@ -1,0 +1,328 @@
+//! Keeps realtime worlds on the clock: threads that begin every tick when it is due.
+//!
+//! The threads are outside the asynchronous runtime, whose timers are no finer than a millisecond. One of them
+//! sleeps until the next tick is due, the others until they are needed. Where a tick does not end, another thread takes
+//! the place of the one that computes it.
+
+use super::background::STACK;
+use super::scheduler::OVERRUN;
+use super::tick_phase::{TickPhase, TickPhases};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+use thread_priority::{
+    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy, set_thread_priority_and_policy,
+    thread_native_id,
+};
+
+/// What a pacer paces.
+pub(crate) trait Paced: Send + Sync {
+    /// Whether its ticks come before those of others.
+    fn official(&self) -> bool;
+    /// Makes the tick that is due. Returns when the next one is; none when there is none. `turn` is what it was
+    /// enlisted with.
+    fn tick(&self, turn: u64) -> Option<Instant>;
+}
+
+struct Entry {
+    key: Reverse<(Instant, u64)>,
+    turn: u64,
+    paced: Arc<dyn Paced>,
+}
+
+impl PartialEq for Entry {
+    fn eq(&self, other: &Self) -> bool {
+        self.key == other.key
+    }
+}
+impl Eq for Entry {}
+impl PartialOrd for Entry {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Entry {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.key.cmp(&other.key)
+    }
+}
+
+#[derive(Default)]
+struct Queue {
+    /// Official ones first, then the others; each by due time.
+    entries: [BinaryHeap<Entry>; 2],
+    arrivals: u64,
+    /// Whether a thread watches the clock.
+    watched: bool,
+    closed: bool,
+    /// Threads that make a tick: their numbers, and since when.
+    busy: Vec<(u64, Instant)>,
+    /// Threads started so far.
+    started: u64,
+}
+
+impl Queue {
+    fn next_due(&self) -> Option<Instant> {
+        self.entries.iter().filter_map(|heap| heap.peek()).map(|entry| entry.key.0.0).min()
+    }
+
+    fn pop_due(&mut self, now: Instant) -> Option<Entry> {
+        let due = |heap: &&mut BinaryHeap<Entry>| heap.peek().is_some_and(|entry| entry.key.0.0 <= now);
+        self.entries.iter_mut().find(due)?.pop()
+    }
+}
+
+#[derive(Default)]
+struct Shared {
+    queue: Mutex<Queue>,
+    changed: Condvar,
+}
+
+impl Shared {
+    fn queue(&self) -> MutexGuard<'_, Queue> {
+        // Nothing panics while it holds the lock; if something did, the queue would still be whole.
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn enlist(&self, due: Instant, turn: u64, paced: Arc<dyn Paced>) {
+        let mut queue = self.queue();
+        queue.arrivals += 1;
+        let entry = Entry { key: Reverse((due, queue.arrivals)), turn, paced };
+        let sooner = queue.next_due().is_none_or(|next| due < next);
+        queue.entries[usize::from(!entry.paced.official())].push(entry);
+        drop(queue);
+        if sooner {
+            // Whoever watches the clock has to look again.
+            self.changed.notify_all();
+        }
+    }
+
+    /// The thread of this number has made its tick. Whether it is still needed: not when another has its place.
+    fn done(&self, number: u64) -> bool {
+        let mut queue = self.queue();
+        let place = queue.busy.iter().position(|&(busy, _)| busy == number);
+        place.map(|place| queue.busy.swap_remove(place)).is_some()
+    }
+
+    /// Waits for the next tick that is due, for the thread of this number. None when the pacer is gone.
+    fn next(&self, number: u64) -> Option<Entry> {
+        let mut queue = self.queue();
+        loop {
+            if queue.closed {
+                return None;
+            }
+            let now = Instant::now();
+            if let Some(entry) = queue.pop_due(now) {
+                if !queue.watched && queue.next_due().is_some() {
+                    self.changed.notify_one();
+                }
+                queue.busy.push((number, now));
+                return Some(entry);
+            }
+            queue = match queue.next_due() {
+                Some(due) if !queue.watched => {
+                    queue.watched = true;
+                    let wait = self.changed.wait_timeout(queue, due - now);
+                    let mut queue = wait.unwrap_or_else(PoisonError::into_inner).0;
+                    queue.watched = false;
+                    queue
+                }
+                _ => self.changed.wait(queue).unwrap_or_else(PoisonError::into_inner),
+            };
+        }
+    }
+
+    fn work(&self, number: u64) {
+        come_first();
+        while let Some(Entry { turn, paced, .. }) = self.next(number) {
+            let next = paced.tick(turn);
+            if let Some(due) = next {
+                self.enlist(due, turn, paced);
+            }
+            if !self.done(number) {
+                return;
+            }
+        }
+    }
+
+    /// Starts another thread.
+    fn employ(self: &Arc<Self>) {
+        let number = {
+            let mut queue = self.queue();
+            queue.started += 1;
+            queue.started
+        };
+        let shared = self.clone();
+        let thread = std::thread::Builder::new().name("pacer".into()).stack_size(STACK);
+        if let Err(error) = thread.spawn(move || shared.work(number)) {
+            tracing::error!(%error, "no thread for realtime worlds");
+        }
+    }
+}
+
+/// Before everybody else where the system allows it, to root and within RLIMIT_RTPRIO: its fair schedulers
+/// let a thread that wakes wait for milliseconds. Load is admitted only up to a part of the cores, so the others get
+/// theirs. Where the system does not allow it, as everybody else.
+fn come_first() {
+    let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::RoundRobin);
+    if let Err(error) = set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Min, policy) {
+        tracing::info!(
+            ?error,
+            "no realtime priority for realtime worlds: ticks may be some milliseconds late"
+        );
+    }
+}
+
+/// The threads. They end when this is dropped.
+pub(crate) struct Pacer {
+    shared: Arc<Shared>,
+    tick_phases: TickPhases,
+}
+
+impl std::fmt::Debug for Pacer {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Pacer")
+    }
+}
+
+impl Pacer {
+    /// Starts `threads` threads; fewer when the system does not give as many.
+    pub(crate) fn start(threads: usize) -> Self {
+        let shared = Arc::new(Shared::default());
+        (0..threads.max(1)).for_each(|_| shared.employ());
+        Pacer { shared, tick_phases: TickPhases::new(Instant::now()) }
+    }
+
+    /// Puts other threads into the places of those whose tick overran.
+    pub(crate) fn relieve(&self, now: Instant) {
+        let mut queue = self.shared.queue();
+        let before = queue.busy.len();
+        queue.busy.retain(|&(_, since)| now.saturating_duration_since(since) < OVERRUN);
+        let lost = before - queue.busy.len();
+        drop(queue);
+        (0..lost).for_each(|_| self.shared.employ());
+    }
+
+    /// When the ticks of another world are to lie.
+    pub(crate) fn tick_phase(&self) -> TickPhase {
+        self.tick_phases.next()
+    }
+
+    /// The first tick of `paced` is due at `due`.
+    pub(crate) fn enlist(&self, due: Instant, turn: u64, paced: Arc<dyn Paced>) {
+        self.shared.enlist(due, turn, paced);
+    }
+}
+
+impl Drop for Pacer {
+    fn drop(&mut self) {
+        self.shared.queue().closed = true;
+        self.shared.changed.notify_all();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicU64, Ordering};
+    use std::sync::mpsc;
+    use std::time::Duration;
+
+    /// Ticks every millisecond, `left` times.
+    struct Metronome {
+        start: Instant,
+        done: AtomicU64,
+        ticks: u64,
+        told: Mutex<mpsc::Sender<(u64, Duration)>>,
+    }
+
+    impl Paced for Metronome {
+        fn official(&self) -> bool {
+            false
+        }
+        fn tick(&self, turn: u64) -> Option<Instant> {
+            let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+            let told = self.told.lock().expect("whole");
+            told.send((turn, self.start.elapsed())).expect("somebody listens");
+            (done < self.ticks).then(|| self.start + Duration::from_millis(done + 1))
+        }
+    }
+
+    #[test]
+    fn nothing_comes_before_it_is_due_and_all_of_it_comes() {
+        let pacer = Pacer::start(2);
+        let (told, ticks) = mpsc::channel();
+        let start = Instant::now();
+        for turn in 0..3 {
+            let told = Mutex::new(told.clone());
+            let metronome = Metronome { start, done: AtomicU64::new(0), ticks: 20, told };
+            pacer.enlist(start + Duration::from_millis(1), turn, Arc::new(metronome));
+        }
+        drop(told);
+        let mut counts = [0u32; 3];
+        for (turn, at) in ticks {
+            counts[turn as usize] += 1;
+            assert!(at >= Duration::from_millis(counts[turn as usize].into()), "{at:?}");
+        }
+        assert_eq!(counts, [20; 3]);
+    }
+
+    /// A tick that ends when the other end of its channel is gone.
+    struct Endless(Mutex<mpsc::Receiver<()>>);
+
+    impl Paced for Endless {
+        fn official(&self) -> bool {
+            true
+        }
+        fn tick(&self, _: u64) -> Option<Instant> {
+            let _ = self.0.lock().expect("whole").recv();
+            None
+        }
+    }
+
+    #[test]
+    fn ticks_that_never_end_do_not_stop_the_others() {
+        let pacer = Pacer::start(2);
+        let start = Instant::now();
+        let ends: Vec<mpsc::Sender<()>> = (0..2)
+            .map(|turn| {
+                let (end, stuck) = mpsc::channel();
+                pacer.enlist(start, turn, Arc::new(Endless(Mutex::new(stuck))));
+                end
+            })
+            .collect();
+        while pacer.shared.queue().busy.len() < 2 {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let (told, ticks) = mpsc::channel();
+        let metronome = Metronome { start, done: AtomicU64::new(0), ticks: 3, told: Mutex::new(told) };
+        pacer.enlist(start, 7, Arc::new(metronome));
+        assert!(ticks.try_recv().is_err(), "all threads are busy");
+        pacer.relieve(Instant::now() + OVERRUN);
+        for _ in 0..3 {
+            assert_eq!(ticks.recv_timeout(Duration::from_secs(60)).expect("others take over").0, 7);
+        }
+        drop(ends);
+    }
+
+    #[test]
+    fn official_ticks_that_are_due_come_first() {
+        let shared = Shared::default();
+        struct Official(bool);
+        impl Paced for Official {
+            fn official(&self) -> bool {
+                self.0
+            }
+            fn tick(&self, _: u64) -> Option<Instant> {
+                None
+            }
+        }
+        let now = Instant::now();
+        for (turn, official) in [(0, false), (1, true), (2, false), (3, true)] {
+            shared.enlist(now - Duration::from_millis(10 - turn), turn, Arc::new(Official(official)));
+        }
+        let order: Vec<u64> = (0..4).filter_map(|_| shared.next(1).map(|entry| entry.turn)).collect();
+        assert_eq!(order, [1, 3, 0, 2]);
+    }
+}

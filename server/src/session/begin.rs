@@ -1,0 +1,109 @@
+//! How a session begins, and how a client takes up one that waits.
+
+use super::entry::{self, Entry};
+use super::failure::{random_hex, store_failed};
+use super::machine::Machine;
+use super::session::{Names, Session, Sessions};
+use crate::auth::{Identity, sha256_hex};
+use crate::protocol::{Code, Hello, Refusal};
+use crate::store::{NewSession, ResumableSession, StoreError};
+use std::sync::Arc;
+
+impl Sessions {
+    /// Begins a session, or takes up the one that waits for this client.
+    ///
+    /// # Errors
+    /// It may not, or the session that it names is gone.
+    pub(crate) async fn greet(
+        self: &Arc<Self>,
+        hello: &Hello,
+        identity: Option<&Identity>,
+    ) -> Result<Box<Session>, Refusal> {
+        match &hello.resume_token {
+            Some(token) => self.resume(token, identity).await,
+            None => self.begin(hello, identity).await,
+        }
+    }
+
+    async fn begin(
+        self: &Arc<Self>,
+        hello: &Hello,
+        identity: Option<&Identity>,
+    ) -> Result<Box<Session>, Refusal> {
+        if let Some(session) = entry::take_up(self, identity).await? {
+            tracing::info!(session = session.session_id, "session taken up again by its team's token");
+            return Ok(session);
+        }
+        let Entry { team, client_version, limit_s, mode, most, note } =
+            entry::entry(self, hello, identity).await?;
+        let session_id = format!("ses_{}", random_hex(8)?);
+        let resume_token = random_hex(16)?;
+        let token_hash = sha256_hex(resume_token.as_bytes());
+        let row = NewSession {
+            session_id: session_id.clone(),
+            team: team.clone(),
+            client_version,
+            limit_s,
+            mode,
+            token_hash: Some(token_hash.clone()),
+        };
+        // Before anybody can find it in the database: whoever does finds it taken, not gone.
+        let commands = self.registry.insert(&token_hash, &session_id);
+        let begun = self.store.begin_session(&row, most).await;
+        let begun = begun.map_err(|error| store_failed("the session", &error));
+        if !matches!(begun, Ok(true)) {
+            self.registry.remove(&token_hash, &session_id);
+            begun?;
+            // Another connection of the team may have been first.
+            if let Some(session) = entry::take_up(self, identity).await? {
+                return Ok(session);
+            }
+            let message = "the team has had all its sessions; ask the organizer";
+            return Err(Refusal::new(Code::SessionOver, message));
+        }
+        let names = Names { session_id, resume_token, token_hash, team };
+        let official = self.competition.rules.official();
+        let mut session = Session::new(self, names, official, Machine::new(limit_s), commands);
+        session.note = note;
+        tracing::info!(session = session.session_id, team = session.team, "session opened");
+        Ok(session)
+    }
+
+    async fn resume(&self, token: &str, identity: Option<&Identity>) -> Result<Box<Session>, Refusal> {
+        entry::may_resume(self, token, identity).await?;
+        let mut session = self.registry.claim(&sha256_hex(token.as_bytes())).await?;
+        session.resume_token = token.to_owned();
+        session.skip_old_observations();
+        tracing::info!(session = session.session_id, "session taken up again");
+        Ok(session)
+    }
+
+    /// Leaves the sessions of an earlier process waiting for their clients.
+    ///
+    /// # Errors
+    /// The store's.
+    pub(crate) async fn restore(self: &Arc<Self>) -> Result<(), StoreError> {
+        for row in self.store.load_resumable_sessions().await? {
+            self.restore_one(row);
+        }
+        Ok(())
+    }
+
+    /// Lets a session that ended wait for its team again, when the database says that it is open.
+    ///
+    /// # Errors
+    /// The store's.
+    pub(crate) async fn revive(self: &Arc<Self>, session_id: &str) -> Result<(), StoreError> {
+        let open = self.store.load_resumable_sessions().await?;
+        if let Some(row) = open.into_iter().find(|row| row.session_id == session_id) {
+            self.restore_one(row);
+        }
+        Ok(())
+    }
+
+    fn restore_one(self: &Arc<Self>, row: ResumableSession) {
+        if let Some(session) = Session::restored(self, row) {
+            session.wait();
+        }
+    }
+}

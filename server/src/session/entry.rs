@@ -1,0 +1,150 @@
+//! Who may begin a session, and who may take one up: what official sessions do differently.
+
+use super::failure::{random_hex, store_failed};
+use super::registry::Registry;
+use super::session::{Session, Sessions};
+use crate::auth::{Identity, sha256_hex};
+use crate::config::LONGEST_SESSION_S;
+use crate::names::{self, printable};
+use crate::protocol::{Code, Hello, Refusal};
+use crate::rules::Phase;
+use crate::store::Store;
+
+/// What a session begins with.
+pub(super) struct Entry {
+    pub(super) team: String,
+    pub(super) client_version: Option<String>,
+    pub(super) limit_s: Option<f64>,
+    pub(super) mode: &'static str,
+    /// How many sessions the team may have had, this one included.
+    pub(super) most: Option<u32>,
+    /// What the team is told about its name.
+    pub(super) note: Option<String>,
+}
+
+/// The team of somebody without a token, by the name it gives itself; and what it is told about it. A name that has been
+/// here before stays as it is.
+pub(crate) async fn practice_team(store: &Store, name: &str) -> Result<(String, Option<String>), Refusal> {
+    let failed = |error| store_failed("the session", &error);
+    let name = name.trim();
+    if store.knows_team(name).await.map_err(failed)? {
+        return Ok((name.to_owned(), None));
+    }
+    let name = names::team(name).map_err(|error| error.of("the team's name"))?;
+    let others = store.practice_teams().await.map_err(failed)?;
+    let others = others.iter().map(String::as_str).filter(|other| *other != name);
+    let note = names::like(&name, others).map(|other| {
+        format!(
+            "`{name}` looks like the team `{}`, which was here before; spectators may mistake them",
+            printable(other)
+        )
+    });
+    Ok((name, note))
+}
+
+/// Whether this client may begin a session, and which.
+pub(super) async fn entry(
+    sessions: &Sessions,
+    hello: &Hello,
+    identity: Option<&Identity>,
+) -> Result<Entry, Refusal> {
+    let (name, version) = hello.client.parts();
+    let client_version =
+        version.map(names::label).transpose().map_err(|error| error.of("client: the version"))?;
+    let team = identity.and_then(|identity| identity.team.clone());
+    let bad = |message: String| Refusal::new(Code::BadRequest, message);
+    if !sessions.competition.rules.official() {
+        if let Some(seconds) = hello.session_s
+            && !(seconds > 0.0 && seconds <= LONGEST_SESSION_S)
+        {
+            return Err(bad(format!("session_s: expected more than 0 and at most {LONGEST_SESSION_S} s")));
+        }
+        let (team, note) = match team {
+            Some(team) => (team, None),
+            None => practice_team(&sessions.store, name).await?,
+        };
+        return Ok(Entry {
+            team,
+            client_version,
+            limit_s: hello.session_s,
+            mode: "practice",
+            most: None,
+            note,
+        });
+    }
+    // The handshake has seen to it; whoever has no team has no session.
+    let team = team.ok_or_else(|| Refusal::new(Code::NotAuthorized, "this needs a team's token"))?;
+    if hello.session_s.is_some() {
+        return Err(
+            bad("session_s: the organizer sets the length of official sessions; leave it out".into()),
+        );
+    }
+    match sessions.competition.rules.phase() {
+        Phase::Open => {}
+        Phase::Closed => {
+            let message = "the competition is closed; ask again when it is open";
+            return Err(Refusal::new(Code::WrongState, message).retry_after(10.0));
+        }
+        Phase::Revealed => return Err(Refusal::new(Code::WrongState, "the competition is over")),
+    }
+    let (limit_s, most) =
+        (sessions.competition.rules.session_s, Some(sessions.competition.rules.sessions_per_team));
+    Ok(Entry { team, client_version, limit_s, mode: "official", most, note: None })
+}
+
+/// A session is taken up by its own team only. To others it does not exist.
+pub(super) async fn may_resume(
+    sessions: &Sessions,
+    token: &str,
+    identity: Option<&Identity>,
+) -> Result<(), Refusal> {
+    let Some(team) = identity.and_then(|identity| identity.team.as_ref()) else { return Ok(()) };
+    let owner = sessions.store.team_of_resume_token(&sha256_hex(token.as_bytes())).await;
+    match owner.map_err(|error| store_failed("the session", &error))? {
+        Some(owner) if owner != *team => {
+            let message = "no session has this resume_token any more; say hello without it for a new one";
+            Err(Refusal::new(Code::SessionOver, message))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The open session of this client's team, if it has one: its token alone takes it up again, under a new
+/// resume_token.
+pub(super) async fn take_up(
+    sessions: &Sessions,
+    identity: Option<&Identity>,
+) -> Result<Option<Box<Session>>, Refusal> {
+    let Some(team) = identity.and_then(|identity| identity.team.as_ref()) else { return Ok(None) };
+    if !sessions.competition.rules.official() {
+        return Ok(None);
+    }
+    let open = sessions.store.open_session_of(team).await;
+    let Some((session_id, old)) = open.map_err(|error| store_failed("the session", &error))? else {
+        return Ok(None);
+    };
+    let mut session = match sessions.registry.claim(&old).await {
+        Ok(session) => session,
+        // Whoever takes it up gives it a new secret at this moment.
+        Err(refusal) if refusal.code == Code::SessionOver && sessions.registry.knows(&session_id) => {
+            return Err(Registry::<Session>::taken());
+        }
+        Err(refusal) if refusal.code == Code::SessionOver => return Ok(None),
+        Err(refusal) => return Err(refusal),
+    };
+    let token = match random_hex(16) {
+        Ok(token) => token,
+        Err(refusal) => {
+            session.park();
+            return Err(refusal);
+        }
+    };
+    let new = sha256_hex(token.as_bytes());
+    if let Err(error) = sessions.store.set_resume_token(&session_id, &new).await {
+        session.park();
+        return Err(store_failed("the session", &error));
+    }
+    sessions.registry.rekey(&old, &new);
+    session.rekey(token, new);
+    Ok(Some(session))
+}

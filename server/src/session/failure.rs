@@ -1,0 +1,20 @@
+//! What a client is told when the server's own means fail.
+
+use crate::auth;
+use crate::protocol::{Code, Refusal};
+use crate::store::StoreError;
+
+/// `bytes` random bytes as lower-case hexadecimal.
+pub(super) fn random_hex(bytes: usize) -> Result<String, Refusal> {
+    auth::random_hex(bytes).map_err(|error| {
+        tracing::error!(%error, "no randomness");
+        Refusal::new(Code::Internal, "the server has no randomness")
+    })
+}
+
+/// Logs a failure of the store and words it for the client.
+pub(super) fn store_failed(what: &str, error: &StoreError) -> Refusal {
+    tracing::error!(%error, what, "store failed");
+    Refusal::new(Code::Internal, format!("{what} could not be stored; nothing was lost, try again"))
+        .retry_after(1.0)
+}

@@ -1,0 +1,220 @@
+//! How a run ends: whoever ends it, its result is stored before anybody hears of it.
+//!
+//! The world is closed, its replay kept, the status decided; then the result is stored, the clock accounts for the
+//! run, and the result is told. What could not be stored is kept, and tried again from there.
+
+use super::failure::store_failed;
+use super::finished::{Decision, End, Finished, RunStatus};
+use super::machine::{Playing, Stopping};
+use super::session::{OpenRun, Session};
+use crate::archive::stored_path;
+use crate::protocol::reply::{ReplayInfo, RunResult};
+use crate::protocol::{Code, Refusal, Reply};
+use crate::store::{FinishedRun, NewAuditEntry};
+use crate::world::live::RealtimeStats;
+use crate::world::playable::Fault;
+use palmares_replay::ReplayFile;
+use palmares_tasks::{Outcome, Reason};
+use tokio::task::spawn_blocking;
+
+/// What the store knows of a run that has ended.
+struct Stored {
+    /// What it counts for: void, when its session is.
+    status: String,
+    /// Whether its time is given back.
+    refund: bool,
+}
+
+/// There should be a replay, and there is none.
+struct ReplayLost;
+
+impl Session {
+    /// Closes the run and tells its result, or tells the result of a run the server closed.
+    pub(super) async fn stop(&mut self, id: u64) -> Result<Reply, Refusal> {
+        let mut result = match self.machine.stop()? {
+            Stopping::Waiting(result) => result,
+            Stopping::Open => Box::new(self.finish(Reason::Stopped, None).await?),
+        };
+        // What was not taken until now is of no use any more.
+        self.stream = None;
+        result.id = Some(id);
+        result.session_left_s = self.left_s();
+        Ok(Reply::Result(result))
+    }
+
+    /// Whether the session's time is spent while a run is open.
+    pub(super) fn run_is_overdue(&self) -> bool {
+        self.machine.playing().is_some() && self.machine.clock().is_over(self.now())
+    }
+
+    pub(super) async fn close_if_over(&mut self) {
+        self.catch_up();
+        if self.run_is_overdue() {
+            self.close_run(Reason::SessionOver, None).await;
+        }
+    }
+
+    /// Finishes the open run; its result waits for `stop`. If it cannot be stored, `stop` tries again.
+    pub(super) async fn close_run(&mut self, reason: Reason, note: Option<&str>) {
+        if let Ok(result) = self.finish(reason, note).await {
+            self.machine.closed(result);
+        }
+    }
+
+    /// Finishes the open run and stores its result before anybody hears of it.
+    pub(super) async fn finish(&mut self, reason: Reason, note: Option<&str>) -> Result<RunResult, Refusal> {
+        let finished = match self.unstored.take() {
+            Some(finished) => {
+                self.machine.forgive(finished.ended, self.now());
+                finished
+            }
+            None => self.close(reason, note).await?,
+        };
+        let stored = match self.store(&finished).await {
+            Ok(stored) => stored,
+            Err(refusal) => {
+                self.unstored = Some(finished);
+                return Err(refusal);
+            }
+        };
+        self.shared.hub.ranking_changed();
+        self.note_in_the_audit(&finished, &stored).await;
+        if let Some(archive) = &self.shared.archive {
+            archive.wake();
+        }
+        self.machine.ended(self.now(), stored.refund);
+        self.save(true).await;
+        Ok(result(finished, &stored))
+    }
+
+    /// Closes the world of the open run and decides what the run counts for.
+    async fn close(&mut self, reason: Reason, note: Option<&str>) -> Result<Finished, Refusal> {
+        self.catch_up();
+        let Some(run) = self.machine.playing().cloned() else {
+            return Err(Refusal::new(Code::WrongState, "no run is open; send reset first"));
+        };
+        let (outcome, stats) = self.close_world(reason).await;
+        let replay = self.keep_replay(&run, &outcome).await;
+        let end = End {
+            reason,
+            official: self.official,
+            ticks: outcome.as_ref().map(|outcome| outcome.ticks).map_err(|fault| *fault),
+            replay_lost: replay.is_err(),
+            own_hand: run.own_hand,
+        };
+        let decision = Decision::on(end, note);
+        let outcome = outcome.unwrap_or_else(|fault| {
+            tracing::error!(run = run.run_id, tick = run.tick, ?fault, "world fault; run voided");
+            nothing(&run)
+        });
+        let ended = self.machine.clock().spent(self.now());
+        Ok(Finished { run, outcome, decision, stats, replay: replay.unwrap_or(None), ended })
+    }
+
+    /// Takes the world away, lets it settle and counts.
+    async fn close_world(&mut self, reason: Reason) -> (Result<Outcome, Fault>, RealtimeStats) {
+        let (world, stats) = match std::mem::take(&mut self.open_run) {
+            OpenRun::None => (None, RealtimeStats::default()),
+            OpenRun::Lockstep(world) => (Some(*world), RealtimeStats::default()),
+            OpenRun::Realtime(live) => {
+                let by_us = matches!(reason, Reason::SessionOver | Reason::Voided);
+                // A tick that is being made may take long: not on a thread that others need.
+                let taken = move || (live.take(by_us.then_some(reason)), live.stats());
+                spawn_blocking(taken).await.unwrap_or_default()
+            }
+        };
+        let outcome = match world {
+            // An unsound world has nothing to say.
+            Some(world) if reason == Reason::WorldFault => Err(world.fault().unwrap_or(Fault::Broken)),
+            Some(world) => world.finish(&self.shared.compute.background, reason).await,
+            None => Err(Fault::Broken),
+        };
+        (outcome, stats)
+    }
+
+    /// Waits for the replay of a run that was counted; a run without a tick has none, and none is lost with it.
+    async fn keep_replay(
+        &mut self,
+        run: &Playing,
+        outcome: &Result<Outcome, Fault>,
+    ) -> Result<Option<ReplayFile>, ReplayLost> {
+        let (Some(recording), Ok(_)) = (self.recording.take(), outcome) else { return Err(ReplayLost) };
+        recording.file().await.map_err(|error| {
+            tracing::error!(error, run = run.run_id, "no replay");
+            ReplayLost
+        })
+    }
+
+    /// Stores the replay's digest, the result and the clock.
+    async fn store(&mut self, finished: &Finished) -> Result<Stored, Refusal> {
+        let Finished { run, outcome, decision, stats, replay, .. } = finished;
+        let store = &self.shared.store;
+        if let Some(file) = replay {
+            let noted = store.set_replay(&run.run_id, &stored_path(file), &file.sha256).await;
+            noted.map_err(|error| store_failed("the replay", &error))?;
+        }
+        let (now, refund) = (self.now(), decision.refunds());
+        let (taken, after) = (self.machine.taken(now), self.machine.after(now, refund));
+        let row = FinishedRun {
+            run_id: &run.run_id,
+            status: decision.status.word(),
+            outcome,
+            note: decision.note.as_deref(),
+            missed_ticks: stats.tempo.missed,
+            taken_s: (taken.wall_s, taken.simulated_s),
+            clock: self.official.then(|| (self.session_id.as_str(), after.row())),
+        };
+        let status = store.finish_run(&row).await.map_err(|error| store_failed("the result", &error))?;
+        let by_session = status == "voided" && !matches!(decision.status, RunStatus::Voided { .. });
+        Ok(Stored { status, refund: refund || by_session })
+    }
+
+    /// Notes runs that count for nothing without an organizer's order.
+    async fn note_in_the_audit(&mut self, finished: &Finished, stored: &Stored) {
+        let (action, what) = match stored.status.as_str() {
+            "voided" if finished.outcome.reason != Reason::Voided => ("run.void", "a void run"),
+            "aborted" => ("run.abort", "a run without a tick"),
+            _ => return,
+        };
+        let (subject, reason) = (finished.run.run_id.as_str(), finished.decision.note.as_deref());
+        let entry = NewAuditEntry { actor: "server", action, subject, reason };
+        if let Err(error) = self.shared.store.record(&entry).await {
+            tracing::error!(%error, run = subject, "no record of {what}");
+        }
+    }
+}
+
+/// What is told of a run.
+fn result(finished: Finished, stored: &Stored) -> RunResult {
+    let Finished { run, outcome, stats, replay, .. } = finished;
+    tracing::info!(
+        run = run.run_id,
+        score = outcome.score,
+        ticks = outcome.ticks,
+        missed = stats.tempo.missed,
+        late = stats.tempo.late,
+        status = stored.status,
+        "run closed"
+    );
+    let mut result = RunResult::new(run.info(), &stored.status, outcome);
+    result.replay = replay.map(|file| ReplayInfo { sha256: file.sha256, bytes: file.bytes });
+    result.missed_ticks = stats.tempo.missed;
+    result.late_ticks = stats.tempo.late;
+    result.late_max_s = stats.tempo.latest.as_secs_f64();
+    result.dropped_obs = stats.dropped;
+    result
+}
+
+/// The outcome of a run whose world failed: nothing counts.
+fn nothing(run: &Playing) -> Outcome {
+    Outcome {
+        score: 0.0,
+        in_goal: 0,
+        outside: 0,
+        reason: Reason::WorldFault,
+        ticks: run.tick,
+        sim_time_s: run.tick as f64 * run.tick_s,
+        events: Vec::new(),
+        state_hash: "0".repeat(16),
+    }
+}

@@ -1,0 +1,94 @@
+//! What a run is played with: its scene, by an official or an own seed, and its hand.
+
+use super::failure::{random_hex, store_failed};
+use super::session::Sessions;
+use crate::protocol::request::shortened;
+use crate::protocol::{Code, Refusal};
+use palmares_models::hand::Hand;
+use palmares_tasks::{Seed, Task};
+use std::sync::Arc;
+
+/// Where a run's scene comes from.
+pub(super) struct Origin {
+    pub(super) seed: Seed,
+    /// What the client is told, in practice.
+    pub(super) number: Option<u64>,
+    /// The number of the run, officially.
+    pub(super) k: Option<u64>,
+}
+
+/// A practice seed that a person can type.
+fn random_seed() -> Result<u64, Refusal> {
+    let hex = random_hex(4)?;
+    Ok(u64::from_str_radix(&hex, 16).unwrap_or_default())
+}
+
+/// Where the next run's scene comes from.
+pub(super) async fn origin(
+    sessions: &Sessions,
+    team: &str,
+    task: &Task,
+    asked: Option<u64>,
+) -> Result<Origin, Refusal> {
+    if !sessions.competition.rules.official() {
+        let number = match asked {
+            Some(number) => number,
+            None => random_seed()?,
+        };
+        return Ok(Origin { seed: Seed::from_u64(number), number: Some(number), k: None });
+    }
+    let k = sessions.store.next_k(team, &task.name).await;
+    let k = k.map_err(|error| store_failed("the run", &error))?;
+    let seed = sessions.competition.rules.seed(&task.name, k).ok_or_else(|| {
+        tracing::error!("an official session without a seed secret");
+        Refusal::new(Code::Internal, "the server has no seeds")
+    })?;
+    Ok(Origin { seed, number: None, k: Some(k) })
+}
+
+/// The number of a run that could not be opened is the next run's.
+pub(super) async fn give_back_number(
+    sessions: &Sessions,
+    team: &str,
+    task: &Task,
+    k: Option<u64>,
+) -> Result<(), Refusal> {
+    let Some(k) = k else { return Ok(()) };
+    let given = sessions.store.give_back_k(team, &task.name, k).await;
+    given.map_err(|error| store_failed("the run's number", &error))
+}
+
+/// The hand of that name: one of the server's, or one the team sent in, and then the SHA-256 of its archive.
+pub(super) async fn hand(
+    sessions: &Sessions,
+    team: &str,
+    name: &str,
+) -> Result<(Arc<Hand>, Option<String>), Refusal> {
+    if let Some(hand) = sessions.competition.hand(name) {
+        return Ok((hand.clone(), None));
+    }
+    let official = sessions.competition.rules.official();
+    let own = sessions
+        .competition
+        .own_hands
+        .find(&sessions.store, &sessions.compute.background, team, name, official)
+        .await?;
+    if let Some((hand, sha256)) = own {
+        return Ok((hand, Some(sha256)));
+    }
+    let known: Vec<&str> = sessions.competition.hands.iter().map(|hand| hand.name.as_str()).collect();
+    let what = if official { "approved hands of your own" } else { "hands of your own" };
+    let message = format!("no hand `{}`; there are: {} and {what}", shortened(name), known.join(", "));
+    Err(Refusal::new(Code::UnknownHand, message))
+}
+
+/// Makes a team's own hand known to the archive: a replay must stand on its own.
+pub(super) fn provide(sessions: &Sessions, hand: &Hand, sha256: Option<&str>) -> Result<(), Refusal> {
+    let (Some(archive), Some(sha256)) = (&sessions.archive, sha256) else { return Ok(()) };
+    let files = sessions.competition.own_hands.archive(sha256).map_err(|error| {
+        tracing::error!(%error, hand = hand.name, "no archive");
+        Refusal::new(Code::Internal, "the hand could not be loaded; try again").retry_after(5.0)
+    })?;
+    archive.add_hand(hand, Arc::new(files));
+    Ok(())
+}

@@ -1,0 +1,16 @@
+//! Looks at every request before anything else does.
+
+use super::entrance::Entrance;
+use crate::api::Problem;
+use axum::extract::{Request, State};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use std::sync::Arc;
+
+/// Lets through what may come.
+pub(crate) async fn guard(State(entrance): State<Arc<Entrance>>, request: Request, next: Next) -> Response {
+    match entrance.guard.check(request.method(), request.headers()) {
+        Ok(()) => next.run(request).await,
+        Err(refusal) => Problem(refusal).into_response(),
+    }
+}

@@ -1,0 +1,287 @@
+//! The server's end of a connection. Tokio's own tells of new bytes only after one of its threads has been woken by
+//! the system, which costs a lockstep controller more than a tick computes. This one asks the system directly, and is
+//! registered for waking only while somebody sleeps on it.
+
+use super::attention::Attention;
+use std::io::{self, ErrorKind, IoSlice, Read, Write};
+use std::net::{Shutdown, TcpStream};
+use std::pin::Pin;
+use std::task::{Context, Poll, ready};
+use tokio::io::unix::AsyncFd;
+use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+
+/// Most that is read at once, bytes.
+const AT_ONCE: usize = 16 << 10;
+/// What is thrown away at most of what a caller goes on sending after it was answered, bytes: a socket that is closed with
+/// unread bytes takes the answer with it.
+const UNREAD: usize = 1 << 20;
+
+/// A connection; its socket does not block.
+#[derive(Debug)]
+pub(crate) struct Stream {
+    /// The connection while nobody has to be woken; ...
+    stream: Option<TcpStream>,
+    /// ... the same, registered for waking, otherwise. One descriptor in either place.
+    registered: Option<AsyncFd<TcpStream>>,
+    attention: Attention,
+}
+
+impl Stream {
+    /// Looked at by its reader itself as long as it holds `attention`.
+    pub(super) fn new(stream: TcpStream, attention: Attention) -> Self {
+        Stream { stream: Some(stream), registered: None, attention }
+    }
+
+    fn stream(&self) -> io::Result<&TcpStream> {
+        let registered = self.registered.as_ref().map(AsyncFd::get_ref);
+        registered.or(self.stream.as_ref()).ok_or_else(|| ErrorKind::NotConnected.into())
+    }
+
+    /// The connection, registered for waking.
+    fn registered(&mut self) -> io::Result<&AsyncFd<TcpStream>> {
+        if let Some(stream) = self.stream.take() {
+            // What it is replaced by is unsafe; of a type that owns its descriptor until it is gone it asks for nothing more.
+            #[expect(
+                deprecated,
+                reason = "a socket of the standard library upholds what `register` is unsafe for"
+            )]
+            let registered = AsyncFd::new(stream)?;
+            self.registered = Some(registered);
+        }
+        self.registered.as_ref().ok_or_else(|| ErrorKind::NotConnected.into())
+    }
+
+    /// From now on nobody has to be woken.
+    fn silence(&mut self) {
+        if let Some(registered) = self.registered.take() {
+            self.stream = Some(registered.into_inner());
+        }
+    }
+
+    /// Throws away what has come and nobody will read.
+    fn drain(&self) {
+        let Ok(mut stream) = self.stream() else { return };
+        let mut scratch = [0; 4096];
+        let mut left = UNREAD;
+        while let Ok(count @ 1..) = stream.read(&mut scratch) {
+            left = left.saturating_sub(count);
+            if left == 0 {
+                return;
+            }
+        }
+    }
+}
+
+impl AsyncRead for Stream {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        buffer: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        if !self.attention.is_held() {
+            return self.poll_wake_and_read(context, buffer);
+        }
+        let room = buffer.remaining().min(AT_ONCE);
+        let mut stream = self.stream()?;
+        match stream.read(buffer.initialize_unfilled_to(room)) {
+            Ok(count) => {
+                buffer.advance(count);
+                Poll::Ready(Ok(()))
+            }
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {
+                self.silence();
+                Poll::Pending
+            }
+            Err(error) => Poll::Ready(Err(error)),
+        }
+    }
+}
+
+impl Stream {
+    /// Reads as soon as there is something.
+    fn poll_wake_and_read(
+        &mut self,
+        context: &mut Context<'_>,
+        buffer: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        let registered = self.registered()?;
+        let room = buffer.remaining().min(AT_ONCE);
+        loop {
+            let mut guard = ready!(registered.poll_read_ready(context))?;
+            let read = guard.try_io(|registered| {
+                let mut stream = registered.get_ref();
+                stream.read(buffer.initialize_unfilled_to(room))
+            });
+            match read {
+                Ok(Ok(count)) => {
+                    // Where the system tells of what is new only, less than there was room for is all there is.
+                    if cfg!(target_os = "linux") && (1..room).contains(&count) {
+                        guard.clear_ready();
+                    }
+                    buffer.advance(count);
+                    return Poll::Ready(Ok(()));
+                }
+                Ok(Err(error)) if error.kind() == ErrorKind::Interrupted => {}
+                Ok(Err(error)) => return Poll::Ready(Err(error)),
+                Err(_nothing_yet) => {}
+            }
+        }
+    }
+
+    /// Writes as soon as there is room.
+    fn poll_room(
+        &mut self,
+        context: &mut Context<'_>,
+        write: impl Fn(&TcpStream) -> io::Result<usize>,
+    ) -> Poll<io::Result<usize>> {
+        let registered = self.registered()?;
+        loop {
+            let mut guard = ready!(registered.poll_write_ready(context))?;
+            match guard.try_io(|registered| write(registered.get_ref())) {
+                Ok(Err(error)) if error.kind() == ErrorKind::Interrupted => {}
+                Ok(done) => return Poll::Ready(done),
+                Err(_no_room_yet) => {}
+            }
+        }
+    }
+}
+
+/// What was sent, or None when there is no room now.
+fn sent(done: io::Result<usize>) -> Option<io::Result<usize>> {
+    match done {
+        Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => None,
+        done => Some(done),
+    }
+}
+
+impl AsyncWrite for Stream {
+    fn poll_write(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        bytes: &[u8],
+    ) -> Poll<io::Result<usize>> {
+        match sent(self.stream()?.write(bytes)) {
+            Some(done) => Poll::Ready(done),
+            None => self.poll_room(context, |mut stream| stream.write(bytes)),
+        }
+    }
+
+    fn poll_write_vectored(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        parts: &[IoSlice<'_>],
+    ) -> Poll<io::Result<usize>> {
+        match sent(self.stream()?.write_vectored(parts)) {
+            Some(done) => Poll::Ready(done),
+            None => self.poll_room(context, |mut stream| stream.write_vectored(parts)),
+        }
+    }
+
+    fn is_write_vectored(&self) -> bool {
+        true
+    }
+
+    fn poll_flush(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Poll::Ready(Ok(()))
+    }
+
+    fn poll_shutdown(self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<io::Result<()>> {
+        match self.stream()?.shutdown(Shutdown::Write) {
+            Err(error) if error.kind() != ErrorKind::NotConnected => Poll::Ready(Err(error)),
+            _ => {
+                self.drain();
+                Poll::Ready(Ok(()))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::future::poll_fn;
+    use std::net::TcpListener;
+    use std::time::Duration;
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+
+    fn pair() -> (Stream, TcpStream) {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+        let other = TcpStream::connect(listener.local_addr().expect("bound")).expect("it listens");
+        let (stream, _) = listener.accept().expect("it waits");
+        stream.set_nonblocking(true).expect("possible");
+        (Stream::new(stream, Attention::default()), other)
+    }
+
+    #[tokio::test]
+    async fn a_sleeping_reader_is_woken_every_time() {
+        let (mut stream, mut other) = pair();
+        let talk = std::thread::spawn(move || {
+            let mut answer = [0; 1];
+            for k in 0..50 {
+                std::thread::sleep(Duration::from_millis(u64::from(k % 3)));
+                other.write_all(&[k]).expect("open");
+                other.read_exact(&mut answer).expect("open");
+                assert_eq!(answer, [k + 1]);
+            }
+        });
+        let mut byte = [0; 1];
+        for _ in 0..50 {
+            stream.read_exact(&mut byte).await.expect("open");
+            stream.write_all(&[byte[0] + 1]).await.expect("open");
+        }
+        talk.join().expect("all answers came");
+        assert_eq!(stream.read(&mut byte).await.expect("closed in order"), 0);
+    }
+
+    #[tokio::test]
+    async fn a_reader_that_looks_itself_is_not_woken_and_finds_the_bytes() {
+        let (mut stream, mut other) = pair();
+        let attention = stream.attention.clone();
+        let mut byte = [0; 1];
+        // Asleep once, so that there is a registration to be taken away.
+        let slept = tokio::time::timeout(Duration::from_millis(1), stream.read_exact(&mut byte)).await;
+        assert!(slept.is_err() && stream.registered.is_some());
+        let attentive = attention.attentive();
+        let mut looks = 0;
+        let found = poll_fn(|context| {
+            let mut buffer = ReadBuf::new(&mut byte);
+            looks += 1;
+            if looks == 2 {
+                other.write_all(&[7]).expect("open");
+                std::thread::sleep(Duration::from_millis(5));
+            }
+            match Pin::new(&mut stream).poll_read(context, &mut buffer) {
+                Poll::Pending => {
+                    context.waker().wake_by_ref();
+                    Poll::Pending
+                }
+                Poll::Ready(read) => Poll::Ready(read.map(|()| buffer.filled().to_vec())),
+            }
+        });
+        assert_eq!(found.await.expect("open"), [7]);
+        assert!(stream.registered.is_none());
+        drop(attentive);
+        let later = std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_millis(5));
+            other.write_all(&[8]).expect("open");
+        });
+        stream.read_exact(&mut byte).await.expect("asleep again, and woken");
+        assert_eq!(byte, [8]);
+        later.join().expect("sent");
+    }
+
+    #[tokio::test]
+    async fn a_full_socket_is_waited_for() {
+        let (mut stream, mut other) = pair();
+        let bytes = vec![5; 16 << 20];
+        let reading = std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_millis(20));
+            let mut all = Vec::new();
+            other.read_to_end(&mut all).expect("open to the end");
+            all.len()
+        });
+        stream.write_all(&bytes).await.expect("open");
+        stream.shutdown().await.expect("open");
+        assert_eq!(reading.join().expect("read"), bytes.len());
+    }
+}

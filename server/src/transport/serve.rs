@@ -1,0 +1,109 @@
+//! Serves HTTP on whatever accepts connections.
+
+use super::caller::Caller;
+use super::doors::Counted;
+use super::entrance::Entrance;
+use crate::lifecycle::Lifecycle;
+use axum::Router;
+use axum::extract::{ConnectInfo, Request};
+use axum::serve::Listener;
+use hyper::body::Incoming;
+use hyper::server::conn::http1;
+use hyper::service::{Service, service_fn};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use std::io;
+use std::pin::pin;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::io::{AsyncWrite, AsyncWriteExt};
+use tokio::task::JoinSet;
+use tokio::time::timeout;
+
+/// How long the head of a request may take, and how long a connection may wait for its next request.
+const HEAD_TIMEOUT: Duration = Duration::from_secs(10);
+/// Largest head of a request, bytes.
+const HEAD_BYTES: usize = 64 << 10;
+/// How long a caller may take to be told that there is no place for its connection.
+const REFUSAL_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// What a connection is told for which there is no place.
+const FULL: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/problem+json\r\n\
+    retry-after: 5\r\nconnection: close\r\ncontent-length: 183\r\n\r\n\
+    {\"type\":\"about:blank\",\"title\":\"Service Unavailable\",\"status\":503,\"detail\":\"too many connections \
+    from this address, or to this server; try again\",\"code\":\"capacity\",\"retry_after_s\":5.0}";
+
+/// Serves until the server is to finish, then until all requests were answered. `listener` is anything that
+/// `axum::serve` takes; beyond what that does, sockets are counted, and a head has bounds of size and time.
+pub(crate) async fn serve<L>(
+    mut listener: L,
+    router: Router,
+    entrance: Arc<Entrance>,
+    lifecycle: Arc<Lifecycle>,
+) where
+    L: Listener,
+    Caller: From<L::Addr>,
+{
+    let mut open = JoinSet::new();
+    let mut stopping = pin!(lifecycle.stopping());
+    loop {
+        let (io, from) = tokio::select! {
+            biased;
+            () = &mut stopping => break,
+            Some(_) = open.join_next(), if !open.is_empty() => continue,
+            accepted = listener.accept() => accepted,
+        };
+        let caller = Caller::from(from);
+        let Some(permit) = entrance.doors.enter(caller.address) else {
+            tracing::debug!(address = ?caller.address, "no place for another connection");
+            open.spawn(async { drop(timeout(REFUSAL_TIMEOUT, refuse(io)).await) });
+            continue;
+        };
+        let (io, router, lifecycle) = (Counted { io, _permit: permit }, router.clone(), lifecycle.clone());
+        open.spawn(async move {
+            let service = service_fn(move |mut request: Request<Incoming>| {
+                request.extensions_mut().insert(ConnectInfo(caller.clone()));
+                TowerToHyperService::new(router.clone()).call(request)
+            });
+            let connection = http1::Builder::new()
+                .timer(TokioTimer::new())
+                .header_read_timeout(HEAD_TIMEOUT)
+                .max_buf_size(HEAD_BYTES)
+                .serve_connection(TokioIo::new(io), service)
+                .with_upgrades();
+            let mut connection = pin!(connection);
+            let ended = tokio::select! {
+                ended = connection.as_mut() => ended,
+                () = lifecycle.stopping() => {
+                    connection.as_mut().graceful_shutdown();
+                    connection.await
+                }
+            };
+            if let Err(error) = ended {
+                tracing::debug!(%error, "connection failed");
+            }
+        });
+    }
+    drop(listener);
+    while open.join_next().await.is_some() {}
+}
+
+/// Says that there is no place, to whoever listens, and closes the connection.
+async fn refuse(mut io: impl AsyncWrite + Unpin) -> io::Result<()> {
+    io.write_all(FULL).await?;
+    io.shutdown().await
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_refused_connection_is_told_is_a_whole_answer() {
+        let text = std::str::from_utf8(FULL).expect("text");
+        let (head, body) = text.split_once("\r\n\r\n").expect("a head and a body");
+        assert!(head.contains(&format!("content-length: {}", body.len())), "{}", body.len());
+        let problem: serde_json::Value = serde_json::from_str(body).expect("JSON");
+        assert_eq!(problem["code"], "capacity");
+    }
+}

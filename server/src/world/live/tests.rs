@@ -1,0 +1,122 @@
+//! A realtime world, ticked by hand.
+
+use super::*;
+use crate::compute::tick_phase::TickPhases;
+use crate::world::toy::{Toy, toy_world};
+use palmares_models::builtin::builtin_hands;
+use palmares_tasks::BaseTarget;
+
+fn live(toy: Toy) -> Arc<Live> {
+    let hand = builtin_hands()[0].clone();
+    let now = Instant::now();
+    let (pace, tick_phase) = (Pace::new(now, 0.01), TickPhases::new(now).next());
+    Arc::new(Live::new(toy_world(toy).0, hand, pace, tick_phase, false, Scheduler::new(1)))
+}
+
+fn moving(speed: f64) -> Action {
+    let base = BaseTarget::Twist { linear: [speed, 0.0, 0.0], angular: [0.0; 3] };
+    Action { base: Some(base), hand: None }
+}
+
+#[test]
+fn actions_take_effect_at_the_tick_they_were_promised() {
+    let live = live(Toy::default());
+    assert_eq!(live.act(moving(0.1)), Ok(1));
+    assert_eq!(live.act(moving(0.2)), Ok(1), "the later one counts");
+    live.tick(0);
+    live.tick(0);
+    assert_eq!(live.act(moving(0.3)), Ok(3));
+    live.tick(0);
+    let seen: Vec<(u64, Action)> = std::iter::from_fn(|| live.pop())
+        .map(|s| (s.observation.tick, s.observation.applied_action))
+        .collect();
+    assert_eq!(seen, [(1, moving(0.2)), (2, Action::default()), (3, moving(0.3))]);
+    assert_eq!(live.stats().tempo.missed, 1);
+}
+
+#[test]
+fn what_a_controller_leaves_out_keeps_what_came_before_in_the_same_tick() {
+    let live = live(Toy::default());
+    let still = Action { base: None, hand: Some(vec![]) };
+    assert!(live.act(still.clone()).is_err(), "the hand has a motor");
+    live.act(moving(0.1)).expect("fits");
+    live.act(Action::default()).expect("fits");
+    live.tick(0);
+    assert_eq!(live.pop().expect("a tick").observation.applied_action, moving(0.1));
+}
+
+#[test]
+fn nobody_who_listens_slows_the_world() {
+    let live = live(Toy::default());
+    let ticks = STREAMED as u64 + 10;
+    for _ in 0..ticks {
+        assert!(live.tick(0).is_some());
+    }
+    assert_eq!((live.tick_now(), live.stats().dropped), (ticks, 10));
+    let first = live.pop().expect("waits");
+    assert_eq!(first.observation.tick, 11);
+    live.skip();
+    assert_eq!(live.pop().map(|last| last.observation.tick), Some(ticks));
+    assert!(live.pop().is_none());
+}
+
+#[test]
+fn a_silent_controllers_hand_is_told_to_hold_still() {
+    let live = live(Toy::default());
+    live.act(moving(0.1)).expect("fits");
+    let mut told = Vec::new();
+    for _ in 0..crate::compute::pace::HOLD_TICKS + 3 {
+        live.tick(0);
+        told.push(live.pop().expect("a tick").observation.applied_action);
+    }
+    let still: Vec<usize> = (0..told.len()).filter(|&k| told[k].base.is_some()).collect();
+    assert_eq!(still, [0, crate::compute::pace::HOLD_TICKS as usize + 1]);
+    assert_eq!(told[still[1]].base, moving(0.0).base);
+}
+
+#[test]
+fn the_end_of_the_run_is_the_last_tick() {
+    let live = live(Toy { over_at: 3, ..Toy::default() });
+    assert!(live.tick(0).is_some() && live.tick(0).is_some());
+    assert_eq!(live.over(), None);
+    assert!(live.tick(0).is_none());
+    assert_eq!(live.over(), Some(Reason::TimeLimit));
+}
+
+#[test]
+fn a_world_that_breaks_says_so_and_ticks_no_more() {
+    for toy in [Toy { unsound_at: 2, ..Toy::default() }, Toy { panic_at: 2, ..Toy::default() }] {
+        let live = live(toy);
+        assert!(live.tick(0).is_some());
+        assert!(live.tick(0).is_none());
+        assert_eq!(live.over(), Some(Reason::WorldFault));
+    }
+}
+
+#[test]
+fn in_a_pause_nothing_ticks_and_afterwards_it_goes_on_once() {
+    let pacer = Pacer::start(1);
+    let live = live(Toy::default());
+    assert!(live.tick(0).is_some());
+    live.pause();
+    assert!(live.tick(0).is_none(), "the old turn is called off");
+    live.resume(&pacer);
+    live.resume(&pacer);
+    assert!(live.tick(0).is_none(), "and stays so");
+    while live.tick_now() < 4 {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    assert!(live.take(None).is_some());
+}
+
+#[test]
+fn a_run_that_is_cut_short_says_why_in_its_last_observation() {
+    let live = live(Toy::default());
+    live.tick(0);
+    assert!(live.take(Some(Reason::SessionOver)).is_some());
+    assert!(live.tick(0).is_none());
+    assert!(live.take(Some(Reason::SessionOver)).is_none());
+    let seen: Vec<(u64, bool)> =
+        std::iter::from_fn(|| live.pop()).map(|s| (s.observation.tick, s.observation.truncated)).collect();
+    assert_eq!(seen, [(1, false), (1, true)]);
+}

@@ -1,0 +1,269 @@
+//! A world: the one place in the server where a run is stepped. Whoever wants to see every tick, a recorder or
+//! spectators, is a [`Witness`] of it.
+
+use super::playable::{Fault, Playable};
+use super::witness::Witness;
+use crate::compute::admission::Admitted;
+use crate::compute::background::{Background, JobError, Level, panic_text};
+use crate::compute::scheduler::{Permit, Scheduler, Urgency};
+use crate::metrics::METRICS;
+use palmares_models::hand::Hand;
+use palmares_tasks::observation::Wrench;
+use palmares_tasks::run::PushError;
+use palmares_tasks::{
+    Action, ActionError, Observation, Outcome, Reason, Run, Scene, SceneError, Seed, Sensing, Task,
+};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// After a step.
+#[derive(Debug)]
+pub(crate) struct Stepped {
+    /// The state, with the events of all its ticks.
+    pub(crate) observation: Observation,
+    /// Why the run is over, when it is.
+    pub(crate) over: Option<Reason>,
+}
+
+/// Why a step was not made.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum StepError {
+    /// The action was refused; nothing changed.
+    #[error(transparent)]
+    Action(#[from] ActionError),
+    /// The world is unsound, now and from now on.
+    #[error("the world failed")]
+    Fault(Fault),
+}
+
+/// Why a world could not be opened.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum OpenError {
+    /// The scene could not be built.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The job that builds the scene failed.
+    #[error(transparent)]
+    Job(#[from] JobError),
+}
+
+/// What a world is made from.
+pub(crate) struct WorldSetup {
+    /// Task.
+    pub(crate) task: Arc<Task>,
+    /// Hand.
+    pub(crate) hand: Arc<Hand>,
+    /// Seed.
+    pub(crate) seed: Seed,
+    /// How much the controller sees.
+    pub(crate) sensing: Sensing,
+}
+
+/// A world. Whoever owns it steps it.
+pub(crate) struct World {
+    /// Its fault after one.
+    game: Result<Box<dyn Playable>, Fault>,
+    sensing: Sensing,
+    witnesses: Vec<Box<dyn Witness>>,
+    /// Whether the witnesses have not been told of the last tick.
+    untold: bool,
+    /// What was computed between the last tick and the next took so long.
+    between: Duration,
+    /// Given back when the world is gone.
+    _admitted: Admitted,
+}
+
+impl std::fmt::Debug for World {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let state = if self.game.is_ok() { "sound" } else { "failed" };
+        write!(f, "World ({state}, {} witnesses)", self.witnesses.len())
+    }
+}
+
+/// A world at tick 0.
+pub(crate) struct OpenedWorld {
+    /// It.
+    pub(crate) world: World,
+    /// What stands in it.
+    pub(crate) scene: Scene,
+    /// What the controller sees.
+    pub(crate) observation: Observation,
+}
+
+impl World {
+    /// Builds a world in the background. `witnesses` look on from tick 0; `admitted` is given back when the world is gone.
+    pub(crate) async fn open(
+        setup: WorldSetup,
+        admitted: Admitted,
+        background: &Background,
+        mut witnesses: Vec<Box<dyn Witness>>,
+    ) -> Result<OpenedWorld, OpenError> {
+        let build = move || {
+            let WorldSetup { task, hand, seed, sensing } = setup;
+            let run = Run::new(task, hand, seed)?;
+            let (scene, observation) = (run.scene().clone().told(sensing), run.observe(sensing));
+            witnesses.iter_mut().for_each(|witness| witness.opened(&run));
+            let world = World::of(Box::new(run), sensing, witnesses, admitted);
+            Ok(OpenedWorld { world, scene, observation })
+        };
+        background.run(Level::Awaited, build).await?
+    }
+
+    pub(crate) fn of(
+        game: Box<dyn Playable>,
+        sensing: Sensing,
+        witnesses: Vec<Box<dyn Witness>>,
+        admitted: Admitted,
+    ) -> Self {
+        World {
+            game: Ok(game),
+            sensing,
+            witnesses,
+            untold: false,
+            between: Duration::ZERO,
+            _admitted: admitted,
+        }
+    }
+
+    /// Tells the witnesses of the last tick. The controller need not wait for it.
+    pub(crate) fn tell(&mut self) {
+        if std::mem::take(&mut self.untold) {
+            self.meanwhile(|game, witnesses| {
+                if let Some(run) = game.run() {
+                    witnesses.iter_mut().for_each(|witness| witness.ticked(run));
+                }
+            });
+        }
+    }
+
+    /// Does what the next tick does before its action matters. The witnesses have been told: they see a whole state.
+    pub(crate) fn prepare(&mut self, _permit: &Permit) {
+        self.meanwhile(|game, _| game.prepare());
+    }
+
+    /// What is computed between two ticks counts as part of the second.
+    fn meanwhile(&mut self, work: impl FnOnce(&mut dyn Playable, &mut [Box<dyn Witness>])) {
+        let (Ok(game), witnesses) = (self.game.as_mut(), &mut self.witnesses) else { return };
+        let begun = Instant::now();
+        let done = catch_unwind(AssertUnwindSafe(|| {
+            work(game.as_mut(), witnesses);
+            Ok(())
+        }));
+        self.between += begun.elapsed();
+        // Of a fault the next tick tells.
+        let _ = self.fault_ends_it(done);
+    }
+
+    /// Advances the world by up to `repeat` ticks; fewer when the run is over before.
+    pub(crate) async fn step(
+        &mut self,
+        scheduler: &Scheduler,
+        official: bool,
+        action: &Action,
+        repeat: u32,
+    ) -> Result<Stepped, StepError> {
+        let mut earlier = Vec::new();
+        let mut left = repeat.max(1);
+        loop {
+            let permit = scheduler.permit(Urgency::lockstep(official, Instant::now())).await;
+            let over = self.tick(action, &permit)?;
+            left -= 1;
+            if left == 0 || over.is_some() {
+                let mut observation = self.observe()?;
+                if !earlier.is_empty() {
+                    earlier.append(&mut observation.events);
+                    observation.events = earlier;
+                }
+                return Ok(Stepped { observation, over });
+            }
+            drop(permit);
+            if let Ok(game) = &self.game {
+                earlier.extend_from_slice(game.events());
+            }
+        }
+    }
+
+    /// Advances the world by one tick and says whether the run is over. A refused action changes nothing; a fault
+    /// is the world's end. Whoever calls this tells the witnesses once the controller has been answered.
+    pub(crate) fn tick(&mut self, action: &Action, _permit: &Permit) -> Result<Option<Reason>, StepError> {
+        self.tell();
+        let between = std::mem::take(&mut self.between);
+        let game = self.game.as_mut().map_err(|fault| StepError::Fault(*fault))?;
+        let ticked = catch_unwind(AssertUnwindSafe(|| {
+            let begun = Instant::now();
+            game.step(action)?;
+            if let Some(fault) = game.fault() {
+                return Err(StepError::Fault(fault));
+            }
+            METRICS.ticked(between + begun.elapsed());
+            Ok(game.over())
+        }));
+        self.untold = matches!(ticked, Ok(Ok(_)));
+        self.fault_ends_it(ticked)
+    }
+
+    /// What the controller sees now.
+    pub(crate) fn observe(&mut self) -> Result<Observation, StepError> {
+        let game = self.game.as_ref().map_err(|fault| StepError::Fault(*fault))?;
+        let seen = catch_unwind(AssertUnwindSafe(|| Ok(game.observe(self.sensing))));
+        self.fault_ends_it(seen)
+    }
+
+    /// After a fault there is no world any more.
+    fn fault_ends_it<T>(&mut self, done: std::thread::Result<Result<T, StepError>>) -> Result<T, StepError> {
+        let done = done.unwrap_or_else(|panic| {
+            tracing::error!(panic = panic_text(panic.as_ref()), "a world panicked");
+            Err(StepError::Fault(Fault::Broken))
+        });
+        if let Err(StepError::Fault(fault)) = done {
+            self.game = Err(fault);
+        }
+        done
+    }
+
+    /// Pushes the hand from the next tick on.
+    pub(crate) fn push(&mut self, link: &str, wrench: Wrench, duration_s: f64) -> Result<(), PushError> {
+        self.tell();
+        let Some(run) = self.game.as_mut().ok().and_then(|game| game.run()) else { return Ok(()) };
+        run.push(link, wrench, duration_s)?;
+        self.witnesses.iter_mut().for_each(|witness| witness.pushed(link, wrench, duration_s));
+        Ok(())
+    }
+
+    /// The number of the tick that comes next.
+    pub(crate) fn next_tick(&mut self) -> u64 {
+        self.game.as_mut().ok().and_then(|game| game.run()).map_or(1, |run| run.tick() + 1)
+    }
+
+    /// What the world failed of, when it has.
+    pub(crate) fn fault(&self) -> Option<Fault> {
+        self.game.as_ref().err().copied()
+    }
+
+    /// Lets the objects settle and counts, in the background.
+    ///
+    /// # Errors
+    /// The world failed.
+    pub(crate) async fn finish(mut self, background: &Background, reason: Reason) -> Result<Outcome, Fault> {
+        let settle = move || {
+            self.tell();
+            let game = self.game.as_mut().map_err(|fault| *fault)?;
+            let outcome = game.finish(reason);
+            if let Some(fault) = game.fault() {
+                return Err(fault);
+            }
+            if let Some(run) = game.run() {
+                self.witnesses.iter_mut().for_each(|witness| witness.finished(run, &outcome));
+            }
+            Ok(outcome)
+        };
+        background.run(Level::Awaited, settle).await.unwrap_or_else(|error| {
+            tracing::error!(%error, "a run could not be counted");
+            Err(Fault::Broken)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,154 @@
+//! What a world does when its run ends, refuses or breaks.
+
+use super::*;
+use crate::compute::admission::Admission;
+use crate::world::toy::{Toy, toy_world};
+
+struct Fixture {
+    world: World,
+    admission: Admission,
+    scheduler: Scheduler,
+    background: Background,
+}
+
+impl Fixture {
+    async fn open(toy: Toy) -> Self {
+        let (world, admission) = toy_world(toy);
+        Fixture { world, admission, scheduler: Scheduler::new(1), background: Background::new(1) }
+    }
+
+    async fn step(&mut self, action: Action, repeat: u32) -> Result<Observation, StepError> {
+        let stepped = self.world.step(&self.scheduler, false, &action, repeat).await;
+        stepped.map(|stepped| stepped.observation)
+    }
+
+    async fn finish(self) -> Result<Outcome, Fault> {
+        self.world.finish(&self.background, Reason::Stopped).await
+    }
+}
+
+#[tokio::test]
+async fn repeated_ticks_keep_all_events_and_end_with_the_run() {
+    let mut fixture = Fixture::open(Toy { over_at: 5, ..Toy::default() }).await;
+    let three = fixture.step(Action::default(), 3).await.expect("steps");
+    assert_eq!(three.events.iter().map(|event| event.tick).collect::<Vec<_>>(), [1, 2, 3]);
+    let rest = fixture.step(Action::default(), 9).await.expect("steps");
+    assert_eq!((rest.tick, rest.events.len()), (5, 2));
+    assert_eq!(fixture.finish().await.map(|outcome| outcome.ticks), Ok(5));
+}
+
+#[tokio::test]
+async fn a_refused_action_changes_nothing() {
+    let mut fixture = Fixture::open(Toy::default()).await;
+    let wrong = Action { hand: Some(vec![0.5]), base: None };
+    assert!(matches!(fixture.step(wrong, 1).await, Err(StepError::Action(_))));
+    assert_eq!(fixture.step(Action::default(), 1).await.expect("steps").tick, 1);
+}
+
+/// Writes down what it is told.
+struct Diary(std::sync::mpsc::Sender<String>);
+
+impl Witness for Diary {
+    fn opened(&mut self, run: &Run) {
+        self.0.send(format!("open {}", run.tick())).expect("somebody reads");
+    }
+    fn ticked(&mut self, run: &Run) {
+        self.0.send(format!("tick {}", run.tick())).expect("somebody reads");
+    }
+    fn pushed(&mut self, link: &str, _: Wrench, _: f64) {
+        self.0.send(format!("push {link}")).expect("somebody reads");
+    }
+    fn finished(&mut self, _: &Run, outcome: &Outcome) {
+        self.0.send(format!("end {}", outcome.ticks)).expect("somebody reads");
+    }
+}
+
+#[tokio::test]
+async fn witnesses_see_every_tick_once_and_before_what_follows() {
+    let task = Task::builtin().into_iter().find(|task| task.name == "grasp").expect("built in");
+    let hand = Hand::builtin("pinch").expect("built in");
+    let link = hand.links[0].name.clone();
+    let admission = Admission::default();
+    let admitted = admission.take(crate::protocol::Mode::Lockstep, false, |_| Ok(())).expect("free");
+    let (diary, told) = std::sync::mpsc::channel();
+    let witnesses: Vec<Box<dyn Witness>> = vec![Box::new(Diary(diary))];
+    let (scheduler, background) = (Scheduler::new(1), Background::new(1));
+    let setup = WorldSetup { task, hand, seed: Seed::from_u64(1), sensing: Sensing::Sensors };
+    let opened = World::open(setup, admitted, &background, witnesses).await.expect("the scene builds");
+    let mut fixture = Fixture { world: opened.world, admission, scheduler, background };
+    let news = || told.try_iter().collect::<Vec<_>>();
+    assert_eq!(news(), ["open 0"]);
+    fixture.step(Action::default(), 2).await.expect("steps");
+    assert_eq!(news(), ["tick 1"], "the controller does not wait for the last");
+    fixture.world.tell();
+    fixture.world.prepare(&fixture.scheduler.spare().expect("idle"));
+    fixture.world.tell();
+    assert_eq!(news(), ["tick 2"]);
+    fixture.step(Action::default(), 1).await.expect("steps");
+    fixture
+        .world
+        .push(&link, Wrench { force: [1.0, 0.0, 0.0], torque: [0.0; 3] }, 0.1)
+        .expect("a valid push");
+    fixture.step(Action::default(), 1).await.expect("steps");
+    fixture.finish().await.expect("it is counted");
+    assert_eq!(news(), ["tick 3".to_owned(), format!("push {link}"), "tick 4".into(), "end 4".into()]);
+}
+
+#[test]
+fn worlds_whose_ticks_never_end_keep_no_other_from_stepping() {
+    use crate::compute::scheduler::OVERRUN;
+    let scheduler = Scheduler::new(2);
+    let runtime = tokio::runtime::Runtime::new().expect("starts");
+    let step = |toy: Toy| {
+        let (mut world, scheduler, runtime) = (toy_world(toy).0, scheduler.clone(), runtime.handle().clone());
+        let (done, result) = std::sync::mpsc::channel();
+        let thread = std::thread::spawn(move || {
+            let stepped = runtime.block_on(world.step(&scheduler, false, &Action::default(), 1));
+            // Of the endless ones nobody wants to know.
+            let _ = done.send(stepped.map(|stepped| stepped.observation.tick).ok());
+        });
+        (thread, result)
+    };
+    let (ends, endless): (Vec<_>, Vec<_>) = (0..4)
+        .map(|_| {
+            let (end, stuck) = std::sync::mpsc::channel();
+            (end, step(Toy { endless: Some(stuck), ..Toy::default() }).0)
+        })
+        .unzip();
+    while !scheduler.is_exhausted() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let (innocent, stepped) = step(Toy::default());
+    let patience = Instant::now() + Duration::from_secs(60);
+    let mut seen = None;
+    while seen.is_none() && Instant::now() < patience {
+        scheduler.count_out(Instant::now() + OVERRUN);
+        seen = stepped.recv_timeout(Duration::from_millis(5)).ok();
+    }
+    // Before anything is asserted: a thread that never ends would hang the tests.
+    drop(ends);
+    for thread in endless.into_iter().chain([innocent]) {
+        thread.join().expect("no panic");
+    }
+    assert_eq!(seen, Some(Some(1)));
+}
+
+#[tokio::test]
+async fn an_unsound_or_panicking_world_is_a_fault_and_frees_its_place() {
+    let exhausted = Toy { unsound_at: 2, breaks: Fault::Exhausted, ..Toy::default() };
+    for (toy, fault) in [
+        (Toy { unsound_at: 2, ..Toy::default() }, Fault::Broken),
+        (Toy { panic_at: 2, ..Toy::default() }, Fault::Broken),
+        (exhausted, Fault::Exhausted),
+    ] {
+        let mut fixture = Fixture::open(toy).await;
+        assert!(fixture.step(Action::default(), 1).await.is_ok());
+        for _ in 0..2 {
+            let failed = fixture.step(Action::default(), 1).await;
+            assert!(matches!(failed, Err(StepError::Fault(of)) if of == fault), "{failed:?}");
+        }
+        let admission = fixture.admission.clone();
+        assert_eq!(fixture.finish().await.err(), Some(fault));
+        assert_eq!(admission.open().all(), 0);
+    }
+}

@@ -1,0 +1,104 @@
+//! A world without physics, for tests: it counts, and ends, breaks, panics or computes on and on when told.
+
+use super::playable::{Fault, Playable};
+use super::run::World;
+use crate::compute::admission::Admission;
+use crate::protocol::Mode;
+use palmares_tasks::observation::{BodyState, HandObservation, Wrench};
+use palmares_tasks::{Action, ActionError, Event, Observation, Outcome, Reason, Run, Sensing};
+
+/// Counts ticks; ends, breaks, panics or does not come back when told.
+pub(crate) struct Toy {
+    pub(crate) tick: u64,
+    pub(crate) told: Action,
+    pub(crate) news: Vec<Event>,
+    pub(crate) over_at: u64,
+    pub(crate) unsound_at: u64,
+    pub(crate) panic_at: u64,
+    /// What it breaks of.
+    pub(crate) breaks: Fault,
+    /// From the first tick on it computes until the other end is gone.
+    pub(crate) endless: Option<std::sync::mpsc::Receiver<()>>,
+}
+
+impl Default for Toy {
+    fn default() -> Self {
+        Toy {
+            tick: 0,
+            told: Action::default(),
+            news: vec![],
+            over_at: u64::MAX,
+            unsound_at: u64::MAX,
+            panic_at: u64::MAX,
+            breaks: Fault::Broken,
+            endless: None,
+        }
+    }
+}
+
+impl Playable for Toy {
+    fn step(&mut self, action: &Action) -> Result<(), ActionError> {
+        if action.hand.as_ref().is_some_and(|sigma| !sigma.is_empty()) {
+            return Err(ActionError::ZeroQuaternion);
+        }
+        self.tick += 1;
+        self.told = action.clone();
+        if let Some(endless) = &self.endless {
+            let _ = endless.recv();
+        }
+        assert!(self.tick != self.panic_at, "toy panic");
+        self.news = vec![Event { tick: self.tick, kind: "tick".into(), object: None }];
+        Ok(())
+    }
+    fn observe(&self, _: Sensing) -> Observation {
+        let (position, linear) = ([0.0; 3], [0.0; 3]);
+        let base = BodyState { position, quat_xyzw: [0.0, 0.0, 0.0, 1.0], linear, angular: linear };
+        Observation {
+            tick: self.tick,
+            sim_time_s: 0.0,
+            applied_action: self.told.clone(),
+            hand: HandObservation {
+                base,
+                actuators: vec![],
+                wrist: Wrench { force: [0.0; 3], torque: [0.0; 3] },
+            },
+            truth: None,
+            events: self.news.clone(),
+            score: 0.0,
+            terminated: false,
+            truncated: self.tick >= self.over_at,
+            reason: None,
+        }
+    }
+    fn fault(&self) -> Option<Fault> {
+        (self.tick >= self.unsound_at).then_some(self.breaks)
+    }
+    fn events(&self) -> &[Event] {
+        &self.news
+    }
+    fn over(&self) -> Option<Reason> {
+        (self.tick >= self.over_at).then_some(Reason::TimeLimit)
+    }
+    fn run(&mut self) -> Option<&mut Run> {
+        None
+    }
+    fn finish(&mut self, reason: Reason) -> Outcome {
+        Outcome {
+            score: self.tick as f64,
+            in_goal: 0,
+            outside: 0,
+            reason,
+            ticks: self.tick,
+            sim_time_s: 0.0,
+            events: vec![],
+            state_hash: String::new(),
+        }
+    }
+}
+
+/// A world with a toy in it, and where it is counted.
+pub(crate) fn toy_world(toy: Toy) -> (World, Admission) {
+    let admission = Admission::default();
+    let admitted = admission.take(Mode::Lockstep, false, |_| Ok(())).expect("free");
+    (World::of(Box::new(toy), Sensing::Truth, vec![], admitted), admission)
+}

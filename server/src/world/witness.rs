@@ -1,0 +1,18 @@
+//! Whoever wants to see every tick of a world: a recorder, spectators.
+
+use palmares_tasks::observation::Wrench;
+use palmares_tasks::{Outcome, Run};
+
+/// Sees every tick of a world. It must not wait for anything: the world waits for it.
+pub(crate) trait Witness: Send {
+    /// The run is there, at tick 0.
+    fn opened(&mut self, run: &Run);
+    /// After each tick.
+    fn ticked(&mut self, run: &Run);
+    /// Before the tick in which a push begins.
+    fn pushed(&mut self, link: &str, wrench: Wrench, duration_s: f64) {
+        let _ = (link, wrench, duration_s);
+    }
+    /// When the run has been counted. Not called when the world failed.
+    fn finished(&mut self, run: &Run, outcome: &Outcome);
+}
