@@ -125,7 +125,15 @@ fn dominance(page: &mut String, report: &Comparison) {
 
 /// From least to most, where it is known.
 fn range(of: Option<[f64; 2]>, unit: &str) -> String {
-    of.map_or(String::new(), |[least, most]| format!("{least:.2e} … {most:.2e} {unit}"))
+    of.map_or(String::new(), |[least, most]| match (difference(least, unit), difference(most, unit)) {
+        (least, most) if least == most => least,
+        (least, most) => format!("{least} … {most}"),
+    })
+}
+
+/// A difference with its unit. Beyond a metre it is not how far two outcomes are apart, but that there are two.
+fn difference(value: f64, unit: &str) -> String {
+    if unit == "mm" && value > 1e3 { "ends otherwise".to_owned() } else { format!("{value:.2e} {unit}") }
 }
 
 fn stable(page: &mut String, report: &Comparison) {
@@ -208,7 +216,7 @@ fn scene(page: &mut String, report: &Comparison, case: &str) {
         overlap, at most |"
     );
     put!(page, "|---|---|---|---|---|---|---|---|---|");
-    runs.iter().for_each(|run| row(page, run));
+    runs.iter().for_each(|run| row(page, run, unit));
     page.push('\n');
     let largest =
         engines.iter().filter(|engine| runs.iter().any(|run| run.engine == **engine)).map(|engine| {
@@ -233,9 +241,9 @@ fn by_settings(page: &mut String, verdict: &Verdict) {
     page.push('\n');
 }
 
-fn row(page: &mut String, run: &Run) {
+fn row(page: &mut String, run: &Run, unit: &str) {
     let value = run.error.as_ref().and_then(|figure| figure.value);
-    let value = value.map_or("–".to_owned(), |x| format!("{x:.2e}"));
+    let value = value.map_or("–".to_owned(), |x| difference(x, unit));
     let why = run.trouble.as_ref().map_or("yes".to_owned(), |why| format!("no: {why}"));
     let does_it = match &run.starts {
         None => why,
