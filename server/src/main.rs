@@ -1,11 +1,11 @@
 //! Palmares: a competition server where remote controllers drive emulated compliant underactuated robot hands.
 
-mod api;
 mod auth;
 mod backup;
 mod cli;
 mod config;
 mod hands;
+mod http;
 mod inspect;
 mod metrics;
 mod names;

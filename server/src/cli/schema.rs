@@ -1,6 +1,6 @@
 //! `palmares schema`.
 
-use crate::api::openapi;
+use crate::http;
 use crate::protocol::obs::Obs;
 use crate::protocol::reply::{Ack, ErrorReply, Reply, RunResult, TimeReport, Warning, Welcome};
 use crate::protocol::request::{Act, Bye, Hello, Perturb, Reset, Step, Stop, Time};
@@ -31,7 +31,7 @@ pub(super) fn schema(what: What) -> anyhow::Result<()> {
     let all = match what {
         What::Control => control(),
         What::Watch => spectators(),
-        What::Openapi => openapi::document(),
+        What::Openapi => http::document(),
     };
     let mut out = std::io::stdout().lock();
     writeln!(out, "{}", serde_json::to_string_pretty(&sorted(all))?)?;

@@ -1,8 +1,8 @@
 //! `palmares serve`.
 
-use crate::api;
 use crate::auth::{self, Role};
 use crate::config::{Config, Mode, ServeOptions};
+use crate::http;
 use crate::inspect;
 use crate::names;
 use crate::net;
@@ -94,7 +94,7 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
         }
     };
     tokio::spawn(signalled);
-    let server = net::serve(WireListener::new(listener), api::router(host.clone()), host.clone());
+    let server = net::serve(WireListener::new(listener), http::router(host.clone()), host.clone());
     let server = tokio::spawn(server);
     let overseer = tokio::spawn(session::watch_over(host.clone()));
     host.stopping().await;

@@ -4,7 +4,7 @@ mod body;
 mod counts;
 mod guard;
 
-pub(crate) use crate::api::Problem;
+pub(crate) use crate::http::Problem;
 pub(crate) use body::{Bodies, Received};
 pub(crate) use counts::{Counts, Share};
 pub(crate) use guard::{Guard, guard};

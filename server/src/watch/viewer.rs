@@ -1,12 +1,12 @@
 //! One viewer's connection.
 
-use super::Watcher;
+use super::access::Watcher;
 use super::frame::text;
 use super::hub::{Following, News, Nothing};
 use super::messages::{Ranking, Runs, Score, Subscribed, WatchReply};
 use super::request::{Request, Target, parse};
-use crate::api::Problem;
 use crate::auth::{Identity, Role};
+use crate::http::Problem;
 use crate::metrics::METRICS;
 use crate::protocol::reply::ErrorReply;
 use crate::protocol::request::shortened;

@@ -9,8 +9,8 @@ mod wire;
 pub(crate) use busy_poll::Awake;
 pub(crate) use wire::{Caller, WireListener};
 
-use crate::api::Problem;
 use crate::auth::{Role, forbidden};
+use crate::http::Problem;
 use crate::protocol::{Code, Encoding, Refusal};
 use crate::session::Host;
 use axum::extract::ws::WebSocketUpgrade;

@@ -1,8 +1,8 @@
 //! Opening, closing, revealing.
 
-use super::{Asked, entry, no_verb, store_failed};
-use crate::api::Problem;
-use crate::api::parts::Segment;
+use super::request::{Asked, entry, no_verb};
+use crate::http::extract::Segment;
+use crate::http::problem::{Problem, store_failed};
 use crate::protocol::{Code, Refusal};
 use crate::rules::Phase;
 use crate::session::Host;
@@ -16,7 +16,7 @@ use std::sync::Arc;
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "CompetitionDeed")]
-pub(in crate::api) struct Body {
+pub(in crate::http) struct Body {
     /// Kept in the audit.
     #[serde(default)]
     reason: Option<String>,
@@ -25,7 +25,7 @@ pub(in crate::api) struct Body {
 /// How far the competition is.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "CompetitionPhase")]
-pub(in crate::api) struct Answer {
+pub(in crate::http) struct Answer {
     phase: Phase,
 }
 

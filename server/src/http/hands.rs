@@ -1,7 +1,7 @@
 //! Hands: those that come with the program, and those that teams send in.
 
-use super::Problem;
-use super::parts::{Asking, Segment};
+use super::extract::{Asking, Segment};
+use super::problem::{Problem, store_failed};
 use crate::auth::{Identity, Role, forbidden};
 use crate::hands::largest;
 use crate::protocol::reply::HandInfo;
@@ -56,9 +56,7 @@ pub(super) async fn list(
 ) -> Result<Json<Hands>, Problem> {
     let team = team(&host, &headers, whose).await?;
     let own = match &team {
-        Some(team) => {
-            host.store.hands(Some(team)).await.map_err(|error| super::rest::store_failed(&error))?
-        }
+        Some(team) => host.store.hands(Some(team)).await.map_err(|error| store_failed(&error))?,
         None => Vec::new(),
     };
     let hands = host.hand_infos(team.as_deref()).await.map_err(Problem)?;

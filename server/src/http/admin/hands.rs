@@ -1,9 +1,9 @@
 //! Looking at teams' own hands, and deciding on them.
 
-use super::{Asked, entry, needs_reason, no_verb, not_found, store_failed};
-use crate::api::Problem;
-use crate::api::parts::Segment;
+use super::request::{Asked, entry, needs_reason, no_verb, not_found};
 use crate::hands::Inspection;
+use crate::http::extract::Segment;
+use crate::http::problem::{Problem, store_failed};
 use crate::inspect::FigureRow;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
@@ -21,7 +21,7 @@ use std::sync::Arc;
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "HandDeed")]
-pub(in crate::api) struct Body {
+pub(in crate::http) struct Body {
     hand_id: String,
     /// Told to the team and kept in the audit; `reject` needs it.
     #[serde(default)]
@@ -31,14 +31,14 @@ pub(in crate::api) struct Body {
 /// All teams' hands, the oldest first.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "AllHands")]
-pub(in crate::api) struct List {
+pub(in crate::http) struct List {
     hands: Vec<HandRow>,
 }
 
 /// The hand as it is now.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "DecidedHand")]
-pub(in crate::api) struct Decided {
+pub(in crate::http) struct Decided {
     hand: HandRow,
 }
 
@@ -51,7 +51,7 @@ pub(super) async fn list(State(host): State<Arc<Host>>) -> Result<Json<List>, Pr
 /// A hand to look at before deciding.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "ShownHand")]
-pub(in crate::api) struct Shown {
+pub(in crate::http) struct Shown {
     hand: HandRow,
     /// Beside the hands of the program and the competition's limits.
     figures: Vec<FigureRow>,

@@ -1,8 +1,8 @@
 //! Teams and tokens. A token is shown once, in the answer to the request that made it.
 
-use super::{Asked, entry, not_found, store_failed};
-use crate::api::Problem;
+use super::request::{Asked, entry, not_found};
 use crate::auth::{self, IssueError, Role};
+use crate::http::problem::{Problem, store_failed};
 use crate::names::{self, printable};
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
@@ -18,7 +18,7 @@ use std::sync::Arc;
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "TeamDeed")]
-pub(in crate::api) struct TeamBody {
+pub(in crate::http) struct TeamBody {
     team: String,
     /// Kept in the audit.
     #[serde(default)]
@@ -29,7 +29,7 @@ pub(in crate::api) struct TeamBody {
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "NewToken")]
-pub(in crate::api) struct TokenBody {
+pub(in crate::http) struct TokenBody {
     /// `organizer` or `viewer`.
     role: String,
     /// Whose it is, for people.
@@ -44,7 +44,7 @@ pub(in crate::api) struct TokenBody {
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "TokenDeed")]
-pub(in crate::api) struct TokenId {
+pub(in crate::http) struct TokenId {
     token_id: String,
     /// Kept in the audit.
     #[serde(default)]
@@ -54,7 +54,7 @@ pub(in crate::api) struct TokenId {
 /// A token, shown this once.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "IssuedToken")]
-pub(in crate::api) struct Issued {
+pub(in crate::http) struct Issued {
     /// Whose it is, for a team's.
     #[serde(skip_serializing_if = "Option::is_none")]
     team: Option<String>,
@@ -70,7 +70,7 @@ pub(in crate::api) struct Issued {
 /// What was taken back.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "RevokedTokens")]
-pub(in crate::api) struct Revoked {
+pub(in crate::http) struct Revoked {
     /// Whose tokens, if a team was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     team: Option<String>,
@@ -83,13 +83,13 @@ pub(in crate::api) struct Revoked {
 
 /// The teams by name.
 #[derive(Serialize, JsonSchema)]
-pub(in crate::api) struct Teams {
+pub(in crate::http) struct Teams {
     teams: Vec<TeamRow>,
 }
 
 /// The tokens, without their secrets.
 #[derive(Serialize, JsonSchema)]
-pub(in crate::api) struct Tokens {
+pub(in crate::http) struct Tokens {
     tokens: Vec<TokenRow>,
 }
 

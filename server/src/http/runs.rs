@@ -1,8 +1,7 @@
 //! Runs and sessions: what of them whoever asks may see.
 
-use super::Problem;
-use super::parts::Segment;
-use super::rest::store_failed;
+use super::extract::Segment;
+use super::problem::{Problem, store_failed};
 use crate::auth::{Identity, Role, forbidden};
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};

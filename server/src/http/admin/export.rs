@@ -1,12 +1,12 @@
 //! Tables to take home: leaderboard, sessions, runs, audit; and everything at once as a backup.
 
-use super::{not_found, store_failed};
-use crate::api::Problem;
-use crate::api::csv::{self, Table};
-use crate::api::parts::{Asking, Segment};
-use crate::api::runs::SessionNow;
+use super::request::not_found;
 use crate::auth::Identity;
 use crate::backup;
+use crate::http::csv::{self, Table};
+use crate::http::extract::{Asking, Segment};
+use crate::http::problem::{Problem, store_failed};
+use crate::http::runs::SessionNow;
 use crate::protocol::{Code, Refusal};
 use crate::session::Host;
 use crate::store::{AuditEntry, NewAuditEntry};
@@ -38,7 +38,7 @@ fn most() -> u32 {
 /// Records in the order in which they were made.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Audit")]
-pub(in crate::api) struct Records {
+pub(in crate::http) struct Records {
     records: Vec<AuditEntry>,
 }
 

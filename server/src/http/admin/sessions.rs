@@ -1,9 +1,9 @@
 //! Holding, ending, voiding a session, and giving it time.
 
-use super::{Asked, entry, needs_reason, no_verb, not_found, store_failed};
-use crate::api::Problem;
-use crate::api::parts::Segment;
-use crate::api::runs::SessionNow;
+use super::request::{Asked, entry, needs_reason, no_verb, not_found};
+use crate::http::extract::Segment;
+use crate::http::problem::{Problem, store_failed};
+use crate::http::runs::SessionNow;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use crate::rules::Phase;
@@ -18,7 +18,7 @@ use std::sync::Arc;
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "SessionDeed")]
-pub(in crate::api) struct Body {
+pub(in crate::http) struct Body {
     session_id: String,
     /// Kept in the audit; `void` and `grant` need it.
     #[serde(default)]
@@ -31,7 +31,7 @@ pub(in crate::api) struct Body {
 /// The session as it is now.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "DecidedSession")]
-pub(in crate::api) struct Answer {
+pub(in crate::http) struct Answer {
     session: SessionNow,
 }
 

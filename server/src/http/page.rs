@@ -1,7 +1,6 @@
 //! The leaderboard as a page: plain HTML from the server, no scripts, nothing from elsewhere.
 
-use super::Problem;
-use super::rest::store_failed;
+use super::problem::{Problem, store_failed};
 use crate::names::printable;
 use crate::rules::Phase;
 use crate::session::Host;
@@ -17,7 +16,7 @@ use std::sync::Arc;
 const STYLE: &str = include_str!("page.css");
 
 /// `GET /`.
-pub(super) async fn leaderboard(
+pub(super) async fn page(
     State(host): State<Arc<Host>>,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, Problem> {
