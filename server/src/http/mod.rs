@@ -23,7 +23,7 @@ use axum::http::Method;
 use axum::http::header::CONTENT_TYPE;
 use axum::middleware::from_fn_with_state;
 use axum::response::IntoResponse;
-use openapi::operation::{CSV, Content, Operation, TEXT, Token, ZIP, get, of, post};
+use openapi::operation::{CSV, Content, Operation, TEXT, Token, ZIP, get, get_json, of, post};
 use openapi::routes::Routes;
 use palmares_models::hand::describe::HandDescription;
 use serde_json::Value;
@@ -46,7 +46,7 @@ fn routes() -> Routes<Arc<Host>> {
             ),
             health::metrics,
         )
-        .add(get("/openapi.json", "This document", of::<Value>()), openapi)
+        .add(get_json::<Value>("/openapi.json", "This document"), openapi)
         .add(
             get("/v1/control", "The control socket of a team", Content::Socket).token(Token::Optional),
             ws::control,
@@ -56,12 +56,12 @@ fn routes() -> Routes<Arc<Host>> {
             watch::watch,
         )
         .add(
-            get("/v1/competition", "What is being played here", of::<competition::CompetitionAnswer>()),
+            get_json::<competition::CompetitionAnswer>("/v1/competition", "What is being played here"),
             competition::competition,
         )
-        .add(get("/v1/tasks", "The tasks", of::<competition::Tasks>()), competition::tasks)
+        .add(get_json::<competition::Tasks>("/v1/tasks", "The tasks"), competition::tasks)
         .add(
-            get("/v1/hands", "The hands in short", of::<hands::Hands>())
+            get_json::<hands::Hands>("/v1/hands", "The hands in short")
                 .query("team", WHOSE)
                 .token(Token::Optional),
             hands::list,
@@ -74,19 +74,19 @@ fn routes() -> Routes<Arc<Host>> {
             hands::submit,
         )
         .add(
-            get("/v1/hands/{name}", "A hand in full", of::<HandDescription>())
+            get_json::<HandDescription>("/v1/hands/{name}", "A hand in full")
                 .query("team", WHOSE)
                 .token(Token::Optional),
             hands::describe,
         )
-        .add(get("/v1/leaderboard", "The ranking", of::<leaderboard::Leaderboard>()), leaderboard::json)
+        .add(get_json::<leaderboard::Leaderboard>("/v1/leaderboard", "The ranking"), leaderboard::json)
         .add(get("/v1/leaderboard.csv", "The ranking as a table", CSV), leaderboard::csv)
         .add(
-            get("/v1/sessions", "The sessions: a team's own, for organizers all", of::<runs::Sessions>())
+            get_json::<runs::Sessions>("/v1/sessions", "The sessions: a team's own, for organizers all")
                 .token(Token::Required),
             runs::sessions,
         )
-        .add(get("/v1/runs/{id}", "A run as stored", of::<RunRecord>()).token(Token::Optional), runs::run)
+        .add(get_json::<RunRecord>("/v1/runs/{id}", "A run as stored").token(Token::Optional), runs::run)
         .add(
             get(
                 "/v1/runs/{id}/replay",

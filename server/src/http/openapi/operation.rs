@@ -68,6 +68,19 @@ pub(in crate::http) fn post(
     Operation { method: "post", body: Some(body), ..get(path, summary, answer) }
 }
 
+/// A GET that answers JSON of a type.
+pub(in crate::http) fn get_json<A: JsonSchema>(path: &'static str, summary: &'static str) -> Operation {
+    get(path, summary, of::<A>())
+}
+
+/// A POST of JSON that answers JSON.
+pub(in crate::http) fn post_json<B: JsonSchema, A: JsonSchema>(
+    path: &'static str,
+    summary: &'static str,
+) -> Operation {
+    post(path, summary, of::<B>(), of::<A>())
+}
+
 impl Operation {
     pub(in crate::http) fn words(mut self, words: &'static [&'static str]) -> Self {
         self.words = words;
