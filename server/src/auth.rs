@@ -10,7 +10,7 @@ use axum::http::header::AUTHORIZATION;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::fmt;
-use subtle::ConstantTimeEq;
+use subtle::{Choice, ConstantTimeEq};
 use tokio::sync::watch;
 
 const PREFIX: &str = "plm";
@@ -18,6 +18,8 @@ const PREFIX: &str = "plm";
 const ID_DIGITS: usize = 16;
 /// Digits of its secret half: 256 random bits.
 const SECRET_DIGITS: usize = 64;
+/// Compared where no hash is stored; as long as one.
+const DUMMY_HASH: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
 /// What a token allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,6 +81,13 @@ impl Token {
         sha256_hex(self.secret.as_bytes())
     }
 
+    /// Whether this hash is the secret's. Without one a dummy of equal length is compared, since slices of different
+    /// lengths are told apart at once: the answer takes as long for an id that nobody has.
+    fn has_hash(&self, stored: Option<&str>) -> bool {
+        let same = self.secret_hash().as_bytes().ct_eq(stored.unwrap_or(DUMMY_HASH).as_bytes());
+        (same & Choice::from(u8::from(stored.is_some()))).into()
+    }
+
     fn parse(text: &str) -> Option<Token> {
         let (id, secret) = text.strip_prefix(PREFIX)?.strip_prefix('_')?.split_once('_')?;
         let hex = |part: &str, digits| part.len() == digits && part.bytes().all(|b| b.is_ascii_hexdigit());
@@ -103,7 +112,7 @@ pub(crate) fn random_hex(bytes: usize) -> Result<String, getrandom::Error> {
 
 /// Lower-case hexadecimal.
 pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+    hex::encode(bytes)
 }
 
 /// SHA-256 as lower-case hexadecimal.
@@ -148,9 +157,7 @@ impl Auth {
             tracing::error!(%error, "store failed");
             Refusal::new(Code::Internal, "the database does not answer").retry_after(5.0)
         })?;
-        // The hashes are compared also when there is no such row: the answer takes as long.
-        let stored = row.as_ref().map_or("", |row| row.secret_hash.as_str());
-        let same: bool = token.secret_hash().as_bytes().ct_eq(stored.as_bytes()).into();
+        let same = token.has_hash(row.as_ref().map(|row| row.secret_hash.as_str()));
         let row = row.filter(|row| same && row.revoked_unix_ms.is_none()).ok_or_else(refused)?;
         let role = Role::read(&row.role).ok_or_else(refused)?;
         Ok(Some(Identity { token_id: row.token_id, role, team: row.team }))
@@ -232,6 +239,16 @@ mod tests {
         assert_eq!((&back.id, back.secret_hash()), (&token.id, token.secret_hash()));
         assert!(!format!("{token:?}").contains(&token.secret));
         assert_ne!(Token::random().expect("randomness").secret, token.secret);
+    }
+
+    #[test]
+    fn a_secret_is_compared_with_as_many_bytes_when_nothing_is_stored() {
+        let token = Token::random().expect("randomness");
+        let other = Token::random().expect("randomness");
+        assert_eq!(DUMMY_HASH.len(), token.secret_hash().len());
+        assert!(token.has_hash(Some(&token.secret_hash())));
+        assert!(!token.has_hash(Some(&other.secret_hash())) && !token.has_hash(Some(DUMMY_HASH)));
+        assert!(!token.has_hash(None) && !token.has_hash(Some("")));
     }
 
     #[test]

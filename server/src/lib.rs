@@ -1,6 +1,5 @@
 //! The server: network, sessions, storage. What it can be told is in [`ServeOptions`].
 
-mod api;
 mod app;
 mod archive;
 mod auth;
@@ -9,6 +8,7 @@ mod competition;
 mod compute;
 mod config;
 mod hands;
+mod http;
 mod lifecycle;
 mod metrics;
 mod names;

@@ -1,6 +1,6 @@
 //! What clients may send and are sent: JSON Schema of the messages, OpenAPI of the addresses.
 
-use crate::api;
+use crate::http;
 use crate::protocol::obs::Obs;
 use crate::protocol::reply::{Ack, ErrorReply, Reply, RunResult, TimeReport, Warning, Welcome};
 use crate::protocol::request::{Act, Bye, Hello, Perturb, Reset, Step, Stop, Time};
@@ -15,7 +15,7 @@ fn fields<T: JsonSchema>() -> Value {
 
 /// The HTTP addresses.
 pub fn openapi() -> Value {
-    api::openapi::document()
+    http::document()
 }
 
 /// The watch socket's messages, in the same form.

@@ -2,6 +2,7 @@
 
 use crate::apt::{self, quiet};
 use crate::cargo::cargo;
+use crate::workspace;
 use anyhow::{Context, Result, ensure};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -13,7 +14,7 @@ pub(crate) fn prepare() -> Result<Result<Command, String>> {
         return Ok(Err("valgrind is not installed (Debian's package `valgrind`), and could not be".into()));
     }
     let version = runner_version()?;
-    let tools = crate::root().join("target/tools");
+    let tools = workspace::root().join("target/tools");
     let runner = tools.join("bin/gungraun-runner");
     if !has_version(&runner, &version) {
         println!("installing gungraun-runner {version} in {}", tools.display());
@@ -34,7 +35,8 @@ fn answers(program: &str) -> bool {
 
 /// The library's version in Cargo.lock: the runner's must be the same.
 fn runner_version() -> Result<String> {
-    let lock = std::fs::read_to_string(crate::root().join("Cargo.lock")).context("cannot read Cargo.lock")?;
+    let lock =
+        std::fs::read_to_string(workspace::root().join("Cargo.lock")).context("cannot read Cargo.lock")?;
     lock.split("[[package]]")
         .find(|package| package.contains("\nname = \"gungraun\"\n"))
         .and_then(|package| package.split("\nversion = \"").nth(1)?.split('"').next())

@@ -1,5 +1,6 @@
 //! The Python environment of the client, in `client-py/.venv`.
 
+use crate::workspace;
 use anyhow::{Context, Result, bail, ensure};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -52,7 +53,7 @@ impl Environment {
 
 /// Where the Python client lives.
 fn project() -> PathBuf {
-    crate::root().join("client-py")
+    workspace::root().join("client-py")
 }
 
 /// A Python of at least 3.11.

@@ -2,6 +2,7 @@
 
 use crate::cargo::build;
 use crate::python;
+use crate::workspace;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use std::fs;
@@ -44,9 +45,9 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     eprintln!("== building the bench");
     let program = build("palmares-bench", true)?;
     let default = if options.quick { "target/report" } else { "docs/report" };
-    let out = options.out.clone().unwrap_or_else(|| crate::root().join(default));
+    let out = options.out.clone().unwrap_or_else(|| workspace::root().join(default));
     let mut report = Command::new(&program);
-    report.current_dir(crate::root()).arg("report").arg("--out").arg(out);
+    report.current_dir(workspace::root()).arg("report").arg("--out").arg(out);
     report.args(["--engines", &options.engines, "--repeats", &options.repeats.to_string()]);
     report.args(["--run-limit-s", &options.run_limit_s.to_string()]);
     for (flag, value) in [("--cases", &options.cases), ("--steps-ms", &options.steps_ms)] {

@@ -1,5 +1,6 @@
 //! `cargo xtask schema`: the descriptions of messages and addresses that stand in docs/schema.
 
+use crate::workspace;
 use anyhow::{Context, Result, ensure};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,7 +19,7 @@ fn files(program: &Path) -> Result<Vec<(PathBuf, String)>> {
             "palmares schema {kind}: {}",
             String::from_utf8_lossy(&output.stderr)
         );
-        let path = crate::root().join("docs/schema").join(format!("{kind}.json"));
+        let path = workspace::root().join("docs/schema").join(format!("{kind}.json"));
         Ok((path, String::from_utf8(output.stdout)?))
     };
     KINDS.into_iter().map(write).collect()

@@ -2,7 +2,7 @@
 
 use super::assemble;
 use super::state::App;
-use crate::api;
+use crate::http;
 use crate::archive;
 use crate::compute::{STACK, overrun};
 use crate::config::{Config, ServeOptions};
@@ -81,7 +81,7 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
         }
     };
     tokio::spawn(signalled);
-    let router = api::router(app.clone());
+    let router = http::router(app.clone());
     // `listener` itself in its place: without the low-latency path.
     let listener = Listener::new(listener);
     let server = transport::serve(listener, router, app.entrance.clone(), lifecycle.clone());

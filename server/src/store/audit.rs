@@ -1,6 +1,8 @@
 //! Who decided what, when and why. Records are only ever added.
 
-use super::{Store, StoreError, signed, unix_ms};
+use super::database::Store;
+use super::error::StoreError;
+use super::number::{signed, unix_ms};
 use schemars::JsonSchema;
 use serde::Serialize;
 use sqlx::{Any, Transaction};

@@ -1,6 +1,7 @@
 //! The clocks of sessions, and what is given back of them.
 
-use super::{Store, StoreError};
+use super::database::Store;
+use super::error::StoreError;
 use sqlx::{Any, AnyConnection, Transaction};
 
 /// A session's clock, as it is saved.

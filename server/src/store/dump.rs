@@ -1,6 +1,7 @@
 //! All rows of all tables, out and in: for backups, the same for every kind of database.
 
-use super::{Store, StoreError};
+use super::database::Store;
+use super::error::StoreError;
 use serde_json::{Map, Number, Value};
 use sqlx::any::{AnyRow, AnyTypeInfoKind};
 use sqlx::{AssertSqlSafe, Column, Row, TypeInfo, ValueRef};

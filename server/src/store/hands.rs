@@ -1,6 +1,9 @@
 //! Hands that teams sent in.
 
-use super::{NewAuditEntry, Store, StoreError, signed, unix_ms};
+use super::audit::NewAuditEntry;
+use super::database::Store;
+use super::error::StoreError;
+use super::number::{signed, unix_ms};
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 

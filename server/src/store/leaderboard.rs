@@ -1,6 +1,7 @@
 //! Ranking: best score per task, their sum, ties to who reached it earlier.
 
-use super::{Store, StoreError};
+use super::database::Store;
+use super::error::StoreError;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;

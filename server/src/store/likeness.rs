@@ -1,6 +1,9 @@
 //! Runs of different teams with the same actions.
 
-use super::{NewAuditEntry, Store, StoreError, signed};
+use super::audit::NewAuditEntry;
+use super::database::Store;
+use super::error::StoreError;
+use super::number::signed;
 use crate::archive::{Marks, is_told};
 use schemars::JsonSchema;
 use serde::Serialize;

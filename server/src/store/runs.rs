@@ -1,8 +1,10 @@
 //! Rows of `runs`.
 
-use super::clocks::write_clock;
+use super::clocks::{ClockState, write_clock};
+use super::database::Store;
+use super::error::StoreError;
 use super::likeness::SimilarRun;
-use super::{ClockState, Store, StoreError, signed, unix_ms};
+use super::number::{signed, unix_ms};
 use palmares_tasks::{Event, Outcome, Sensing};
 use schemars::JsonSchema;
 use serde::Serialize;

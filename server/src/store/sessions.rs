@@ -1,7 +1,10 @@
 //! Rows of `sessions`, and the clocks in them.
 
+use super::audit::NewAuditEntry;
 use super::clocks::{ClockState, bind_double};
-use super::{NewAuditEntry, Store, StoreError, unix_ms};
+use super::database::Store;
+use super::error::StoreError;
+use super::number::unix_ms;
 use schemars::JsonSchema;
 use serde::Serialize;
 use sqlx::AnyConnection;

@@ -1,6 +1,8 @@
 //! Facts about the competition, by name.
 
-use super::{NewAuditEntry, Store, StoreError};
+use super::audit::NewAuditEntry;
+use super::database::Store;
+use super::error::StoreError;
 
 const WRITE: &str = "INSERT INTO settings (key, value) VALUES ($1, $2) \
      ON CONFLICT (key) DO UPDATE SET value = excluded.value";

@@ -1,6 +1,9 @@
 //! Teams of an official competition.
 
-use super::{NewAuditEntry, Store, StoreError, unix_ms};
+use super::audit::NewAuditEntry;
+use super::database::Store;
+use super::error::StoreError;
+use super::number::unix_ms;
 use crate::names;
 use schemars::JsonSchema;
 use serde::Serialize;

@@ -1,6 +1,9 @@
 //! Tokens: a public id and the hash of a secret.
 
-use super::{NewAuditEntry, Store, StoreError, unix_ms};
+use super::audit::NewAuditEntry;
+use super::database::Store;
+use super::error::StoreError;
+use super::number::unix_ms;
 use schemars::JsonSchema;
 use serde::Serialize;
 

@@ -1,6 +1,9 @@
 //! Replays of runs and what playing them again has shown.
 
-use super::{NewAuditEntry, Store, StoreError, unix_ms};
+use super::audit::NewAuditEntry;
+use super::database::Store;
+use super::error::StoreError;
+use super::number::unix_ms;
 use std::collections::BTreeSet;
 
 /// What playing a replay again has shown.

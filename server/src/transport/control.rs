@@ -3,7 +3,7 @@
 use super::caller::Caller;
 use super::connection::{self, Parts};
 use super::entrance::Entrance;
-use crate::api::Problem;
+use crate::http::Problem;
 use crate::auth::{Auth, Identity, Role, forbidden};
 use crate::protocol::{Code, Encoding, Refusal};
 use crate::session::Sessions;

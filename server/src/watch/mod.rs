@@ -11,6 +11,5 @@ pub(crate) mod messages;
 pub(crate) mod request;
 mod viewer;
 
-pub(crate) use access::Watcher;
 pub(crate) use hub::Hub;
 pub(crate) use viewer::watch;

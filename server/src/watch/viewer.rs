@@ -1,11 +1,11 @@
 //! One viewer's connection.
 
-use super::Watcher;
+use super::access::Watcher;
 use super::frame::text;
 use super::hub::{Following, News, Nothing};
 use super::messages::{Ranking, Runs, Score, Subscribed, WatchReply};
 use super::request::{Request, Target, parse};
-use crate::api::Problem;
+use crate::http::Problem;
 use crate::app::App as Host;
 use crate::auth::{Identity, Role};
 use crate::config::settings::MESSAGE_BYTES;

@@ -1,6 +1,7 @@
 //! Docker and compose, by their command lines.
 
 use crate::python::succeeds;
+use crate::workspace;
 use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 use std::process::{Command, Stdio};
@@ -63,7 +64,7 @@ impl Project<'_> {
     fn compose(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(self.engine.compose[0]);
         command.args(&self.engine.compose[1..]).args(["--project-name", &self.name, "--file", self.file]);
-        command.args(arguments).current_dir(crate::root()).stdin(Stdio::null());
+        command.args(arguments).current_dir(workspace::root()).stdin(Stdio::null());
         command.env("PALMARES_PORT", "0").envs(self.variables.iter().map(|(name, value)| (name, value)));
         command
     }

@@ -1,11 +1,12 @@
-//! The images: base images from a registry, or made with debootstrap where none is reached; and ours.
+//! The images: base images from a registry, or made by `xtask/offline-docker` where none is reached; and ours.
 
 use super::engine::{Engine, output};
 use crate::python::succeeds;
+use crate::workspace;
 use anyhow::{Context, Result, ensure};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 /// The Dockerfile's own choice, on which the images of the tests are built.
 const RUNTIME: &str = "debian:bookworm-slim";
@@ -34,7 +35,7 @@ pub(super) fn build(engine: &Engine, source: &Source<'_>) -> Result<Result<Strin
     };
     let mut build = engine.docker(&["build", "--quiet", "--tag", IMAGE]);
     // Plain stages: they build everywhere, also where BuildKit's plugin is missing.
-    build.env("DOCKER_BUILDKIT", "0").current_dir(crate::root());
+    build.env("DOCKER_BUILDKIT", "0").current_dir(workspace::root());
     build.args(["--build-arg", &format!("RUNTIME_IMAGE={runtime}")]);
     let built = match source {
         Source::Repository => {
@@ -82,7 +83,7 @@ pub(super) fn postgres(engine: &Engine) -> Result<Result<String, String>> {
     println!("no image registry is reached; making an image of Debian's package of Postgres");
     let mut build = engine.docker(&["build", "--quiet", "--tag", STAND_IN]);
     build.env("DOCKER_BUILDKIT", "0").args(["--build-arg", &format!("RUNTIME_IMAGE={runtime}")]);
-    let made = output(build.arg(crate::root().join("xtask/src/docker/postgres")));
+    let made = output(build.arg(offline("postgres")));
     Ok(made.map(|_| STAND_IN.to_owned()).map_err(|error| format!("no image of Postgres: {error:#}")))
 }
 
@@ -116,31 +117,11 @@ fn runtime(engine: &Engine) -> Result<Result<String, String>> {
         return Ok(Ok(RUNTIME.to_owned()));
     }
     println!("no image registry is reached; making an image of Debian's packages");
-    let quiet = |program: &str, arguments: &[&str]| {
-        succeeds(Command::new(program).env("DEBIAN_FRONTEND", "noninteractive").args(arguments))
-    };
-    let install = || quiet("apt-get", &["install", "--yes", "--no-install-recommends", "debootstrap"]);
-    let there = || quiet("debootstrap", &["--version"]);
-    if !(there() || install() || (quiet("apt-get", &["update"]) && install())) {
-        let reason = "no image registry is reached, and debootstrap can be neither found nor installed";
-        return Ok(Err(reason.into()));
-    }
-    let folder = std::env::temp_dir().join(format!("palmares-bookworm-{}", std::process::id()));
-    let made = bootstrap(&folder);
-    let _ = fs::remove_dir_all(&folder);
-    Ok(made.map(|()| BOOTSTRAPPED.to_owned()).map_err(|error| format!("no base image: {error:#}")))
+    let made = output(Command::new("sh").arg(offline("debian.sh")).arg(BOOTSTRAPPED));
+    Ok(made.map(|_| BOOTSTRAPPED.to_owned()).map_err(|error| format!("no base image: {error:#}")))
 }
 
-fn bootstrap(folder: &Path) -> Result<()> {
-    output(Command::new("debootstrap").args(["--variant=minbase", "bookworm"]).arg(folder))?;
-    let mut tar = Command::new("tar")
-        .arg("--directory")
-        .arg(folder)
-        .args(["--create", "."])
-        .stdout(Stdio::piped())
-        .spawn()?;
-    let stream = tar.stdout.take().context("tar has no output")?;
-    output(Command::new("docker").args(["import", "-", BOOTSTRAPPED]).stdin(stream))?;
-    ensure!(tar.wait()?.success(), "tar failed");
-    Ok(())
+/// A file of the folder that stands in for an image registry.
+fn offline(name: &str) -> PathBuf {
+    workspace::root().join("xtask/offline-docker").join(name)
 }

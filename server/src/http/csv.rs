@@ -6,6 +6,7 @@
 use crate::store::{LeaderboardRow, utc};
 use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse, Response};
+use csv::{Terminator, WriterBuilder};
 use serde_json::{Map, Value, json};
 
 /// Columns of the sessions.
@@ -130,29 +131,25 @@ pub(super) fn response(table: &Table) -> Response {
 
 /// As text. Lists in a cell stay JSON.
 fn write(table: &Table) -> String {
-    let empty = Vec::new();
-    let rows = table.rows.as_array().unwrap_or(&empty);
-    let mut text = table.columns.iter().map(|name| cell(&json!(name))).collect::<Vec<_>>().join(",");
-    text.push_str("\r\n");
-    for row in rows {
-        let cells: Vec<String> = table.columns.iter().map(|name| cell(&row[name.as_str()])).collect();
-        text.push_str(&cells.join(","));
-        text.push_str("\r\n");
+    let mut writer = WriterBuilder::new().terminator(Terminator::CRLF).from_writer(Vec::new());
+    let columns = &table.columns;
+    let head = columns.iter().map(|name| cell(&json!(name)));
+    // Rows as long as the head, written into memory: cannot fail.
+    let _ = writer.write_record(head);
+    for row in table.rows.as_array().into_iter().flatten() {
+        let _ = writer.write_record(columns.iter().map(|name| cell(&row[name.as_str()])));
     }
-    text
+    String::from_utf8(writer.into_inner().unwrap_or_default()).unwrap_or_default()
 }
 
 fn cell(value: &Value) -> String {
-    let text = match value {
-        Value::Null => return String::new(),
-        Value::String(text) if text.starts_with(['=', '+', '-', '@', '\t', '\r']) => {
-            // A spreadsheet would take it for a formula.
-            format!("'{text}")
-        }
+    match value {
+        Value::Null => String::new(),
+        // A spreadsheet would take it for a formula.
+        Value::String(text) if text.starts_with(['=', '+', '-', '@', '\t', '\r']) => format!("'{text}"),
         Value::String(text) => text.clone(),
         other => other.to_string(),
-    };
-    if text.contains([',', '"', '\r', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
+    }
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! Looking at teams' own hands, and deciding on them.
 
-use super::{Asked, entry, needs_reason, no_verb, not_found, store_failed};
-use crate::api::Problem;
-use crate::api::parts::Segment;
 use crate::app::App as Host;
+use super::request::{Asked, entry, needs_reason, no_verb, not_found};
 use crate::hands::Inspection;
+use crate::http::extract::Segment;
+use crate::http::problem::{Problem, store_failed};
 use crate::inspect::FigureRow;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
@@ -15,13 +15,12 @@ use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 /// Which hand, and why.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "HandDeed")]
-pub(in crate::api) struct Body {
+pub(in crate::http) struct Body {
     hand_id: String,
     /// Told to the team and kept in the audit; `reject` needs it.
     #[serde(default)]
@@ -31,19 +30,19 @@ pub(in crate::api) struct Body {
 /// All teams' hands, the oldest first.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "AllHands")]
-pub(in crate::api) struct List {
+pub(in crate::http) struct List {
     hands: Vec<HandRow>,
 }
 
 /// The hand as it is now.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "DecidedHand")]
-pub(in crate::api) struct Decided {
+pub(in crate::http) struct Decided {
     hand: HandRow,
 }
 
 /// All teams' hands.
-pub(super) async fn list(State(host): State<Arc<Host>>) -> Result<Json<List>, Problem> {
+pub(super) async fn list(State(host): State<Host>) -> Result<Json<List>, Problem> {
     let hands = host.store.hands(None).await.map_err(|error| store_failed(&error))?;
     Ok(Json(List { hands }))
 }
@@ -51,7 +50,7 @@ pub(super) async fn list(State(host): State<Arc<Host>>) -> Result<Json<List>, Pr
 /// A hand to look at before deciding.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "ShownHand")]
-pub(in crate::api) struct Shown {
+pub(in crate::http) struct Shown {
     hand: HandRow,
     /// Beside the hands of the program and the competition's limits.
     figures: Vec<FigureRow>,
@@ -66,7 +65,7 @@ async fn stored(host: &Host, id: &str) -> Result<HandRow, Problem> {
 
 /// A hand with its figures.
 pub(super) async fn show(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     Segment(id): Segment,
 ) -> Result<Json<Shown>, Problem> {
     let hand = stored(&host, &id).await?;
@@ -77,7 +76,7 @@ pub(super) async fn show(
 
 /// A hand's archive, as it was sent in.
 pub(super) async fn archive(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     Segment(id): Segment,
 ) -> Result<impl IntoResponse, Problem> {
     let hand = stored(&host, &id).await?;
@@ -97,7 +96,7 @@ pub(super) async fn archive(
 
 /// `approve`, `reject`.
 pub(super) async fn decide(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     Segment(verb): Segment,
     asked: Asked<Body>,
 ) -> Result<Json<Decided>, Problem> {

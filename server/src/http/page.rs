@@ -1,8 +1,7 @@
 //! The leaderboard as a page: plain HTML from the server, no scripts, nothing from elsewhere.
 
-use super::Problem;
-use super::rest::store_failed;
 use crate::app::App as Host;
+use super::problem::{Problem, store_failed};
 use crate::names::printable;
 use crate::rules::Phase;
 use crate::store::LeaderboardRow;
@@ -12,13 +11,12 @@ use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, HOST};
 use axum::response::{Html, IntoResponse};
 use std::collections::BTreeSet;
 use std::fmt::Write;
-use std::sync::Arc;
 
 const STYLE: &str = include_str!("page.css");
 
 /// `GET /`.
-pub(super) async fn leaderboard(
-    State(host): State<Arc<Host>>,
+pub(super) async fn page(
+    State(host): State<Host>,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, Problem> {
     let rows = host

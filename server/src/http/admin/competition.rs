@@ -1,22 +1,21 @@
 //! Opening, closing, revealing.
 
-use super::{Asked, entry, no_verb, store_failed};
-use crate::api::Problem;
-use crate::api::parts::Segment;
 use crate::app::App as Host;
+use super::request::{Asked, entry, no_verb};
+use crate::http::extract::Segment;
+use crate::http::problem::{Problem, store_failed};
 use crate::protocol::{Code, Refusal};
 use crate::rules::Phase;
 use axum::Json;
 use axum::extract::State;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 /// Why.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "CompetitionDeed")]
-pub(in crate::api) struct Body {
+pub(in crate::http) struct Body {
     /// Kept in the audit.
     #[serde(default)]
     reason: Option<String>,
@@ -25,13 +24,13 @@ pub(in crate::api) struct Body {
 /// How far the competition is.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "CompetitionPhase")]
-pub(in crate::api) struct Answer {
+pub(in crate::http) struct Answer {
     phase: Phase,
 }
 
 /// `open`, `close`, `reveal`.
 pub(super) async fn enter(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     Segment(verb): Segment,
     asked: Asked<Body>,
 ) -> Result<Json<Answer>, Problem> {

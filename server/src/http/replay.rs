@@ -1,9 +1,8 @@
 //! Replays as files.
 
-use super::Problem;
-use super::parts::Segment;
-use super::rest::store_failed;
 use crate::app::App as Host;
+use super::extract::Segment;
+use super::problem::{Problem, store_failed};
 use crate::auth::{Role, forbidden};
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
@@ -11,11 +10,10 @@ use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
-use std::sync::Arc;
 
 /// The replay of a run.
 pub(super) async fn replay(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     Segment(id): Segment,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, Problem> {

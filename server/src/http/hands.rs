@@ -1,8 +1,8 @@
 //! Hands: those that come with the program, and those that teams send in.
 
-use super::Problem;
-use super::parts::{Asking, Segment};
 use crate::app::App as Host;
+use super::extract::{Asking, Segment};
+use super::problem::{Problem, store_failed};
 use crate::auth::{Identity, Role, forbidden};
 use crate::hands::largest;
 use crate::protocol::reply::HandInfo;
@@ -18,7 +18,6 @@ use axum::response::{IntoResponse, Response};
 use palmares_models::hand::describe::HandDescription;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 /// Whose hands, on a practice server.
 #[derive(Deserialize)]
@@ -51,15 +50,13 @@ pub(super) struct Hands {
 
 /// The hands in short.
 pub(super) async fn list(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     Asking(whose): Asking<Whose>,
     headers: HeaderMap,
 ) -> Result<Json<Hands>, Problem> {
     let team = team(&host, &headers, whose).await?;
     let own = match &team {
-        Some(team) => {
-            host.store.hands(Some(team)).await.map_err(|error| super::rest::store_failed(&error))?
-        }
+        Some(team) => host.store.hands(Some(team)).await.map_err(|error| store_failed(&error))?,
         None => Vec::new(),
     };
     let hands = host
@@ -72,7 +69,7 @@ pub(super) async fn list(
 
 /// A hand in full.
 pub(super) async fn describe(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     Segment(name): Segment,
     Asking(whose): Asking<Whose>,
     headers: HeaderMap,
@@ -93,7 +90,7 @@ pub(super) async fn describe(
 
 /// Takes a hand in: the body is a ZIP archive of URDF, meshes and hand.toml.
 pub(super) async fn submit(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     Asking(whose): Asking<Whose>,
     ConnectInfo(caller): ConnectInfo<Caller>,
     headers: HeaderMap,

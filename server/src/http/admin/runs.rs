@@ -1,10 +1,10 @@
 //! Voiding a run and asking for its verification again.
 
-use super::{Asked, entry, needs_reason, no_verb, not_found, store_failed};
-use crate::api::Problem;
-use crate::api::parts::Segment;
-use crate::api::runs::SessionNow;
 use crate::app::App as Host;
+use super::request::{Asked, entry, needs_reason, no_verb, not_found};
+use crate::http::extract::Segment;
+use crate::http::problem::{Problem, store_failed};
+use crate::http::runs::SessionNow;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use crate::session::Command as Order;
@@ -13,13 +13,12 @@ use axum::Json;
 use axum::extract::State;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 /// Which run, and why.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "RunDeed")]
-pub(in crate::api) struct Body {
+pub(in crate::http) struct Body {
     run_id: String,
     /// Kept in the audit; `void` needs it.
     #[serde(default)]
@@ -29,14 +28,14 @@ pub(in crate::api) struct Body {
 /// The run as it is now, and its session, whose time may have been given back.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "DecidedRun")]
-pub(in crate::api) struct Answer {
+pub(in crate::http) struct Answer {
     run: RunRecord,
     session: Option<SessionNow>,
 }
 
 /// `void`, `reverify`.
 pub(super) async fn act(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     Segment(verb): Segment,
     asked: Asked<Body>,
 ) -> Result<Json<Answer>, Problem> {

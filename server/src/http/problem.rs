@@ -1,8 +1,10 @@
 //! Errors as `application/problem+json` (RFC 9457) with the protocol's codes.
 
 use crate::metrics::METRICS;
+use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
-use axum::http::{HeaderName, HeaderValue, Method, StatusCode, header};
+use crate::store::StoreError;
+use axum::http::{HeaderName, HeaderValue, Method, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -70,7 +72,19 @@ impl IntoResponse for Problem {
 }
 
 /// The address exists, but not for this method.
-pub(crate) fn method_not_allowed(method: &Method) -> Response {
+pub(super) fn method_not_allowed(method: &Method) -> Response {
     let message = format!("{method} is not possible here");
     respond(StatusCode::METHOD_NOT_ALLOWED, &Refusal::new(Code::BadRequest, message))
+}
+
+/// The address does not exist.
+pub(super) async fn nothing_here(uri: Uri) -> Problem {
+    let message = format!("nothing at {}", shortened(uri.path()));
+    Problem(Refusal::new(Code::NotFound, message))
+}
+
+/// Logs a failure of the store and words it for the client.
+pub(super) fn store_failed(error: &StoreError) -> Problem {
+    tracing::error!(%error, "store failed");
+    Problem(Refusal::new(Code::Internal, "the database does not answer").retry_after(5.0))
 }

@@ -1,9 +1,9 @@
 //! Teams and tokens. A token is shown once, in the answer to the request that made it.
 
-use super::{Asked, entry, not_found, store_failed};
-use crate::api::Problem;
 use crate::app::App as Host;
+use super::request::{Asked, entry, not_found};
 use crate::auth::{self, IssueError, Role};
+use crate::http::problem::{Problem, store_failed};
 use crate::names::{self, printable};
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
@@ -12,13 +12,12 @@ use axum::Json;
 use axum::extract::State;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 /// Which team, and why.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "TeamDeed")]
-pub(in crate::api) struct TeamBody {
+pub(in crate::http) struct TeamBody {
     team: String,
     /// Kept in the audit.
     #[serde(default)]
@@ -29,7 +28,7 @@ pub(in crate::api) struct TeamBody {
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "NewToken")]
-pub(in crate::api) struct TokenBody {
+pub(in crate::http) struct TokenBody {
     /// `organizer` or `viewer`.
     role: String,
     /// Whose it is, for people.
@@ -44,7 +43,7 @@ pub(in crate::api) struct TokenBody {
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "TokenDeed")]
-pub(in crate::api) struct TokenId {
+pub(in crate::http) struct TokenId {
     token_id: String,
     /// Kept in the audit.
     #[serde(default)]
@@ -54,7 +53,7 @@ pub(in crate::api) struct TokenId {
 /// A token, shown this once.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "IssuedToken")]
-pub(in crate::api) struct Issued {
+pub(in crate::http) struct Issued {
     /// Whose it is, for a team's.
     #[serde(skip_serializing_if = "Option::is_none")]
     team: Option<String>,
@@ -70,7 +69,7 @@ pub(in crate::api) struct Issued {
 /// What was taken back.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "RevokedTokens")]
-pub(in crate::api) struct Revoked {
+pub(in crate::http) struct Revoked {
     /// Whose tokens, if a team was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     team: Option<String>,
@@ -83,13 +82,13 @@ pub(in crate::api) struct Revoked {
 
 /// The teams by name.
 #[derive(Serialize, JsonSchema)]
-pub(in crate::api) struct Teams {
+pub(in crate::http) struct Teams {
     teams: Vec<TeamRow>,
 }
 
 /// The tokens, without their secrets.
 #[derive(Serialize, JsonSchema)]
-pub(in crate::api) struct Tokens {
+pub(in crate::http) struct Tokens {
     tokens: Vec<TokenRow>,
 }
 
@@ -104,7 +103,7 @@ fn no_team(team: &str) -> Problem {
 
 /// Adds a team and makes its first token.
 pub(super) async fn add(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     asked: Asked<TeamBody>,
 ) -> Result<Json<Issued>, Problem> {
     let team = names::team(&asked.body.team).map_err(|error| Problem(error.of("team")))?;
@@ -137,7 +136,7 @@ async fn new_token(
 
 /// A new token instead of the old: connections with the old one close.
 pub(super) async fn rotate(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     asked: Asked<TeamBody>,
 ) -> Result<Json<Issued>, Problem> {
     let team = &asked.body.team;
@@ -149,7 +148,7 @@ pub(super) async fn rotate(
 
 /// Takes a team's tokens back: its connections close.
 pub(super) async fn revoke(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     asked: Asked<TeamBody>,
 ) -> Result<Json<Revoked>, Problem> {
     let team = &asked.body.team;
@@ -164,14 +163,14 @@ pub(super) async fn revoke(
 }
 
 /// The teams.
-pub(super) async fn list(State(host): State<Arc<Host>>) -> Result<Json<Teams>, Problem> {
+pub(super) async fn list(State(host): State<Host>) -> Result<Json<Teams>, Problem> {
     let teams = host.store.teams().await.map_err(|error| store_failed(&error))?;
     Ok(Json(Teams { teams }))
 }
 
 /// Makes a token for an organizer or a viewer.
 pub(super) async fn add_token(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     asked: Asked<TokenBody>,
 ) -> Result<Json<Issued>, Problem> {
     let TokenBody { role, label, reason } = &asked.body;
@@ -193,7 +192,7 @@ pub(super) async fn add_token(
 
 /// Takes one token back.
 pub(super) async fn revoke_token(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     asked: Asked<TokenId>,
 ) -> Result<Json<Revoked>, Problem> {
     let TokenId { token_id, reason } = &asked.body;
@@ -207,7 +206,7 @@ pub(super) async fn revoke_token(
 }
 
 /// The tokens, without their secrets.
-pub(super) async fn tokens(State(host): State<Arc<Host>>) -> Result<Json<Tokens>, Problem> {
+pub(super) async fn tokens(State(host): State<Host>) -> Result<Json<Tokens>, Problem> {
     let tokens = host.store.tokens().await.map_err(|error| store_failed(&error))?;
     Ok(Json(Tokens { tokens }))
 }

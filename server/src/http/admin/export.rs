@@ -1,13 +1,13 @@
 //! Tables to take home: leaderboard, sessions, runs, audit; and everything at once as a backup.
 
-use super::{not_found, store_failed};
-use crate::api::Problem;
-use crate::api::csv::{self, Table};
-use crate::api::parts::{Asking, Segment};
-use crate::api::runs::SessionNow;
 use crate::app::App as Host;
+use super::request::not_found;
 use crate::auth::Identity;
 use crate::backup;
+use crate::http::csv::{self, Table};
+use crate::http::extract::{Asking, Segment};
+use crate::http::problem::{Problem, store_failed};
+use crate::http::runs::SessionNow;
 use crate::protocol::{Code, Refusal};
 use crate::store::{AuditEntry, NewAuditEntry};
 use axum::Json;
@@ -19,7 +19,6 @@ use futures_util::stream;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::io;
-use std::sync::Arc;
 use tokio::sync::mpsc;
 
 #[derive(Deserialize)]
@@ -38,7 +37,7 @@ fn most() -> u32 {
 /// Records in the order in which they were made.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Audit")]
-pub(in crate::api) struct Records {
+pub(in crate::http) struct Records {
     records: Vec<AuditEntry>,
 }
 
@@ -51,7 +50,7 @@ pub(super) struct Format {
 
 /// The records after a number.
 pub(super) async fn audit(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     Asking(page): Asking<Page>,
 ) -> Result<Json<Records>, Problem> {
     let records = host.store.audit(page.after, page.limit.min(most())).await;
@@ -60,7 +59,7 @@ pub(super) async fn audit(
 
 /// `leaderboard`, `sessions`, `runs`, `audit`, as JSON or CSV.
 pub(super) async fn export(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     Segment(what): Segment,
     Asking(format): Asking<Format>,
 ) -> Result<Response, Problem> {
@@ -97,7 +96,7 @@ pub(super) async fn export(
 }
 
 /// Everything, as one archive. It holds secrets: whoever has it can run the competition.
-pub(super) async fn backup(State(host): State<Arc<Host>>, identity: Identity) -> Result<Response, Problem> {
+pub(super) async fn backup(State(host): State<Host>, identity: Identity) -> Result<Response, Problem> {
     let entry =
         NewAuditEntry { actor: &identity.token_id, action: "backup", subject: "everything", reason: None };
     host.store.record(&entry).await.map_err(|error| store_failed(&error))?;

@@ -1,9 +1,8 @@
 //! Runs and sessions: what of them whoever asks may see.
 
-use super::Problem;
-use super::parts::Segment;
-use super::rest::store_failed;
 use crate::app::App as Host;
+use super::extract::Segment;
+use super::problem::{Problem, store_failed};
 use crate::auth::{Identity, Role, forbidden};
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
@@ -14,7 +13,6 @@ use axum::extract::State;
 use axum::http::HeaderMap;
 use schemars::JsonSchema;
 use serde::Serialize;
-use std::sync::Arc;
 
 fn organizer(identity: Option<&Identity>) -> bool {
     identity.is_some_and(|identity| identity.role == Role::Organizer)
@@ -43,7 +41,7 @@ fn seen_by(mut run: RunRecord, identity: Option<&Identity>, rules: &Rules) -> Ru
 
 /// A run.
 pub(super) async fn run(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     Segment(id): Segment,
     headers: HeaderMap,
 ) -> Result<Json<RunRecord>, Problem> {
@@ -90,7 +88,7 @@ pub(super) struct Sessions {
 
 /// The sessions: all of them for organizers, its own for a team.
 pub(super) async fn sessions(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     headers: HeaderMap,
 ) -> Result<Json<Sessions>, Problem> {
     let identity = host.auth.require(&host.store, &headers).await.map_err(Problem)?;

@@ -1,10 +1,10 @@
 //! Holding, ending, voiding a session, and giving it time.
 
-use super::{Asked, entry, needs_reason, no_verb, not_found, store_failed};
-use crate::api::Problem;
-use crate::api::parts::Segment;
-use crate::api::runs::SessionNow;
 use crate::app::App as Host;
+use super::request::{Asked, entry, needs_reason, no_verb, not_found};
+use crate::http::extract::Segment;
+use crate::http::problem::{Problem, store_failed};
+use crate::http::runs::SessionNow;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
 use crate::rules::Phase;
@@ -13,13 +13,12 @@ use axum::Json;
 use axum::extract::State;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 /// Which session, why, and for `grant` how much.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "SessionDeed")]
-pub(in crate::api) struct Body {
+pub(in crate::http) struct Body {
     session_id: String,
     /// Kept in the audit; `void` and `grant` need it.
     #[serde(default)]
@@ -32,7 +31,7 @@ pub(in crate::api) struct Body {
 /// The session as it is now.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "DecidedSession")]
-pub(in crate::api) struct Answer {
+pub(in crate::http) struct Answer {
     session: SessionNow,
 }
 
@@ -42,7 +41,7 @@ const MOST_S: f64 = 86_400.0;
 /// `pause`, `resume`, `end`, `void`, `grant`. The database first: what is written there holds also when the server
 /// dies before the session hears of it.
 pub(super) async fn act(
-    State(host): State<Arc<Host>>,
+    State(host): State<Host>,
     Segment(verb): Segment,
     asked: Asked<Body>,
 ) -> Result<Json<Answer>, Problem> {

@@ -1,6 +1,6 @@
 //! Parts of an address, whose errors are problems.
 
-use super::Problem;
+use super::problem::Problem;
 use crate::protocol::{Code, Refusal};
 use axum::extract::{FromRequestParts, Path, Query};
 use axum::http::request::Parts;

@@ -1,21 +1,17 @@
-//! `GET /openapi.json`: the addresses as an OpenAPI 3.1 document, with the schemas of the types that are sent.
-//!
-//! A new address is one entry in [`operations`]; a test holds the list against the routes.
+//! What is told of an address and a method.
 
-mod operations;
-
-use super::problem::Body;
-use axum::http::header::CONTENT_TYPE;
-use axum::response::IntoResponse;
-use operations::operations;
-use schemars::generate::{SchemaGenerator, SchemaSettings};
+use crate::http::problem::Body;
+use schemars::generate::SchemaGenerator;
 use schemars::{JsonSchema, Schema};
-use serde_json::{Map, Value, json};
-use std::sync::LazyLock;
+use serde_json::{Value, json};
+
+pub(in crate::http) const TEXT: Content = Content::Other("text/plain");
+pub(in crate::http) const CSV: Content = Content::Other("text/csv");
+pub(in crate::http) const ZIP: Content = Content::Other("application/zip");
 
 /// What is sent or answered.
 #[derive(Clone, Copy)]
-enum Content {
+pub(in crate::http) enum Content {
     /// JSON of a type.
     Json(fn(&mut SchemaGenerator) -> Schema),
     /// Something else, by its media type.
@@ -26,7 +22,7 @@ enum Content {
 
 /// Who may ask.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Token {
+pub(in crate::http) enum Token {
     /// Anybody.
     None,
     /// Anybody; a token shows more, or is needed in a competition.
@@ -38,63 +34,81 @@ enum Token {
 }
 
 /// An address and a method.
-struct Operation {
-    method: &'static str,
-    path: &'static str,
+pub(in crate::http) struct Operation {
+    pub(super) method: &'static str,
+    pub(super) path: &'static str,
     summary: &'static str,
     /// What the last part of the path may be, where the program knows it.
-    words: &'static [&'static str],
+    pub(super) words: &'static [&'static str],
     /// Name and meaning of what may stand in the query, all optional.
     query: Vec<(&'static str, &'static str)>,
-    token: Token,
+    pub(super) token: Token,
     body: Option<Content>,
     status: &'static str,
     answer: Content,
 }
 
 /// A type as JSON.
-fn of<T: JsonSchema>() -> Content {
+pub(in crate::http) fn of<T: JsonSchema>() -> Content {
     Content::Json(|generator| generator.subschema_for::<T>())
 }
 
-fn get(path: &'static str, summary: &'static str, answer: Content) -> Operation {
+pub(in crate::http) fn get(path: &'static str, summary: &'static str, answer: Content) -> Operation {
     let status = if matches!(answer, Content::Socket) { "101" } else { "200" };
     let (query, token, body) = (Vec::new(), Token::None, None);
     Operation { method: "get", path, summary, words: &[], query, token, body, status, answer }
 }
 
-fn post(path: &'static str, summary: &'static str, body: Content, answer: Content) -> Operation {
+pub(in crate::http) fn post(
+    path: &'static str,
+    summary: &'static str,
+    body: Content,
+    answer: Content,
+) -> Operation {
     Operation { method: "post", body: Some(body), ..get(path, summary, answer) }
 }
 
+/// A GET that answers JSON of a type.
+pub(in crate::http) fn get_json<A: JsonSchema>(path: &'static str, summary: &'static str) -> Operation {
+    get(path, summary, of::<A>())
+}
+
+/// A POST of JSON that answers JSON.
+pub(in crate::http) fn post_json<B: JsonSchema, A: JsonSchema>(
+    path: &'static str,
+    summary: &'static str,
+) -> Operation {
+    post(path, summary, of::<B>(), of::<A>())
+}
+
 impl Operation {
-    fn words(mut self, words: &'static [&'static str]) -> Self {
+    pub(in crate::http) fn words(mut self, words: &'static [&'static str]) -> Self {
         self.words = words;
         self
     }
 
-    fn query(mut self, name: &'static str, meaning: &'static str) -> Self {
+    pub(in crate::http) fn query(mut self, name: &'static str, meaning: &'static str) -> Self {
         self.query.push((name, meaning));
         self
     }
 
-    fn token(mut self, token: Token) -> Self {
+    pub(in crate::http) fn token(mut self, token: Token) -> Self {
         self.token = token;
         self
     }
 
-    fn created(mut self) -> Self {
+    pub(in crate::http) fn created(mut self) -> Self {
         self.status = "201";
         self
     }
 
     /// `get_v1_runs_id`
-    fn id(&self) -> String {
+    pub(super) fn id(&self) -> String {
         let words = self.path.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
         std::iter::once(self.method).chain(words).collect::<Vec<_>>().join("_")
     }
 
-    fn describe(&self, sent: &mut SchemaGenerator, answered: &mut SchemaGenerator) -> Value {
+    pub(super) fn describe(&self, sent: &mut SchemaGenerator, answered: &mut SchemaGenerator) -> Value {
         let in_path = self.path.split('{').skip(1).filter_map(|rest| rest.split('}').next());
         let text = json!({"type": "string"});
         let word =
@@ -154,48 +168,3 @@ fn response(answer: Content, generator: &mut SchemaGenerator) -> Value {
         _ => json!({"description": "As asked.", "content": content(answer, generator)}),
     }
 }
-
-/// The whole document.
-pub(crate) fn document() -> Value {
-    let settings = || {
-        SchemaSettings::draft2020_12().with(|settings| {
-            settings.definitions_path = "/components/schemas".into();
-            settings.meta_schema = None;
-        })
-    };
-    let mut sent = settings().for_deserialize().into_generator();
-    let mut answered = settings().for_serialize().into_generator();
-    let mut paths: Map<String, Value> = Map::new();
-    for operation in operations() {
-        let item = paths.entry(operation.path).or_insert_with(|| json!({}));
-        item[operation.method] = operation.describe(&mut sent, &mut answered);
-    }
-    let mut schemas = answered.take_definitions(true);
-    for (name, schema) in sent.take_definitions(true) {
-        schemas.entry(name).or_insert(schema);
-    }
-    json!({
-        "openapi": "3.1.0",
-        "info": {
-            "title": "Palmares",
-            "version": env!("CARGO_PKG_VERSION"),
-            "description": "A competition server for compliant underactuated robot hands. What is a stream goes over \
-                            the two WebSockets; this is the rest.",
-            "license": {"name": "MIT OR Apache-2.0", "identifier": "MIT OR Apache-2.0"},
-        },
-        "paths": paths,
-        "components": {
-            "schemas": schemas,
-            "securitySchemes": {"token": {"type": "http", "scheme": "bearer"}},
-        },
-    })
-}
-
-/// `GET /openapi.json`.
-pub(super) async fn openapi() -> impl IntoResponse {
-    static TEXT: LazyLock<String> = LazyLock::new(|| document().to_string());
-    ([(CONTENT_TYPE, "application/json")], TEXT.as_str())
-}
-
-#[cfg(test)]
-mod tests;

@@ -1,0 +1,76 @@
+//! What an organizer sends: a body, whose it is, and the entry that it leaves in the audit.
+
+use crate::auth::Identity;
+use crate::http::problem::Problem;
+use crate::protocol::request::shortened;
+use crate::protocol::{Code, Refusal};
+use crate::app::App as Host;
+use crate::store::NewAuditEntry;
+use axum::body::Bytes;
+use axum::extract::{FromRequest, FromRequestParts, Request};
+use axum::http::Extensions;
+use axum::http::request::Parts;
+use serde::de::DeserializeOwned;
+
+/// A JSON body whose errors are problems; and whose it is.
+pub(super) struct Asked<T> {
+    /// Who asks.
+    pub(super) identity: Identity,
+    /// What.
+    pub(super) body: T,
+}
+
+impl<T: DeserializeOwned> FromRequest<Host> for Asked<T> {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, host: &Host) -> Result<Self, Problem> {
+        let identity = identity_of(request.extensions())?;
+        let bad = |message: String| Problem(Refusal::new(Code::BadRequest, message));
+        let bytes = Bytes::from_request(request, host).await.map_err(|error| bad(error.body_text()))?;
+        let text = if bytes.is_empty() { b"{}".as_slice() } else { &bytes };
+        let mut json = serde_json::Deserializer::from_slice(text);
+        let body =
+            serde_path_to_error::deserialize(&mut json).map_err(|error| bad(format!("body: {error}")))?;
+        Ok(Asked { identity, body })
+    }
+}
+
+fn identity_of(extensions: &Extensions) -> Result<Identity, Problem> {
+    // The middleware has put it there.
+    let missing = || Problem(Refusal::new(Code::Internal, "the request has no identity"));
+    extensions.get().cloned().ok_or_else(missing)
+}
+
+impl FromRequestParts<Host> for Identity {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _: &Host) -> Result<Self, Problem> {
+        identity_of(&parts.extensions)
+    }
+}
+
+/// An audit entry of this organizer.
+pub(super) fn entry<'a>(
+    identity: &'a Identity,
+    action: &'a str,
+    subject: &'a str,
+    reason: &'a Option<String>,
+) -> NewAuditEntry<'a> {
+    NewAuditEntry { actor: &identity.token_id, action, subject, reason: reason.as_deref() }
+}
+
+/// Something that needs a reason has none.
+pub(super) fn needs_reason(reason: &Option<String>) -> Result<(), Problem> {
+    match reason.as_deref().map(str::trim) {
+        Some(text) if !text.is_empty() => Ok(()),
+        _ => Err(Problem(Refusal::new(Code::BadRequest, "reason: say why; it is kept in the audit"))),
+    }
+}
+
+pub(super) fn not_found(message: String) -> Problem {
+    Problem(Refusal::new(Code::NotFound, message))
+}
+
+pub(super) fn no_verb(verb: &str, known: &str) -> Problem {
+    not_found(format!("no `{}`; there are {known}", shortened(verb)))
+}

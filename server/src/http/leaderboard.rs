@@ -1,0 +1,33 @@
+//! The leaderboard for programs.
+
+use super::csv;
+use super::problem::{Problem, store_failed};
+use crate::app::App as Host;
+use crate::store::{LeaderboardRow, unix_ms};
+use axum::Json;
+use axum::extract::State;
+use axum::http::header::CACHE_CONTROL;
+use axum::response::{IntoResponse, Response};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// The ranking.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Leaderboard {
+    tasks: Vec<String>,
+    rows: Vec<LeaderboardRow>,
+    unix_ms: i64,
+}
+
+/// The ranking.
+pub(super) async fn json(State(host): State<Host>) -> Result<impl IntoResponse, Problem> {
+    let rows = host.store.leaderboard(host.competition.rules.official()).await.map_err(|error| store_failed(&error))?;
+    let tasks = host.competition.task_names();
+    Ok(([(CACHE_CONTROL, "no-store")], Json(Leaderboard { tasks, rows, unix_ms: unix_ms() })))
+}
+
+/// The ranking as a table.
+pub(super) async fn csv(State(host): State<Host>) -> Result<Response, Problem> {
+    let rows = host.store.leaderboard(host.competition.rules.official()).await.map_err(|error| store_failed(&error))?;
+    Ok(csv::response(&csv::leaderboard(&rows, &host.competition.task_names())))
+}

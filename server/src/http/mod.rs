@@ -1,0 +1,128 @@
+//! Everything that is not a stream: JSON over HTTP, and the leaderboard as a page.
+
+mod admin;
+mod competition;
+mod csv;
+mod extract;
+mod hands;
+mod health;
+mod leaderboard;
+mod openapi;
+mod page;
+mod problem;
+mod replay;
+mod runs;
+
+pub(crate) use problem::Problem;
+
+use crate::app::App as Host;
+use crate::store::{HandRow, RunRecord};
+use crate::{transport, watch};
+use axum::Router;
+use axum::http::Method;
+use axum::http::header::CONTENT_TYPE;
+use axum::middleware::from_fn_with_state;
+use axum::response::IntoResponse;
+use openapi::operation::{CSV, Content, Operation, TEXT, Token, ZIP, get, get_json, of, post};
+use openapi::routes::Routes;
+use palmares_models::hand::describe::HandDescription;
+use serde_json::Value;
+use std::sync::LazyLock;
+
+/// Whose hands are meant, where there are no tokens.
+const WHOSE: &str = "Name of the team, on a practice server";
+
+/// Addresses for everybody and for teams.
+fn routes() -> Routes<Host> {
+    Routes::of(Token::None)
+        .add(get("/", "The leaderboard as a page", Content::Other("text/html")), page::page)
+        .add(get("/healthz", "The process lives", TEXT), health::healthz)
+        .add(get("/readyz", "The server can take work", TEXT), health::readyz)
+        .add(
+            get(
+                "/metrics",
+                "What the server counts about itself",
+                Content::Other("application/openmetrics-text"),
+            ),
+            health::metrics,
+        )
+        .add(get_json::<Value>("/openapi.json", "This document"), openapi)
+        .add(
+            get("/v1/control", "The control socket of a team", Content::Socket).token(Token::Optional),
+            transport::control,
+        )
+        .add(
+            get("/v1/watch", "The watch socket of a spectator", Content::Socket).token(Token::Optional),
+            watch::watch,
+        )
+        .add(
+            get_json::<competition::CompetitionAnswer>("/v1/competition", "What is being played here"),
+            competition::competition,
+        )
+        .add(get_json::<competition::Tasks>("/v1/tasks", "The tasks"), competition::tasks)
+        .add(
+            get_json::<hands::Hands>("/v1/hands", "The hands in short")
+                .query("team", WHOSE)
+                .token(Token::Optional),
+            hands::list,
+        )
+        .add(
+            post("/v1/hands", "Send in a hand of one's own", ZIP, of::<HandRow>())
+                .query("team", WHOSE)
+                .token(Token::Optional)
+                .created(),
+            hands::submit,
+        )
+        .add(
+            get_json::<HandDescription>("/v1/hands/{name}", "A hand in full")
+                .query("team", WHOSE)
+                .token(Token::Optional),
+            hands::describe,
+        )
+        .add(get_json::<leaderboard::Leaderboard>("/v1/leaderboard", "The ranking"), leaderboard::json)
+        .add(get("/v1/leaderboard.csv", "The ranking as a table", CSV), leaderboard::csv)
+        .add(
+            get_json::<runs::Sessions>("/v1/sessions", "The sessions: a team's own, for organizers all")
+                .token(Token::Required),
+            runs::sessions,
+        )
+        .add(get_json::<RunRecord>("/v1/runs/{id}", "A run as stored").token(Token::Optional), runs::run)
+        .add(
+            get(
+                "/v1/runs/{id}/replay",
+                "A run's replay, an MCAP file",
+                Content::Other("application/octet-stream"),
+            )
+            .token(Token::Optional),
+            replay::replay,
+        )
+}
+
+/// All addresses of the server.
+pub(crate) fn router(host: Host) -> Router {
+    let admin = admin::routes().router;
+    let admin = admin.route_layer(from_fn_with_state(host.clone(), admin::only_organizers));
+    let router = routes().router.merge(admin);
+    router
+        .fallback(problem::nothing_here)
+        .method_not_allowed_fallback(async |method: Method| problem::method_not_allowed(&method))
+        .layer(from_fn_with_state(host.clone(), transport::guard))
+        .with_state(host)
+}
+
+/// The addresses as an OpenAPI document.
+pub(crate) fn document() -> Value {
+    openapi::document(&operations())
+}
+
+fn operations() -> Vec<Operation> {
+    let mut all = routes().operations;
+    all.extend(admin::routes().operations);
+    all
+}
+
+/// `GET /openapi.json`.
+async fn openapi() -> impl IntoResponse {
+    static TEXT: LazyLock<String> = LazyLock::new(|| document().to_string());
+    ([(CONTENT_TYPE, "application/json")], TEXT.as_str())
+}

@@ -1,0 +1,49 @@
+//! The addresses as an OpenAPI 3.1 document, with the schemas of the types that are sent.
+//!
+//! A new address is one line of [`routes`](super::routes): what serves it and what is told of it.
+
+pub(super) mod operation;
+pub(super) mod routes;
+
+use operation::Operation;
+use schemars::generate::SchemaSettings;
+use serde_json::{Map, Value, json};
+
+/// The document of these operations.
+pub(super) fn document(operations: &[Operation]) -> Value {
+    let settings = || {
+        SchemaSettings::draft2020_12().with(|settings| {
+            settings.definitions_path = "/components/schemas".into();
+            settings.meta_schema = None;
+        })
+    };
+    let mut sent = settings().for_deserialize().into_generator();
+    let mut answered = settings().for_serialize().into_generator();
+    let mut paths: Map<String, Value> = Map::new();
+    for operation in operations {
+        let item = paths.entry(operation.path).or_insert_with(|| json!({}));
+        item[operation.method] = operation.describe(&mut sent, &mut answered);
+    }
+    let mut schemas = answered.take_definitions(true);
+    for (name, schema) in sent.take_definitions(true) {
+        schemas.entry(name).or_insert(schema);
+    }
+    json!({
+        "openapi": "3.1.0",
+        "info": {
+            "title": "Palmares",
+            "version": env!("CARGO_PKG_VERSION"),
+            "description": "A competition server for compliant underactuated robot hands. What is a stream goes over \
+                            the two WebSockets; this is the rest.",
+            "license": {"name": "MIT OR Apache-2.0", "identifier": "MIT OR Apache-2.0"},
+        },
+        "paths": paths,
+        "components": {
+            "schemas": schemas,
+            "securitySchemes": {"token": {"type": "http", "scheme": "bearer"}},
+        },
+    })
+}
+
+#[cfg(test)]
+mod tests;

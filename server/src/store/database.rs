@@ -1,0 +1,93 @@
+//! The database: opened, upgraded, held by one server.
+
+use super::error::StoreError;
+use super::location::{Dialect, Location, Lock, Target};
+use sqlx::any::{AnyPoolOptions, install_default_drivers};
+use sqlx::migrate::{Migration, MigrationType, Migrator};
+use sqlx::{Any, AnyPool, Executor, SqlSafeStr, Transaction};
+use std::borrow::Cow;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::Mutex;
+
+/// Version, name, statements. Embedded, so that the program needs no files beside it.
+const MIGRATIONS: [(i64, &str, &str); 4] = [
+    (1, "sessions and runs", include_str!("../../migrations/0001_sessions_and_runs.sql")),
+    (2, "competition", include_str!("../../migrations/0002_competition.sql")),
+    (3, "time given back", include_str!("../../migrations/0003_time_given_back.sql")),
+    (4, "likeness of runs", include_str!("../../migrations/0004_likeness.sql")),
+];
+
+/// The database.
+#[derive(Clone, Debug)]
+pub(crate) struct Store {
+    pub(super) pool: AnyPool,
+    pub(super) dialect: Dialect,
+    lock: Arc<Mutex<Option<Lock>>>,
+    /// Held while an audit record gets its number.
+    pub(super) audit: Arc<Mutex<()>>,
+}
+
+impl Store {
+    /// Opens the database, creating and upgrading it as needed.
+    ///
+    /// # Errors
+    /// When the place cannot be written, is no database, is used by another server, or was written by a newer
+    /// version.
+    pub(crate) async fn open(location: &Location) -> Result<Self, StoreError> {
+        install_default_drivers();
+        let target = Target::new(location)?;
+        let lock = target.lock().await?;
+        let dialect = target.dialect;
+        let pool = AnyPoolOptions::new()
+            .max_connections(4)
+            .acquire_timeout(Duration::from_secs(10))
+            .after_connect(move |connection, _| {
+                Box::pin(async move {
+                    // WAL: readers never wait for the writer. FULL: a commit is on the disk before the client
+                    // hears its score, also when the power fails; with two small commits per run the price is
+                    // not felt.
+                    if dialect == Dialect::Sqlite {
+                        connection
+                            .execute(
+                                "PRAGMA busy_timeout = 5000; PRAGMA journal_mode = WAL; \
+                                 PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON",
+                            )
+                            .await?;
+                    }
+                    Ok(())
+                })
+            })
+            .connect_with(target.options()?)
+            .await
+            .map_err(|source| StoreError::Open { place: target.place, source })?;
+        migrator().run(&pool).await?;
+        Ok(Store { pool, dialect, lock: Arc::new(Mutex::new(Some(lock))), audit: Arc::default() })
+    }
+
+    /// Whether the database answers.
+    pub(crate) async fn ping(&self) -> Result<(), StoreError> {
+        sqlx::query("SELECT COUNT(*) FROM sessions WHERE session_id = ''").fetch_one(&self.pool).await?;
+        Ok(())
+    }
+
+    /// Closes all connections; SQLite merges its write-ahead log into the file. The database is free again.
+    pub(crate) async fn close(&self) {
+        self.pool.close().await;
+        if let Some(lock) = self.lock.lock().await.take() {
+            lock.release().await;
+        }
+    }
+
+    /// A transaction that will write.
+    pub(super) async fn write(&self) -> Result<Transaction<'static, Any>, StoreError> {
+        Ok(self.pool.begin_with(self.dialect.begin()).await?)
+    }
+}
+
+fn migrator() -> Migrator {
+    let migrations = MIGRATIONS.map(|(version, name, sql)| {
+        Migration::new(version, Cow::Borrowed(name), MigrationType::Simple, sql.into_sql_str(), false)
+    });
+    Migrator::with_migrations(migrations.into())
+}
