@@ -2,10 +2,10 @@
 
 use super::assemble;
 use super::state::App;
-use crate::http;
 use crate::archive;
 use crate::compute::{STACK, overrun};
 use crate::config::{Config, ServeOptions};
+use crate::http;
 use crate::rules::Phase;
 use crate::store::{Location, Store};
 use crate::telemetry;

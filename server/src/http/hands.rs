@@ -1,8 +1,8 @@
 //! Hands: those that come with the program, and those that teams send in.
 
-use crate::app::App as Host;
 use super::extract::{Asking, Segment};
 use super::problem::{Problem, store_failed};
+use crate::app::App as Host;
 use crate::auth::{Identity, Role, forbidden};
 use crate::hands::largest;
 use crate::protocol::reply::HandInfo;

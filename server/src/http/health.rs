@@ -1,9 +1,9 @@
 //! How the server is: for load balancers, and for Prometheus.
 
 use super::problem::{Problem, store_failed};
+use crate::app::App as Host;
 use crate::metrics::METRICS;
 use crate::protocol::{Code, Refusal};
-use crate::app::App as Host;
 use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;

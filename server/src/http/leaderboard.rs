@@ -21,13 +21,21 @@ pub(super) struct Leaderboard {
 
 /// The ranking.
 pub(super) async fn json(State(host): State<Host>) -> Result<impl IntoResponse, Problem> {
-    let rows = host.store.leaderboard(host.competition.rules.official()).await.map_err(|error| store_failed(&error))?;
+    let rows = host
+        .store
+        .leaderboard(host.competition.rules.official())
+        .await
+        .map_err(|error| store_failed(&error))?;
     let tasks = host.competition.task_names();
     Ok(([(CACHE_CONTROL, "no-store")], Json(Leaderboard { tasks, rows, unix_ms: unix_ms() })))
 }
 
 /// The ranking as a table.
 pub(super) async fn csv(State(host): State<Host>) -> Result<Response, Problem> {
-    let rows = host.store.leaderboard(host.competition.rules.official()).await.map_err(|error| store_failed(&error))?;
+    let rows = host
+        .store
+        .leaderboard(host.competition.rules.official())
+        .await
+        .map_err(|error| store_failed(&error))?;
     Ok(csv::response(&csv::leaderboard(&rows, &host.competition.task_names())))
 }

@@ -1,7 +1,7 @@
 //! The leaderboard as a page: plain HTML from the server, no scripts, nothing from elsewhere.
 
-use crate::app::App as Host;
 use super::problem::{Problem, store_failed};
+use crate::app::App as Host;
 use crate::names::printable;
 use crate::rules::Phase;
 use crate::store::LeaderboardRow;
@@ -15,10 +15,7 @@ use std::fmt::Write;
 const STYLE: &str = include_str!("page.css");
 
 /// `GET /`.
-pub(super) async fn page(
-    State(host): State<Host>,
-    headers: HeaderMap,
-) -> Result<impl IntoResponse, Problem> {
+pub(super) async fn page(State(host): State<Host>, headers: HeaderMap) -> Result<impl IntoResponse, Problem> {
     let rows = host
         .store
         .leaderboard(host.competition.rules.official())

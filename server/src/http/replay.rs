@@ -1,8 +1,8 @@
 //! Replays as files.
 
-use crate::app::App as Host;
 use super::extract::Segment;
 use super::problem::{Problem, store_failed};
+use crate::app::App as Host;
 use crate::auth::{Role, forbidden};
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};

@@ -3,8 +3,8 @@
 use super::caller::Caller;
 use super::connection::{self, Parts};
 use super::entrance::Entrance;
-use crate::http::Problem;
 use crate::auth::{Auth, Identity, Role, forbidden};
+use crate::http::Problem;
 use crate::protocol::{Code, Encoding, Refusal};
 use crate::session::Sessions;
 use axum::extract::ws::WebSocketUpgrade;

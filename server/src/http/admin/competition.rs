@@ -1,7 +1,7 @@
 //! Opening, closing, revealing.
 
-use crate::app::App as Host;
 use super::request::{Asked, entry, no_verb};
+use crate::app::App as Host;
 use crate::http::extract::Segment;
 use crate::http::problem::{Problem, store_failed};
 use crate::protocol::{Code, Refusal};

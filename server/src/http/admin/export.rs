@@ -1,7 +1,7 @@
 //! Tables to take home: leaderboard, sessions, runs, audit; and everything at once as a backup.
 
-use crate::app::App as Host;
 use super::request::not_found;
+use crate::app::App as Host;
 use crate::auth::Identity;
 use crate::backup;
 use crate::http::csv::{self, Table};

@@ -1,7 +1,7 @@
 //! Looking at teams' own hands, and deciding on them.
 
-use crate::app::App as Host;
 use super::request::{Asked, entry, needs_reason, no_verb, not_found};
+use crate::app::App as Host;
 use crate::hands::Inspection;
 use crate::http::extract::Segment;
 use crate::http::problem::{Problem, store_failed};
@@ -64,10 +64,7 @@ async fn stored(host: &Host, id: &str) -> Result<HandRow, Problem> {
 }
 
 /// A hand with its figures.
-pub(super) async fn show(
-    State(host): State<Host>,
-    Segment(id): Segment,
-) -> Result<Json<Shown>, Problem> {
+pub(super) async fn show(State(host): State<Host>, Segment(id): Segment) -> Result<Json<Shown>, Problem> {
     let hand = stored(&host, &id).await?;
     let Inspection { figures, in_the_way } =
         host.competition.own_hands.inspect(&host.compute.background, &hand).await.map_err(Problem)?;

@@ -107,11 +107,7 @@ pub(super) fn routes() -> Routes<Host> {
 }
 
 /// Lets organizers through, and tells the addresses who they are. Runs before the body is read.
-pub(super) async fn only_organizers(
-    State(host): State<Host>,
-    mut request: Request,
-    next: Next,
-) -> Response {
+pub(super) async fn only_organizers(State(host): State<Host>, mut request: Request, next: Next) -> Response {
     match host.auth.organizer(&host.store, request.headers()).await {
         Ok(identity) => {
             request.extensions_mut().insert(identity);

@@ -1,10 +1,10 @@
 //! What an organizer sends: a body, whose it is, and the entry that it leaves in the audit.
 
+use crate::app::App as Host;
 use crate::auth::Identity;
 use crate::http::problem::Problem;
 use crate::protocol::request::shortened;
 use crate::protocol::{Code, Refusal};
-use crate::app::App as Host;
 use crate::store::NewAuditEntry;
 use axum::body::Bytes;
 use axum::extract::{FromRequest, FromRequestParts, Request};

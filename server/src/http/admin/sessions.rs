@@ -1,7 +1,7 @@
 //! Holding, ending, voiding a session, and giving it time.
 
-use crate::app::App as Host;
 use super::request::{Asked, entry, needs_reason, no_verb, not_found};
+use crate::app::App as Host;
 use crate::http::extract::Segment;
 use crate::http::problem::{Problem, store_failed};
 use crate::http::runs::SessionNow;

@@ -1,7 +1,7 @@
 //! Teams and tokens. A token is shown once, in the answer to the request that made it.
 
-use crate::app::App as Host;
 use super::request::{Asked, entry, not_found};
+use crate::app::App as Host;
 use crate::auth::{self, IssueError, Role};
 use crate::http::problem::{Problem, store_failed};
 use crate::names::{self, printable};
@@ -102,10 +102,7 @@ fn no_team(team: &str) -> Problem {
 }
 
 /// Adds a team and makes its first token.
-pub(super) async fn add(
-    State(host): State<Host>,
-    asked: Asked<TeamBody>,
-) -> Result<Json<Issued>, Problem> {
+pub(super) async fn add(State(host): State<Host>, asked: Asked<TeamBody>) -> Result<Json<Issued>, Problem> {
     let team = names::team(&asked.body.team).map_err(|error| Problem(error.of("team")))?;
     let add = entry(&asked.identity, "team.add", &team, &asked.body.reason);
     if let Some(other) = host.store.add_team(&team, &add).await.map_err(|error| store_failed(&error))? {
