@@ -3,10 +3,10 @@
 //! A token is `plm_<id>_<secret>`: the id finds the row, the SHA-256 of the secret is compared in constant time.
 //! Only the hash is stored, so that whoever reads the database cannot play as anybody.
 
-use crate::protocol::{Code, Refusal};
 use crate::store::{NewAuditEntry, NewToken, Store, StoreError};
 use axum::http::HeaderMap;
 use axum::http::header::AUTHORIZATION;
+use palmares_protocol::{Code, Refusal};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::fmt;

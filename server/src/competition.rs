@@ -5,12 +5,12 @@ use crate::compute::pace::HOLD_TICKS;
 use crate::config::Mode;
 use crate::config::settings::{MESSAGE_BYTES, REPEAT, Settings};
 use crate::hands::OwnHands;
-use crate::protocol::Refusal;
-use crate::protocol::reply::{self, HandInfo, Limits, TaskInfo};
 use crate::rules::Rules;
 use crate::store::Store;
 use crate::world::live::STREAMED;
 use palmares_models::hand::Hand;
+use palmares_protocol::Refusal;
+use palmares_protocol::reply::{self, HandInfo, Limits, TaskInfo};
 use palmares_tasks::Task;
 use std::sync::Arc;
 

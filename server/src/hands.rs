@@ -2,17 +2,17 @@
 
 use crate::auth::{random_hex, sha256_hex};
 use crate::compute::{Background, Level};
-use crate::inspect::{self, FigureRow, told};
 use crate::names;
+use palmares_tasks::inspect::{self, FigureRow, told};
 
-use crate::protocol::request::shortened;
-use crate::protocol::{Code, Refusal};
 use crate::store::{HandRow, NewHand, Store, StoreError};
 use crate::transport::Received;
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
 use palmares_models::measure::HandLimits;
 use palmares_models::read::{self, Files, Limits, LoadOptions, Loaded};
+use palmares_protocol::request::shortened;
+use palmares_protocol::{Code, Refusal};
 use palmares_tasks::Task;
 use std::collections::BTreeMap;
 use std::fs::{self, File};

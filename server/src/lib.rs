@@ -27,6 +27,3 @@ pub use app::serve;
 pub use config::{ServeOptions, hand_limits};
 pub use restore::restore;
 pub use store::utc;
-
-use palmares_protocol as protocol;
-use palmares_tasks::inspect;

@@ -1,7 +1,7 @@
 //! What the server counts about itself, for `GET /metrics`. One set for the process: whoever has something to count
 //! need not be handed it.
 
-use crate::protocol::Code;
+use palmares_protocol::Code;
 use prometheus_client::encoding::EncodeLabelSet;
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::family::Family;

@@ -4,9 +4,9 @@
 //! that is invisible or steers what stands beside it) with the spaces of RFC 8266, over the Unicode of today. Whether
 //! two names look alike is decided by the skeletons of UTS 39. docs/protocol.md, section Names, says the same.
 
-use crate::protocol::text::hidden;
-pub(crate) use crate::protocol::text::printable;
-use crate::protocol::{Code, Refusal};
+use palmares_protocol::text::hidden;
+pub(crate) use palmares_protocol::text::printable;
+use palmares_protocol::{Code, Refusal};
 use unicode_normalization::UnicodeNormalization;
 use unicode_normalization::char::is_combining_mark;
 use unicode_properties::{GeneralCategory, UnicodeGeneralCategory};

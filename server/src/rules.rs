@@ -2,9 +2,9 @@
 
 use crate::auth::{hex, random_hex, sha256_hex};
 use crate::config::{Config, Mode};
-use crate::protocol::{Code, Refusal};
 use crate::store::{NewAuditEntry, Store};
 use anyhow::{Context, bail};
+use palmares_protocol::{Code, Refusal};
 use palmares_tasks::Seed;
 use schemars::JsonSchema;
 use serde::Serialize;

@@ -1,11 +1,11 @@
 //! What clients may send and are sent: JSON Schema of the messages, OpenAPI of the addresses.
 
 use crate::http;
-use crate::protocol::obs::Obs;
-use crate::protocol::reply::{Ack, ErrorReply, Reply, RunResult, TimeReport, Warning, Welcome};
-use crate::protocol::request::{Act, Bye, Hello, Perturb, Reset, Step, Stop, Time};
 use crate::watch::messages as told;
 use crate::watch::request as asked;
+use palmares_protocol::obs::Obs;
+use palmares_protocol::reply::{Ack, ErrorReply, Reply, RunResult, TimeReport, Warning, Welcome};
+use palmares_protocol::request::{Act, Bye, Hello, Perturb, Reset, Step, Stop, Time};
 use schemars::{JsonSchema, schema_for};
 use serde_json::{Value, json};
 

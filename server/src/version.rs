@@ -1,6 +1,6 @@
 //! Which program this is.
 
-use crate::protocol::reply::ServerInfo;
+use palmares_protocol::reply::ServerInfo;
 
 /// Commit it was built from.
 pub(crate) const BUILD_HASH: &str = env!("PALMARES_BUILD_HASH");

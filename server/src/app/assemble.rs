@@ -8,7 +8,6 @@ use crate::competition::Competition;
 use crate::compute::Compute;
 use crate::config::{Config, Mode};
 use crate::hands::OwnHands;
-use crate::inspect;
 use crate::lifecycle::Lifecycle;
 use crate::names;
 use crate::rules::{Rules, write_secret};
@@ -21,6 +20,7 @@ use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
 use palmares_models::read::{self, LoadOptions, Loaded};
 use palmares_tasks::Task;
+use palmares_tasks::inspect;
 use std::num::NonZero;
 use std::sync::Arc;
 

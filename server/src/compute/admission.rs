@@ -1,7 +1,7 @@
 //! Who may open another world: the declared maximum, and what the last seconds say. Official runs come first.
 
 use super::load::Report;
-use crate::protocol::Mode;
+use palmares_protocol::Mode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -4,7 +4,7 @@ use super::admission::{Admission, Admitted, RETRY_S, admit};
 use super::background::Background;
 use super::pacer::Pacer;
 use super::scheduler::Scheduler;
-use crate::protocol::{Code, Mode, Refusal};
+use palmares_protocol::{Code, Mode, Refusal};
 use std::time::Instant;
 
 /// Its cores, and who may use them.

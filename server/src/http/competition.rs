@@ -1,11 +1,11 @@
 //! The competition and its tasks.
 
 use crate::app::App as Host;
-use crate::protocol::reply::{Competition, Limits, ServerInfo, TaskInfo};
 use crate::rules::Phase;
 use crate::version;
 use axum::Json;
 use axum::extract::State;
+use palmares_protocol::reply::{Competition, Limits, ServerInfo, TaskInfo};
 use schemars::JsonSchema;
 use serde::Serialize;
 

@@ -1,9 +1,9 @@
 //! Parts of an address, whose errors are problems.
 
 use super::problem::Problem;
-use crate::protocol::{Code, Refusal};
 use axum::extract::{FromRequestParts, Path, Query};
 use axum::http::request::Parts;
+use palmares_protocol::{Code, Refusal};
 use serde::de::DeserializeOwned;
 
 fn bad(what: &str, why: &str) -> Problem {

@@ -3,10 +3,10 @@
 use super::problem::{Problem, store_failed};
 use crate::app::App as Host;
 use crate::metrics::METRICS;
-use crate::protocol::{Code, Refusal};
 use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
+use palmares_protocol::{Code, Refusal};
 
 /// The process lives.
 pub(super) async fn healthz() -> &'static str {

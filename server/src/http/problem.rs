@@ -1,11 +1,11 @@
 //! Errors as `application/problem+json` (RFC 9457) with the protocol's codes.
 
 use crate::metrics::METRICS;
-use crate::protocol::request::shortened;
-use crate::protocol::{Code, Refusal};
 use crate::store::StoreError;
 use axum::http::{HeaderName, HeaderValue, Method, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
+use palmares_protocol::request::shortened;
+use palmares_protocol::{Code, Refusal};
 use schemars::JsonSchema;
 use serde::Serialize;
 

@@ -4,12 +4,12 @@ use super::extract::Segment;
 use super::problem::{Problem, store_failed};
 use crate::app::App as Host;
 use crate::auth::{Role, forbidden};
-use crate::protocol::request::shortened;
-use crate::protocol::{Code, Refusal};
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
+use palmares_protocol::request::shortened;
+use palmares_protocol::{Code, Refusal};
 
 /// The replay of a run.
 pub(super) async fn replay(

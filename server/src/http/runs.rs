@@ -4,13 +4,13 @@ use super::extract::Segment;
 use super::problem::{Problem, store_failed};
 use crate::app::App as Host;
 use crate::auth::{Identity, Role, forbidden};
-use crate::protocol::request::shortened;
-use crate::protocol::{Code, Refusal};
 use crate::rules::Rules;
 use crate::store::{RunRecord, SessionRow};
 use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
+use palmares_protocol::request::shortened;
+use palmares_protocol::{Code, Refusal};
 use schemars::JsonSchema;
 use serde::Serialize;
 

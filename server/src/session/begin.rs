@@ -5,8 +5,8 @@ use super::failure::{random_hex, store_failed};
 use super::machine::Machine;
 use super::session::{Names, Session, Sessions};
 use crate::auth::{Identity, sha256_hex};
-use crate::protocol::{Code, Hello, Refusal};
 use crate::store::{NewSession, ResumableSession, StoreError};
+use palmares_protocol::{Code, Hello, Refusal};
 use std::sync::Arc;
 
 impl Sessions {

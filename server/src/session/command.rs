@@ -1,6 +1,6 @@
 //! What organizers ask of sessions.
 
-use crate::protocol::Refusal;
+use palmares_protocol::Refusal;
 use tokio::sync::oneshot;
 
 /// What is asked.

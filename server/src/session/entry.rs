@@ -6,9 +6,9 @@ use super::session::{Session, Sessions};
 use crate::auth::{Identity, sha256_hex};
 use crate::config::LONGEST_SESSION_S;
 use crate::names::{self, printable};
-use crate::protocol::{Code, Hello, Refusal};
 use crate::rules::Phase;
 use crate::store::Store;
+use palmares_protocol::{Code, Hello, Refusal};
 
 /// What a session begins with.
 pub(super) struct Entry {

@@ -1,8 +1,8 @@
 //! What a client is told when the server's own means fail.
 
 use crate::auth;
-use crate::protocol::{Code, Refusal};
 use crate::store::StoreError;
+use palmares_protocol::{Code, Refusal};
 
 /// `bytes` random bytes as lower-case hexadecimal.
 pub(super) fn random_hex(bytes: usize) -> Result<String, Refusal> {

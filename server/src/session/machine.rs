@@ -1,8 +1,8 @@
 //! What a session may do when: a pure state machine. No sockets, no clocks of its own, no world.
 
 use super::clock::{ClockState, SessionClock, Spent};
-use crate::protocol::reply::{RunInfo, RunResult};
-use crate::protocol::{Code, Mode, Refusal};
+use palmares_protocol::reply::{RunInfo, RunResult};
+use palmares_protocol::{Code, Mode, Refusal};
 use std::time::Duration;
 
 /// Where a greeted session stands.

@@ -3,7 +3,7 @@
 
 use super::command::{Command, PendingCommand};
 use super::session::{OpenRun, Session};
-use crate::protocol::{Refusal, Reply};
+use palmares_protocol::{Refusal, Reply};
 use palmares_tasks::Reason;
 use tokio::task::spawn_blocking;
 

@@ -7,9 +7,9 @@
 use super::clock::{ClockState, SessionClock, Spent};
 use super::failure::store_failed;
 use super::session::{Session, Sessions};
-use crate::protocol::Refusal;
 use crate::rules::Phase;
 use crate::store::{self, Paid, StoreError, Taken};
+use palmares_protocol::Refusal;
 use std::time::Duration;
 
 impl ClockState {

@@ -3,8 +3,8 @@
 
 use super::clock::SessionClock;
 use super::command::{Command, PendingCommand};
-use crate::protocol::request::shortened;
-use crate::protocol::{Code, Refusal};
+use palmares_protocol::request::shortened;
+use palmares_protocol::{Code, Refusal};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::sync::{Mutex, MutexGuard, PoisonError};

@@ -1,11 +1,11 @@
 //! What callers send in: read in pieces, of which all together have a bound, so that nobody can fill the memory.
 
 use super::counts::{Counts, Share};
-use crate::protocol::{Code, Refusal};
 use axum::body::Body;
 use axum::http::HeaderMap;
 use axum::http::header::CONTENT_LENGTH;
 use futures_util::StreamExt;
+use palmares_protocol::{Code, Refusal};
 use std::net::IpAddr;
 use std::time::Duration;
 use tokio::time::{Instant, timeout, timeout_at};

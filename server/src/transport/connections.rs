@@ -3,7 +3,7 @@
 use super::counts::{Counts, Share};
 use crate::auth::Identity;
 use crate::config::settings::Settings;
-use crate::protocol::{Code, Refusal};
+use palmares_protocol::{Code, Refusal};
 use std::sync::Arc;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 

@@ -5,13 +5,13 @@ use super::connection::{self, Parts};
 use super::entrance::Entrance;
 use crate::auth::{Auth, Identity, Role, forbidden};
 use crate::http::Problem;
-use crate::protocol::{Code, Encoding, Refusal};
 use crate::session::Sessions;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::{ConnectInfo, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
+use palmares_protocol::{Code, Encoding, Refusal};
 use std::sync::Arc;
 
 /// Inbound messages up to here are read whole, so that the answer `too_large` reaches the client; what is

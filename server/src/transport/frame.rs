@@ -1,9 +1,9 @@
 //! Messages as WebSocket frames.
 
-use crate::protocol::encoding::{Encoding, Payload, WriteError};
-use crate::protocol::parse::Parsed;
-use crate::protocol::reply::Reply;
 use axum::extract::ws::Message;
+use palmares_protocol::encoding::{Encoding, Payload, WriteError};
+use palmares_protocol::parse::Parsed;
+use palmares_protocol::reply::Reply;
 
 /// A message as a frame. `room`: as long as it will probably be, bytes.
 pub(crate) fn write(encoding: Encoding, reply: &Reply, room: usize) -> Result<Message, WriteError> {

@@ -2,10 +2,10 @@
 //! machine; but it says which page it is (`Origin`) and under which name it found the server (`Host`), of which a page
 //! can choose neither. Programs send no `Origin`.
 
-use crate::protocol::request::shortened;
-use crate::protocol::{Code, Refusal};
 use axum::http::header::{HOST, HeaderName, ORIGIN, UPGRADE};
 use axum::http::{HeaderMap, Method};
+use palmares_protocol::request::shortened;
+use palmares_protocol::{Code, Refusal};
 use std::net::IpAddr;
 
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");

@@ -1,7 +1,7 @@
 //! What spectators are told. No message carries a seed.
 
-use crate::protocol::reply::ErrorReply;
 use crate::store::LeaderboardRow;
+use palmares_protocol::reply::ErrorReply;
 use palmares_tasks::scene::{Region, ScenePart};
 use palmares_tasks::{Event, Outcome, Reason};
 use schemars::JsonSchema;

@@ -1,7 +1,7 @@
 //! What a spectator asks.
 
-use crate::protocol::request::shortened;
-use crate::protocol::{Code, MAX_SAFE_INTEGER, Refusal};
+use palmares_protocol::request::shortened;
+use palmares_protocol::{Code, MAX_SAFE_INTEGER, Refusal};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;

@@ -3,7 +3,7 @@
 use super::playable::{Fault, Playable};
 use super::run::World;
 use crate::compute::admission::Admission;
-use crate::protocol::Mode;
+use palmares_protocol::Mode;
 use palmares_tasks::observation::{BodyState, HandObservation, Wrench};
 use palmares_tasks::{Action, ActionError, Event, Observation, Outcome, Reason, Run, Sensing};
 

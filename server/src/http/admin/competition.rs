@@ -4,10 +4,10 @@ use super::request::{Asked, entry, no_verb};
 use crate::app::App as Host;
 use crate::http::extract::Segment;
 use crate::http::problem::{Problem, store_failed};
-use crate::protocol::{Code, Refusal};
 use crate::rules::Phase;
 use axum::Json;
 use axum::extract::State;
+use palmares_protocol::{Code, Refusal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

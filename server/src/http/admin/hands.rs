@@ -5,14 +5,14 @@ use crate::app::App as Host;
 use crate::hands::Inspection;
 use crate::http::extract::Segment;
 use crate::http::problem::{Problem, store_failed};
-use crate::inspect::FigureRow;
-use crate::protocol::request::shortened;
-use crate::protocol::{Code, Refusal};
 use crate::store::HandRow;
 use axum::Json;
 use axum::extract::State;
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
+use palmares_protocol::request::shortened;
+use palmares_protocol::{Code, Refusal};
+use palmares_tasks::inspect::FigureRow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -3,13 +3,13 @@
 use crate::app::App as Host;
 use crate::auth::Identity;
 use crate::http::problem::Problem;
-use crate::protocol::request::shortened;
-use crate::protocol::{Code, Refusal};
 use crate::store::NewAuditEntry;
 use axum::body::Bytes;
 use axum::extract::{FromRequest, FromRequestParts, Request};
 use axum::http::Extensions;
 use axum::http::request::Parts;
+use palmares_protocol::request::shortened;
+use palmares_protocol::{Code, Refusal};
 use serde::de::DeserializeOwned;
 
 /// A JSON body whose errors are problems; and whose it is.

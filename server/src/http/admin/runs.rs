@@ -5,12 +5,12 @@ use crate::app::App as Host;
 use crate::http::extract::Segment;
 use crate::http::problem::{Problem, store_failed};
 use crate::http::runs::SessionNow;
-use crate::protocol::request::shortened;
-use crate::protocol::{Code, Refusal};
 use crate::session::Command as Order;
 use crate::store::RunRecord;
 use axum::Json;
 use axum::extract::State;
+use palmares_protocol::request::shortened;
+use palmares_protocol::{Code, Refusal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

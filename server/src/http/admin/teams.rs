@@ -5,11 +5,11 @@ use crate::app::App as Host;
 use crate::auth::{self, IssueError, Role};
 use crate::http::problem::{Problem, store_failed};
 use crate::names::{self, printable};
-use crate::protocol::request::shortened;
-use crate::protocol::{Code, Refusal};
 use crate::store::{TeamRow, TokenRow};
 use axum::Json;
 use axum::extract::State;
+use palmares_protocol::request::shortened;
+use palmares_protocol::{Code, Refusal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -69,7 +69,7 @@ async fn witnesses_see_every_tick_once_and_before_what_follows() {
     let hand = Hand::builtin("pinch").expect("built in");
     let link = hand.links[0].name.clone();
     let admission = Admission::default();
-    let admitted = admission.take(crate::protocol::Mode::Lockstep, false, |_| Ok(())).expect("free");
+    let admitted = admission.take(palmares_protocol::Mode::Lockstep, false, |_| Ok(())).expect("free");
     let (diary, told) = std::sync::mpsc::channel();
     let witnesses: Vec<Box<dyn Witness>> = vec![Box::new(Diary(diary))];
     let (scheduler, background) = (Scheduler::new(1), Background::new(1));
