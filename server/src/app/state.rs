@@ -61,10 +61,3 @@ parts! {
     lifecycle: Arc<Lifecycle>,
     backup: Arc<backup::Files>,
 }
-
-/// For handlers that still ask for all of it.
-impl FromRef<App> for Arc<App> {
-    fn from_ref(app: &App) -> Self {
-        Arc::new(app.clone())
-    }
-}

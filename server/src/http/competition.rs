@@ -1,19 +1,21 @@
 //! The competition and its tasks.
 
-use crate::app::App as Host;
+use crate::archive::Archive;
+use crate::competition::Competition;
 use crate::rules::Phase;
 use crate::version;
 use axum::Json;
 use axum::extract::State;
-use palmares_protocol::reply::{Competition, Limits, ServerInfo, TaskInfo};
+use palmares_protocol::reply::{self, Limits, ServerInfo, TaskInfo};
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::sync::Arc;
 
 /// What is being played here.
 #[derive(Serialize, JsonSchema)]
 pub(super) struct CompetitionAnswer {
     #[serde(flatten)]
-    competition: Competition,
+    competition: reply::Competition,
     server: ServerInfo,
     limits: Limits,
     tasks: Vec<String>,
@@ -36,15 +38,18 @@ pub(super) struct CompetitionAnswer {
 }
 
 /// What is being played here.
-pub(super) async fn competition(State(host): State<Host>) -> Json<CompetitionAnswer> {
-    let rules = &host.competition.rules;
+pub(super) async fn competition(
+    State(archive): State<Option<Arc<Archive>>>,
+    State(competition): State<Arc<Competition>>,
+) -> Json<CompetitionAnswer> {
+    let rules = &competition.rules;
     Json(CompetitionAnswer {
-        competition: host.competition.info(),
+        competition: competition.info(),
         server: version::own(),
-        limits: host.competition.limits(),
-        tasks: host.competition.task_names(),
-        hands: host.competition.hands.iter().map(|hand| hand.name.clone()).collect(),
-        replay_key: host.archive.as_ref().map(|archive| archive.key().to_string()),
+        limits: competition.limits(),
+        tasks: competition.task_names(),
+        hands: competition.hands.iter().map(|hand| hand.name.clone()).collect(),
+        replay_key: archive.as_ref().map(|archive| archive.key().to_string()),
         phase: rules.official().then(|| rules.phase()),
         sessions_per_team: rules.official().then_some(rules.sessions_per_team),
         seed_secret_sha256: rules.secret_sha256(),
@@ -59,6 +64,6 @@ pub(super) struct Tasks {
 }
 
 /// The tasks.
-pub(super) async fn tasks(State(host): State<Host>) -> Json<Tasks> {
-    Json(Tasks { tasks: host.competition.task_infos() })
+pub(super) async fn tasks(State(competition): State<Arc<Competition>>) -> Json<Tasks> {
+    Json(Tasks { tasks: competition.task_infos() })
 }

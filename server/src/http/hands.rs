@@ -2,7 +2,7 @@
 
 use super::extract::{Asking, Segment};
 use super::problem::{Problem, store_failed};
-use crate::app::App as Host;
+use crate::app::App;
 use crate::auth::{Identity, Role, forbidden};
 use crate::hands::largest;
 use crate::session::practice_team;
@@ -27,13 +27,13 @@ pub(super) struct Whose {
 }
 
 /// The team that asks: by its token, on a practice server also by its name.
-async fn team(host: &Host, headers: &HeaderMap, whose: Whose) -> Result<Option<String>, Problem> {
-    let identity = host.auth.identify(&host.store, headers).await.map_err(Problem)?;
+async fn team(app: &App, headers: &HeaderMap, whose: Whose) -> Result<Option<String>, Problem> {
+    let identity = app.auth.identify(&app.store, headers).await.map_err(Problem)?;
     match identity {
         Some(Identity { role: Role::Team, team, .. }) => Ok(team),
-        _ if host.competition.rules.official() => Ok(None),
+        _ if app.competition.rules.official() => Ok(None),
         _ => match whose.team {
-            Some(name) => Ok(Some(practice_team(&host.store, &name).await.map_err(Problem)?.0)),
+            Some(name) => Ok(Some(practice_team(&app.store, &name).await.map_err(Problem)?.0)),
             None => Ok(None),
         },
     }
@@ -50,18 +50,18 @@ pub(super) struct Hands {
 
 /// The hands in short.
 pub(super) async fn list(
-    State(host): State<Host>,
+    State(app): State<App>,
     Asking(whose): Asking<Whose>,
     headers: HeaderMap,
 ) -> Result<Json<Hands>, Problem> {
-    let team = team(&host, &headers, whose).await?;
+    let team = team(&app, &headers, whose).await?;
     let own = match &team {
-        Some(team) => host.store.hands(Some(team)).await.map_err(|error| store_failed(&error))?,
+        Some(team) => app.store.hands(Some(team)).await.map_err(|error| store_failed(&error))?,
         None => Vec::new(),
     };
-    let hands = host
+    let hands = app
         .competition
-        .hand_infos(&host.store, &host.compute.background, team.as_deref())
+        .hand_infos(&app.store, &app.compute.background, team.as_deref())
         .await
         .map_err(Problem)?;
     Ok(Json(Hands { hands, own }))
@@ -69,17 +69,17 @@ pub(super) async fn list(
 
 /// A hand in full.
 pub(super) async fn describe(
-    State(host): State<Host>,
+    State(app): State<App>,
     Segment(name): Segment,
     Asking(whose): Asking<Whose>,
     headers: HeaderMap,
 ) -> Result<Json<HandDescription>, Problem> {
-    if let Some(hand) = host.competition.hand(&name) {
+    if let Some(hand) = app.competition.hand(&name) {
         return Ok(Json(hand.describe()));
     }
-    if let Some(team) = team(&host, &headers, whose).await? {
+    if let Some(team) = team(&app, &headers, whose).await? {
         let own =
-            host.competition.own_hands.find(&host.store, &host.compute.background, &team, &name, false).await;
+            app.competition.own_hands.find(&app.store, &app.compute.background, &team, &name, false).await;
         if let Some((hand, _)) = own.map_err(Problem)? {
             return Ok(Json(hand.describe()));
         }
@@ -90,29 +90,29 @@ pub(super) async fn describe(
 
 /// Takes a hand in: the body is a ZIP archive of URDF, meshes and hand.toml.
 pub(super) async fn submit(
-    State(host): State<Host>,
+    State(app): State<App>,
     Asking(whose): Asking<Whose>,
     ConnectInfo(caller): ConnectInfo<Caller>,
     headers: HeaderMap,
     body: Body,
 ) -> Result<Response, Problem> {
     // Before a byte of the body is read: who may not send it in sends it for nothing.
-    let identity = host.auth.identify(&host.store, &headers).await.map_err(Problem)?;
-    if host.competition.rules.official() && identity.is_some_and(|identity| identity.role != Role::Team) {
+    let identity = app.auth.identify(&app.store, &headers).await.map_err(Problem)?;
+    if app.competition.rules.official() && identity.is_some_and(|identity| identity.role != Role::Team) {
         return Err(Problem(forbidden("a team's token")));
     }
-    let team = team(&host, &headers, whose).await?.ok_or_else(|| {
-        let message = if host.competition.rules.official() {
+    let team = team(&app, &headers, whose).await?.ok_or_else(|| {
+        let message = if app.competition.rules.official() {
             "send a team's token as the header `Authorization: Bearer <token>`"
         } else {
             "say whose hand it is: ?team=name"
         };
-        let code = if host.competition.rules.official() { Code::NotAuthorized } else { Code::BadRequest };
+        let code = if app.competition.rules.official() { Code::NotAuthorized } else { Code::BadRequest };
         Problem(Refusal::new(code, message))
     })?;
     let received =
-        host.entrance.bodies.read(caller.address, &headers, body, largest()).await.map_err(Problem)?;
+        app.entrance.bodies.read(caller.address, &headers, body, largest()).await.map_err(Problem)?;
     let submitted =
-        host.competition.own_hands.submit(&host.store, &host.compute.background, &team, received).await;
+        app.competition.own_hands.submit(&app.store, &app.compute.background, &team, received).await;
     Ok((StatusCode::CREATED, Json(submitted.map_err(Problem)?)).into_response())
 }

@@ -1,12 +1,15 @@
 //! How the server is: for load balancers, and for Prometheus.
 
 use super::problem::{Problem, store_failed};
-use crate::app::App as Host;
+use crate::lifecycle::Lifecycle;
 use crate::metrics::METRICS;
+use crate::session::Sessions;
+use crate::store::Store;
 use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use palmares_protocol::{Code, Refusal};
+use std::sync::Arc;
 
 /// The process lives.
 pub(super) async fn healthz() -> &'static str {
@@ -14,17 +17,23 @@ pub(super) async fn healthz() -> &'static str {
 }
 
 /// The server can take work: its database answers and it is not shutting down.
-pub(super) async fn readyz(State(host): State<Host>) -> Result<&'static str, Problem> {
-    if host.lifecycle.is_stopping() {
+pub(super) async fn readyz(
+    State(lifecycle): State<Arc<Lifecycle>>,
+    State(store): State<Store>,
+) -> Result<&'static str, Problem> {
+    if lifecycle.is_stopping() {
         return Err(Problem(Refusal::new(Code::Capacity, "the server is shutting down")));
     }
-    host.store.ping().await.map_err(|error| store_failed(&error))?;
+    store.ping().await.map_err(|error| store_failed(&error))?;
     Ok("ready\n")
 }
 
 /// What the server counts about itself, for Prometheus.
-pub(super) async fn metrics(State(host): State<Host>) -> Result<impl IntoResponse, Problem> {
-    let unverified = host.store.runs_to_verify().await.map_err(|error| store_failed(&error))?.len();
+pub(super) async fn metrics(
+    State(sessions): State<Arc<Sessions>>,
+    State(store): State<Store>,
+) -> Result<impl IntoResponse, Problem> {
+    let unverified = store.runs_to_verify().await.map_err(|error| store_failed(&error))?.len();
     let format = "application/openmetrics-text; version=1.0.0; charset=utf-8";
-    Ok(([(CONTENT_TYPE, format)], METRICS.text(host.sessions.levels(unverified))))
+    Ok(([(CONTENT_TYPE, format)], METRICS.text(sessions.levels(unverified))))
 }

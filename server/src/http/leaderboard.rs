@@ -2,7 +2,8 @@
 
 use super::csv;
 use super::problem::{Problem, store_failed};
-use crate::app::App as Host;
+use crate::competition::Competition;
+use crate::store::Store;
 use crate::store::{LeaderboardRow, unix_ms};
 use axum::Json;
 use axum::extract::State;
@@ -10,6 +11,7 @@ use axum::http::header::CACHE_CONTROL;
 use axum::response::{IntoResponse, Response};
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::sync::Arc;
 
 /// The ranking.
 #[derive(Serialize, JsonSchema)]
@@ -20,22 +22,20 @@ pub(super) struct Leaderboard {
 }
 
 /// The ranking.
-pub(super) async fn json(State(host): State<Host>) -> Result<impl IntoResponse, Problem> {
-    let rows = host
-        .store
-        .leaderboard(host.competition.rules.official())
-        .await
-        .map_err(|error| store_failed(&error))?;
-    let tasks = host.competition.task_names();
+pub(super) async fn json(
+    State(competition): State<Arc<Competition>>,
+    State(store): State<Store>,
+) -> Result<impl IntoResponse, Problem> {
+    let rows = store.leaderboard(competition.rules.official()).await.map_err(|error| store_failed(&error))?;
+    let tasks = competition.task_names();
     Ok(([(CACHE_CONTROL, "no-store")], Json(Leaderboard { tasks, rows, unix_ms: unix_ms() })))
 }
 
 /// The ranking as a table.
-pub(super) async fn csv(State(host): State<Host>) -> Result<Response, Problem> {
-    let rows = host
-        .store
-        .leaderboard(host.competition.rules.official())
-        .await
-        .map_err(|error| store_failed(&error))?;
-    Ok(csv::response(&csv::leaderboard(&rows, &host.competition.task_names())))
+pub(super) async fn csv(
+    State(competition): State<Arc<Competition>>,
+    State(store): State<Store>,
+) -> Result<Response, Problem> {
+    let rows = store.leaderboard(competition.rules.official()).await.map_err(|error| store_failed(&error))?;
+    Ok(csv::response(&csv::leaderboard(&rows, &competition.task_names())))
 }

@@ -15,7 +15,7 @@ mod runs;
 
 pub(crate) use problem::Problem;
 
-use crate::app::App as Host;
+use crate::app::App;
 use crate::store::{HandRow, RunRecord};
 use crate::{transport, watch};
 use axum::Router;
@@ -33,7 +33,7 @@ use std::sync::LazyLock;
 const WHOSE: &str = "Name of the team, on a practice server";
 
 /// Addresses for everybody and for teams.
-fn routes() -> Routes<Host> {
+fn routes() -> Routes<App> {
     Routes::of(Token::None)
         .add(get("/", "The leaderboard as a page", Content::Other("text/html")), page::page)
         .add(get("/healthz", "The process lives", TEXT), health::healthz)
@@ -99,15 +99,15 @@ fn routes() -> Routes<Host> {
 }
 
 /// All addresses of the server.
-pub(crate) fn router(host: Host) -> Router {
+pub(crate) fn router(app: App) -> Router {
     let admin = admin::routes().router;
-    let admin = admin.route_layer(from_fn_with_state(host.clone(), admin::only_organizers));
+    let admin = admin.route_layer(from_fn_with_state(app.clone(), admin::only_organizers));
     let router = routes().router.merge(admin);
     router
         .fallback(problem::nothing_here)
         .method_not_allowed_fallback(async |method: Method| problem::method_not_allowed(&method))
-        .layer(from_fn_with_state(host.clone(), transport::guard))
-        .with_state(host)
+        .layer(from_fn_with_state(app.clone(), transport::guard))
+        .with_state(app)
 }
 
 /// The addresses as an OpenAPI document.

@@ -1,30 +1,32 @@
 //! The leaderboard as a page: plain HTML from the server, no scripts, nothing from elsewhere.
 
 use super::problem::{Problem, store_failed};
-use crate::app::App as Host;
+use crate::competition::Competition;
 use crate::names::printable;
 use crate::rules::Phase;
 use crate::store::LeaderboardRow;
+use crate::store::Store;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, HOST};
 use axum::response::{Html, IntoResponse};
 use std::collections::BTreeSet;
 use std::fmt::Write;
+use std::sync::Arc;
 
 const STYLE: &str = include_str!("page.css");
 
 /// `GET /`.
-pub(super) async fn page(State(host): State<Host>, headers: HeaderMap) -> Result<impl IntoResponse, Problem> {
-    let rows = host
-        .store
-        .leaderboard(host.competition.rules.official())
-        .await
-        .map_err(|error| store_failed(&error))?;
+pub(super) async fn page(
+    State(competition): State<Arc<Competition>>,
+    State(store): State<Store>,
+    headers: HeaderMap,
+) -> Result<impl IntoResponse, Problem> {
+    let rows = store.leaderboard(competition.rules.official()).await.map_err(|error| store_failed(&error))?;
     let here = headers.get(HOST).and_then(|value| value.to_str().ok()).unwrap_or("127.0.0.1:8080");
-    let tasks: Vec<&str> = host.competition.tasks.iter().map(|task| task.name.as_str()).collect();
-    let phase = host.competition.rules.official().then(|| host.competition.rules.phase());
-    let title = if phase.is_some() { host.competition.rules.name.as_str() } else { "Practice leaderboard" };
+    let tasks: Vec<&str> = competition.tasks.iter().map(|task| task.name.as_str()).collect();
+    let phase = competition.rules.official().then(|| competition.rules.phase());
+    let title = if phase.is_some() { competition.rules.name.as_str() } else { "Practice leaderboard" };
     let page = render(&rows, &tasks, here, title, phase);
     let policy = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; frame-ancestors 'none'";
     Ok(([(CACHE_CONTROL, "no-store"), (CONTENT_SECURITY_POLICY, policy)], Html(page)))
@@ -201,8 +203,8 @@ mod tests {
 
     #[test]
     fn an_empty_leaderboard_tells_how_to_fill_it() {
-        let page = render(&[], &["balls"], "host:1\"><script>", "<i>", None);
-        assert!(page.contains("ws://host:1&quot;&gt;&lt;script&gt;/v1/control"));
+        let page = render(&[], &["balls"], "app:1\"><script>", "<i>", None);
+        assert!(page.contains("ws://app:1&quot;&gt;&lt;script&gt;/v1/control"));
         assert!(page.contains("<p><bdi>&lt;i&gt;</bdi></p>"));
         assert!(!page.contains("PALMARES_TOKEN"));
     }
@@ -211,7 +213,7 @@ mod tests {
     fn an_empty_official_one_says_that_a_token_is_needed_and_whether_it_is_open() {
         let said = [(Phase::Closed, "is not open"), (Phase::Open, "is open."), (Phase::Revealed, "is over")];
         for (phase, words) in said {
-            let page = render(&[], &["balls"], "host:1", "Cup", Some(phase));
+            let page = render(&[], &["balls"], "app:1", "Cup", Some(phase));
             for part in [words, "PALMARES_TOKEN=", "Authorization: Bearer"] {
                 assert!(page.contains(part), "{part}: {page}");
             }

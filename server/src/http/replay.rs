@@ -2,7 +2,7 @@
 
 use super::extract::Segment;
 use super::problem::{Problem, store_failed};
-use crate::app::App as Host;
+use crate::app::App;
 use crate::auth::{Role, forbidden};
 use axum::extract::State;
 use axum::http::HeaderMap;
@@ -13,30 +13,30 @@ use palmares_protocol::{Code, Refusal};
 
 /// The replay of a run.
 pub(super) async fn replay(
-    State(host): State<Host>,
+    State(app): State<App>,
     Segment(id): Segment,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, Problem> {
     let none = |why: &str| {
         Problem(Refusal::new(Code::NotFound, format!("no replay of run `{}`: {why}", shortened(&id))))
     };
-    let run = host.store.run(&id).await.map_err(|error| store_failed(&error))?;
+    let run = app.store.run(&id).await.map_err(|error| store_failed(&error))?;
     let run = run.ok_or_else(|| none("there is no such run"))?;
     // It names the seed, which is the same for every team.
-    let identity = host.auth.identify(&host.store, &headers).await.map_err(Problem)?;
+    let identity = app.auth.identify(&app.store, &headers).await.map_err(Problem)?;
     let organizer = identity.as_ref().is_some_and(|identity| identity.role == Role::Organizer);
-    if run.k.is_some() && !organizer && !host.competition.rules.revealed() {
+    if run.k.is_some() && !organizer && !app.competition.rules.revealed() {
         return Err(Problem(forbidden("an organizer's token until the seeds are revealed")));
     }
     // It holds the files of a hand that a team sent in, which are for that team alone.
     let theirs = identity.is_some_and(|identity| identity.team.as_ref() == Some(&run.team));
-    if run.k.is_none() && host.competition.hand(&run.hand).is_none() && !organizer && !theirs {
+    if run.k.is_none() && app.competition.hand(&run.hand).is_none() && !organizer && !theirs {
         return Err(Problem(forbidden("a token of the run's team, whose own hand it holds")));
     }
-    let stored = host.store.replay(&id).await.map_err(|error| store_failed(&error))?;
+    let stored = app.store.replay(&id).await.map_err(|error| store_failed(&error))?;
     let (stored, sha256) =
         stored.ok_or_else(|| none("it was not recorded, is not finished, or is no longer kept"))?;
-    let archive = host.archive.as_ref().ok_or_else(|| none("this server does not record"))?;
+    let archive = app.archive.as_ref().ok_or_else(|| none("this server does not record"))?;
     let path = archive.locate(&stored);
     let read = tokio::task::spawn_blocking(move || std::fs::read(path)).await;
     let bytes = match read {

@@ -2,9 +2,12 @@
 
 use super::extract::Segment;
 use super::problem::{Problem, store_failed};
-use crate::app::App as Host;
+use crate::app::App;
+use crate::auth::Auth;
 use crate::auth::{Identity, Role, forbidden};
+use crate::competition::Competition;
 use crate::rules::Rules;
+use crate::store::Store;
 use crate::store::{RunRecord, SessionRow};
 use axum::Json;
 use axum::extract::State;
@@ -13,6 +16,7 @@ use palmares_protocol::request::shortened;
 use palmares_protocol::{Code, Refusal};
 use schemars::JsonSchema;
 use serde::Serialize;
+use std::sync::Arc;
 
 fn organizer(identity: Option<&Identity>) -> bool {
     identity.is_some_and(|identity| identity.role == Role::Organizer)
@@ -41,13 +45,15 @@ fn seen_by(mut run: RunRecord, identity: Option<&Identity>, rules: &Rules) -> Ru
 
 /// A run.
 pub(super) async fn run(
-    State(host): State<Host>,
+    State(auth): State<Arc<Auth>>,
+    State(competition): State<Arc<Competition>>,
+    State(store): State<Store>,
     Segment(id): Segment,
     headers: HeaderMap,
 ) -> Result<Json<RunRecord>, Problem> {
-    let identity = host.auth.identify(&host.store, &headers).await.map_err(Problem)?;
-    match host.store.run(&id).await.map_err(|error| store_failed(&error))? {
-        Some(run) => Ok(Json(seen_by(run, identity.as_ref(), &host.competition.rules))),
+    let identity = auth.identify(&store, &headers).await.map_err(Problem)?;
+    match store.run(&id).await.map_err(|error| store_failed(&error))? {
+        Some(run) => Ok(Json(seen_by(run, identity.as_ref(), &competition.rules))),
         None => Err(Problem(Refusal::new(Code::NotFound, format!("no run `{}`", shortened(&id))))),
     }
 }
@@ -67,9 +73,9 @@ pub(super) struct SessionNow {
 impl SessionNow {
     /// While somebody holds a session, or waits for its client, its clock is ahead of the database: while a run is
     /// open there stands from where a crash would go on.
-    pub(super) fn of(mut row: SessionRow, host: &Host) -> Self {
-        if let Some(clock) = host.sessions.registry.clock(&row.session_id) {
-            let spent = clock.spent(host.lifecycle.now());
+    pub(super) fn of(mut row: SessionRow, app: &App) -> Self {
+        if let Some(clock) = app.sessions.registry.clock(&row.session_id) {
+            let spent = clock.spent(app.lifecycle.now());
             (row.clock_wall_s, row.clock_simulated_s) = (spent.wall_s, spent.simulated_s);
             row.refunded_s = clock.refunded_s();
         }
@@ -87,17 +93,14 @@ pub(super) struct Sessions {
 }
 
 /// The sessions: all of them for organizers, its own for a team.
-pub(super) async fn sessions(
-    State(host): State<Host>,
-    headers: HeaderMap,
-) -> Result<Json<Sessions>, Problem> {
-    let identity = host.auth.require(&host.store, &headers).await.map_err(Problem)?;
+pub(super) async fn sessions(State(app): State<App>, headers: HeaderMap) -> Result<Json<Sessions>, Problem> {
+    let identity = app.auth.require(&app.store, &headers).await.map_err(Problem)?;
     let team = match (identity.role, &identity.team) {
         (Role::Organizer, _) => None,
         (Role::Team, Some(team)) => Some(team.as_str()),
         _ => return Err(Problem(forbidden("an organizer's or a team's token"))),
     };
-    let sessions = host.store.sessions(team).await.map_err(|error| store_failed(&error))?;
-    let sessions = sessions.into_iter().map(|row| SessionNow::of(row, &host)).collect();
+    let sessions = app.store.sessions(team).await.map_err(|error| store_failed(&error))?;
+    let sessions = sessions.into_iter().map(|row| SessionNow::of(row, &app)).collect();
     Ok(Json(Sessions { sessions }))
 }

@@ -5,7 +5,7 @@ use super::frame::text;
 use super::hub::{Following, News, Nothing};
 use super::messages::{Ranking, Runs, Score, Subscribed, WatchReply};
 use super::request::{Request, Target, parse};
-use crate::app::App as Host;
+use crate::app::App;
 use crate::auth::{Identity, Role};
 use crate::config::settings::MESSAGE_BYTES;
 use crate::http::Problem;
@@ -21,7 +21,6 @@ use palmares_protocol::request::shortened;
 use palmares_protocol::{Code, Encoding, Refusal};
 use std::future::pending;
 use std::ops::ControlFlow;
-use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::watch;
@@ -38,7 +37,7 @@ const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// `GET /v1/watch`.
 pub(crate) async fn watch(
-    State(host): State<Arc<Host>>,
+    State(app): State<App>,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
@@ -55,11 +54,11 @@ pub(crate) async fn watch(
         let message = format!("offer the WebSocket subprotocol {known} (Sec-WebSocket-Protocol)");
         return refuse(Refusal::new(Code::BadRequest, message));
     }
-    let identity = match host.auth.identify(&host.store, &headers).await {
+    let identity = match app.auth.identify(&app.store, &headers).await {
         Ok(identity) => identity,
         Err(refusal) => return refuse(refusal),
     };
-    let Some(place) = host.hub.place() else {
+    let Some(place) = app.hub.place() else {
         let message = "all places for viewers are taken";
         return refuse(Refusal::new(Code::Capacity, message).retry_after(5.0));
     };
@@ -71,8 +70,8 @@ pub(crate) async fn watch(
     };
     upgrade.max_message_size(MESSAGE_BYTES).max_frame_size(MESSAGE_BYTES).on_upgrade(async move |socket| {
         let _place = place;
-        let _alive = host.lifecycle.alive();
-        Viewer::new(socket, host.clone(), watcher).serve(identity.as_ref()).await;
+        let _alive = app.lifecycle.alive();
+        Viewer::new(socket, app.clone(), watcher).serve(identity.as_ref()).await;
     })
 }
 
@@ -81,7 +80,7 @@ type End = Option<(u16, &'static str)>;
 
 struct Viewer {
     socket: WebSocket,
-    host: Arc<Host>,
+    app: App,
     watcher: Watcher,
     target: Option<Target>,
     following: Option<Following>,
@@ -128,14 +127,14 @@ async fn ranking(changes: &mut watch::Receiver<u64>, not_before: Instant) {
 }
 
 impl Viewer {
-    fn new(socket: WebSocket, host: Arc<Host>, watcher: Watcher) -> Self {
+    fn new(socket: WebSocket, app: App, watcher: Watcher) -> Self {
         let now = Instant::now();
-        let (changes, mut ranking) = (host.hub.changes(), host.hub.ranking_changes());
+        let (changes, mut ranking) = (app.hub.changes(), app.hub.ranking_changes());
         // The first one is for everybody who comes.
         ranking.mark_changed();
         Viewer {
             socket,
-            host,
+            app,
             watcher,
             target: None,
             following: None,
@@ -149,12 +148,12 @@ impl Viewer {
     }
 
     async fn serve(mut self, identity: Option<&Identity>) {
-        let host = self.host.clone();
-        let revoked = host.auth.revoked(identity);
+        let app = self.app.clone();
+        let revoked = app.auth.revoked(identity);
         tokio::pin!(revoked);
-        let stopping = host.lifecycle.stopping();
+        let stopping = app.lifecycle.stopping();
         tokio::pin!(stopping);
-        let interval = self.host.competition.settings.ping_interval();
+        let interval = self.app.competition.settings.ping_interval();
         let mut ping = interval_at(Instant::now() + interval, interval);
         ping.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let end = loop {
@@ -189,7 +188,7 @@ impl Viewer {
     }
 
     async fn beat(&mut self) -> ControlFlow<End> {
-        if self.heard.elapsed() >= self.host.competition.settings.ping_timeout {
+        if self.heard.elapsed() >= self.app.competition.settings.ping_timeout {
             return ControlFlow::Break(None);
         }
         self.send_message(Message::Ping(Bytes::new())).await
@@ -209,7 +208,7 @@ impl Viewer {
         match parse(&text) {
             (Some(id), Ok(Request::Subscribe(target))) => self.subscribe(id, target).await,
             (Some(id), Ok(Request::List)) => {
-                let runs = self.host.hub.list(&self.watcher);
+                let runs = self.app.hub.list(&self.watcher);
                 self.send(&WatchReply::Runs(Runs { id, runs })).await
             }
             (_, Ok(Request::Bye)) => ControlFlow::Break(Some((1000, "bye"))),
@@ -222,7 +221,7 @@ impl Viewer {
     async fn subscribe(&mut self, id: u64, target: Target) -> ControlFlow<End> {
         // What opens from here on is looked at again.
         self.changes.mark_unchanged();
-        let found = match (self.host.hub.find(&target, &self.watcher), &target) {
+        let found = match (self.app.hub.find(&target, &self.watcher), &target) {
             (Ok(following), _) => Some(following),
             (Err(Nothing::Waiting), _) => None,
             (Err(Nothing::Forbidden), _) => {
@@ -256,7 +255,7 @@ impl Viewer {
     /// A run opened or ended somewhere while there was nothing to show.
     async fn follow(&mut self) -> ControlFlow<End> {
         let Some(target) = &self.target else { return ControlFlow::Continue(()) };
-        let found = self.host.hub.find(target, &self.watcher).ok();
+        let found = self.app.hub.find(target, &self.watcher).ok();
         self.start(found).await
     }
 
@@ -317,7 +316,7 @@ impl Viewer {
 
     async fn rank(&mut self) -> ControlFlow<End> {
         self.next_ranking = Instant::now() + RANKING_PERIOD;
-        match self.host.store.leaderboard(self.host.competition.rules.official()).await {
+        match self.app.store.leaderboard(self.app.competition.rules.official()).await {
             Ok(rows) => self.send(&WatchReply::Leaderboard(Ranking { rows })).await,
             Err(error) => {
                 // The viewer has the last one, and gets the next.

@@ -1,15 +1,17 @@
 //! Opening, closing, revealing.
 
 use super::request::{Asked, entry, no_verb};
-use crate::app::App as Host;
+use crate::competition::Competition;
 use crate::http::extract::Segment;
 use crate::http::problem::{Problem, store_failed};
 use crate::rules::Phase;
+use crate::store::Store;
 use axum::Json;
 use axum::extract::State;
 use palmares_protocol::{Code, Refusal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Why.
 #[derive(Deserialize, JsonSchema)]
@@ -30,7 +32,8 @@ pub(in crate::http) struct Answer {
 
 /// `open`, `close`, `reveal`.
 pub(super) async fn enter(
-    State(host): State<Host>,
+    State(competition): State<Arc<Competition>>,
+    State(store): State<Store>,
     Segment(verb): Segment,
     asked: Asked<Body>,
 ) -> Result<Json<Answer>, Problem> {
@@ -41,13 +44,13 @@ pub(super) async fn enter(
         _ => return Err(no_verb(&verb, "open, close, reveal")),
     };
     if to == Phase::Revealed {
-        let open = host.store.open_sessions().await.map_err(|error| store_failed(&error))?;
+        let open = store.open_sessions().await.map_err(|error| store_failed(&error))?;
         if open > 0 {
             let message = format!("{open} sessions are open; end or void them first");
             return Err(Problem(Refusal::new(Code::WrongState, message)));
         }
     }
-    let entry = entry(&asked.identity, action, &host.competition.rules.name, &asked.body.reason);
-    host.competition.rules.enter(&host.store, to, &entry).await.map_err(Problem)?;
-    Ok(Json(Answer { phase: host.competition.rules.phase() }))
+    let entry = entry(&asked.identity, action, &competition.rules.name, &asked.body.reason);
+    competition.rules.enter(&store, to, &entry).await.map_err(Problem)?;
+    Ok(Json(Answer { phase: competition.rules.phase() }))
 }

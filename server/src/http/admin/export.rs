@@ -1,13 +1,14 @@
 //! Tables to take home: leaderboard, sessions, runs, audit; and everything at once as a backup.
 
 use super::request::not_found;
-use crate::app::App as Host;
+use crate::app::App;
 use crate::auth::Identity;
 use crate::backup;
 use crate::http::csv::{self, Table};
 use crate::http::extract::{Asking, Segment};
 use crate::http::problem::{Problem, store_failed};
 use crate::http::runs::SessionNow;
+use crate::store::Store;
 use crate::store::{AuditEntry, NewAuditEntry};
 use axum::Json;
 use axum::body::{Body, Bytes};
@@ -19,6 +20,7 @@ use palmares_protocol::{Code, Refusal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::io;
+use std::sync::Arc;
 use tokio::sync::mpsc;
 
 #[derive(Deserialize)]
@@ -50,16 +52,16 @@ pub(super) struct Format {
 
 /// The records after a number.
 pub(super) async fn audit(
-    State(host): State<Host>,
+    State(store): State<Store>,
     Asking(page): Asking<Page>,
 ) -> Result<Json<Records>, Problem> {
-    let records = host.store.audit(page.after, page.limit.min(most())).await;
+    let records = store.audit(page.after, page.limit.min(most())).await;
     Ok(Json(Records { records: records.map_err(|error| store_failed(&error))? }))
 }
 
 /// `leaderboard`, `sessions`, `runs`, `audit`, as JSON or CSV.
 pub(super) async fn export(
-    State(host): State<Host>,
+    State(app): State<App>,
     Segment(what): Segment,
     Asking(format): Asking<Format>,
 ) -> Result<Response, Problem> {
@@ -70,20 +72,20 @@ pub(super) async fn export(
     };
     let table = match what.as_str() {
         "leaderboard" => {
-            let rows = host.store.leaderboard(host.competition.rules.official()).await.map_err(failed)?;
-            csv::leaderboard(&rows, &host.competition.task_names())
+            let rows = app.store.leaderboard(app.competition.rules.official()).await.map_err(failed)?;
+            csv::leaderboard(&rows, &app.competition.task_names())
         }
         "sessions" => {
-            let rows = host.store.sessions(None).await.map_err(failed)?.into_iter();
-            let rows: Vec<SessionNow> = rows.map(|row| SessionNow::of(row, &host)).collect();
+            let rows = app.store.sessions(None).await.map_err(failed)?.into_iter();
+            let rows: Vec<SessionNow> = rows.map(|row| SessionNow::of(row, &app)).collect();
             Table::new(&csv::SESSIONS, serde_json::to_value(rows).map_err(bad)?)
         }
         "runs" => {
-            let rows = host.store.runs().await.map_err(failed)?;
+            let rows = app.store.runs().await.map_err(failed)?;
             Table::new(&csv::RUNS, serde_json::to_value(rows).map_err(bad)?)
         }
         "audit" => {
-            let rows = host.store.audit(0, u32::MAX).await.map_err(failed)?;
+            let rows = app.store.audit(0, u32::MAX).await.map_err(failed)?;
             Table::new(&csv::AUDIT, serde_json::to_value(rows).map_err(bad)?)
         }
         _ => return Err(not_found("there are leaderboard, sessions, runs, audit".into())),
@@ -96,13 +98,17 @@ pub(super) async fn export(
 }
 
 /// Everything, as one archive. It holds secrets: whoever has it can run the competition.
-pub(super) async fn backup(State(host): State<Host>, identity: Identity) -> Result<Response, Problem> {
+pub(super) async fn backup(
+    State(backup): State<Arc<backup::Files>>,
+    State(store): State<Store>,
+    identity: Identity,
+) -> Result<Response, Problem> {
     let entry =
         NewAuditEntry { actor: &identity.token_id, action: "backup", subject: "everything", reason: None };
-    host.store.record(&entry).await.map_err(|error| store_failed(&error))?;
-    let tables = host.store.dump().await.map_err(|error| store_failed(&error))?;
+    store.record(&entry).await.map_err(|error| store_failed(&error))?;
+    let tables = store.dump().await.map_err(|error| store_failed(&error))?;
     let (sender, receiver) = mpsc::channel::<io::Result<Bytes>>(4);
-    let files = host.backup.clone();
+    let files = backup.clone();
     // A thread of its own: it writes as fast as the organizer reads, which may take long.
     let writer = std::thread::Builder::new().name("backup".into()).spawn(move || {
         let failed = sender.clone();

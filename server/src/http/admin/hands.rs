@@ -1,11 +1,12 @@
 //! Looking at teams' own hands, and deciding on them.
 
 use super::request::{Asked, entry, needs_reason, no_verb, not_found};
-use crate::app::App as Host;
+use crate::app::App;
 use crate::hands::Inspection;
 use crate::http::extract::Segment;
 use crate::http::problem::{Problem, store_failed};
 use crate::store::HandRow;
+use crate::store::Store;
 use axum::Json;
 use axum::extract::State;
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
@@ -42,8 +43,8 @@ pub(in crate::http) struct Decided {
 }
 
 /// All teams' hands.
-pub(super) async fn list(State(host): State<Host>) -> Result<Json<List>, Problem> {
-    let hands = host.store.hands(None).await.map_err(|error| store_failed(&error))?;
+pub(super) async fn list(State(store): State<Store>) -> Result<Json<List>, Problem> {
+    let hands = store.hands(None).await.map_err(|error| store_failed(&error))?;
     Ok(Json(List { hands }))
 }
 
@@ -58,27 +59,27 @@ pub(in crate::http) struct Shown {
     in_the_way: Vec<String>,
 }
 
-async fn stored(host: &Host, id: &str) -> Result<HandRow, Problem> {
-    let hand = host.store.hand(id).await.map_err(|error| store_failed(&error))?;
+async fn stored(app: &App, id: &str) -> Result<HandRow, Problem> {
+    let hand = app.store.hand(id).await.map_err(|error| store_failed(&error))?;
     hand.ok_or_else(|| not_found(format!("no hand `{}`; GET /v1/admin/hands lists them", shortened(id))))
 }
 
 /// A hand with its figures.
-pub(super) async fn show(State(host): State<Host>, Segment(id): Segment) -> Result<Json<Shown>, Problem> {
-    let hand = stored(&host, &id).await?;
+pub(super) async fn show(State(app): State<App>, Segment(id): Segment) -> Result<Json<Shown>, Problem> {
+    let hand = stored(&app, &id).await?;
     let Inspection { figures, in_the_way } =
-        host.competition.own_hands.inspect(&host.compute.background, &hand).await.map_err(Problem)?;
+        app.competition.own_hands.inspect(&app.compute.background, &hand).await.map_err(Problem)?;
     Ok(Json(Shown { hand, figures, in_the_way }))
 }
 
 /// A hand's archive, as it was sent in.
 pub(super) async fn archive(
-    State(host): State<Host>,
+    State(app): State<App>,
     Segment(id): Segment,
 ) -> Result<impl IntoResponse, Problem> {
-    let hand = stored(&host, &id).await?;
+    let hand = stored(&app, &id).await?;
     let sha256 = hand.sha256.clone();
-    let read = tokio::task::spawn_blocking(move || host.competition.own_hands.archive(&sha256)).await;
+    let read = tokio::task::spawn_blocking(move || app.competition.own_hands.archive(&sha256)).await;
     let bytes = read.map_err(std::io::Error::other).and_then(|bytes| bytes).map_err(|error| {
         tracing::error!(%error, hand = hand.hand_id, "an archive cannot be read");
         Problem(Refusal::new(Code::Internal, "the archive cannot be read"))
@@ -93,7 +94,7 @@ pub(super) async fn archive(
 
 /// `approve`, `reject`.
 pub(super) async fn decide(
-    State(host): State<Host>,
+    State(store): State<Store>,
     Segment(verb): Segment,
     asked: Asked<Body>,
 ) -> Result<Json<Decided>, Problem> {
@@ -107,11 +108,11 @@ pub(super) async fn decide(
         needs_reason(reason)?;
     }
     let entry = entry(&asked.identity, action, hand_id, reason);
-    let decided = host.store.decide_hand(hand_id, approved, &entry).await;
+    let decided = store.decide_hand(hand_id, approved, &entry).await;
     let none = || not_found(format!("no hand `{}`; GET /v1/admin/hands lists them", shortened(hand_id)));
     if !decided.map_err(|error| store_failed(&error))? {
         return Err(none());
     }
-    let hand = host.store.hand(hand_id).await.map_err(|error| store_failed(&error))?;
+    let hand = store.hand(hand_id).await.map_err(|error| store_failed(&error))?;
     Ok(Json(Decided { hand: hand.ok_or_else(none)? }))
 }

@@ -14,15 +14,18 @@ mod teams;
 use super::openapi::operation::{Token, ZIP, get, get_json, post_json};
 use super::openapi::routes::Routes;
 use super::problem::Problem;
-use crate::app::App as Host;
+use crate::app::App;
+use crate::auth::Auth;
+use crate::store::Store;
 use axum::extract::{Request, State};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use serde_json::{Map, Value};
+use std::sync::Arc;
 use teams::{Issued, Revoked, TeamBody, Teams, TokenBody, TokenId, Tokens};
 
 /// The organizers' addresses.
-pub(super) fn routes() -> Routes<Host> {
+pub(super) fn routes() -> Routes<App> {
     Routes::of(Token::Organizer)
         .add(
             post_json::<competition::Body, competition::Answer>(
@@ -107,8 +110,13 @@ pub(super) fn routes() -> Routes<Host> {
 }
 
 /// Lets organizers through, and tells the addresses who they are. Runs before the body is read.
-pub(super) async fn only_organizers(State(host): State<Host>, mut request: Request, next: Next) -> Response {
-    match host.auth.organizer(&host.store, request.headers()).await {
+pub(super) async fn only_organizers(
+    State(auth): State<Arc<Auth>>,
+    State(store): State<Store>,
+    mut request: Request,
+    next: Next,
+) -> Response {
+    match auth.organizer(&store, request.headers()).await {
         Ok(identity) => {
             request.extensions_mut().insert(identity);
             next.run(request).await

@@ -1,6 +1,6 @@
 //! What an organizer sends: a body, whose it is, and the entry that it leaves in the audit.
 
-use crate::app::App as Host;
+use crate::app::App;
 use crate::auth::Identity;
 use crate::http::problem::Problem;
 use crate::store::NewAuditEntry;
@@ -20,13 +20,13 @@ pub(super) struct Asked<T> {
     pub(super) body: T,
 }
 
-impl<T: DeserializeOwned> FromRequest<Host> for Asked<T> {
+impl<T: DeserializeOwned> FromRequest<App> for Asked<T> {
     type Rejection = Problem;
 
-    async fn from_request(request: Request, host: &Host) -> Result<Self, Problem> {
+    async fn from_request(request: Request, app: &App) -> Result<Self, Problem> {
         let identity = identity_of(request.extensions())?;
         let bad = |message: String| Problem(Refusal::new(Code::BadRequest, message));
-        let bytes = Bytes::from_request(request, host).await.map_err(|error| bad(error.body_text()))?;
+        let bytes = Bytes::from_request(request, app).await.map_err(|error| bad(error.body_text()))?;
         let text = if bytes.is_empty() { b"{}".as_slice() } else { &bytes };
         let mut json = serde_json::Deserializer::from_slice(text);
         let body =
@@ -41,10 +41,10 @@ fn identity_of(extensions: &Extensions) -> Result<Identity, Problem> {
     extensions.get().cloned().ok_or_else(missing)
 }
 
-impl FromRequestParts<Host> for Identity {
+impl FromRequestParts<App> for Identity {
     type Rejection = Problem;
 
-    async fn from_request_parts(parts: &mut Parts, _: &Host) -> Result<Self, Problem> {
+    async fn from_request_parts(parts: &mut Parts, _: &App) -> Result<Self, Problem> {
         identity_of(&parts.extensions)
     }
 }

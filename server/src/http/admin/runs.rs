@@ -1,7 +1,7 @@
 //! Voiding a run and asking for its verification again.
 
 use super::request::{Asked, entry, needs_reason, no_verb, not_found};
-use crate::app::App as Host;
+use crate::app::App;
 use crate::http::extract::Segment;
 use crate::http::problem::{Problem, store_failed};
 use crate::http::runs::SessionNow;
@@ -35,12 +35,12 @@ pub(in crate::http) struct Answer {
 
 /// `void`, `reverify`.
 pub(super) async fn act(
-    State(host): State<Host>,
+    State(app): State<App>,
     Segment(verb): Segment,
     asked: Asked<Body>,
 ) -> Result<Json<Answer>, Problem> {
     let Body { run_id, reason } = &asked.body;
-    let run = host.store.run(run_id).await.map_err(|error| store_failed(&error))?;
+    let run = app.store.run(run_id).await.map_err(|error| store_failed(&error))?;
     let none = || not_found(format!("no run `{}`", shortened(run_id)));
     let run = run.ok_or_else(none)?;
     let wrong = |what: &str| {
@@ -51,40 +51,40 @@ pub(super) async fn act(
         "void" => {
             needs_reason(reason)?;
             let entry = entry(&asked.identity, "run.void", run_id, reason);
-            let voided = host.store.void_run(run_id, &entry).await.map_err(|error| store_failed(&error))?;
+            let voided = app.store.void_run(run_id, &entry).await.map_err(|error| store_failed(&error))?;
             // An open run is closed by its session; a finished one's time is given back by it, or without it.
             let order = Order::VoidRun { run_id: run_id.clone(), note: reason.clone().unwrap_or_default() };
             let session_id = run.session_id.clone().unwrap_or_default();
-            let obeyed = match host.sessions.registry.command(&session_id, order).await {
+            let obeyed = match app.sessions.registry.command(&session_id, order).await {
                 Err(refusal) if refusal.code == Code::NotFound => false,
                 Err(refusal) => return Err(Problem(refusal)),
                 Ok(()) => true,
             };
             if !obeyed {
-                host.sessions.give_back(&session_id).await.map_err(|error| store_failed(&error))?;
-                host.sessions.revive(&session_id).await.map_err(|error| store_failed(&error))?;
+                app.sessions.give_back(&session_id).await.map_err(|error| store_failed(&error))?;
+                app.sessions.revive(&session_id).await.map_err(|error| store_failed(&error))?;
             }
             if !voided {
                 if !(obeyed && run.status == "open") {
                     return Err(wrong("nothing to void"));
                 }
-                host.store.record(&entry).await.map_err(|error| store_failed(&error))?;
+                app.store.record(&entry).await.map_err(|error| store_failed(&error))?;
             }
-            host.hub.ranking_changed();
+            app.hub.ranking_changed();
         }
         "reverify" => {
             let entry = entry(&asked.identity, "run.reverify", run_id, reason);
-            if !host.store.reverify(run_id, &entry).await.map_err(|error| store_failed(&error))? {
+            if !app.store.reverify(run_id, &entry).await.map_err(|error| store_failed(&error))? {
                 return Err(wrong("it has no replay that could be played again"));
             }
-            if let Some(archive) = &host.archive {
+            if let Some(archive) = &app.archive {
                 archive.wake();
             }
         }
         _ => return Err(no_verb(&verb, "void, reverify")),
     }
-    let session = host.store.session(run.session_id.as_deref().unwrap_or_default()).await;
-    let session = session.map_err(|error| store_failed(&error))?.map(|row| SessionNow::of(row, &host));
-    let run = host.store.run(run_id).await.map_err(|error| store_failed(&error))?;
+    let session = app.store.session(run.session_id.as_deref().unwrap_or_default()).await;
+    let session = session.map_err(|error| store_failed(&error))?.map(|row| SessionNow::of(row, &app));
+    let run = app.store.run(run_id).await.map_err(|error| store_failed(&error))?;
     Ok(Json(Answer { run: run.ok_or_else(none)?, session }))
 }

@@ -1,7 +1,7 @@
 //! Holding, ending, voiding a session, and giving it time.
 
 use super::request::{Asked, entry, needs_reason, no_verb, not_found};
-use crate::app::App as Host;
+use crate::app::App;
 use crate::http::extract::Segment;
 use crate::http::problem::{Problem, store_failed};
 use crate::http::runs::SessionNow;
@@ -41,13 +41,13 @@ const MOST_S: f64 = 86_400.0;
 /// `pause`, `resume`, `end`, `void`, `grant`. The database first: what is written there holds also when the server
 /// dies before the session hears of it.
 pub(super) async fn act(
-    State(host): State<Host>,
+    State(app): State<App>,
     Segment(verb): Segment,
     asked: Asked<Body>,
 ) -> Result<Json<Answer>, Problem> {
     let Body { session_id, reason, seconds } = &asked.body;
     let none = || not_found(format!("no session `{}`; GET /v1/sessions lists them", shortened(session_id)));
-    if host.store.session(session_id).await.map_err(|error| store_failed(&error))?.is_none() {
+    if app.store.session(session_id).await.map_err(|error| store_failed(&error))?.is_none() {
         return Err(none());
     }
     let note = reason.clone().unwrap_or_default();
@@ -55,25 +55,25 @@ pub(super) async fn act(
     let failed = |error| store_failed(&error);
     let (done, order) = match verb.as_str() {
         "pause" => {
-            let done = host.store.pause_session(session_id, true, &entry("session.pause")).await;
+            let done = app.store.pause_session(session_id, true, &entry("session.pause")).await;
             (done.map_err(failed)?, Order::Pause)
         }
         "resume" => {
-            let done = host.store.pause_session(session_id, false, &entry("session.resume")).await;
+            let done = app.store.pause_session(session_id, false, &entry("session.resume")).await;
             (done.map_err(failed)?, Order::Resume)
         }
         "end" => {
-            let done = host.store.order_end(session_id, &entry("session.end")).await;
+            let done = app.store.order_end(session_id, &entry("session.end")).await;
             (done.map_err(failed)?, Order::End { void: false, note })
         }
         "void" => {
             needs_reason(reason)?;
-            let done = host.store.void_session(session_id, &entry("session.void")).await;
+            let done = app.store.void_session(session_id, &entry("session.void")).await;
             (done.map_err(failed)?, Order::End { void: true, note })
         }
         "grant" => {
             needs_reason(reason)?;
-            if host.competition.rules.phase() == Phase::Revealed {
+            if app.competition.rules.phase() == Phase::Revealed {
                 let message = "the secret behind the seeds is public: the competition is over";
                 return Err(Problem(Refusal::new(Code::WrongState, message)));
             }
@@ -81,7 +81,7 @@ pub(super) async fn act(
                 let message = format!("seconds: expected more than 0 and at most {MOST_S}");
                 Problem(Refusal::new(Code::BadRequest, message))
             })?;
-            let done = host.store.grant_time(session_id, seconds, &entry("session.grant")).await;
+            let done = app.store.grant_time(session_id, seconds, &entry("session.grant")).await;
             (done.map_err(failed)?, Order::Grant { seconds })
         }
         _ => return Err(no_verb(&verb, "pause, resume, end, void, grant")),
@@ -91,19 +91,19 @@ pub(super) async fn act(
         return Err(Problem(Refusal::new(Code::WrongState, message)));
     }
     // A session that nobody holds any more has nothing to obey; the database has it all.
-    match host.sessions.registry.command(session_id, order).await {
+    match app.sessions.registry.command(session_id, order).await {
         Ok(()) => {}
         Err(refusal) if refusal.code == Code::NotFound && verb == "grant" => {
             // Its time was spent and it is gone; now it waits for its team again.
-            host.sessions.revive(session_id).await.map_err(|error| store_failed(&error))?;
+            app.sessions.revive(session_id).await.map_err(|error| store_failed(&error))?;
         }
         Err(refusal) if refusal.code == Code::NotFound => {}
         Err(refusal) => return Err(Problem(refusal)),
     }
     if verb == "void" {
-        host.hub.ranking_changed();
+        app.hub.ranking_changed();
     }
-    let session = host.store.session(session_id).await.map_err(|error| store_failed(&error))?;
-    let session = SessionNow::of(session.ok_or_else(none)?, &host);
+    let session = app.store.session(session_id).await.map_err(|error| store_failed(&error))?;
+    let session = SessionNow::of(session.ok_or_else(none)?, &app);
     Ok(Json(Answer { session }))
 }

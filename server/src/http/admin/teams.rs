@@ -1,10 +1,12 @@
 //! Teams and tokens. A token is shown once, in the answer to the request that made it.
 
 use super::request::{Asked, entry, not_found};
-use crate::app::App as Host;
+use crate::app::App;
+use crate::auth::Auth;
 use crate::auth::{self, IssueError, Role};
 use crate::http::problem::{Problem, store_failed};
 use crate::names::{self, printable};
+use crate::store::Store;
 use crate::store::{TeamRow, TokenRow};
 use axum::Json;
 use axum::extract::State;
@@ -12,6 +14,7 @@ use palmares_protocol::request::shortened;
 use palmares_protocol::{Code, Refusal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Which team, and why.
 #[derive(Deserialize, JsonSchema)]
@@ -102,10 +105,10 @@ fn no_team(team: &str) -> Problem {
 }
 
 /// Adds a team and makes its first token.
-pub(super) async fn add(State(host): State<Host>, asked: Asked<TeamBody>) -> Result<Json<Issued>, Problem> {
+pub(super) async fn add(State(app): State<App>, asked: Asked<TeamBody>) -> Result<Json<Issued>, Problem> {
     let team = names::team(&asked.body.team).map_err(|error| Problem(error.of("team")))?;
     let add = entry(&asked.identity, "team.add", &team, &asked.body.reason);
-    if let Some(other) = host.store.add_team(&team, &add).await.map_err(|error| store_failed(&error))? {
+    if let Some(other) = app.store.add_team(&team, &add).await.map_err(|error| store_failed(&error))? {
         let message = if other == team {
             format!("there is a team `{team}` already; rotate gives it a new token")
         } else {
@@ -113,61 +116,59 @@ pub(super) async fn add(State(host): State<Host>, asked: Asked<TeamBody>) -> Res
         };
         return Err(Problem(Refusal::new(Code::WrongState, message)));
     }
-    new_token(&host, &asked.identity, "token.issue", &team, &asked.body.reason).await
+    new_token(&app, &asked.identity, "token.issue", &team, &asked.body.reason).await
 }
 
 async fn new_token(
-    host: &Host,
+    app: &App,
     identity: &auth::Identity,
     action: &str,
     team: &str,
     reason: &Option<String>,
 ) -> Result<Json<Issued>, Problem> {
     let entry = entry(identity, action, team, reason);
-    let issued = auth::issue(&host.store, Role::Team, Some(team), "", true, &entry).await;
+    let issued = auth::issue(&app.store, Role::Team, Some(team), "", true, &entry).await;
     let (token, revoked) = issued.map_err(|error| issue_failed(&error))?;
-    host.auth.revoke(revoked);
+    app.auth.revoke(revoked);
     let (team, text) = (Some(team.to_owned()), token.reveal());
     Ok(Json(Issued { team, role: None, token_id: token.id, token: text }))
 }
 
 /// A new token instead of the old: connections with the old one close.
-pub(super) async fn rotate(
-    State(host): State<Host>,
-    asked: Asked<TeamBody>,
-) -> Result<Json<Issued>, Problem> {
+pub(super) async fn rotate(State(app): State<App>, asked: Asked<TeamBody>) -> Result<Json<Issued>, Problem> {
     let team = &asked.body.team;
-    if !host.store.has_team(team).await.map_err(|error| store_failed(&error))? {
+    if !app.store.has_team(team).await.map_err(|error| store_failed(&error))? {
         return Err(no_team(team));
     }
-    new_token(&host, &asked.identity, "token.rotate", team, &asked.body.reason).await
+    new_token(&app, &asked.identity, "token.rotate", team, &asked.body.reason).await
 }
 
 /// Takes a team's tokens back: its connections close.
 pub(super) async fn revoke(
-    State(host): State<Host>,
+    State(auth): State<Arc<Auth>>,
+    State(store): State<Store>,
     asked: Asked<TeamBody>,
 ) -> Result<Json<Revoked>, Problem> {
     let team = &asked.body.team;
-    if !host.store.has_team(team).await.map_err(|error| store_failed(&error))? {
+    if !store.has_team(team).await.map_err(|error| store_failed(&error))? {
         return Err(no_team(team));
     }
     let entry = entry(&asked.identity, "token.revoke", team, &asked.body.reason);
-    let revoked = host.store.revoke_team(team, &entry).await.map_err(|error| store_failed(&error))?;
+    let revoked = store.revoke_team(team, &entry).await.map_err(|error| store_failed(&error))?;
     let count = revoked.len();
-    host.auth.revoke(revoked);
+    auth.revoke(revoked);
     Ok(Json(Revoked { team: Some(team.clone()), token_id: None, revoked: count }))
 }
 
 /// The teams.
-pub(super) async fn list(State(host): State<Host>) -> Result<Json<Teams>, Problem> {
-    let teams = host.store.teams().await.map_err(|error| store_failed(&error))?;
+pub(super) async fn list(State(store): State<Store>) -> Result<Json<Teams>, Problem> {
+    let teams = store.teams().await.map_err(|error| store_failed(&error))?;
     Ok(Json(Teams { teams }))
 }
 
 /// Makes a token for an organizer or a viewer.
 pub(super) async fn add_token(
-    State(host): State<Host>,
+    State(store): State<Store>,
     asked: Asked<TokenBody>,
 ) -> Result<Json<Issued>, Problem> {
     let TokenBody { role, label, reason } = &asked.body;
@@ -181,7 +182,7 @@ pub(super) async fn add_token(
     };
     let label = names::label(label).map_err(|error| Problem(error.of("label")))?;
     let entry = entry(&asked.identity, "token.issue", role.word(), reason);
-    let issued = auth::issue(&host.store, role, None, &label, false, &entry).await;
+    let issued = auth::issue(&store, role, None, &label, false, &entry).await;
     let (token, _) = issued.map_err(|error| issue_failed(&error))?;
     let (role, text) = (Some(role.word()), token.reveal());
     Ok(Json(Issued { team: None, role, token_id: token.id, token: text }))
@@ -189,21 +190,22 @@ pub(super) async fn add_token(
 
 /// Takes one token back.
 pub(super) async fn revoke_token(
-    State(host): State<Host>,
+    State(auth): State<Arc<Auth>>,
+    State(store): State<Store>,
     asked: Asked<TokenId>,
 ) -> Result<Json<Revoked>, Problem> {
     let TokenId { token_id, reason } = &asked.body;
     let entry = entry(&asked.identity, "token.revoke", token_id, reason);
-    if !host.store.revoke_token(token_id, &entry).await.map_err(|error| store_failed(&error))? {
+    if !store.revoke_token(token_id, &entry).await.map_err(|error| store_failed(&error))? {
         let message = format!("no live token `{}`, or the last organizer's", shortened(token_id));
         return Err(not_found(message));
     }
-    host.auth.revoke([token_id.clone()]);
+    auth.revoke([token_id.clone()]);
     Ok(Json(Revoked { team: None, token_id: Some(token_id.clone()), revoked: 1 }))
 }
 
 /// The tokens, without their secrets.
-pub(super) async fn tokens(State(host): State<Host>) -> Result<Json<Tokens>, Problem> {
-    let tokens = host.store.tokens().await.map_err(|error| store_failed(&error))?;
+pub(super) async fn tokens(State(store): State<Store>) -> Result<Json<Tokens>, Problem> {
+    let tokens = store.tokens().await.map_err(|error| store_failed(&error))?;
     Ok(Json(Tokens { tokens }))
 }
