@@ -156,7 +156,7 @@ pub fn write(options: &Options) -> Result<Comparison> {
 }
 
 fn publish(comparison: &Comparison, folder: &Path) -> Result<()> {
-    let json = serde_json::to_string_pretty(comparison)? + "\n";
+    let json = serde_json::to_string(comparison)? + "\n";
     fs::write(folder.join("report.json"), json)?;
     plots::draw(comparison, folder)?;
     fs::write(folder.join("README.md"), page::write(comparison))?;
