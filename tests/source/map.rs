@@ -32,3 +32,16 @@ fn every_file_that_the_architecture_names_is_there() {
     }
     assert!(named > 40, "only {named} files are named");
 }
+
+#[test]
+fn every_crate_is_in_the_context_that_an_image_is_built_from() {
+    let read = |file: &str| std::fs::read_to_string(format!("{}/../{file}", env!("CARGO_MANIFEST_DIR")));
+    let workspace = read("Cargo.toml").expect("the workspace");
+    let members = workspace.split_once("members = [").and_then(|(_, rest)| rest.split_once(']'));
+    let members: Vec<&str> = members.expect("members").0.split('"').skip(1).step_by(2).collect();
+    assert!(members.contains(&"sim"), "{members:?}");
+    let context = read(".dockerignore").expect("the context");
+    let left_out: Vec<_> =
+        members.iter().filter(|m| !context.lines().any(|line| line == format!("!{m}"))).collect();
+    assert!(left_out.is_empty(), ".dockerignore leaves out {left_out:?}");
+}
