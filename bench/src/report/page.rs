@@ -55,7 +55,7 @@ fn head(page: &mut String, report: &Comparison) {
         width of the thinnest body that moves, object or link (a scene that begins with a deeper overlap may deepen it by a \
         tenth): a body that has sunk in by half its width is pushed out through the far side. *Differs from its own fine run*: where there is no analytic answer, the figure is the difference from the same \
         scene on the same engine with a far smaller step, which says how much an engine's outcome depends on the step, not who \
-        is right, and makes no run useless. Scenes in which that difference does not fall with the step, and heaps ({}), are \
+        is right, and makes no run useless; more than a metre apart it *ends otherwise*. Scenes in which that difference does not fall with the step, and heaps ({}), are \
         judged by many starts: every object stands up to {} mm aside along x and along y, and the share of starts from which a \
         run fails is its error; it *does it* where at most half of them fail. There are {STARTS} starts, {FEW_STARTS} at steps below 1 ms and \
         where the first {FEW_STARTS} agree.\n",
