@@ -1,6 +1,5 @@
 //! What a client asks.
 
-pub use crate::text::shortened;
 use palmares_tasks::{Action, Sensing};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

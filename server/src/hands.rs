@@ -11,7 +11,7 @@ use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
 use palmares_models::measure::HandLimits;
 use palmares_models::read::{self, Files, Limits, LoadOptions, Loaded};
-use palmares_protocol::request::shortened;
+use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use palmares_tasks::Task;
 use std::collections::BTreeMap;

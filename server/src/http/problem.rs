@@ -4,7 +4,7 @@ use crate::metrics::METRICS;
 use crate::store::StoreError;
 use axum::http::{HeaderName, HeaderValue, Method, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
-use palmares_protocol::request::shortened;
+use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use schemars::JsonSchema;
 use serde::Serialize;

@@ -12,7 +12,7 @@ use crate::store::{RunRecord, SessionRow};
 use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
-use palmares_protocol::request::shortened;
+use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use schemars::JsonSchema;
 use serde::Serialize;

@@ -3,7 +3,7 @@
 use super::failure::{random_hex, store_failed};
 use super::session::Sessions;
 use palmares_models::hand::Hand;
-use palmares_protocol::request::shortened;
+use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use palmares_tasks::{Seed, Task};
 use std::sync::Arc;

@@ -3,7 +3,7 @@
 
 use super::clock::SessionClock;
 use super::command::{Command, PendingCommand};
-use palmares_protocol::request::shortened;
+use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;

@@ -17,7 +17,7 @@ use crate::world::run::{OpenError, OpenedWorld, StepError, World, WorldSetup};
 use palmares_models::hand::Hand;
 use palmares_protocol::obs::{Obs, Opened};
 use palmares_protocol::reply::Ack;
-use palmares_protocol::request::shortened;
+use palmares_protocol::text::shortened;
 use palmares_protocol::{Act, Code, Mode, Perturb, Refusal, Reply, Reset, Step};
 use palmares_replay::{Header, Kind, Pacing};
 use palmares_tasks::observation::{Observation, Wrench};

@@ -6,6 +6,7 @@
 //! oldest first, but no other message; one that takes nothing at all is dropped.
 
 use super::connections::ConnectionPermit;
+use super::farewell::farewell;
 use super::frame;
 use super::low_latency::busy_poll::{BusyPoll, Incoming};
 use super::low_latency::link::Link;
@@ -17,7 +18,7 @@ use crate::lifecycle::Alive;
 use crate::metrics::METRICS;
 use crate::session::{PendingCommand, Session, Sessions, news};
 use axum::body::Bytes;
-use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket};
+use axum::extract::ws::{Message, WebSocket};
 use palmares_protocol::{Code, Encoding, Parsed, Refusal, Reply, Request};
 use palmares_tasks::Reason;
 use std::future::ready;
@@ -28,8 +29,6 @@ use tokio::runtime::Handle;
 use tokio::sync::oneshot;
 use tokio::time::{Instant, MissedTickBehavior, interval_at, sleep_until, timeout};
 
-/// How long a client may take to answer a close frame.
-const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
 /// Normal closure, RFC 6455.
 const CLOSE_NORMAL: u16 = 1000;
 /// The server is going away, RFC 6455.
@@ -173,19 +172,19 @@ impl Connection {
                 if let Some(session) = session {
                     session.park();
                 }
-                self.close(code.close_code(), code.name()).await;
+                farewell(self.socket, code.close_code(), code.name()).await;
             }
             End::Bye => {
                 if let Some(session) = session {
                     session.leave().await;
                 }
-                self.close(CLOSE_NORMAL, "bye").await;
+                farewell(self.socket, CLOSE_NORMAL, "bye").await;
             }
             End::Ended => {
                 if let Some(session) = session {
                     session.end(Reason::Stopped, None).await;
                 }
-                self.close(CLOSE_NORMAL, "session_over").await;
+                farewell(self.socket, CLOSE_NORMAL, "session_over").await;
             }
             End::Stopping => {
                 if let Some(session) = session
@@ -194,7 +193,7 @@ impl Connection {
                     // The client may be gone; the result is stored.
                     let _ = self.send(&result).await;
                 }
-                self.close(CLOSE_AWAY, "server_shutdown").await;
+                farewell(self.socket, CLOSE_AWAY, "server_shutdown").await;
             }
         }
     }
@@ -434,18 +433,5 @@ impl Connection {
             Ok(Ok(())) => ControlFlow::Continue(()),
             Ok(Err(_)) | Err(_) => ControlFlow::Break(End::Lost),
         }
-    }
-
-    /// Says why, and waits a little for the client to have read it: closing a socket with unread input would
-    /// throw away what is on its way to the client.
-    async fn close(mut self, code: u16, reason: &'static str) {
-        let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
-        let farewell = async {
-            if self.socket.send(Message::Close(Some(frame))).await.is_ok() {
-                while let Some(Ok(_)) = self.socket.recv().await {}
-            }
-        };
-        // A client that does not answer is left.
-        let _ = timeout(CLOSE_TIMEOUT, farewell).await;
     }
 }

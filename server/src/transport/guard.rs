@@ -4,7 +4,7 @@
 
 use axum::http::header::{HOST, HeaderName, ORIGIN, UPGRADE};
 use axum::http::{HeaderMap, Method};
-use palmares_protocol::request::shortened;
+use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use std::net::IpAddr;
 

@@ -1,6 +1,6 @@
 //! What a spectator asks.
 
-use palmares_protocol::request::shortened;
+use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, MAX_SAFE_INTEGER, Refusal};
 use schemars::JsonSchema;
 use serde::Deserialize;

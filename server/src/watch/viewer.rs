@@ -10,14 +10,15 @@ use crate::auth::{Identity, Role};
 use crate::config::settings::MESSAGE_BYTES;
 use crate::http::Problem;
 use crate::metrics::METRICS;
+use crate::transport::farewell;
 use axum::body::Bytes;
 use axum::extract::State;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
-use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
+use axum::extract::ws::{Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
 use axum::http::HeaderMap;
 use axum::response::{IntoResponse, Response};
 use palmares_protocol::reply::ErrorReply;
-use palmares_protocol::request::shortened;
+use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Encoding, Refusal};
 use std::future::pending;
 use std::ops::ControlFlow;
@@ -32,8 +33,6 @@ const FRAME_PERIOD: Duration = Duration::from_micros(33_334);
 const RANKING_PERIOD: Duration = Duration::from_secs(1);
 /// How long a viewer may take to accept a message.
 const SEND_TIMEOUT: Duration = Duration::from_secs(5);
-/// How long a viewer may take to answer a close frame.
-const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// `GET /v1/watch`.
 pub(crate) async fn watch(
@@ -183,7 +182,7 @@ impl Viewer {
             }
         };
         if let Some((code, reason)) = end {
-            self.close(code, reason).await;
+            farewell(self.socket, code, reason).await;
         }
     }
 
@@ -355,16 +354,5 @@ impl Viewer {
             Ok(Ok(())) => ControlFlow::Continue(()),
             Ok(Err(_)) | Err(_) => ControlFlow::Break(None),
         }
-    }
-
-    async fn close(mut self, code: u16, reason: &'static str) {
-        let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
-        let farewell = async {
-            if self.socket.send(Message::Close(Some(frame))).await.is_ok() {
-                while let Some(Ok(_)) = self.socket.recv().await {}
-            }
-        };
-        // A viewer that does not answer is left.
-        let _ = timeout(CLOSE_TIMEOUT, farewell).await;
     }
 }

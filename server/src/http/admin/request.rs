@@ -8,7 +8,7 @@ use axum::body::Bytes;
 use axum::extract::{FromRequest, FromRequestParts, Request};
 use axum::http::Extensions;
 use axum::http::request::Parts;
-use palmares_protocol::request::shortened;
+use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use serde::de::DeserializeOwned;
 

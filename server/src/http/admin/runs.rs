@@ -9,7 +9,7 @@ use crate::session::Command as Order;
 use crate::store::RunRecord;
 use axum::Json;
 use axum::extract::State;
-use palmares_protocol::request::shortened;
+use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

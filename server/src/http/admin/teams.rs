@@ -10,7 +10,7 @@ use crate::store::Store;
 use crate::store::{TeamRow, TokenRow};
 use axum::Json;
 use axum::extract::State;
-use palmares_protocol::request::shortened;
+use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
