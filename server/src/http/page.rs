@@ -4,14 +4,13 @@ use super::problem::{Problem, store_failed};
 use crate::competition::Competition;
 use crate::names::printable;
 use crate::rules::Phase;
-use crate::store::LeaderboardRow;
-use crate::store::Store;
+use crate::store::{LeaderboardRow, Store, TaskBest};
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, HOST};
-use axum::response::{Html, IntoResponse};
+use axum::response::IntoResponse;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::collections::BTreeSet;
-use std::fmt::Write;
 use std::sync::Arc;
 
 const STYLE: &str = include_str!("page.css");
@@ -29,103 +28,134 @@ pub(super) async fn page(
     let title = if phase.is_some() { competition.rules.name.as_str() } else { "Practice leaderboard" };
     let page = render(&rows, &tasks, here, title, phase);
     let policy = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; frame-ancestors 'none'";
-    Ok(([(CACHE_CONTROL, "no-store"), (CONTENT_SECURITY_POLICY, policy)], Html(page)))
+    Ok(([(CACHE_CONTROL, "no-store"), (CONTENT_SECURITY_POLICY, policy)], page))
 }
 
 /// `phase`: of an official competition.
-fn render(rows: &[LeaderboardRow], tasks: &[&str], here: &str, title: &str, phase: Option<Phase>) -> String {
-    let title = name(title);
-    let body = match (rows.is_empty(), phase) {
-        (false, _) => table(rows, tasks),
-        (true, None) => empty(here),
-        (true, Some(phase)) => empty_official(here, phase),
-    };
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
-         <meta http-equiv=\"refresh\" content=\"10\"><meta name=\"color-scheme\" content=\"light dark\">\
-         <title>Palmares leaderboard</title><style>{STYLE}</style></head><body><main>\
-         <header><h1>Palmares</h1><p>{title}</p></header>\n{body}\n\
-         <footer>Best score of each task; equal totals: the earlier first. A score marked … is not verified yet. \
-         Sensors: place among the teams that never saw the true state of the world. Refreshes every 10 s. \
-         <a href=\"/v1/leaderboard\">as JSON</a> <a href=\"/v1/leaderboard.csv\">as CSV</a></footer></main></body></html>\n"
-    )
+fn render(rows: &[LeaderboardRow], tasks: &[&str], here: &str, title: &str, phase: Option<Phase>) -> Markup {
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta http-equiv="refresh" content="10";
+                meta name="color-scheme" content="light dark";
+                title { "Palmares leaderboard" }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                main {
+                    header { h1 { "Palmares" } p { (name(title)) } }
+                    @match (rows.is_empty(), phase) {
+                        (false, _) => (table(rows, tasks)),
+                        (true, None) => (empty(here)),
+                        (true, Some(phase)) => (empty_official(here, phase)),
+                    }
+                    footer {
+                        "Best score of each task; equal totals: the earlier first. A score marked … is not verified \
+                         yet. Sensors: place among the teams that never saw the true state of the world. Refreshes \
+                         every 10 s. "
+                        a href="/v1/leaderboard" { "as JSON" } " " a href="/v1/leaderboard.csv" { "as CSV" }
+                    }
+                }
+            }
+        }
+    }
 }
 
-fn empty(here: &str) -> String {
-    let here = escape(here);
-    format!(
-        "<section class=\"empty\"><h2>No finished run yet</h2><p>Start a client and close a run, and its team \
-         appears here:</p><pre>pip install ./client-py\npython client-py/examples/balls_softhand.py \
-         --url http://{here}</pre><p>or connect a WebSocket of your own to <code>ws://{here}/v1/control</code> with \
-         the subprotocol <code>palmares.v1.json</code>.</p></section>"
-    )
+fn empty(here: &str) -> Markup {
+    html! {
+        section.empty {
+            h2 { "No finished run yet" }
+            p { "Start a client and close a run, and its team appears here:" }
+            pre {
+                "pip install ./client-py\npython client-py/examples/balls_softhand.py --url http://" (here)
+            }
+            p {
+                "or connect a WebSocket of your own to " code { "ws://" (here) "/v1/control" }
+                " with the subprotocol " code { "palmares.v1.json" } "."
+            }
+        }
+    }
 }
 
-fn empty_official(here: &str, phase: Phase) -> String {
-    let here = escape(here);
+fn empty_official(here: &str, phase: Phase) -> Markup {
     let now = match phase {
         Phase::Closed => "The competition is not open: sessions can begin when the organizer opens it.",
         Phase::Open => "The competition is open.",
         Phase::Revealed => "The competition is over.",
     };
-    format!(
-        "<section class=\"empty\"><h2>No finished run yet</h2><p>{now}</p><p>A team needs its token: the organizer \
-         makes it and gives it to the team. Keep it out of programs and addresses; the Python client reads it from the \
-         environment:</p><pre>export PALMARES_TOKEN=plm_…   # your team's\n\
-         python client-py/examples/balls_softhand.py --url http://{here}</pre><p>A WebSocket of your own to \
-         <code>ws://{here}/v1/control</code>, subprotocol <code>palmares.v1.json</code>, sends it in the header \
-         <code>Authorization: Bearer plm_…</code>.</p></section>"
-    )
+    html! {
+        section.empty {
+            h2 { "No finished run yet" }
+            p { (now) }
+            p {
+                "A team needs its token: the organizer makes it and gives it to the team. Keep it out of programs and \
+                 addresses; the Python client reads it from the environment:"
+            }
+            pre {
+                "export PALMARES_TOKEN=plm_…   # your team's\n\
+                 python client-py/examples/balls_softhand.py --url http://" (here)
+            }
+            p {
+                "A WebSocket of your own to " code { "ws://" (here) "/v1/control" } ", subprotocol "
+                code { "palmares.v1.json" } ", sends it in the header " code { "Authorization: Bearer plm_…" } "."
+            }
+        }
+    }
 }
 
-fn table(rows: &[LeaderboardRow], tasks: &[&str]) -> String {
+fn table(rows: &[LeaderboardRow], tasks: &[&str]) -> Markup {
     // Tasks of today first, then those that only old runs know.
     let old: BTreeSet<&str> = rows.iter().flat_map(|row| row.tasks.keys().map(String::as_str)).collect();
     let columns: Vec<&str> =
         tasks.iter().copied().chain(old.into_iter().filter(|name| !tasks.contains(name))).collect();
-    let mut html = String::from(
-        "<div class=\"scroll\"><table><thead><tr><th scope=\"col\" class=\"n\">Rank</th>\
-         <th scope=\"col\">Team</th><th scope=\"col\" class=\"n\">Total</th>",
-    );
-    // Writing into a string cannot fail.
-    for task in &columns {
-        let _ = write!(html, "<th scope=\"col\" class=\"n\">{}</th>", escape(task));
-    }
-    html.push_str(
-        "<th scope=\"col\" class=\"n\">Sensors</th><th scope=\"col\" class=\"n\">Runs</th></tr></thead><tbody>",
-    );
-    for row in rows {
-        let _ = write!(
-            html,
-            "\n<tr><td class=\"n rank\">{}</td><th scope=\"row\">{}</th><td class=\"n total\">{}</td>",
-            row.rank,
-            name(&row.team),
-            points(row.total)
-        );
-        for task in &columns {
-            let label = escape(task);
-            let _ = match row.tasks.get(*task) {
-                Some(best) => write!(
-                    html,
-                    "<td class=\"n\" data-label=\"{label}\"><a href=\"/v1/runs/{}\" title=\"{}\">{}{}</a></td>",
-                    escape(&best.run_id),
-                    escape(&best.status),
-                    points(best.score),
-                    if best.status == "provisional" { " …" } else { "" }
-                ),
-                None => write!(html, "<td class=\"n none\" data-label=\"{label}\">–</td>"),
-            };
+    html! {
+        div.scroll {
+            table {
+                thead {
+                    tr {
+                        th.n scope="col" { "Rank" }
+                        th scope="col" { "Team" }
+                        th.n scope="col" { "Total" }
+                        @for task in &columns { th.n scope="col" { (task) } }
+                        th.n scope="col" { "Sensors" }
+                        th.n scope="col" { "Runs" }
+                    }
+                }
+                tbody {
+                    @for row in rows {
+                        tr {
+                            td.n.rank { (row.rank) }
+                            th scope="row" { (name(&row.team)) }
+                            td.n.total { (points(row.total)) }
+                            @for task in &columns { (cell(task, row.tasks.get(*task))) }
+                            td.n data-label="Sensors" {
+                                @if let Some(rank) = row.sensors_rank { (rank) } @else { "–" }
+                            }
+                            td.n data-label="Runs" { (row.runs) }
+                        }
+                    }
+                }
+            }
         }
-        let place = row.sensors_rank.map_or("–".to_owned(), |place| place.to_string());
-        let runs = row.runs;
-        let _ = write!(
-            html,
-            "<td class=\"n\" data-label=\"Sensors\">{place}</td><td class=\"n\" data-label=\"Runs\">{runs}</td></tr>"
-        );
     }
-    html.push_str("</tbody></table></div>");
-    html
+}
+
+/// A team's best score of a task.
+fn cell(task: &str, best: Option<&TaskBest>) -> Markup {
+    html! {
+        @if let Some(best) = best {
+            td.n data-label=(task) {
+                a href={ "/v1/runs/" (best.run_id) } title=(best.status) {
+                    (points(best.score)) @if best.status == "provisional" { " …" }
+                }
+            }
+        } @else {
+            td.n.none data-label=(task) { "–" }
+        }
+    }
 }
 
 /// Points with one decimal and a true minus sign.
@@ -134,31 +164,14 @@ fn points(score: f64) -> String {
     format!("{:.1}", score + 0.0).replace('-', "−")
 }
 
-/// A name as HTML: its direction of writing is its own, and what cannot be seen in it is spelt.
-fn name(text: &str) -> String {
-    format!("<bdi>{}</bdi>", escape(&printable(text)))
-}
-
-/// Text as HTML, in elements and in quoted attributes.
-fn escape(text: &str) -> String {
-    let mut html = String::with_capacity(text.len());
-    for character in text.chars() {
-        match character {
-            '&' => html.push_str("&amp;"),
-            '<' => html.push_str("&lt;"),
-            '>' => html.push_str("&gt;"),
-            '"' => html.push_str("&quot;"),
-            '\'' => html.push_str("&#39;"),
-            other => html.push(other),
-        }
-    }
-    html
+/// A name: its direction of writing is its own, and what cannot be seen in it is spelt.
+fn name(text: &str) -> Markup {
+    html! { bdi { (printable(text)) } }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::TaskBest;
 
     fn row(team: &str) -> LeaderboardRow {
         let best =
@@ -177,14 +190,14 @@ mod tests {
 
     #[test]
     fn what_a_team_calls_itself_is_text() {
-        let page = render(&[row("<script>alert('x')</script>\"&")], &["balls"], "h", "t", None);
-        assert!(page.contains("&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt;&quot;&amp;"));
+        let page = render(&[row("<script>alert('x')</script>\"&")], &["balls"], "h", "t", None).into_string();
+        assert!(page.contains("&lt;script&gt;alert('x')&lt;/script&gt;&quot;&amp;"));
         assert!(!page.contains("<script"));
     }
 
     #[test]
     fn every_task_has_a_column_also_when_only_old_runs_know_it() {
-        let page = render(&[row("a")], &["shelf"], "h", "t", None);
+        let page = render(&[row("a")], &["shelf"], "h", "t", None).into_string();
         assert!(page.contains(">shelf</th>") && page.contains(">balls</th>"));
         assert!(page.contains("class=\"n none\" data-label=\"shelf\">–<") && page.contains("−0.5"));
     }
@@ -197,13 +210,13 @@ mod tests {
             "shelf".into(),
             TaskBest { status: "provisional".into(), ..early.tasks["balls"].clone() },
         );
-        let page = render(&[early], &["balls", "shelf"], "h", "t", None);
+        let page = render(&[early], &["balls", "shelf"], "h", "t", None).into_string();
         assert!(page.contains("title=\"provisional\">3.5 …<") && page.contains(">7</td>"), "{page}");
     }
 
     #[test]
     fn an_empty_leaderboard_tells_how_to_fill_it() {
-        let page = render(&[], &["balls"], "app:1\"><script>", "<i>", None);
+        let page = render(&[], &["balls"], "app:1\"><script>", "<i>", None).into_string();
         assert!(page.contains("ws://app:1&quot;&gt;&lt;script&gt;/v1/control"));
         assert!(page.contains("<p><bdi>&lt;i&gt;</bdi></p>"));
         assert!(!page.contains("PALMARES_TOKEN"));
@@ -213,7 +226,7 @@ mod tests {
     fn an_empty_official_one_says_that_a_token_is_needed_and_whether_it_is_open() {
         let said = [(Phase::Closed, "is not open"), (Phase::Open, "is open."), (Phase::Revealed, "is over")];
         for (phase, words) in said {
-            let page = render(&[], &["balls"], "app:1", "Cup", Some(phase));
+            let page = render(&[], &["balls"], "app:1", "Cup", Some(phase)).into_string();
             for part in [words, "PALMARES_TOKEN=", "Authorization: Bearer"] {
                 assert!(page.contains(part), "{part}: {page}");
             }
@@ -222,7 +235,7 @@ mod tests {
 
     #[test]
     fn a_name_keeps_its_direction_to_itself_and_hides_nothing() {
-        let page = render(&[row("\u{202e}sbarc"), row("\u{200b}")], &["balls"], "h", "t", None);
+        let page = render(&[row("\u{202e}sbarc"), row("\u{200b}")], &["balls"], "h", "t", None).into_string();
         assert!(
             page.contains("<bdi>\\u{202E}sbarc</bdi>") && page.contains("<bdi>\\u{200B}</bdi>"),
             "{page}"
