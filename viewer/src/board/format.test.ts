@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest';
-import { clock, clockInWords, figure, moment, ordinal, points, printable } from './format.ts';
+import { clock, clockInWords, figure, moment, ordinal, points, printable } from './format';
 
 test('points have one decimal, a true minus, and no negative zero', () => {
   expect([3, -0.5, 0, -0.04, 12.25].map(points)).toEqual(['3.0', '−0.5', '0.0', '0.0', '12.3']);

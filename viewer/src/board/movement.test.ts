@@ -1,7 +1,7 @@
 import { expect, test } from 'vitest';
-import type { BoardRow } from './model.ts';
-import { columns, replayIsOpen } from './model.ts';
-import { differs, moveMark, movement, spoken } from './movement.ts';
+import type { BoardRow } from './model';
+import { columns, replayIsOpen } from './model';
+import { differs, moveMark, movement, spoken } from './movement';
 
 function row(rank: number, team: string, total: number): BoardRow {
   const best = { score: total, run_id: `run_${team}`, status: 'verified', ended_unix_ms: 0 };

@@ -1,6 +1,6 @@
 /** What a new ranking changed: who went up, who went down, whose total or runs are others. */
-import type { BoardRow } from './model.ts';
-import { ordinal, points } from './format.ts';
+import type { BoardRow } from './model';
+import { ordinal, points } from './format';
 
 /** How a team moved. `places` is positive for up; null for a team that was not there before. `gained` in points. */
 export interface Move { places: number | null; gained: number }
