@@ -38,7 +38,7 @@ export function ask(question: Question): Promise<boolean> {
   const reason = el('input', { id: `${id}-reason`, required: question.needsReason === true, maxlength: 500, autocomplete: 'off' });
   const typed = question.typed === undefined ? null : el('input', { id: `${id}-typed`, required: true, autocomplete: 'off', spellcheck: 'false' });
   const go = el('button', { type: 'submit', class: question.danger === true ? 'danger' : 'primary' }, question.verb);
-  const form = el('form', { method: 'dialog' },
+  const form = el('form', { method: 'dialog', novalidate: true },
     el('h2', { id: `${id}-title` }, question.title), el('p', {}, question.text),
     ...fields.map(({ field, input }) => labelled(field.label, input, field.hint)),
     labelled('Reason', reason, question.needsReason === true ? 'Kept in the audit; needed here.' : 'Kept in the audit.'),
@@ -52,6 +52,13 @@ export function ask(question: Question): Promise<boolean> {
     dialog.addEventListener('close', () => { dialog.remove(); resolve(done); });
     form.addEventListener('submit', (event) => {
       event.preventDefault();
+      // In words of the page's own, below: the browser's bubbles hide the buttons.
+      for (const { field, input } of fields) {
+        if (input.validity.valid) continue;
+        show(error, `${field.label}: ${input.validationMessage}`);
+        input.focus();
+        return;
+      }
       if (typed !== null && typed.value !== question.typed) {
         show(error, 'That is not what stands there.');
         typed.focus();
