@@ -1,6 +1,5 @@
 import { expect, test } from 'vitest';
-import type { HandPicture } from '../board/hand';
-import { hull, outlines, place, turned, VIEWS } from './outline';
+import { type HandPicture, hull, outlines, place, turned, VIEWS } from './outline';
 
 test('the hull of a square has its corners alone', () => {
   const square: [number, number][] = [[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5], [0.5, 0]];
@@ -14,9 +13,9 @@ test('a quarter turn about z takes x to y', () => {
 });
 
 test('a box is seen with its true edges, the nearer one last', () => {
-  const box = { position: [0, 0, 0] as [number, number, number], quat_xyzw: [0, 0, 0, 1] as [number, number, number, number], shape: { type: 'box' as const, half_extents: [0.1, 0.2, 0.3] as [number, number, number], rounding: 0 } };
+  const box = { position: [0, 0, 0] as [number, number, number], quat_xyzw: [0, 0, 0, 1] as [number, number, number, number], shape: { type: 'box' as const, half_extents: [0.1, 0.2, 0.3] as [number, number, number], rounding: 0 }, friction: 1 };
   const at = (x: number) => ({ position: [x, 0, 0] as [number, number, number], quat_xyzw: [0, 0, 0, 1] as [number, number, number, number] });
-  const hand: HandPicture = { name: 'h', links: [{ name: 'near', base_from_link_at_rest: at(1), shapes: [box] }, { name: 'far', base_from_link_at_rest: at(0), shapes: [box] }] };
+  const hand: HandPicture = { name: 'h', links: [{ base_from_link_at_rest: at(1), shapes: [box] }, { base_from_link_at_rest: at(0), shapes: [box] }] };
   const seen = outlines(hand, VIEWS.palm);
   expect(seen.map((one) => one.link)).toEqual([1, 0]);
   expect(Math.max(...seen.flatMap((one) => one.corners.map((c) => c[1])))).toBeCloseTo(0.3);

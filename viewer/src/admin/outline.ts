@@ -1,11 +1,16 @@
 /** Outlines of a hand seen from any side, at rest: each convex shape's points are projected, their hull is what is seen. m. */
-import type { HandPicture, Placement, Shape, Triple } from '../board/hand';
+import type { HandDescription, LinkDescription, PoseDescription } from '../model/hand';
+import { turned as rotated, type Vec3 } from '../model/pose';
+import type { Shape } from '../model/scene';
+
+/** The part of a hand's description that a picture of it needs. */
+export type HandPicture = Pick<HandDescription, 'name'> & { links: Pick<LinkDescription, 'base_from_link_at_rest' | 'shapes'>[] };
 
 /** A shape as it is seen: corners in m on the picture (x right, y up), and how near it is (greater is nearer). */
 export interface Outline { link: number; depth: number; corners: [number, number][] }
 
 /** A view: the rows of a rotation; right, up, towards the one who looks. */
-export interface View { right: Triple; up: Triple; near: Triple }
+export interface View { right: Vec3; up: Vec3; near: Vec3 }
 
 /** Views of the hand frame: fingers +z, palm normal +x, thumb +y. */
 export const VIEWS = {
@@ -20,32 +25,28 @@ export function turned(angle: number, tilt = 0.35): View {
   return { right: [-s, c, 0], up: [-c * st, -s * st, ct], near: [c * ct, s * ct, st] };
 }
 
-const dot = (a: Triple, b: Triple): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const dot = (a: Vec3, b: Vec3): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
 /** Where a point of a frame is in the frame around it. */
-export function place({ position: p, quat_xyzw: [x, y, z, w] }: Placement, v: Triple): Triple {
-  const t: Triple = [2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])];
-  return [
-    p[0] + v[0] + w * t[0] + y * t[2] - z * t[1],
-    p[1] + v[1] + w * t[1] + z * t[0] - x * t[2],
-    p[2] + v[2] + w * t[2] + x * t[1] - y * t[0],
-  ];
+export function place({ position: p, quat_xyzw }: PoseDescription, v: Vec3): Vec3 {
+  const t = rotated(quat_xyzw, v);
+  return [p[0] + t[0], p[1] + t[1], p[2] + t[2]];
 }
 
 /** Directions all around, for round shapes. */
-const AROUND: Triple[] = Array.from({ length: 96 }, (_, i) => {
+const AROUND: Vec3[] = Array.from({ length: 96 }, (_, i) => {
   const z = 1 - (2 * i + 1) / 96;
   const [r, a] = [Math.sqrt(1 - z * z), i * 2.399963];
   return [r * Math.cos(a), r * Math.sin(a), z];
 });
 
 /** Points whose hull is the shape, near enough for a picture. */
-export function surface(shape: Shape): Triple[] {
+export function surface(shape: Shape): Vec3[] {
   switch (shape.type) {
     case 'sphere': return AROUND.map((d) => [d[0] * shape.radius, d[1] * shape.radius, d[2] * shape.radius]);
-    case 'capsule': return AROUND.flatMap((d) => [-1, 1].map((side): Triple => [d[0] * shape.radius, d[1] * shape.radius, d[2] * shape.radius + side * shape.half_length]));
-    case 'cylinder': return Array.from({ length: 24 }, (_, i) => (i * Math.PI) / 12).flatMap((a) => [-1, 1].map((side): Triple => [Math.cos(a) * shape.radius, Math.sin(a) * shape.radius, side * shape.half_length]));
-    case 'box': return [-1, 1].flatMap((a) => [-1, 1].flatMap((b) => [-1, 1].map((c): Triple => [a * shape.half_extents[0], b * shape.half_extents[1], c * shape.half_extents[2]])));
+    case 'capsule': return AROUND.flatMap((d) => [-1, 1].map((side): Vec3 => [d[0] * shape.radius, d[1] * shape.radius, d[2] * shape.radius + side * shape.half_length]));
+    case 'cylinder': return Array.from({ length: 24 }, (_, i) => (i * Math.PI) / 12).flatMap((a) => [-1, 1].map((side): Vec3 => [Math.cos(a) * shape.radius, Math.sin(a) * shape.radius, side * shape.half_length]));
+    case 'box': return [-1, 1].flatMap((a) => [-1, 1].flatMap((b) => [-1, 1].map((c): Vec3 => [a * shape.half_extents[0], b * shape.half_extents[1], c * shape.half_extents[2]])));
     case 'hull': return shape.points;
   }
 }

@@ -1,7 +1,6 @@
 /** A hand in pictures: three sides and one that turns, drawn from its shapes at rest, with a scale. */
 import { el } from '../board/kit';
-import type { HandPicture } from '../board/hand';
-import { type Outline, outlines, turned, type View, VIEWS } from './outline';
+import { type HandPicture, type Outline, outlines, turned, type View, VIEWS } from './outline';
 
 const SVG = 'http://www.w3.org/2000/svg';
 /** Edge of a picture, its units. */

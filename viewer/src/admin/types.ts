@@ -1,5 +1,5 @@
 /** What the organizers' addresses answer; the schemas are in docs/schema/openapi.json. Times in ms since 1970 UTC, lengths in s. */
-import type { HandPicture } from '../board/hand';
+import type { HandDescription } from '../model/hand';
 
 export interface Session {
   session_id: string; team: string; mode: string; status: 'open' | 'ended' | 'voided' | string; client_version: string | null;
@@ -17,7 +17,7 @@ export interface Figure {
   figure: string; unit: string; what: string; value: number | null; place: string | null; others: Record<string, number>;
   limit: number | null; bound: 'most' | 'least' | string; allowed: boolean; beyond_others: boolean;
 }
-export interface ShownHand { hand: Hand; figures: Figure[]; in_the_way: string[]; description?: HandPicture }
+export interface ShownHand { hand: Hand; figures: Figure[]; in_the_way: string[]; description?: HandDescription }
 export interface Similar { run_id: string; team?: string; [more: string]: unknown }
 export interface Run {
   run_id: string; team: string; task: string; hand: string; k: number | null; mode: string; sensing: string; status: string;

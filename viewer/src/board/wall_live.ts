@@ -1,6 +1,7 @@
 /** The wall's live pane: the featured world, its team, its score in large figures and its clocks. */
 import { clock, points } from './format';
 import { el, name, setText } from './kit';
+import type { Stage } from '../scene/stage';
 import { stageFor, type StageLike } from './stage_slot';
 
 /** Events that are worth a look at once. */
@@ -19,6 +20,8 @@ export class LivePane {
   readonly element = el('section', { class: 'pane live', 'aria-label': 'Live' }, this.place,
     el('div', { class: 'caption' }, el('div', { class: 'grow' }, this.who, this.what), this.news, this.time, this.score));
   private stage: StageLike | null = null;
+  /** What draws, for tests. */
+  drawing: Stage | null = null;
   private run: Run | null = null;
   private points: number | null = null;
   private last: { team: string; left: number | null } | null = null;
@@ -39,7 +42,7 @@ export class LivePane {
   async take(message: Record<string, unknown>): Promise<void> {
     switch (message['op']) {
       case 'scene': await this.begin(message); break;
-      case 'poses': this.stage?.poses(message, performance.now()); setText(this.time, clock(Math.floor(message['sim_time_s'] as number))); break;
+      case 'poses': this.drawn(message); setText(this.time, clock(Math.floor(message['sim_time_s'] as number))); break;
       case 'score': this.scored(message['score'] as number); break;
       case 'events': this.noted((message['events'] as { kind: string }[]).map((event) => event.kind)); break;
       case 'clock': this.last = this.run === null ? null : { team: this.run.team, left: message['session_left_s'] as number | null }; break;
@@ -49,7 +52,7 @@ export class LivePane {
   }
 
   private async begin(message: Record<string, unknown>): Promise<void> {
-    this.stage ??= await stageFor(this.place);
+    this.stage ??= await stageFor(this.place, (stage) => { this.drawing = stage; });
     this.stage?.scene(message);
     this.run = message['run'] as Run;
     this.points = null;
@@ -58,6 +61,11 @@ export class LivePane {
     setText(this.what, `${this.run.task}, ${this.run.hand}`);
     setText(this.score, '');
     setText(this.news, '');
+  }
+
+  /** While the pane is not seen nothing is drawn; the next message brings all of it. */
+  private drawn(message: Record<string, unknown>): void {
+    if (this.element.classList.contains('shown')) this.stage?.poses(message, performance.now());
   }
 
   private scored(score: number): void {

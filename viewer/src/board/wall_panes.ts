@@ -10,6 +10,9 @@ import { marked } from './table';
 /** Teams on a page. */
 export const TEAMS = 8;
 
+/** A name with more characters is written smaller, on two lines. */
+const LONG = 30;
+
 /** The ranking, `TEAMS` at a time. */
 export class RankingPane {
   readonly element = el('section', { class: 'pane ranking', 'aria-label': 'Leaderboard' });
@@ -38,7 +41,7 @@ export class RankingPane {
     const tasks = columns(this.board);
     const rows = this.board.rows.slice(from, to).map((row) => {
       const move = this.moves.get(row.team);
-      return el('tr', {}, el('td', { class: 'n rank' }, row.rank), el('th', { scope: 'row' }, el('div', {}, name(row.team), move === undefined ? null : marked(move))),
+      return el('tr', {}, el('td', { class: 'n rank' }, row.rank), el('th', { scope: 'row', class: row.team.length > LONG ? 'long' : undefined }, el('div', {}, name(row.team), move === undefined ? null : marked(move))),
         ...tasks.map((task) => el('td', { class: 'n task' }, row.tasks[task] === undefined ? '–' : points(row.tasks[task].score))),
         el('td', { class: 'n total' }, points(row.total)));
     });

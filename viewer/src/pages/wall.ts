@@ -29,8 +29,13 @@ const banner = el('p', { class: 'banner', role: 'status', hidden: true });
 const help = el('div', { class: 'help' });
 const stageRoom = el('div', { class: 'panes' }, ranking.element, live.element, clocks.element);
 
+declare global { interface Window { palmaresWall?: { live: LivePane; shown: () => string | null } } }
+window.palmaresWall = { live, shown: () => shown?.id ?? null };
+
 let info: CompetitionInfo | null = null;
 let token: string | null = null;
+/** With what the sessions were refused last; undefined at first. */
+let refusedWith: string | null | undefined;
 let stop: () => void = () => undefined;
 let shown: Showing | null = null;
 let held = false;
@@ -103,7 +108,7 @@ function listen(): void {
 }
 
 async function readSessions(): Promise<void> {
-  if (info?.mode === 'official' && token === null) return;
+  if (token === refusedWith) return;
   try {
     const { sessions } = await getJson<{ sessions: Session[] }>('/v1/sessions', token);
     const now = performance.now();
@@ -114,7 +119,10 @@ async function readSessions(): Promise<void> {
     }
     for (const id of gone) readings.delete(id);
   } catch (error) {
-    if (error instanceof Refused && error.status !== 0) readings.clear();
+    if (!(error instanceof Refused) || error.status === 0) return;
+    // It would be refused again: this token, or none, shows no clocks.
+    if (error.status === 401 || error.status === 403) refusedWith = token;
+    readings.clear();
   }
 }
 
