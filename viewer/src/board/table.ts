@@ -40,7 +40,9 @@ export class BoardTable {
       const hadFocus = line.contains(document.activeElement);
       line.replaceChildren(...this.cells(row, tasks));
       if (hadFocus) line.querySelector('a')?.focus();
-      line.classList.toggle('changed', moves.has(row.team));
+      // Whoever only made room is marked beside the name, and no more.
+      const move = moves.get(row.team);
+      line.classList.toggle('changed', move !== undefined && (move.places === null || Math.abs(move.gained) > 1e-9));
       this.body.append(line);
     }
     for (const team of gone) {

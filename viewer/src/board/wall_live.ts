@@ -7,6 +7,9 @@ import { stageFor, type StageLike } from './stage_slot';
 /** Events that are worth a look at once. */
 const THRILLS = new Set(['in_goal', 'lifted', 'held', 'shaken']);
 
+/** How long a word stands beside the score, ms. */
+const NEWS_MS = 6000;
+
 interface Run { run_id: string; team: string; task: string; hand: string; session_id?: string }
 
 /** Takes the watch socket's messages. */
@@ -24,6 +27,7 @@ export class LivePane {
   drawing: Stage | null = null;
   private run: Run | null = null;
   private points: number | null = null;
+  private silence = 0;
   private last: { team: string; left: number | null } | null = null;
   /** When something worth seeing last happened, performance.now(); null when nothing has. */
   excited: number | null = null;
@@ -71,16 +75,23 @@ export class LivePane {
   private scored(score: number): void {
     if (this.points !== null && score > this.points) {
       this.excited = performance.now();
-      setText(this.news, `+${points(score - this.points)}`);
+      this.say(`+${points(score - this.points)}`);
     }
     this.points = score;
     setText(this.score, points(score));
+  }
+
+  /** A word for some seconds. */
+  private say(text: string): void {
+    setText(this.news, text);
+    window.clearTimeout(this.silence);
+    this.silence = window.setTimeout(() => { setText(this.news, ''); }, NEWS_MS);
   }
 
   private noted(kinds: readonly string[]): void {
     const thrill = kinds.findLast((kind) => THRILLS.has(kind));
     if (thrill === undefined) return;
     this.excited = performance.now();
-    if (thrill !== 'in_goal') setText(this.news, thrill);
+    if (thrill !== 'in_goal') this.say(thrill);
   }
 }

@@ -29,8 +29,8 @@ const banner = el('p', { class: 'banner', role: 'status', hidden: true });
 const help = el('div', { class: 'help' });
 const stageRoom = el('div', { class: 'panes' }, ranking.element, live.element, clocks.element);
 
-declare global { interface Window { palmaresWall?: { live: LivePane; shown: () => string | null } } }
-window.palmaresWall = { live, shown: () => shown?.id ?? null };
+declare global { interface Window { palmares?: Record<string, unknown> } }
+window.palmares = { live, shown: () => shown?.id ?? null };
 
 let info: CompetitionInfo | null = null;
 let token: string | null = null;
