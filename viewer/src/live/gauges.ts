@@ -16,7 +16,7 @@ function gauge(label: string, max: number, unit: string): Gauge {
 }
 
 export class Gauges {
-  readonly element = el('section', { class: 'panel', hidden: true }, el('h2', {}, 'Hand'));
+  readonly element = el('details', { class: 'panel', hidden: true, open: true });
   private motors: Gauge[] = [];
   private tendons: Gauge[] = [];
   private joints = el('dl', { class: 'facts' });
@@ -30,7 +30,7 @@ export class Gauges {
     this.motors = hand.motors.map((motor) => gauge(`${motor.name}, closed`, 1, 'of 1'));
     this.tendons = hand.tendons.map((tendon) => gauge(`${tendon.name}, tension`, tendon.force_limit, ''));
     this.joints = el('dl', { class: 'facts' });
-    this.element.replaceChildren(el('h2', {}, 'Hand'), ...this.motors.map((g) => g.row), ...this.tendons.map((g) => g.row),
+    this.element.replaceChildren(el('summary', {}, 'Hand: motors and tensions'), ...this.motors.map((g) => g.row), ...this.tendons.map((g) => g.row),
       el('h3', {}, 'Farthest from the predicted equilibrium'), this.joints);
   }
 

@@ -23,8 +23,7 @@ export class RunList {
       el('button', { type: 'submit' }, 'Use it'));
     app.replaceChildren(
       el('div', { class: 'title' }, el('h1', {}, 'Live'), el('p', { class: 'lead' }, 'Choose a world to watch.')),
-      this.status, this.table,
-      el('p', {}, el('a', { class: 'button', href: '/live/featured' }, 'Whatever is worth watching most')),
+      el('div', { class: 'row' }, this.status, el('a', { class: 'button end', href: '/live/featured' }, 'Whatever is worth watching most')), this.table,
       el('details', { class: 'panel' }, el('summary', {}, 'I have a token'), form));
     this.open(null);
     window.setInterval(() => { if (!document.hidden) this.socket?.list(); }, PERIOD_MS);

@@ -27,7 +27,7 @@ export class LiveView implements Listener {
   private readonly note = el('p', { class: 'stage-note', role: 'status' }, 'Connecting …');
   private readonly who = el('h1', {}, 'Live');
   private readonly figures = { score: el('span', { class: 'num' }, '–'), run: el('span', { class: 'num' }, '–'), session: el('span', { class: 'num' }, '–'), factor: el('span', { class: 'num' }, '–'), late: el('span', { class: 'num' }, '–') };
-  private readonly log = el('ol', { class: 'log', 'aria-live': 'polite', 'aria-label': 'Events' });
+  private readonly log = el('ol', { class: 'log', tabindex: 0, 'aria-live': 'polite', 'aria-label': 'Events' });
   private readonly objects = el('select', { id: 'object' });
   private readonly verdict = el('div', { role: 'status' }, el('p', { class: 'soft' }, 'Click an object, or choose one here.'));
   private readonly gauges = new Gauges();
@@ -71,6 +71,8 @@ export class LiveView implements Listener {
     this.log.replaceChildren();
     this.stage.setScene(scene);
     this.gauges.setHand(scene.hand ?? null);
+    this.explain();
+    setText(this.figures.score, '–');
     if (scene.run) this.who.replaceChildren(name(scene.run.team), ` \u2013 ${scene.run.task}, `, name(scene.run.hand));
     this.objects.replaceChildren(el('option', { value: '' }, 'none'), ...this.free().map((body) => el('option', { value: body.id }, body.name)));
   }
@@ -92,7 +94,7 @@ export class LiveView implements Listener {
     for (const event of events) {
       const body = event.object === undefined ? null : this.free()[event.object];
       const time = clock(event.tick * (this.info?.run?.tick_s ?? 0.01));
-      this.log.prepend(el('li', {}, el('time', { class: 'num' }, time), ' ', body ? name(body.name) : null, ' ', EVENTS[event.kind] ?? event.kind));
+      this.log.prepend(el('li', {}, el('time', { class: 'num' }, time), el('span', {}, body ? name(body.name) : null, ' ', EVENTS[event.kind] ?? event.kind)));
     }
     while (this.log.children.length > KEPT) this.log.lastElementChild?.remove();
   }
@@ -119,7 +121,7 @@ export class LiveView implements Listener {
   state(state: 'connecting' | 'watching' | 'waiting'): void {
     if (state === 'watching') return;
     this.note.hidden = false;
-    this.note.textContent = state === 'waiting' ? 'Nothing is played here now. The next run is shown when it begins.' : 'Connecting …';
+    this.note.textContent = state === 'waiting' ? 'Nothing is played here now. The next run is shown when it begins.' : this.info ? 'The connection broke. Trying again …' : 'Connecting …';
   }
 
   refused(message: string, code: string): void {

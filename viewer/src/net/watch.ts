@@ -80,7 +80,9 @@ export class WatchSocket {
     const socket = new WebSocket(address, protocols);
     socket.binaryType = 'arraybuffer';
     this.socket = socket;
+    let opened = false;
     socket.onopen = () => {
+      opened = true;
       this.wait = 500;
       if (!this.target) return this.list();
       // The text protocol of older servers knows no overlays.
@@ -93,20 +95,40 @@ export class WatchSocket {
         this.take(JSON.parse(event.data) as Message);
       } else {
         this.received += event.data.byteLength;
-        const moment = this.frames?.read(event.data);
-        if (moment) this.listener.moment(moment, performance.now());
+        this.frame(event.data);
       }
     };
     socket.onclose = (event) => {
       if (this.over) return;
-      if (event.code === 4401) {
-        this.over = true;
-        return this.listener.refused('The token was revoked.', 'not_authorized');
-      }
+      if (event.code === 4401) return this.giveUp('The token was revoked.', 'not_authorized');
+      // A browser does not tell why a handshake was refused: the token may be no good.
+      if (this.token && !opened) void this.examine(this.token);
       this.listener.state('connecting');
       this.timer = window.setTimeout(() => { this.open(); }, this.wait * (0.75 + Math.random() / 2));
       this.wait = Math.min(2 * this.wait, LONGEST_WAIT_MS);
     };
+  }
+
+  /** Asks over HTTP whether the server knows the token at all. */
+  private async examine(token: string): Promise<void> {
+    try {
+      const answer = await fetch('/v1/sessions', { headers: { Authorization: `Bearer ${token}` }, cache: 'no-store', credentials: 'omit' });
+      if (answer.status === 401 && !this.over) this.giveUp('The server does not know this token, or it was revoked.', 'not_authorized');
+    } catch { /* Nobody answers: the socket is tried again. */ }
+  }
+
+  private giveUp(message: string, code: string): void {
+    this.close();
+    this.listener.refused(message, code);
+  }
+
+  private frame(data: ArrayBuffer): void {
+    try {
+      const moment = this.frames?.read(data);
+      if (moment) this.listener.moment(moment, performance.now());
+    } catch (error) {
+      this.giveUp(error instanceof Error ? error.message : String(error), 'bad_frame');
+    }
   }
 
   private send(message: object): void {
@@ -142,7 +164,7 @@ export class WatchSocket {
 
   private refused(message: Message): void {
     const code = String(message['code']);
-    if (FINAL.has(code)) this.over = true;
-    this.listener.refused(String(message['message']), code);
+    if (FINAL.has(code)) this.giveUp(String(message['message']), code);
+    else this.listener.refused(String(message['message']), code);
   }
 }

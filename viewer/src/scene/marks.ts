@@ -4,8 +4,9 @@ import {
 } from 'three';
 import type { Region } from '../model/scene';
 
-/** Length of a drawn axis, m. */
-const AXIS_M = 0.05;
+/** Length of a drawn axis, m: of the hand's links shorter, for they are close together. */
+const AXIS_M = 0.06;
+const LINK_AXIS_M = 0.022;
 const AXES = [new Color('#d55e00'), new Color('#009e73'), new Color('#0072b2')];
 const GOAL = new Color('#009e73');
 const START = new Color('#e69f00');
@@ -44,7 +45,8 @@ export class Frames {
   private readonly tip = new Vector3();
   private readonly origin = new Vector3();
 
-  constructor(private readonly count: number) {
+  constructor(private readonly ofLink: readonly boolean[]) {
+    const count = ofLink.length;
     const geometry = new BufferGeometry();
     this.positions = new BufferAttribute(new Float32Array(18 * count), 3);
     const colors = new Float32Array(18 * count);
@@ -58,12 +60,13 @@ export class Frames {
 
   show(place: (k: number, into: Matrix4) => Matrix4 | null): void {
     const matrix = new Matrix4();
-    for (let k = 0; k < this.count; k += 1) {
+    for (let k = 0; k < this.ofLink.length; k += 1) {
       const at = place(k, matrix);
       if (!at) continue;
       this.origin.setFromMatrixPosition(at);
+      const length = this.ofLink[k] ? LINK_AXIS_M : AXIS_M;
       for (let axis = 0; axis < 3; axis += 1) {
-        this.tip.setFromMatrixColumn(at, axis).multiplyScalar(AXIS_M).add(this.origin);
+        this.tip.setFromMatrixColumn(at, axis).multiplyScalar(length).add(this.origin);
         this.positions.setXYZ(6 * k + 2 * axis, this.origin.x, this.origin.y, this.origin.z);
         this.positions.setXYZ(6 * k + 2 * axis + 1, this.tip.x, this.tip.y, this.tip.z);
       }

@@ -1,18 +1,20 @@
 /** The picture of a world: bodies, hand, lights, camera and overlays. It draws only when something has changed. */
 import {
-  Box3, Color, DirectionalLight, GridHelper, HemisphereLight, Matrix4, Mesh, MeshStandardMaterial, PCFSoftShadowMap, PerspectiveCamera,
-  PlaneGeometry, Raycaster, Scene, ShadowMaterial, Vector2, Vector3, WebGLRenderer, type LineSegments, type Object3D,
+  Box3, Color, Matrix4, MeshStandardMaterial, PCFShadowMap, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
+  type LineSegments,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { forwardKinematics } from '../model/hand';
 import { type Moment, POSE } from '../model/moment';
+import { type Palm, palmOf } from '../model/palm';
 import type { Body, SceneInfo, Vec3 } from '../model/scene';
 import { Arrows } from './arrows';
 import { Batch } from './batch';
 import { Blend } from './blend';
 import { Labels } from './labels';
+import { light } from './lights';
 import { Centres, Frames, regionLines } from './marks';
-import { type ViewName, look } from './views';
+import { type ViewName, carry, look, turnByKey } from './views';
 
 export type { ViewName } from './views';
 export type OverlayName = 'ghost' | 'contacts' | 'regions' | 'frames' | 'names' | 'com';
@@ -34,6 +36,7 @@ interface Shown {
   centres: Centres;
   links: Body[];
   box: Box3;
+  palm: Palm;
 }
 
 export class Stage {
@@ -49,7 +52,10 @@ export class Stage {
   private readonly raycaster = new Raycaster();
   private readonly scratch = new Vector3();
   private readonly matrix = new Matrix4();
-  private readonly sun = new DirectionalLight('#ffffff', 2.2);
+  private readonly themes = matchMedia('(prefers-color-scheme: dark)');
+  private readonly still = matchMedia('(prefers-reduced-motion: reduce)');
+  private readonly lit: { dispose(): void };
+  private readonly retheme = (): void => { this.ground(); };
   private shown: Shown | null = null;
   private moment: Moment | null = null;
   private viewName: ViewName = 'free';
@@ -57,13 +63,17 @@ export class Stage {
   private listeners: ((id: number | null, point: Vec3) => void)[] = [];
   private before: (() => void)[] = [];
   private dirty = true;
+  /** What is drawn does not stand where the poses say. */
+  private stale = false;
+  /** Where the hand's base was when the camera was last taken along. */
+  private handWas: Matrix4 | null = null;
   private frame = 0;
   private scriptMs = 0;
 
   constructor(private readonly container: HTMLElement) {
     this.renderer = new WebGLRenderer({ antialias: true });
     this.renderer.shadowMap.enabled = true;
-    this.renderer.shadowMap.type = PCFSoftShadowMap;
+    this.renderer.shadowMap.type = PCFShadowMap;
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     const canvas = this.renderer.domElement;
     canvas.tabIndex = 0;
@@ -75,13 +85,12 @@ export class Stage {
     this.camera.position.set(0.8, -1.4, 1.1);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => { this.dirty = true; });
-    this.controls.addEventListener('start', () => { if (this.viewName === 'follow') this.dirty = true; });
-    this.lights();
+    this.lit = light(this.three);
     this.three.add(this.arrows.mesh);
     this.arrows.mesh.visible = false;
     this.observer = new ResizeObserver(() => { this.resize(); });
     this.observer.observe(container);
-    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { this.ground(); });
+    this.themes.addEventListener('change', this.retheme);
     this.ground();
     this.resize();
     this.pointer(canvas);
@@ -94,6 +103,7 @@ export class Stage {
 
   /** Another world; what was drawn of the last one is freed. */
   setScene(info: SceneInfo): void {
+    const same = this.shown !== null && JSON.stringify(this.shown.info.regions) === JSON.stringify(info.regions);
     this.clear();
     const solid = info.bodies.filter((body) => body.kind !== 'furniture');
     const furniture = info.bodies.filter((body) => body.kind === 'furniture');
@@ -104,11 +114,13 @@ export class Stage {
       links,
       solid: new Batch(solid, new MeshStandardMaterial({ roughness: 0.55 }), paint),
       furniture: new Batch(furniture, new MeshStandardMaterial({ roughness: 0.9, transparent: true, opacity: 0.38, depthWrite: false }), paint),
-      ghost: info.hand ? new Batch(links, new MeshStandardMaterial({ transparent: true, opacity: 0.35, depthWrite: false }), () => GHOST) : null,
+      // The base is where it is: only the links after it are predicted.
+      ghost: info.hand ? new Batch(links.slice(1), new MeshStandardMaterial({ transparent: true, opacity: 0.35, depthWrite: false }), () => GHOST) : null,
       regions: regionLines(info.regions),
-      frames: new Frames(info.moving.length),
+      frames: new Frames(info.moving.map((id) => links.some((link) => link.id === id))),
       centres: new Centres(links.length + 1),
       box: sceneBox(info),
+      palm: palmOf(info.hand),
     };
     shown.solid.mesh.castShadow = true;
     shown.solid.mesh.receiveShadow = true;
@@ -121,7 +133,8 @@ export class Stage {
     this.moment = null;
     this.relabel();
     this.apply();
-    this.view(this.viewName);
+    // The next run of the same task is looked at as the last one was.
+    if (!same || this.viewName === 'follow' || this.viewName === 'palm') this.view(this.viewName);
     this.dirty = true;
   }
 
@@ -137,8 +150,8 @@ export class Stage {
     const first = this.moment === null;
     this.moment = moment;
     this.blend.push(moment, at);
-    if (first || matchMedia('(prefers-reduced-motion: reduce)').matches) this.blend.jump(moment);
-    this.place();
+    if (first || this.still.matches) this.blend.jump(moment);
+    this.stale = true;
   }
 
   setOverlay(name: OverlayName, on: boolean): void {
@@ -151,7 +164,8 @@ export class Stage {
 
   view(name: ViewName): void {
     this.viewName = name;
-    if (this.shown) look(this.camera, this.controls, name, this.shown.box, this.handPlace());
+    if (this.shown) look(this.camera, this.controls, name, this.shown.box, this.handMatrix(), this.shown.palm);
+    this.handWas = this.handMatrix()?.clone() ?? null;
     this.dirty = true;
   }
 
@@ -202,29 +216,14 @@ export class Stage {
   dispose(): void {
     cancelAnimationFrame(this.frame);
     this.observer.disconnect();
+    this.themes.removeEventListener('change', this.retheme);
     this.clear();
+    this.lit.dispose();
+    this.arrows.dispose();
+    this.labels.clear();
     this.controls.dispose();
     this.renderer.dispose();
     this.renderer.domElement.remove();
-  }
-
-  private lights(): void {
-    this.three.add(new HemisphereLight('#ffffff', '#9a948c', 1.3));
-    this.sun.position.set(0.9, -1.1, 2.4);
-    this.sun.castShadow = true;
-    this.sun.shadow.mapSize.set(1024, 1024);
-    const eye = this.sun.shadow.camera;
-    [eye.left, eye.right, eye.top, eye.bottom, eye.near, eye.far] = [-1.4, 1.4, 1.4, -1.4, 0.1, 6];
-    this.sun.shadow.normalBias = 0.004;
-    this.three.add(this.sun, this.sun.target);
-    const floor = new Mesh(new PlaneGeometry(8, 8), new ShadowMaterial({ opacity: 0.28 }));
-    floor.receiveShadow = true;
-    floor.position.z = -0.0005;
-    const grid = new GridHelper(4, 40, '#7b838c', '#a5acb4').rotateX(Math.PI / 2);
-    grid.position.z = -0.001;
-    grid.material.transparent = true;
-    grid.material.opacity = 0.35;
-    this.three.add(floor, grid);
   }
 
   /** The colour behind everything is the page's. */
@@ -255,22 +254,9 @@ export class Stage {
       down = null;
     });
     canvas.addEventListener('keydown', (event) => {
-      const turns: Record<string, [number, number]> = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1] };
-      const turn = turns[event.key];
-      const zoom = event.key === '+' || event.key === '=' ? 0.9 : event.key === '-' ? 1 / 0.9 : null;
-      if (!turn && zoom === null) return;
+      if (!turnByKey(this.camera, this.controls, event.key)) return;
       event.preventDefault();
-      const offset = this.camera.position.clone().sub(this.controls.target);
-      if (zoom !== null) offset.multiplyScalar(zoom);
-      if (turn) {
-        const polar = Math.min(Math.max(Math.acos(offset.z / offset.length()) + turn[1], 0.02), Math.PI - 0.02);
-        const around = Math.atan2(offset.y, offset.x) + turn[0];
-        offset.setFromSphericalCoords(offset.length(), polar, 0);
-        const flat = Math.hypot(offset.x, offset.z);
-        offset.set(flat === 0 ? 0 : Math.cos(around) * Math.sin(polar) * offset.length(), Math.sin(around) * Math.sin(polar) * offset.length(), Math.cos(polar) * offset.length());
-      }
-      this.camera.position.copy(this.controls.target).add(offset);
-      this.controls.update();
+      this.dirty = true;
     });
   }
 
@@ -284,9 +270,9 @@ export class Stage {
     return found && id !== null ? { id, point: [found.point.x, found.point.y, found.point.z] } : null;
   }
 
-  private handPlace(): Vector3 | null {
+  private handMatrix(): Matrix4 | null {
     const base = this.shown?.links[0];
-    return base ? this.shown?.solid.placeOf(base.id, new Vector3()) ?? null : null;
+    return base ? this.shown?.solid.matrixOf(base.id, this.matrix) ?? null : null;
   }
 
   private relabel(): void {
@@ -311,6 +297,7 @@ export class Stage {
   /** Puts everything where the present poses say. */
   private place(): void {
     const { shown, moment } = this;
+    this.stale = false;
     if (!shown) return;
     shown.info.moving.forEach((id, row) => { shown.solid.move(id, this.blend.poses, this.blend.poses, row * POSE, row * POSE + 3); });
     const predicted = moment?.telemetry?.predicted;
@@ -354,24 +341,19 @@ export class Stage {
 
   private draw(now: number): void {
     const begun = performance.now();
-    if (this.blend.advance(now)) this.place();
+    if (this.blend.advance(now) || this.stale) this.place();
     for (const listener of this.before) listener();
     if (!this.dirty) return;
     this.dirty = false;
-    if (this.viewName === 'follow') this.follow();
+    const hand = this.viewName === 'follow' || this.viewName === 'palm' ? this.handMatrix() : null;
+    if (hand && this.handWas) {
+      carry(this.camera, this.controls, this.handWas, hand, this.viewName === 'palm');
+      this.handWas.copy(hand);
+    }
     const { clientWidth, clientHeight } = this.container;
     this.labels.place(this.camera, clientWidth, clientHeight, (id, into) => this.shown?.solid.placeOf(id, into) ?? null);
     this.renderer.render(this.three, this.camera);
     this.scriptMs = performance.now() - begun;
-  }
-
-  private follow(): void {
-    const hand = this.handPlace();
-    if (!hand) return;
-    const step = hand.sub(this.controls.target);
-    this.controls.target.add(step);
-    this.camera.position.add(step);
-    this.camera.lookAt(this.controls.target);
   }
 
   private clear(): void {
@@ -384,10 +366,12 @@ export class Stage {
       batch.dispose();
       for (const one of Array.isArray(material) ? material : [material]) one.dispose();
     }
-    for (const drawn of [shown.regions, shown.frames.lines, shown.centres.mesh] as (Object3D & { geometry: { dispose(): void } })[]) {
+    for (const drawn of [shown.regions, shown.frames.lines, shown.centres.mesh]) {
       drawn.removeFromParent();
       drawn.geometry.dispose();
+      for (const one of Array.isArray(drawn.material) ? drawn.material : [drawn.material]) one.dispose();
     }
+    shown.centres.mesh.dispose();
     this.shown = null;
   }
 }
