@@ -1,12 +1,28 @@
 /** Bundles every page of src/pages into dist/, with a manifest from which the server takes the hashed names. */
-import { defineConfig } from 'vite';
+import { type Plugin, defineConfig } from 'vite';
 import { readdirSync } from 'node:fs';
+import { gzipSync } from 'node:zlib';
 
 const pages = readdirSync(new URL('./src/pages/', import.meta.url)).filter((name) => name.endsWith('.ts'));
 
+/** Beside every script and style sheet the same compressed, as the server sends it. */
+const compressed: Plugin = {
+  name: 'compressed',
+  generateBundle(_, bundle) {
+    for (const [fileName, file] of Object.entries(bundle)) {
+      const source = file.type === 'chunk' ? file.code : file.source;
+      if (/\.(js|css)$/.test(fileName)) this.emitFile({ type: 'asset', fileName: `${fileName}.gz`, source: gzipSync(source, { level: 9 }) });
+    }
+  },
+};
+
 export default defineConfig({
   base: '/',
+  plugins: [compressed],
   build: {
+    // The folder dist itself is always there: the server looks into it when it is compiled.
+    outDir: 'dist/bundle',
+    emptyOutDir: true,
     manifest: 'manifest.json',
     assetsInlineLimit: 0,
     modulePreload: { polyfill: false },

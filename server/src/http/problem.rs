@@ -78,13 +78,13 @@ pub(super) fn method_not_allowed(method: &Method) -> Response {
 }
 
 /// The address does not exist.
-pub(super) async fn nothing_here(uri: Uri) -> Problem {
+pub(in crate::http) async fn nothing_here(uri: Uri) -> Problem {
     let message = format!("nothing at {}", shortened(uri.path()));
     Problem(Refusal::new(Code::NotFound, message))
 }
 
 /// Logs a failure of the store and words it for the client.
-pub(super) fn store_failed(error: &StoreError) -> Problem {
+pub(in crate::http) fn store_failed(error: &StoreError) -> Problem {
     tracing::error!(%error, "store failed");
     Problem(Refusal::new(Code::Internal, "the database does not answer").retry_after(5.0))
 }

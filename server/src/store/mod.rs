@@ -39,7 +39,6 @@ pub(crate) use dump::Table;
 pub(crate) use error::StoreError;
 pub(crate) use hands::{HandRow, NewHand};
 pub(crate) use leaderboard::LeaderboardRow;
-#[cfg(test)]
 pub(crate) use leaderboard::TaskBest;
 pub(crate) use location::Location;
 pub(crate) use number::unix_ms;

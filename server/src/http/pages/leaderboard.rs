@@ -1,22 +1,24 @@
-//! The leaderboard as a page: plain HTML from the server, no scripts, nothing from elsewhere.
+//! The leaderboard as plain HTML, which a script keeps up to date where there is one.
 
-use super::problem::{Problem, store_failed};
+use super::shell::{Page, answer};
 use crate::competition::Competition;
+use crate::http::problem::{Problem, store_failed};
 use crate::names::printable;
 use crate::rules::Phase;
 use crate::store::{LeaderboardRow, Store, TaskBest};
 use axum::extract::State;
 use axum::http::HeaderMap;
-use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, HOST};
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, HOST};
 use axum::response::IntoResponse;
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-const STYLE: &str = include_str!("page.css");
+/// Address of the style sheet of a server without its viewer.
+pub(super) const PLAIN: &str = "/assets/plain.css";
 
 /// `GET /`.
-pub(super) async fn page(
+pub(in crate::http) async fn leaderboard(
     State(competition): State<Arc<Competition>>,
     State(store): State<Store>,
     headers: HeaderMap,
@@ -26,39 +28,37 @@ pub(super) async fn page(
     let tasks: Vec<&str> = competition.tasks.iter().map(|task| task.name.as_str()).collect();
     let phase = competition.rules.official().then(|| competition.rules.phase());
     let title = if phase.is_some() { competition.rules.name.as_str() } else { "Practice leaderboard" };
-    let page = render(&rows, &tasks, here, title, phase);
-    let policy = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; frame-ancestors 'none'";
-    Ok(([(CACHE_CONTROL, "no-store"), (CONTENT_SECURITY_POLICY, policy)], page))
+    let body = render(&rows, &tasks, here, title, phase);
+    let page = Page {
+        name: "leaderboard",
+        argument: "",
+        title: "Leaderboard",
+        body,
+        plain_style: Some(PLAIN),
+        refresh_s: Some(10),
+    };
+    Ok(answer(&page, &competition))
+}
+
+/// `GET /assets/plain.css`.
+pub(in crate::http) async fn plain_style() -> impl IntoResponse {
+    ([(CONTENT_TYPE, "text/css"), (CACHE_CONTROL, "no-cache")], include_str!("plain.css"))
 }
 
 /// `phase`: of an official competition.
 fn render(rows: &[LeaderboardRow], tasks: &[&str], here: &str, title: &str, phase: Option<Phase>) -> Markup {
     html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta http-equiv="refresh" content="10";
-                meta name="color-scheme" content="light dark";
-                title { "Palmares leaderboard" }
-                style { (PreEscaped(STYLE)) }
-            }
-            body {
-                main {
-                    header { h1 { "Palmares" } p { (name(title)) } }
-                    @match (rows.is_empty(), phase) {
-                        (false, _) => (table(rows, tasks)),
-                        (true, None) => (empty(here)),
-                        (true, Some(phase)) => (empty_official(here, phase)),
-                    }
-                    footer {
-                        "Best score of each task; equal totals: the earlier first. A score marked … is not verified \
-                         yet. Sensors: place among the teams that never saw the true state of the world. Refreshes \
-                         every 10 s. "
-                        a href="/v1/leaderboard" { "as JSON" } " " a href="/v1/leaderboard.csv" { "as CSV" }
-                    }
-                }
+        div.title { h1 { "Leaderboard" } p.lead { (name(title)) } }
+        @match (rows.is_empty(), phase) {
+            (false, _) => (table(rows, tasks)),
+            (true, None) => (empty(here)),
+            (true, Some(phase)) => (empty_official(here, phase)),
+        }
+        footer {
+            p {
+                "Best score of each task; equal totals: the earlier first. A score marked … is not verified yet. Sensors: \
+                 place among the teams that never saw the true state of the world. "
+                a href="/v1/leaderboard" { "as JSON" } " " a href="/v1/leaderboard.csv" { "as CSV" }
             }
         }
     }
@@ -218,7 +218,7 @@ mod tests {
     fn an_empty_leaderboard_tells_how_to_fill_it() {
         let page = render(&[], &["balls"], "app:1\"><script>", "<i>", None).into_string();
         assert!(page.contains("ws://app:1&quot;&gt;&lt;script&gt;/v1/control"));
-        assert!(page.contains("<p><bdi>&lt;i&gt;</bdi></p>"));
+        assert!(page.contains("<p class=\"lead\"><bdi>&lt;i&gt;</bdi></p>"));
         assert!(!page.contains("PALMARES_TOKEN"));
     }
 
