@@ -46,15 +46,12 @@ pub(crate) async fn control(
     // Before the upgrade: who may not play gets an HTTP answer and no socket.
     let identity = player(&auth, &sessions, &headers).await.map_err(Problem)?;
     let permit = entrance.connections.take(identity.as_ref()).map_err(Problem)?;
-    let offered = link.clone();
     let parts = Parts { link, encoding, sessions, auth, identity, permit };
-    let mut response = upgrade
+    Ok(upgrade
         .read_buffer_size(AT_ONCE_BYTES)
         .max_message_size(READ_BYTES)
         .max_frame_size(READ_BYTES)
-        .on_upgrade(async move |socket| connection::serve(socket, parts).await);
-    offered.offer(response.headers_mut());
-    Ok(response)
+        .on_upgrade(async move |socket| connection::serve(socket, parts).await))
 }
 
 /// Who plays; in practice also somebody without a token.

@@ -1,6 +1,5 @@
 //! Whether a connection's reader looks for bytes itself.
 
-use super::pieces::DIRECT_READ;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -14,7 +13,7 @@ pub(super) struct Attentive<'a>(&'a AtomicBool);
 impl Attention {
     /// From now on nobody is woken when bytes come.
     pub(super) fn attentive(&self) -> Attentive<'_> {
-        self.0.store(DIRECT_READ, Ordering::Release);
+        self.0.store(true, Ordering::Release);
         Attentive(&self.0)
     }
 
