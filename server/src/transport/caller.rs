@@ -1,6 +1,6 @@
 //! Who calls.
 
-use super::low_latency::link::Link;
+use super::low_latency::listener::Link;
 use std::net::{IpAddr, SocketAddr};
 
 /// What is known of whoever opened a connection.

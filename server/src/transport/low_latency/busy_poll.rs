@@ -2,7 +2,7 @@
 //! putting a thread to sleep and waking it up again takes about as long as a tick computes. So the connection looks for
 //! the request a little longer before it sleeps, if that has paid lately and nobody else wants the core.
 
-use super::attention::Attention;
+use super::stream::Attention;
 use axum::extract::ws::{Message, WebSocket};
 use std::future::poll_fn;
 use std::pin::pin;

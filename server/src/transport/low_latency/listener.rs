@@ -1,14 +1,27 @@
 //! Accepts connections, and gives each its end of the low-latency path.
 
-use super::attention::Attention;
-use super::busy_poll::Awake;
-use super::link::Link;
-use super::stream::Stream;
+use super::busy_poll::{Awake, BusyPoll};
+use super::stream::{Attention, Stream};
 use axum::serve::Listener as Accepts;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use tokio::net::TcpListener;
+
+/// What a connection has of it; by default nothing.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Link {
+    attention: Attention,
+    /// Counts who stays awake.
+    awake: Option<Arc<Awake>>,
+}
+
+impl Link {
+    /// How the connection waits for requests, on a machine with so many cores.
+    pub(crate) fn busy_poll(self, cores: usize) -> BusyPoll {
+        BusyPoll::new(self.attention, self.awake, cores)
+    }
+}
 
 /// Accepts connections.
 #[derive(Debug)]

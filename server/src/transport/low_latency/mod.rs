@@ -7,12 +7,10 @@
 //! - Direct read (`stream.rs`): while it looks, it asks the system itself and is not registered for waking. It saves 6 % in
 //!   balls and 17 % in shelf.
 //!
-//! The rest of the program knows a [`Listener`](listener::Listener), a [`Link`](link::Link) for each connection, and a
+//! The rest of the program knows a [`Listener`](listener::Listener), a [`Link`](listener::Link) for each connection, and a
 //! [`BusyPoll`](busy_poll::BusyPoll). Without all of it: in `app/serve.rs`, hand the TCP listener itself to `serve`, or
 //! to `axum::serve`, instead of `Listener::new(tcp)`.
 
-mod attention;
 pub(crate) mod busy_poll;
-pub(crate) mod link;
 pub(crate) mod listener;
 mod stream;
