@@ -32,10 +32,7 @@ pub fn free(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         synergy::close_trace(setup, recorder).map(|trace| synergy::difference(&trace, &reference))
     };
     let (coarse, fine) = (error(setup, recorder)?, error(&at(4.0), &mut Recorder::default())?);
-    Ok(Finding {
-        error: Figure::new("order of convergence", (coarse / fine).log2() / 2.0, ""),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("order of convergence", (coarse / fine).log2() / 2.0, "")))
 }
 
 /// Largest distance of the object's centre in the palm between dt and dt/16 until the end of the hold, over both
@@ -46,8 +43,5 @@ pub fn grasp(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     for grasp in [Grasp::cylinder(), Grasp::cuboid()] {
         worst = worst.max(difference(setup, &fine, &grasp, recorder)?);
     }
-    Ok(Finding {
-        error: Figure::new("largest object error", worst * 1e3, "mm"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("largest object error", worst * 1e3, "mm")))
 }

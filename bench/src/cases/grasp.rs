@@ -2,7 +2,7 @@
 
 use super::case::{Case, Finding};
 use super::grasp_scene::{Lie, Scene, before};
-use super::setup::{Setup, ramp, steps};
+use super::setup::{Setup, moved, ramp, steps};
 use super::synergy::softhand;
 use crate::engine::Engine;
 use crate::recorder::Recorder;
@@ -14,7 +14,6 @@ use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::base::BaseCommand;
 use palmares_sim::actuation::motor::wound;
-use palmares_sim::state::BaseReference;
 use palmares_sim::{Command, Config, Model, State, World};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -202,7 +201,7 @@ fn play(
     for k in 0..steps(schedule.end_s, dt_s) {
         let t = (k + 1) as f64 * dt_s;
         command.sigma[0] = placement.sigma * ramp(t / 0.5).0;
-        command.base = BaseCommand::Exact(path(start, t, schedule.hold_s));
+        command.base = path(start, t, schedule.hold_s);
         recorder.step(&mut *world, &command)?;
         // In the first step that ends at or after a time; steps need not divide it.
         let reached = |time: f64| t >= time - 1e-9 && t - dt_s < time - 1e-9;
@@ -238,7 +237,7 @@ fn play(
 }
 
 /// Lift along z from 0.5 s to 2 s, shake along y from the end of the hold on with an onset of 0.1 s.
-fn path(start: Pose, t: f64, hold_s: f64) -> BaseReference {
+fn path(start: Pose, t: f64, hold_s: f64) -> BaseCommand {
     let (rise, rate) = ramp((t - 0.5) / 1.5);
     let mut offset = Vec3::new(0.0, 0.0, 0.1 * rise);
     let mut linear = Vec3::new(0.0, 0.0, 0.1 * rate / 1.5);
@@ -249,11 +248,7 @@ fn path(start: Pose, t: f64, hold_s: f64) -> BaseReference {
         offset.y += amplitude * onset * phase.sin();
         linear.y += amplitude * (onset * omega * phase.cos() + setting_in / 0.1 * phase.sin());
     }
-    BaseReference {
-        pose: Pose::from_parts(start.translation + offset, start.rotation),
-        linear,
-        angular: Vec3::ZERO,
-    }
+    moved(start, offset, linear)
 }
 
 /// The hand palm down over the object, which stands on a pedestal 1 mm before the palm.
@@ -318,7 +313,7 @@ pub(crate) fn closing(time_s: f64) -> (World, Command) {
     for k in 0..steps(time_s, dt_s) {
         let t = (k + 1) as f64 * dt_s;
         command.sigma[0] = CHOSEN.sigma * ramp(t / 0.5).0;
-        command.base = BaseCommand::Exact(path(start, t, SHAKEN.hold_s));
+        command.base = path(start, t, SHAKEN.hold_s);
         world.step(&command);
     }
     (world, command)

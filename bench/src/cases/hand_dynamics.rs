@@ -1,7 +1,7 @@
 //! The hand as a mechanism, without contact: energy, a stiff joint, the path of rolling joints.
 
 use super::case::{Case, Finding};
-use super::setup::{Setup, ramp, steps};
+use super::setup::{Setup, ends_of_steps, ramp, steps};
 use crate::energy::Stored;
 use crate::recorder::Recorder;
 use crate::report::Figure;
@@ -58,14 +58,11 @@ fn chain(setup: &Setup, recorder: &mut Recorder, springs: bool, bend: f64) -> Re
         drift = drift.max((now.total() - start).abs());
         motion = motion.max(now.kinetic);
     }
-    Ok(Finding {
-        error: Figure::new(
-            "largest change of energy, of the largest kinetic one",
-            100.0 * drift / motion,
-            "%",
-        ),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new(
+        "largest change of energy, of the largest kinetic one",
+        100.0 * drift / motion,
+        "%",
+    )))
 }
 
 /// Largest change of the energy in 2 s of falling, against the largest kinetic energy, in percent.
@@ -101,13 +98,12 @@ pub fn stiff_joint(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let root = (d * d - 4.0 * k * inertia).sqrt();
     let (s1, s2) = (2.0 * k / (-d - root), (-d - root) / (2.0 * inertia));
     let mut worst: f64 = 0.0;
-    for i in 0..steps(0.3, setup.dt_s) {
+    for t in ends_of_steps(0.3, setup.dt_s) {
         recorder.step(&mut *world, &command)?;
-        let t = (i + 1) as f64 * setup.dt_s;
         let exact = q0 * (s2 * (s1 * t).exp() - s1 * (s2 * t).exp()) / (s2 - s1);
         worst = worst.max((world.state().q[0] - exact).abs());
     }
-    Ok(Finding { error: Figure::new("largest joint error", worst, "rad"), invariants: recorder.invariants() })
+    Ok(recorder.finding(Figure::new("largest joint error", worst, "rad")))
 }
 
 /// Largest distance of a point of a rolling joint's outer link from the textbook's path, over all joints of the
@@ -150,8 +146,5 @@ pub fn rolling_path(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     if widest < 1.5 {
         anyhow::bail!("the joints closed to {widest} rad only");
     }
-    Ok(Finding {
-        error: Figure::new("largest distance from the path", worst, "m"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("largest distance from the path", worst, "m")))
 }

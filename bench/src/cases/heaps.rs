@@ -46,10 +46,7 @@ pub fn six_cubed(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         recorder.step(&mut *engine, &command)?;
         sum += overlaps(&*engine, radius);
     }
-    Ok(Finding {
-        error: Figure::new("mean sum of squared overlaps", sum / count as f64, "m^2"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("mean sum of squared overlaps", sum / count as f64, "m^2")))
 }
 
 /// Sum of squared overlaps of equal spheres with each other and the floor, m².
@@ -83,12 +80,7 @@ pub fn kapla(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     }
     let (mut engine, command) = scene.start(setup)?;
     let start = engine.state().objects[101].translation;
-    for _ in 0..steps(5.0, setup.dt_s) {
-        recorder.step(&mut *engine, &command)?;
-    }
+    recorder.steps(&mut *engine, &command, steps(5.0, setup.dt_s))?;
     let moved = (engine.state().objects[101].translation - start).length();
-    Ok(Finding {
-        error: Figure::new("motion of the top", moved * 1e3, "mm"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("motion of the top", moved * 1e3, "mm")))
 }

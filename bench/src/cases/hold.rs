@@ -3,7 +3,7 @@
 use super::case::{Case, Finding};
 use super::grasp::{CHOSEN, Grasp, kept};
 use super::scene::G;
-use super::setup::{Setup, ramp, steps};
+use super::setup::{Setup, ends_of_steps, ramp, risen, steps};
 use super::synergy::softhand;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
@@ -13,8 +13,6 @@ use palmares_models::hand::{Geom, HingeKind};
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
-use palmares_sim::actuation::base::BaseCommand;
-use palmares_sim::state::BaseReference;
 use palmares_sim::{Command, Config, Model, Owner, State};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -87,11 +85,7 @@ fn pinch(setup: &Setup, recorder: &mut Recorder, ratio: f64, rise: f64, time_s: 
     let (at_early, at_late) = (steps(0.05, setup.dt_s), steps(0.35, setup.dt_s));
     for k in 1..=n {
         let t = k as f64 * setup.dt_s;
-        command.base = BaseCommand::Exact(BaseReference {
-            pose: Pose::translation(0.0, 0.0, 0.5 * rise * t * t),
-            linear: Vec3::new(0.0, 0.0, rise * t),
-            angular: Vec3::ZERO,
-        });
+        command.base = risen(Pose::IDENTITY, 0.5 * rise * t * t, rise * t);
         recorder.step(&mut *world, &command)?;
         let state = world.state();
         let (linear, _) = state.object_velocity(world.model(), 0);
@@ -146,8 +140,8 @@ pub fn squeeze(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let state = State::at_rest(&model, Pose::IDENTITY, &[]);
     let mut world = setup.start(model, state)?;
     let mut command = Command::stay(world.model(), Pose::IDENTITY);
-    for k in 0..steps(3.0, setup.dt_s) {
-        command.sigma[0] = ramp((k + 1) as f64 * setup.dt_s).0;
+    for t in ends_of_steps(3.0, setup.dt_s) {
+        command.sigma[0] = ramp(t).0;
         recorder.step(&mut *world, &command)?;
     }
     let own = world.world().context("only our own engine tells its forces")?;
@@ -159,10 +153,7 @@ pub fn squeeze(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             _ => {}
         }
     }
-    Ok(Finding {
-        error: Figure::new("holding force", on_bar.length(), "N"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("holding force", on_bar.length(), "N")))
 }
 
 /// The largest step of 2^−k s at which the SoftHand keeps a capsule, in ms; every smaller one from 1/4096 s on must

@@ -2,7 +2,7 @@
 
 use super::case::{Case, Finding};
 use super::scene::{G, Scene, awake, set_velocity, velocity, weightless};
-use super::setup::{Setup, steps};
+use super::setup::{Setup, ends_of_steps, steps};
 use crate::audit::mechanical;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
@@ -79,7 +79,7 @@ pub fn bounce_zeno(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         .start(setup)?;
     let (mut apexes, mut stopped, mut top): (Vec<f64>, f64, f64) = (Vec::new(), 0.0, 0.0);
     let mut rising = false;
-    for k in 0..steps(6.0, setup.dt_s) {
+    for t in ends_of_steps(6.0, setup.dt_s) {
         recorder.step(&mut *engine, &command)?;
         let (z, rate) = (engine.state().objects[0].translation.z - radius, velocity(&*engine, 0).0.z);
         // The apex lies between two steps: where it would be with what is left of the speed.
@@ -89,7 +89,7 @@ pub fn bounce_zeno(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         }
         rising = rate > 0.0;
         if rate.abs() > 1e-3 {
-            stopped = (k + 1) as f64 * setup.dt_s;
+            stopped = t;
         }
     }
     let exact = (2.0 * h0 / G).sqrt() * (1.0 + e) / (1.0 - e);
@@ -98,10 +98,7 @@ pub fn bounce_zeno(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         worst = worst.max((apex / (h0 * e.powi(2 * (n as i32 + 1))) - 1.0).abs());
     }
     anyhow::ensure!(apexes.len() >= 6, "the ball bounced only {} times", apexes.len());
-    Ok(Finding {
-        error: Figure::new("error of an apex or of the time of rest", 100.0 * worst, "%"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("error of an apex or of the time of rest", 100.0 * worst, "%")))
 }
 
 fn cradle(setup: &Setup, recorder: &mut Recorder, gap: f64) -> Result<Finding> {
@@ -116,9 +113,7 @@ fn cradle(setup: &Setup, recorder: &mut Recorder, gap: f64) -> Result<Finding> {
     let (mut engine, command) = scene.start(setup)?;
     set_velocity(&mut *engine, 0, Vec3::X, Vec3::ZERO);
     let start = mechanical(&*engine);
-    for _ in 0..steps(0.2, setup.dt_s) {
-        recorder.step(&mut *engine, &command)?;
-    }
+    recorder.steps(&mut *engine, &command, steps(0.2, setup.dt_s))?;
     let worst = (0..5).fold(0.0f64, |worst, k| {
         let exact = if k == 4 { Vec3::X } else { Vec3::ZERO };
         worst.max((velocity(&*engine, k).0 - exact).length())

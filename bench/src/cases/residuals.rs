@@ -146,20 +146,14 @@ fn residuals(setup: &Setup, recorder: &mut Recorder, heaps: u32) -> Result<Resid
 /// Permenter, Han 2022, VI-C, is below 1e-5 in clutter.)
 pub fn contact_residuals(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let residuals = residuals(setup, recorder, 1)?;
-    Ok(Finding {
-        error: Figure::new("largest residual", residuals.worst, ""),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("largest residual", residuals.worst, "")))
 }
 
 /// Widest gap, mm, over which a contact of a falling heap carries force at the end of a step, in 1.5 s. Exact: none. The
 /// convex law lifts a contact that slides off by μ h |v_t|, and learns how fast it slides from the step before.
 pub fn contact_hover(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let residuals = residuals(setup, recorder, 1)?;
-    Ok(Finding {
-        error: Figure::new("widest gap under force", residuals.hover_m * 1e3, "mm"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("widest gap under force", residuals.hover_m * 1e3, "mm")))
 }
 
 /// Power that sliding friction fails to take, in percent of |f_t| |v_t| summed over all sliding contacts of 1.5 s of
@@ -169,8 +163,5 @@ pub fn contact_hover(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> 
 /// 32 differ from 128 by a tenth.
 pub fn contact_dissipation(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let [taken, most] = residuals(setup, recorder, 32)?.power;
-    Ok(Finding {
-        error: Figure::new("friction not opposing slip", 100.0 * (1.0 - taken / most), "%"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("friction not opposing slip", 100.0 * (1.0 - taken / most), "%")))
 }

@@ -86,7 +86,7 @@ pub fn deep_overlap(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         anyhow::ensure!(engine.outcome().penetration_m < 1e-3, "they are still in each other");
     }
     let error = Figure::bounded("fastest body", worst, "m/s", 1.0);
-    Ok(Finding { error, invariants: recorder.invariants() })
+    Ok(recorder.finding(error))
 }
 
 /// Deepest overlap, mm, after 2 s of a slab of 5 kg that lies on four spheres of a gram (r = 1 cm), then on four cubes of
@@ -103,16 +103,11 @@ pub fn heavy_on_grams(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
         let slab = cuboid(0.16, 0.16, 0.02);
         let (mut engine, command) =
             scene.body(slab, 5.0, 0.5, Pose::translation(0.0, 0.0, 0.03))?.start(setup)?;
-        for _ in 0..steps(2.0, setup.dt_s) {
-            recorder.step(&mut *engine, &command)?;
-        }
+        recorder.steps(&mut *engine, &command, steps(2.0, setup.dt_s))?;
         deepest = deepest.max(engine.outcome().penetration_m);
         anyhow::ensure!(engine.state().objects[4].translation.z > 0.029, "the slab has come down");
     }
-    Ok(Finding {
-        error: Figure::new("deepest overlap at rest", deepest * 1e3, "mm"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("deepest overlap at rest", deepest * 1e3, "mm")))
 }
 
 /// Largest rise of kinetic energy, in percent of the start, of three boxes that spin with 20 rad/s about their middle axes
@@ -175,7 +170,7 @@ pub fn wedged_box(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         recorder.step(&mut *engine, &command)?;
         moved = moved.max(engine.state().objects[0].translation.length());
     }
-    Ok(Finding { error: Figure::new("largest motion", moved * 1e3, "mm"), invariants: recorder.invariants() })
+    Ok(recorder.finding(Figure::new("largest motion", moved * 1e3, "mm")))
 }
 
 /// Impulse on the rod, N s, in the 50 ms after its tip begins to slide at 3 m/s; the larger of μ = 5/3 and 1.3. Half

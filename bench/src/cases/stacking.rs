@@ -2,7 +2,7 @@
 
 use super::case::{Case, Finding};
 use super::scene::{G, Scene, awake, cuboid, push, rigid};
-use super::setup::{Setup, steps};
+use super::setup::{Setup, ends_of_steps, steps};
 use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
@@ -61,9 +61,9 @@ pub fn rest_penetration(setup: &Setup, recorder: &mut Recorder) -> Result<Findin
                 .floor(0.5)?
                 .body(shape, mass, 0.5, Pose::translation(0.0, 0.0, 0.5 * side))?
                 .start(setup)?;
-            for k in 0..steps(2.0, setup.dt_s) {
+            for t in ends_of_steps(2.0, setup.dt_s) {
                 recorder.step(&mut *engine, &command)?;
-                if (k + 1) as f64 * setup.dt_s > 1.5 {
+                if t > 1.5 {
                     let force = force_between(&*engine, Owner::Static, Owner::Object(0));
                     wrong = wrong.max(force.map_or(0.0, |f| (f.z / (mass * G) - 1.0).abs()));
                 }
@@ -101,9 +101,7 @@ pub fn mass_ratio(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             .body(cube(), light, 0.9, Pose::translation(0.0, 0.0, 0.5 * side))?
             .body(cube(), heavy, 0.9, Pose::translation(0.0, 0.0, 1.5 * side))?
             .start(setup)?;
-        for _ in 0..steps(1.0, setup.dt_s) {
-            recorder.step(&mut *engine, &command)?;
-        }
+        recorder.steps(&mut *engine, &command, steps(1.0, setup.dt_s))?;
         let (a, b, c) = (Owner::Static, Owner::Object(0), Owner::Object(1));
         for (force, exact) in
             [(force_between(&*engine, a, b), (light + heavy) * G), (force_between(&*engine, b, c), heavy * G)]
@@ -144,9 +142,7 @@ pub fn sphere_stack(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             scene = scene.body(Shape::Sphere { radius }, mass, 0.3, Pose::translation(0.0, 0.0, z))?;
         }
         let (mut engine, command) = scene.start(setup)?;
-        for _ in 0..steps(1.0, setup.dt_s) {
-            recorder.step(&mut *engine, &command)?;
-        }
+        recorder.steps(&mut *engine, &command, steps(1.0, setup.dt_s))?;
         let mut below = 0.0;
         for k in 0..n as usize {
             let under = if k == 0 { Owner::Static } else { Owner::Object(k - 1) };

@@ -1,7 +1,7 @@
 //! The SoftHand alone: closing on air, against the closed form of adaptive synergies.
 
 use super::case::{Case, Finding};
-use super::setup::{Setup, ramp, steps};
+use super::setup::{Setup, ends_of_steps, ramp, steps};
 use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::report::Figure;
@@ -100,7 +100,7 @@ pub fn free(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         }
     };
     let error = Figure::from_own_fine_run("largest joint difference from its own fine run", error, "rad");
-    Ok(Finding { error, invariants: recorder.invariants() })
+    Ok(recorder.finding(error))
 }
 
 /// Largest joint error at rest against `q = q₀ + C_s (s − R q₀)`.
@@ -110,13 +110,13 @@ pub fn free_close(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let sigma = free_sigma(&hand, &form);
     let wound = wound(&hand.motors[0], sigma);
     let (mut world, mut command) = world_of(hand, setup)?;
-    for k in 0..steps(4.0, setup.dt_s) {
-        command.sigma[0] = sigma * ramp((k + 1) as f64 * setup.dt_s).0;
+    for t in ends_of_steps(4.0, setup.dt_s) {
+        command.sigma[0] = sigma * ramp(t).0;
         recorder.step(&mut *world, &command)?;
     }
     let (expected, _) = form.solve(&[wound], &vec![0.0; form.rest.len()]);
     let error = largest(&world.state().q, &expected);
-    Ok(Finding { error: Figure::new("largest joint error", error, "rad"), invariants: recorder.invariants() })
+    Ok(recorder.finding(Figure::new("largest joint error", error, "rad")))
 }
 
 /// Largest joint error at rest with 1 N on the index fingertip and the motor locked, against
@@ -133,8 +133,7 @@ pub fn push_locked_motor(setup: &Setup, recorder: &mut Recorder) -> Result<Findi
         .context("the SoftHand has a link `index_distal`")?;
     let push = Push { link, point: Vec3::new(0.02, 0.0, 0.0), force: Vec3::new(-0.8, 0.0, -0.6) };
     let (mut world, mut command) = world_of(hand.clone(), setup)?;
-    for k in 0..steps(6.0, setup.dt_s) {
-        let t = (k + 1) as f64 * setup.dt_s;
+    for t in ends_of_steps(6.0, setup.dt_s) {
         command.sigma[0] = sigma * ramp(t).0;
         command.pushes.clear();
         if t > 1.5 {
@@ -155,7 +154,7 @@ pub fn push_locked_motor(setup: &Setup, recorder: &mut Recorder) -> Result<Findi
         expected = form.solve(&[wound], &tau[6..]).0;
     }
     let error = largest(&world.state().q, &expected);
-    Ok(Finding { error: Figure::new("largest joint error", error, "rad"), invariants: recorder.invariants() })
+    Ok(recorder.finding(Figure::new("largest joint error", error, "rad")))
 }
 
 /// Largest joint difference of two closings, rad.

@@ -1,7 +1,7 @@
 //! Tendons beyond the free closure: a blocked joint, a slack cable, the energy of a cycle.
 
 use super::case::{Case, Finding};
-use super::setup::{Setup, ramp, steps};
+use super::setup::{Setup, ends_of_steps, ramp, steps};
 use super::synergy::softhand;
 use crate::energy::{Ledger, Stored};
 use crate::recorder::Recorder;
@@ -51,8 +51,8 @@ pub fn joint_blocked(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> 
     let mut world = setup.start(model, state)?;
     let mut command = Command::stay(world.model(), Pose::IDENTITY);
     let sigma = 0.3;
-    for k in 0..steps(4.0, setup.dt_s) {
-        command.sigma[0] = sigma * ramp((k + 1) as f64 * setup.dt_s).0;
+    for t in ends_of_steps(4.0, setup.dt_s) {
+        command.sigma[0] = sigma * ramp(t).0;
         recorder.step(&mut *world, &command)?;
     }
     let tendon = &hand.tendons[0];
@@ -80,7 +80,7 @@ pub fn joint_blocked(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> 
     if (state.q[blocked] - at).abs() > 5e-3 {
         anyhow::bail!("the clamp let the joint go to {} rad", state.q[blocked]);
     }
-    Ok(Finding { error: Figure::new("largest joint error", error, "rad"), invariants: recorder.invariants() })
+    Ok(recorder.finding(Figure::new("largest joint error", error, "rad")))
 }
 
 /// Largest joint error over half a second after the cable was let go, against the damped oscillator
@@ -110,9 +110,7 @@ pub fn slack(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut world = setup.start(model, state)?;
     let mut command = Command::stay(world.model(), Pose::IDENTITY);
     command.sigma[0] = sigma;
-    for _ in 0..steps(0.1, setup.dt_s) {
-        recorder.step(&mut *world, &command)?;
-    }
+    recorder.steps(&mut *world, &command, steps(0.1, setup.dt_s))?;
     if (world.state().q[0] - q0).abs() > 1e-6 {
         anyhow::bail!("the wound cable does not hold the joint: {} rad", world.state().q[0]);
     }
@@ -121,9 +119,8 @@ pub fn slack(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let decay = 0.5 * d / inertia;
     let damped = (omega * omega - decay * decay).sqrt();
     let (mut worst, mut pulled): (f64, f64) = (0.0, 0.0);
-    for i in 0..steps(0.5, setup.dt_s) {
+    for t in ends_of_steps(0.5, setup.dt_s) {
         recorder.step(&mut *world, &command)?;
-        let t = (i + 1) as f64 * setup.dt_s;
         let phase = damped * t;
         let exact = q0 * (-decay * t).exp() * (phase.cos() + decay / damped * phase.sin());
         worst = worst.max((world.state().q[0] - exact).abs());
@@ -132,7 +129,7 @@ pub fn slack(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     if pulled != 0.0 {
         anyhow::bail!("the slack cable carried {pulled} N m");
     }
-    Ok(Finding { error: Figure::new("largest joint error", worst, "rad"), invariants: recorder.invariants() })
+    Ok(recorder.finding(Figure::new("largest joint error", worst, "rad")))
 }
 
 /// Energy audit of a cycle: the hand closes on a fixed bar, squeezes it and opens again. What the motor put in
@@ -151,8 +148,7 @@ pub fn cycle(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut ledger = Ledger::new(world.world().context(alone)?);
     let start = Stored::of(world.model(), world.state());
     let (mut spent, mut touched) = (0.0, 0.0f64);
-    for k in 0..steps(3.0, setup.dt_s) {
-        let t = (k + 1) as f64 * setup.dt_s;
+    for t in ends_of_steps(3.0, setup.dt_s) {
         command.sigma[0] = 0.5 * (ramp(t / 0.8).0 - ramp((t - 1.2) / 0.8).0);
         recorder.step(&mut *world, &command)?;
         let before = ledger.works.motors;
