@@ -14,12 +14,11 @@ use palmares_tasks::build::build;
 use std::sync::Arc;
 
 /// Cases of this file.
-pub const CASES: &[Case] = &[Case {
-    name: "softhand_balls",
-    about: "SoftHand reaches into a box of ten 1 kg balls, closes and lifts; self-collision on",
-    peers: true,
-    run: softhand_balls,
-}];
+pub const CASES: &[Case] = &[Case::new(
+    "softhand_balls",
+    "SoftHand reaches into a box of ten 1 kg balls, closes and lifts; self-collision on",
+    softhand_balls,
+)];
 
 /// Ten balls in box A; the hand comes down among them, closes and rises, over 5 s. The figure is how far the
 /// centre of a ball got out of the boxes' outer planes: nothing may pass through a wall.

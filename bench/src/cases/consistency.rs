@@ -10,18 +10,16 @@ use anyhow::Result;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "self_consistency",
-        about: "SoftHand closing on air against its own run at dt/64: order between dt and dt/4",
-        peers: true,
-        run: free,
-    },
-    Case {
-        name: "self_consistency_grasp",
-        about: "SoftHand grasping cylinder and box against its own run at dt/16: largest object error",
-        peers: true,
-        run: grasp,
-    },
+    Case::new(
+        "self_consistency",
+        "SoftHand closing on air against its own run at dt/64: order between dt and dt/4",
+        free,
+    ),
+    Case::new(
+        "self_consistency_grasp",
+        "SoftHand grasping cylinder and box against its own run at dt/16: largest object error",
+        grasp,
+    ),
 ];
 
 /// `log₄` of the ratio of the joint errors at dt and at dt/4, both against dt/64.

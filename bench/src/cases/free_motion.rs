@@ -9,7 +9,7 @@ use super::scene::{Scene, cuboid, kinetic, set_velocity, spin, velocity, weightl
 use super::setup::{Setup, ends_of_steps, steps};
 use crate::engine::Engine;
 use crate::recorder::Recorder;
-use crate::report::{Figure, Invariants};
+use crate::report::Figure;
 use anyhow::Result;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};
@@ -17,36 +17,19 @@ use palmares_sim::{Command, Config};
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "free_flight",
-        about: "10 kg box thrown for 10 s against the parabola",
-        peers: true,
-        run: free_flight,
-    },
-    Case {
-        name: "box_tumble",
-        about: "box spun about its middle axis for 10 s keeps its angular momentum",
-        peers: true,
-        run: box_tumble,
-    },
-    Case {
-        name: "box_simple",
-        about: "box drifting and turning about a principal axis for 10 s against the exact pose",
-        peers: true,
-        run: box_simple,
-    },
-    Case {
-        name: "box_flip",
-        about: "times at which the tumbling box flips, against Jacobi's elliptic functions",
-        peers: true,
-        run: box_flip,
-    },
-    Case {
-        name: "symmetric_top",
-        about: "rate at which a torque-free cylinder precesses",
-        peers: true,
-        run: symmetric_top,
-    },
+    Case::new("free_flight", "10 kg box thrown for 10 s against the parabola", free_flight),
+    Case::new("box_tumble", "box spun about its middle axis for 10 s keeps its angular momentum", box_tumble),
+    Case::new(
+        "box_simple",
+        "box drifting and turning about a principal axis for 10 s against the exact pose",
+        box_simple,
+    ),
+    Case::new(
+        "box_flip",
+        "times at which the tumbling box flips, against Jacobi's elliptic functions",
+        box_flip,
+    ),
+    Case::new("symmetric_top", "rate at which a torque-free cylinder precesses", symmetric_top),
 ];
 
 /// The tumbling box: about the middle axis, slightly off, rad/s.
@@ -87,10 +70,8 @@ pub fn box_tumble(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         lost = lost.max((spin(&*engine, 0) - momentum).length() / momentum.length());
         gain = gain.max((kinetic(&*engine, 0) - energy).abs());
     }
-    Ok(Finding {
-        error: Figure::new("change of angular momentum", lost, "of |L|"),
-        invariants: Invariants { energy_gain_j: Some(gain), ..recorder.invariants() },
-    })
+    let error = Figure::new("change of angular momentum", lost, "of |L|");
+    Ok(recorder.finding(error).with_energy_gain(gain))
 }
 
 /// Distance of a corner of the box from where it should be after 10 s with v = (−0.9, 0.4, 0.1) m/s and

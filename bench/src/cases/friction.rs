@@ -13,30 +13,26 @@ use palmares_sim::Config;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "incline_critical",
-        about: "block on slopes of 0.9 and 0.99 mu (creep), 1.01 and 1.2 mu (acceleration), in three headings",
-        peers: true,
-        run: incline_critical,
-    },
-    Case {
-        name: "slide_stop",
-        about: "cube thrown along a floor in three directions stops after v0^2/(2 mu g)",
-        peers: true,
-        run: slide_stop,
-    },
-    Case {
-        name: "tip_or_slide",
-        about: "slopes and pushes at which a box tips or slides, found by bisection",
-        peers: true,
-        run: tip_or_slide,
-    },
-    Case {
-        name: "bead_between_plates",
-        about: "bead that cannot turn, pushed along a gap hardly wider than itself",
-        peers: true,
-        run: bead_between_plates,
-    },
+    Case::new(
+        "incline_critical",
+        "block on slopes of 0.9 and 0.99 mu (creep), 1.01 and 1.2 mu (acceleration), in three headings",
+        incline_critical,
+    ),
+    Case::new(
+        "slide_stop",
+        "cube thrown along a floor in three directions stops after v0^2/(2 mu g)",
+        slide_stop,
+    ),
+    Case::new(
+        "tip_or_slide",
+        "slopes and pushes at which a box tips or slides, found by bisection",
+        tip_or_slide,
+    ),
+    Case::new(
+        "bead_between_plates",
+        "bead that cannot turn, pushed along a gap hardly wider than itself",
+        bead_between_plates,
+    ),
 ];
 
 /// Headings against the axes of cube and contact tangents: a friction pyramid shows at those between.
@@ -91,10 +87,8 @@ pub fn incline_critical(setup: &Setup, recorder: &mut Recorder) -> Result<Findin
             worst = worst.max((gained - exact).length() / (mu * normal));
         }
     }
-    Ok(Finding {
-        error: Figure::new("acceleration error", 100.0 * worst, "% of mu g"),
-        invariants: Invariants { slip_mm_s: Some(creep * 1e3), ..recorder.invariants() },
-    })
+    let error = Figure::new("acceleration error", 100.0 * worst, "% of mu g");
+    Ok(Finding { error, invariants: Invariants { slip_mm_s: Some(creep * 1e3), ..recorder.invariants() } })
 }
 
 /// Largest relative error of the stopping distance v₀²/(2 μ g) over three headings, in percent; the

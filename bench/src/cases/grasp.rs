@@ -20,30 +20,22 @@ use std::sync::Arc;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "softhand_cylinder",
-        about: "SoftHand closes on a 0.1 kg cylinder, lifts, holds and shakes it",
-        peers: true,
-        run: cylinder,
-    },
-    Case {
-        name: "softhand_box",
-        about: "SoftHand closes on a 0.5 kg box, lifts, holds and shakes it",
-        peers: true,
-        run: cuboid,
-    },
-    Case {
-        name: "softhand_cylinder_60s",
-        about: "SoftHand holds the 0.1 kg cylinder still for 60 s: creep",
-        peers: true,
-        run: |setup, recorder| long_hold(setup, recorder, &Grasp::cylinder()),
-    },
-    Case {
-        name: "softhand_box_60s",
-        about: "SoftHand holds the 0.5 kg box still for 60 s: creep",
-        peers: true,
-        run: |setup, recorder| long_hold(setup, recorder, &Grasp::cuboid()),
-    },
+    Case::new(
+        "softhand_cylinder",
+        "SoftHand closes on a 0.1 kg cylinder, lifts, holds and shakes it",
+        cylinder,
+    ),
+    Case::new("softhand_box", "SoftHand closes on a 0.5 kg box, lifts, holds and shakes it", cuboid),
+    Case::new(
+        "softhand_cylinder_60s",
+        "SoftHand holds the 0.1 kg cylinder still for 60 s: creep",
+        |setup, recorder| long_hold(setup, recorder, &Grasp::cylinder()),
+    ),
+    Case::new(
+        "softhand_box_60s",
+        "SoftHand holds the 0.5 kg box still for 60 s: creep",
+        |setup, recorder| long_hold(setup, recorder, &Grasp::cuboid()),
+    ),
 ];
 
 /// Friction coefficient of the hand's surfaces and of the object in these cases, whatever the hand's gloves are made of.
@@ -80,6 +72,8 @@ struct Schedule {
 }
 
 const SHAKEN: Schedule = Schedule { hold_s: 4.0, end_s: 6.0 };
+/// Without the shaking.
+const UNTIL_HELD: Schedule = Schedule { end_s: SHAKEN.hold_s, ..SHAKEN };
 /// The hold settles for half a second after the lift; creep is measured over the 60 s that follow.
 const LONG: Schedule = Schedule { hold_s: 62.5, end_s: 62.5 };
 
@@ -139,19 +133,14 @@ fn long_hold(setup: &Setup, recorder: &mut Recorder, grasp: &Grasp) -> Result<Fi
 
 fn case(setup: &Setup, recorder: &mut Recorder, grasp: &Grasp) -> Result<Finding> {
     let run = play(setup, grasp, CHOSEN, SHAKEN, recorder)?;
-    let error = match setup.reference().filter(|_| run.invariants.held == Some(true)) {
-        // What was lost has no error worth a long reference run.
-        None => None,
-        Some(fine) => {
-            let until_held = Schedule { end_s: SHAKEN.hold_s, ..SHAKEN };
-            let name = format!("grasp of {:?}, {} kg", grasp.shape, grasp.mass);
-            let reference = fine.once(&name, |fine| {
-                Ok(play(fine, grasp, CHOSEN, until_held, &mut Recorder::default())?.trace)
-            });
-            // A run does what was asked for whether or not its fine one comes to an end.
-            reference.ok().map(|reference| apart(&run.trace, &reference) * 1e3)
-        }
-    };
+    // What was lost has no error worth a long reference run.
+    let error = setup.reference().filter(|_| run.invariants.held == Some(true)).and_then(|fine| {
+        let name = format!("grasp of {:?}, {} kg", grasp.shape, grasp.mass);
+        let reference = fine
+            .once(&name, |fine| Ok(play(fine, grasp, CHOSEN, UNTIL_HELD, &mut Recorder::default())?.trace));
+        // A run does what was asked for whether or not its fine one comes to an end.
+        reference.ok().map(|reference| apart(&run.trace, &reference) * 1e3)
+    });
     Ok(Finding {
         error: Figure::from_own_fine_run("largest distance of the object from its own fine run", error, "mm"),
         invariants: run.invariants,
@@ -161,9 +150,8 @@ fn case(setup: &Setup, recorder: &mut Recorder, grasp: &Grasp) -> Result<Finding
 /// Largest distance of the object's centre in the palm between two runs until the end of the hold, m. The
 /// first run is recorded.
 pub fn difference(a: &Setup, b: &Setup, grasp: &Grasp, recorder: &mut Recorder) -> Result<f64> {
-    let until_held = Schedule { end_s: SHAKEN.hold_s, ..SHAKEN };
-    let first = play(a, grasp, CHOSEN, until_held, recorder)?;
-    let second = play(b, grasp, CHOSEN, until_held, &mut Recorder::default())?;
+    let first = play(a, grasp, CHOSEN, UNTIL_HELD, recorder)?;
+    let second = play(b, grasp, CHOSEN, UNTIL_HELD, &mut Recorder::default())?;
     Ok(apart(&first.trace, &second.trace))
 }
 

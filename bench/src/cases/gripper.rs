@@ -14,12 +14,11 @@ use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 /// Cases of this file.
-pub const CASES: &[Case] = &[Case {
-    name: "gripper_analytic",
-    about: "two jaws close on a ball with constant forces, lift it and hit a stop: height of the ball",
-    peers: false,
-    run: gripper_analytic,
-}];
+pub const CASES: &[Case] = &[Case::ours(
+    "gripper_analytic",
+    "two jaws close on a ball with constant forces, lift it and hit a stop: height of the ball",
+    gripper_analytic,
+)];
 
 /// Of the ball: m, kg
 const BALL_KG: f64 = 0.2;

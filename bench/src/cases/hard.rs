@@ -23,60 +23,35 @@ use std::sync::Arc;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "hard_heavy_object",
-        about: "fingers of 24 g close on a 5 kg cylinder and lift it",
-        peers: true,
-        run: heavy_object,
-    },
-    Case {
-        name: "hard_pressed_fingers",
-        about: "a 5 kg ball falls on the open fingers of a hand that lies on the floor, which then close",
-        peers: true,
-        run: pressed_fingers,
-    },
-    Case {
-        name: "hard_tendons",
-        about: "grasps with cables of 50 to 1e6 N m/rad",
-        peers: false,
-        run: tendons,
-    },
-    Case {
-        name: "hard_springs",
-        about: "a grasp with joint springs a hundred times stiffer and the cable as strong",
-        peers: false,
-        run: springs,
-    },
-    Case {
-        name: "hard_pressed_base",
-        about: "the base servo presses the hand against floor and wall with all its force",
-        peers: true,
-        run: pressed_base,
-    },
-    Case {
-        name: "hard_overlap",
-        about: "the hand starts deep inside a ball; they are led apart",
-        peers: true,
-        run: overlap,
-    },
-    Case {
-        name: "hard_teleport",
-        about: "the base's set point jumps by half a metre and a quarter turn while the hand holds an object",
-        peers: false,
-        run: teleport,
-    },
-    Case {
-        name: "hard_spin",
-        about: "a capsule that spins at 100 rad/s about an oblique axis falls on the floor; energy from nowhere",
-        peers: false,
-        run: spin,
-    },
-    Case {
-        name: "hard_flip",
-        about: "the motor's command flips between 0 and 1 every 20 ms around an object",
-        peers: false,
-        run: flip,
-    },
+    Case::new("hard_heavy_object", "fingers of 24 g close on a 5 kg cylinder and lift it", heavy_object),
+    Case::new(
+        "hard_pressed_fingers",
+        "a 5 kg ball falls on the open fingers of a hand that lies on the floor, which then close",
+        pressed_fingers,
+    ),
+    Case::ours("hard_tendons", "grasps with cables of 50 to 1e6 N m/rad", tendons),
+    Case::ours(
+        "hard_springs",
+        "a grasp with joint springs a hundred times stiffer and the cable as strong",
+        springs,
+    ),
+    Case::new(
+        "hard_pressed_base",
+        "the base servo presses the hand against floor and wall with all its force",
+        pressed_base,
+    ),
+    Case::new("hard_overlap", "the hand starts deep inside a ball; they are led apart", overlap),
+    Case::ours(
+        "hard_teleport",
+        "the base's set point jumps by half a metre and a quarter turn while the hand holds an object",
+        teleport,
+    ),
+    Case::ours(
+        "hard_spin",
+        "a capsule that spins at 100 rad/s about an oblique axis falls on the floor; energy from nowhere",
+        spin,
+    ),
+    Case::ours("hard_flip", "the motor's command flips between 0 and 1 every 20 ms around an object", flip),
 ];
 
 /// What was seen of a scene.

@@ -13,18 +13,12 @@ use palmares_models::{Pose, Rotation, Vec3};
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "six_cubed",
-        about: "6 x 6 x 6 spheres without friction fall apart for 3 s; how much they overlap",
-        peers: true,
-        run: six_cubed,
-    },
-    Case {
-        name: "kapla",
-        about: "tower of 102 planks in 34 crossed layers stands for 5 s",
-        peers: true,
-        run: kapla,
-    },
+    Case::new(
+        "six_cubed",
+        "6 x 6 x 6 spheres without friction fall apart for 3 s; how much they overlap",
+        six_cubed,
+    ),
+    Case::new("kapla", "tower of 102 planks in 34 crossed layers stands for 5 s", kapla),
 ];
 
 /// Mean over steps of the sum of squared overlaps, m², of 216 spheres (10 kg, R = 0.1 m) 0.21 m apart, each off its place by up to

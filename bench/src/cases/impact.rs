@@ -5,7 +5,7 @@ use super::scene::{G, Scene, awake, set_velocity, velocity, weightless};
 use super::setup::{Setup, ends_of_steps, steps};
 use crate::audit::mechanical;
 use crate::recorder::Recorder;
-use crate::report::{Figure, Invariants};
+use crate::report::Figure;
 use anyhow::Result;
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
@@ -13,30 +13,26 @@ use palmares_models::{Pose, Vec3};
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "bounce_elastic",
-        about: "49 elastic balls bounce from 5 m for 20 s and keep their energy",
-        peers: true,
-        run: bounce_elastic,
-    },
-    Case {
-        name: "bounce_zeno",
-        about: "ball with e = 0.8 falls from 1 m, bounces ever lower and comes to rest",
-        peers: true,
-        run: bounce_zeno,
-    },
-    Case {
-        name: "newton_cradle",
-        about: "five equal elastic spheres a tenth of a millimetre apart: the last takes the speed",
-        peers: true,
-        run: newton_cradle,
-    },
-    Case {
-        name: "newton_cradle_touching",
-        about: "five equal elastic spheres that touch: by impacts of two the last takes the speed",
-        peers: true,
-        run: newton_cradle_touching,
-    },
+    Case::new(
+        "bounce_elastic",
+        "49 elastic balls bounce from 5 m for 20 s and keep their energy",
+        bounce_elastic,
+    ),
+    Case::new(
+        "bounce_zeno",
+        "ball with e = 0.8 falls from 1 m, bounces ever lower and comes to rest",
+        bounce_zeno,
+    ),
+    Case::new(
+        "newton_cradle",
+        "five equal elastic spheres a tenth of a millimetre apart: the last takes the speed",
+        newton_cradle,
+    ),
+    Case::new(
+        "newton_cradle_touching",
+        "five equal elastic spheres that touch: by impacts of two the last takes the speed",
+        newton_cradle_touching,
+    ),
 ];
 
 fn ball(radius: f64, mass: f64, restitution: f64) -> Result<Object> {
@@ -63,10 +59,8 @@ pub fn bounce_elastic(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
         sum += change * change;
         gain = gain.max(change);
     }
-    Ok(Finding {
-        error: Figure::new("mean squared change of energy", sum / count as f64, "J^2"),
-        invariants: Invariants { energy_gain_j: Some(gain), ..recorder.invariants() },
-    })
+    let error = Figure::new("mean squared change of energy", sum / count as f64, "J^2");
+    Ok(recorder.finding(error).with_energy_gain(gain))
 }
 
 /// Largest relative error, in percent, of the first six apexes `h_n = e^(2 n) h₀` and of the time at which a ball with
@@ -119,10 +113,8 @@ fn cradle(setup: &Setup, recorder: &mut Recorder, gap: f64) -> Result<Finding> {
         worst.max((velocity(&*engine, k).0 - exact).length())
     });
     let gain = mechanical(&*engine) - start;
-    Ok(Finding {
-        error: Figure::new("largest error of a speed", 100.0 * worst, "% of v0"),
-        invariants: Invariants { energy_gain_j: Some(gain), ..recorder.invariants() },
-    })
+    let error = Figure::new("largest error of a speed", 100.0 * worst, "% of v0");
+    Ok(recorder.finding(error).with_energy_gain(gain))
 }
 
 /// Largest error of a ball's speed, in percent of v₀ = 1 m/s, after the first of five (0.1 kg, 2 cm, e = 1) that are a tenth of

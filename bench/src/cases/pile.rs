@@ -16,18 +16,16 @@ use std::sync::Arc;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "thirty_objects_and_hand",
-        about: "30 balls, boxes and cylinders pour into a 50 cm box; SoftHand reaches in palm down, closes, lifts",
-        peers: true,
-        run: poured,
-    },
-    Case {
-        name: "dense_heap_and_hand",
-        about: "SoftHand digs, fingers first, in a settled heap of 30 mixed objects in a 28 cm box",
-        peers: true,
-        run: dense_heap,
-    },
+    Case::new(
+        "thirty_objects_and_hand",
+        "30 balls, boxes and cylinders pour into a 50 cm box; SoftHand reaches in palm down, closes, lifts",
+        poured,
+    ),
+    Case::new(
+        "dense_heap_and_hand",
+        "SoftHand digs, fingers first, in a settled heap of 30 mixed objects in a 28 cm box",
+        dense_heap,
+    ),
 ];
 
 /// Inner half width and height of the dense heap's box, m.

@@ -15,12 +15,11 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Cases of this file.
-pub const CASES: &[Case] = &[Case {
-    name: "pinch_ball",
-    about: "the pinch hand closes on a 50 g ball, lifts and holds it between two fingertips",
-    peers: false,
-    run: ball,
-}];
+pub const CASES: &[Case] = &[Case::ours(
+    "pinch_ball",
+    "the pinch hand closes on a 50 g ball, lifts and holds it between two fingertips",
+    ball,
+)];
 
 /// Radius of the ball, m, and its mass, kg.
 const RADIUS_M: f64 = 0.02;

@@ -3,6 +3,7 @@
 use super::case::{Case, Finding};
 use super::grasp::{static_residual, tension_balance};
 use super::setup::{Setup, ends_of_steps, ramp, risen};
+use super::synergy::world_of;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
 use anyhow::{Context, Result};
@@ -20,18 +21,12 @@ use std::sync::Arc;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "reflex_free",
-        about: "ReFlex closed on air at rest against the exact equilibrium of its R(q)",
-        peers: false,
-        run: free,
-    },
-    Case {
-        name: "reflex_ball",
-        about: "ReFlex closes on a 1 kg ball of 10 cm from above, lifts it and holds it for 2 s",
-        peers: false,
-        run: ball,
-    },
+    Case::ours("reflex_free", "ReFlex closed on air at rest against the exact equilibrium of its R(q)", free),
+    Case::ours(
+        "reflex_ball",
+        "ReFlex closes on a 1 kg ball of 10 cm from above, lifts it and holds it for 2 s",
+        ball,
+    ),
 ];
 
 fn reflex() -> Result<Arc<Hand>> {
@@ -43,10 +38,7 @@ pub fn free(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let hand = reflex()?;
     let mut worst: f64 = 0.0;
     for closed in [0.3, 0.6, 0.9] {
-        let model = Model::new(Config::with_step(setup.dt_s), Some(Arc::clone(&hand)))?;
-        let state = State::at_rest(&model, Pose::IDENTITY, &[]);
-        let mut command = Command::stay(&model, Pose::IDENTITY);
-        let mut world = setup.start(model, state)?;
+        let (mut world, mut command) = world_of(Arc::clone(&hand), setup)?;
         for t in ends_of_steps(6.0, setup.dt_s) {
             command.sigma[..3].fill(closed * ramp(t).0);
             recorder.step(&mut *world, &command)?;

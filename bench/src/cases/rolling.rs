@@ -6,7 +6,7 @@ use super::scene::{
 };
 use super::setup::{Setup, ends_of_steps, steps};
 use crate::recorder::Recorder;
-use crate::report::{Figure, Invariants};
+use crate::report::Figure;
 use anyhow::Result;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
@@ -14,36 +14,23 @@ use palmares_sim::Config;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "rolling_cylinder",
-        about: "cylinder rolls along a floor for 10 s and keeps its energy",
-        peers: true,
-        run: rolling_cylinder,
-    },
-    Case {
-        name: "incline_sphere",
-        about: "sphere on a slope: rolls with 5/7 g sin th, or slides and spins up",
-        peers: true,
-        run: incline_sphere,
-    },
-    Case {
-        name: "bowling",
-        about: "sphere thrown without spin slides, then rolls with 5/7 of its speed",
-        peers: true,
-        run: bowling,
-    },
-    Case {
-        name: "rolling_box_balls",
-        about: "10 kg box dragged over the ground with 25 balls rolling on it",
-        peers: true,
-        run: rolling_box_balls,
-    },
-    Case {
-        name: "spring_cylinder",
-        about: "cylinder on a spring rolls to and fro for 5 s",
-        peers: true,
-        run: spring_cylinder,
-    },
+    Case::new(
+        "rolling_cylinder",
+        "cylinder rolls along a floor for 10 s and keeps its energy",
+        rolling_cylinder,
+    ),
+    Case::new(
+        "incline_sphere",
+        "sphere on a slope: rolls with 5/7 g sin th, or slides and spins up",
+        incline_sphere,
+    ),
+    Case::new("bowling", "sphere thrown without spin slides, then rolls with 5/7 of its speed", bowling),
+    Case::new(
+        "rolling_box_balls",
+        "10 kg box dragged over the ground with 25 balls rolling on it",
+        rolling_box_balls,
+    ),
+    Case::new("spring_cylinder", "cylinder on a spring rolls to and fro for 5 s", spring_cylinder),
 ];
 
 const LYING: f64 = std::f64::consts::FRAC_PI_2;
@@ -74,10 +61,8 @@ pub fn rolling_cylinder(setup: &Setup, recorder: &mut Recorder) -> Result<Findin
         gain = gain.max(sum / second as f64 - start);
     }
     let loss = 100.0 * (1.0 - velocity(&*engine, 0).0.x / v0);
-    Ok(Finding {
-        error: Figure::new("speed lost in 10 s", loss.abs(), "%"),
-        invariants: Invariants { energy_gain_j: Some(gain), ..recorder.invariants() },
-    })
+    let error = Figure::new("speed lost in 10 s", loss.abs(), "%");
+    Ok(recorder.finding(error).with_energy_gain(gain))
 }
 
 /// Largest relative error of acceleration and angular acceleration, in percent, of a solid sphere (R = 0.05 m, 1 kg)
@@ -217,8 +202,6 @@ pub fn spring_cylinder(setup: &Setup, recorder: &mut Recorder) -> Result<Finding
             gain = gain.max(0.5 * k * x * x + kinetic(&*engine, 0) - energy);
         }
     }
-    Ok(Finding {
-        error: Figure::new("position error", 100.0 * worst, "% of x0"),
-        invariants: Invariants { energy_gain_j: Some(gain), ..recorder.invariants() },
-    })
+    let error = Figure::new("position error", 100.0 * worst, "% of x0");
+    Ok(recorder.finding(error).with_energy_gain(gain))
 }

@@ -5,7 +5,7 @@ use super::scene::{G, Scene, awake, cuboid, push, rigid};
 use super::setup::{Setup, ends_of_steps, steps};
 use crate::engine::Engine;
 use crate::recorder::Recorder;
-use crate::report::{Figure, Invariants};
+use crate::report::Figure;
 use anyhow::Result;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};
@@ -13,24 +13,17 @@ use palmares_sim::{Config, Owner};
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "rest_penetration",
-        about: "sphere and box at rest sink m g/k into the floor, with a steady force",
-        peers: false,
-        run: rest_penetration,
-    },
-    Case {
-        name: "mass_ratio",
-        about: "cube on a cube up to a million times lighter, at rest and dragged",
-        peers: true,
-        run: mass_ratio,
-    },
-    Case {
-        name: "sphere_stack",
-        about: "columns of 1 to 15 spheres stand, and every contact carries what is above it",
-        peers: true,
-        run: sphere_stack,
-    },
+    Case::ours(
+        "rest_penetration",
+        "sphere and box at rest sink m g/k into the floor, with a steady force",
+        rest_penetration,
+    ),
+    Case::new("mass_ratio", "cube on a cube up to a million times lighter, at rest and dragged", mass_ratio),
+    Case::new(
+        "sphere_stack",
+        "columns of 1 to 15 spheres stand, and every contact carries what is above it",
+        sphere_stack,
+    ),
 ];
 
 /// Force between two bodies in the last step, on the one with the higher number, N; zero if they do not touch,
@@ -72,10 +65,8 @@ pub fn rest_penetration(setup: &Setup, recorder: &mut Recorder) -> Result<Findin
             worst = worst.max((depth / exact - 1.0).abs());
         }
     }
-    Ok(Finding {
-        error: Figure::new("depth error", 100.0 * worst, "%"),
-        invariants: Invariants { force_error_percent: Some(100.0 * wrong), ..recorder.invariants() },
-    })
+    let error = Figure::new("depth error", 100.0 * worst, "%");
+    Ok(recorder.finding(error).with_force_error(wrong))
 }
 
 /// How far the dragged cubes are wrong, as the largest way, in mm, that the upper cube (0.2 m, √r kg) moved on the
@@ -120,10 +111,8 @@ pub fn mass_ratio(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             moved = moved.max((engine.state().objects[k].translation - start[k]).length());
         }
     }
-    Ok(Finding {
-        error: Figure::new("largest motion of a cube", moved * 1e3, "mm"),
-        invariants: Invariants { force_error_percent: Some(100.0 * wrong), ..recorder.invariants() },
-    })
+    let error = Figure::new("largest motion of a cube", moved * 1e3, "mm");
+    Ok(recorder.finding(error).with_force_error(wrong))
 }
 
 /// Deepest overlap, mm, in columns of n = 1 … 15 spheres (r = 0.05 m, 0.2 kg, μ = 0.3) that stand for 1 s (Horak &
@@ -154,8 +143,6 @@ pub fn sphere_stack(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             below = z;
         }
     }
-    Ok(Finding {
-        error: Figure::new("deepest overlap", deepest * 1e3, "mm"),
-        invariants: Invariants { force_error_percent: Some(100.0 * wrong), ..recorder.invariants() },
-    })
+    let error = Figure::new("deepest overlap", deepest * 1e3, "mm");
+    Ok(recorder.finding(error).with_force_error(wrong))
 }

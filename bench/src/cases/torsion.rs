@@ -15,18 +15,12 @@ use std::sync::Arc;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "pinch_tilt_torsion",
-        about: "rod between two round pads: how far from its centre it can be held level",
-        peers: false,
-        run: pinch_tilt_torsion,
-    },
-    Case {
-        name: "disc_contensou",
-        about: "disc that slides and spins on a plane: both end together",
-        peers: true,
-        run: disc_contensou,
-    },
+    Case::ours(
+        "pinch_tilt_torsion",
+        "rod between two round pads: how far from its centre it can be held level",
+        pinch_tilt_torsion,
+    ),
+    Case::new("disc_contensou", "disc that slides and spins on a plane: both end together", disc_contensou),
 ];
 
 /// Error, in percent, of the largest distance from its centre of mass at which a rod (0.2 kg) can be pinched with N = 20 N by
