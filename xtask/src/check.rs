@@ -20,6 +20,9 @@ struct Tally {
     skipped: u32,
 }
 
+/// A check that passed as a whole.
+const PASSED: Tally = Tally { passed: 1, failed: 0, skipped: 0 };
+
 impl Tally {
     fn plus(self, other: Tally) -> Tally {
         Tally {
@@ -50,35 +53,27 @@ pub(crate) fn run() -> Result<bool> {
             whole(cargo().args(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
         }),
         step("Postgres for the tests", || {
-            if apt::postgres() {
-                return Ok(Tally { passed: 1, ..Tally::default() });
-            }
-            println!("skipped: Postgres is not installed (Debian's package `postgresql`), and could not be");
-            Ok(Tally { skipped: 1, ..Tally::default() })
+            let missing = "Postgres is not installed (Debian's package `postgresql`), and could not be";
+            or_skipped(apt::postgres().then_some(()).ok_or_else(|| missing.to_owned()))
         }),
         step("Rust tests", || counted(cargo().args(["test", "--workspace", "--no-fail-fast"]), rust_tests)),
     ];
     steps.push(step("instruction counts", || match instructions::prepare()? {
         Ok(mut bench) => whole(&mut bench),
-        Err(reason) => {
-            println!("skipped: {reason}");
-            Ok(Tally { skipped: 1, ..Tally::default() })
-        }
+        Err(reason) => or_skipped(Err(reason)),
     }));
     let mut server = None;
     steps.push(step("server for the Python tests", || {
         server = Some(build_server(false)?);
-        Ok(Tally { passed: 1, ..Tally::default() })
+        Ok(PASSED)
     }));
     if let Some(program) = &server {
-        steps.push(step("descriptions in docs/schema", || {
-            schema::check(program).map(|()| Tally { passed: 1, ..Tally::default() })
-        }));
+        steps.push(step("descriptions in docs/schema", || schema::check(program).map(|()| PASSED)));
     }
     let mut environment = None;
     steps.push(step("Python environment", || {
         environment = Some(Environment::prepare()?);
-        Ok(Tally { passed: 1, ..Tally::default() })
+        Ok(PASSED)
     }));
     if let Some(environment) = &environment {
         let python = |arguments: &[&str]| {
@@ -125,7 +120,7 @@ fn step(name: &'static str, body: impl FnOnce() -> Result<Tally>) -> Step {
 /// A check that passed, or the reason why this machine cannot make it, said aloud.
 fn or_skipped(outcome: std::result::Result<(), String>) -> Result<Tally> {
     match outcome {
-        Ok(()) => Ok(Tally { passed: 1, ..Tally::default() }),
+        Ok(()) => Ok(PASSED),
         Err(reason) => {
             println!("skipped: {reason}");
             Ok(Tally { skipped: 1, ..Tally::default() })

@@ -9,13 +9,11 @@ mod health;
 mod leaderboard;
 mod openapi;
 mod pages;
-mod problem;
 mod replay;
 mod runs;
 
-pub(crate) use problem::Problem;
-
 use crate::app::App;
+use crate::problem;
 use crate::store::{HandRow, RunRecord};
 use crate::{transport, watch};
 use axum::Router;

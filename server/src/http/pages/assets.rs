@@ -1,6 +1,6 @@
 //! The viewer's scripts and style sheets, as `cargo xtask viewer` has left them in `viewer/dist` when the server was compiled.
 
-use crate::http::problem::nothing_here;
+use crate::problem::nothing_here;
 use axum::extract::Path;
 use axum::http::header::{
     ACCEPT_ENCODING, CACHE_CONTROL, CONTENT_ENCODING, CONTENT_TYPE, VARY, X_CONTENT_TYPE_OPTIONS,

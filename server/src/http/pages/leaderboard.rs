@@ -2,8 +2,8 @@
 
 use super::shell::{Page, answer};
 use crate::competition::Competition;
-use crate::http::problem::{Problem, store_failed};
 use crate::names::printable;
+use crate::problem::Problem;
 use crate::rules::Phase;
 use crate::store::{LeaderboardRow, Store, TaskBest};
 use axum::extract::State;
@@ -23,7 +23,7 @@ pub(in crate::http) async fn leaderboard(
     State(store): State<Store>,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, Problem> {
-    let rows = store.leaderboard(competition.rules.official()).await.map_err(|error| store_failed(&error))?;
+    let rows = store.leaderboard(competition.rules.official()).await?;
     let here = headers.get(HOST).and_then(|value| value.to_str().ok()).unwrap_or("127.0.0.1:8080");
     let tasks: Vec<&str> = competition.tasks.iter().map(|task| task.name.as_str()).collect();
     let phase = competition.rules.official().then(|| competition.rules.phase());

@@ -16,7 +16,7 @@ pub(crate) struct Problem(pub(crate) Refusal);
 /// An error, RFC 9457.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "Problem")]
-pub(super) struct Body<'a> {
+pub(crate) struct Body<'a> {
     /// No page describes the codes one by one: the standard's word for that.
     r#type: &'static str,
     title: &'a str,
@@ -72,19 +72,32 @@ impl IntoResponse for Problem {
 }
 
 /// The address exists, but not for this method.
-pub(super) fn method_not_allowed(method: &Method) -> Response {
+pub(crate) fn method_not_allowed(method: &Method) -> Response {
     let message = format!("{method} is not possible here");
     respond(StatusCode::METHOD_NOT_ALLOWED, &Refusal::new(Code::BadRequest, message))
 }
 
 /// The address does not exist.
-pub(in crate::http) async fn nothing_here(uri: Uri) -> Problem {
+pub(crate) async fn nothing_here(uri: Uri) -> Problem {
     let message = format!("nothing at {}", shortened(uri.path()));
-    Problem(Refusal::new(Code::NotFound, message))
+    Problem::new(Code::NotFound, message)
 }
 
-/// Logs a failure of the store and words it for the client.
-pub(in crate::http) fn store_failed(error: &StoreError) -> Problem {
-    tracing::error!(%error, "store failed");
-    Problem(Refusal::new(Code::Internal, "the database does not answer").retry_after(5.0))
+impl Problem {
+    /// A refusal with this code, in words for the client.
+    pub(crate) fn new(code: Code, message: impl Into<String>) -> Self {
+        Problem(Refusal::new(code, message))
+    }
+}
+
+impl From<Refusal> for Problem {
+    fn from(refusal: Refusal) -> Self {
+        Problem(refusal)
+    }
+}
+
+impl From<StoreError> for Problem {
+    fn from(error: StoreError) -> Self {
+        Problem(error.into())
+    }
 }
