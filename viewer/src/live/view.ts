@@ -1,6 +1,6 @@
 /** A world as it is played: picture, score, events, clocks, and why an object counts or does not. */
 import { clock, points } from '../board/format';
-import { button, el, facts, name, setText } from '../board/kit';
+import { el, facts, name, setText } from '../board/kit';
 import type { Moment } from '../model/moment';
 import type { Body, SceneInfo } from '../model/scene';
 import { type Listener, type Outcome, type RunEvent, type SessionClock, type Target, type Verdict, WatchSocket } from '../net/watch';
@@ -24,14 +24,21 @@ declare global {
 
 export class LiveView implements Listener {
   private readonly place = el('div', { class: 'stage' });
-  private readonly note = el('p', { class: 'stage-note', role: 'status' }, 'Connecting …');
+  private readonly noteText = el('span', { class: 'card' }, 'Connecting …');
+  private readonly note = el('p', { class: 'stage-note', role: 'status' }, this.noteText);
   private readonly who = el('h1', {}, 'Live');
   private readonly figures = { score: el('span', { class: 'num' }, '–'), run: el('span', { class: 'num' }, '–'), session: el('span', { class: 'num' }, '–'), factor: el('span', { class: 'num' }, '–'), late: el('span', { class: 'num' }, '–') };
   private readonly log = el('ol', { class: 'log', tabindex: 0, 'aria-live': 'polite', 'aria-label': 'Events' });
   private readonly objects = el('select', { id: 'object' });
   private readonly verdict = el('div', { role: 'status' }, el('p', { class: 'soft' }, 'Click an object, or choose one here.'));
   private readonly gauges = new Gauges();
-  private readonly token = el('div', { hidden: true });
+  private readonly tokenField = el('input', { type: 'password', id: 'token', autocomplete: 'off', spellcheck: 'false' });
+  private readonly tokenSays = el('p', { class: 'error', role: 'alert' });
+  private readonly token = el('details', { class: 'panel' }, el('summary', {}, 'I have a token'),
+    el('form', { on: { submit: (event) => { event.preventDefault(); this.useToken(); } } },
+      el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token of a viewer or an organizer'), this.tokenField,
+        el('p', { class: 'hint' }, 'It is kept in this page\u2019s memory alone.'), this.tokenSays),
+      el('button', { type: 'submit' }, 'Use it')));
   private readonly stage: Stage;
   private socket: WatchSocket;
   private info: SceneInfo | null = null;
@@ -43,19 +50,18 @@ export class LiveView implements Listener {
 
   constructor(app: HTMLElement, private readonly target: Target) {
     app.classList.add('stage-page');
-    this.place.append(this.note);
     const side = el('div', { class: 'side' });
     app.replaceChildren(this.place, side);
     this.stage = new Stage(this.place);
     const stages = (): Stage[] => [this.stage];
-    this.place.append(el('div', { class: 'hud bottom-left' }, viewButtons(stages)));
+    // After the canvas, so that they lie above it.
+    this.place.append(this.note, el('div', { class: 'hud bottom-left' }, viewButtons(stages)));
     side.append(
       el('section', { class: 'panel' }, this.who, facts([['Score', this.figures.score], ['Run', this.figures.run], ['Session left', this.figures.session],
         ['Times real time', this.figures.factor], ['Late', this.figures.late]])),
-      this.token,
       el('section', { class: 'panel' }, el('h2', {}, 'What the referee says'), el('div', { class: 'field' }, el('label', { for: 'object' }, 'Object'), this.objects), this.verdict),
       el('section', { class: 'panel' }, el('h2', {}, 'Events'), this.log),
-      this.gauges.element, overlaySwitches(stages), el('p', {}, el('a', { href: '/live' }, 'Other worlds')));
+      this.gauges.element, overlaySwitches(stages), this.token, el('p', {}, el('a', { href: '/live' }, 'Other worlds')));
     this.objects.addEventListener('change', () => { this.stage.pick(this.objects.value === '' ? null : Number(this.objects.value)); });
     this.stage.onPick((id) => { this.pick(id); });
     this.socket = new WatchSocket(target, this);
@@ -111,32 +117,39 @@ export class LiveView implements Listener {
   }
 
   ended(outcome: Outcome | null): void {
-    this.note.hidden = false;
     const what = outcome ? `The run is over: ${points(outcome.score)} points, ${outcome.in_goal} in the goal (${outcome.reason.replaceAll('_', ' ')}).` : 'The run ended by a fault.';
-    this.note.textContent = `${what} The next one of this session is shown when it begins.`;
+    this.say(`${what} The next one of this session is shown when it begins.`);
   }
 
   runs(): void { /* Nothing is listed here. */ }
 
   state(state: 'connecting' | 'watching' | 'waiting'): void {
     if (state === 'watching') return;
-    this.note.hidden = false;
-    this.note.textContent = state === 'waiting' ? 'Nothing is played here now. The next run is shown when it begins.' : this.info ? 'The connection broke. Trying again …' : 'Connecting …';
+    this.say(state === 'waiting' ? 'Nothing is played here now. The next run is shown when it begins.' : this.info ? 'The connection broke. Trying again …' : 'Connecting …');
   }
 
   refused(message: string, code: string): void {
-    this.note.hidden = false;
-    this.note.textContent = message;
+    this.say(message);
     if (code !== 'not_authorized' && code !== 'forbidden') return;
-    const field = el('input', { type: 'password', id: 'token', autocomplete: 'off' });
-    this.token.hidden = false;
-    this.token.replaceChildren(el('section', { class: 'panel' }, el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token of a viewer or an organizer'), field),
-      button('Watch', () => {
-        this.token.hidden = true;
-        this.socket.close();
-        this.socket = new WatchSocket(this.target, this, field.value.trim() || null);
-      })));
-    field.focus();
+    this.tokenSays.textContent = message;
+    this.token.open = true;
+    this.token.parentElement?.prepend(this.token);
+    this.tokenField.focus();
+  }
+
+  /** A sentence in the middle of the picture. */
+  private say(text: string): void {
+    this.note.hidden = false;
+    setText(this.noteText, text);
+  }
+
+  private useToken(): void {
+    this.socket.close();
+    this.tokenSays.textContent = '';
+    this.token.open = false;
+    this.say('Connecting …');
+    this.socket = new WatchSocket(this.target, this, this.tokenField.value.trim() || null);
+    this.tokenField.value = '';
   }
 
   private free(): Body[] {
