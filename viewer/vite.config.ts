@@ -1,17 +1,16 @@
 /** Bundles every page of src/pages into dist/, with a manifest from which the server takes the hashed names. */
 import { type Plugin, defineConfig } from 'vite';
-import { readdirSync } from 'node:fs';
+import { readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { gzipSync } from 'node:zlib';
 
 const pages = readdirSync(new URL('./src/pages/', import.meta.url)).filter((name) => name.endsWith('.ts'));
 
-/** Beside every script and style sheet the same compressed, as the server sends it. */
+/** Beside every script and style sheet the same compressed, as the server sends it: of the files as they were written. */
 const compressed: Plugin = {
   name: 'compressed',
-  generateBundle(_, bundle) {
-    for (const [fileName, file] of Object.entries(bundle)) {
-      const source = file.type === 'chunk' ? file.code : file.source;
-      if (/\.(js|css)$/.test(fileName)) this.emitFile({ type: 'asset', fileName: `${fileName}.gz`, source: gzipSync(source, { level: 9 }) });
+  writeBundle({ dir = 'dist/bundle' }, bundle) {
+    for (const name of Object.keys(bundle).filter((file) => /\.(js|css)$/.test(file))) {
+      writeFileSync(`${dir}/${name}.gz`, gzipSync(readFileSync(`${dir}/${name}`), { level: 9 }));
     }
   },
 };

@@ -6,6 +6,7 @@ use crate::docker;
 use crate::instructions;
 use crate::python::Environment;
 use crate::schema;
+use crate::viewer::Viewer;
 use anyhow::{Context, Result};
 use std::fmt;
 use std::io::{BufRead, BufReader};
@@ -47,7 +48,19 @@ struct Step {
 
 /// Runs everything, also after a failure, and returns whether all of it passed.
 pub(crate) fn run() -> Result<bool> {
-    let mut steps = vec![
+    let mut viewer = None;
+    let mut steps = vec![step("viewer", || {
+        let made = Viewer::prepare()?;
+        made.build()?;
+        viewer = Some(made);
+        Ok(PASSED)
+    })];
+    if let Some(viewer) = &viewer {
+        steps
+            .push(step("viewer's types and lints", || whole(&mut viewer.npm(&["run", "--silent", "check"]))));
+        steps.push(step("viewer's tests", || whole(&mut viewer.npm(&["test", "--silent"]))));
+    }
+    steps.extend([
         step("Rust formatting", || whole(cargo().args(["fmt", "--all", "--check"]))),
         step("Rust lints", || {
             whole(cargo().args(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
@@ -57,7 +70,7 @@ pub(crate) fn run() -> Result<bool> {
             or_skipped(apt::postgres().then_some(()).ok_or_else(|| missing.to_owned()))
         }),
         step("Rust tests", || counted(cargo().args(["test", "--workspace", "--no-fail-fast"]), rust_tests)),
-    ];
+    ]);
     steps.push(step("instruction counts", || match instructions::prepare()? {
         Ok(mut bench) => whole(&mut bench),
         Err(reason) => or_skipped(Err(reason)),

@@ -43,9 +43,6 @@ fn routes() -> Routes<App> {
         .add(html("/live/{session}", "A world as it is played, as a page"), pages::live_session)
         .add(html("/replay", "A replay file of one's own, as a page"), pages::replay)
         .add(html("/replay/{run}", "A run's replay, as a page"), pages::replay_run)
-        .add(html("/drive", "A hand to be driven by a person, as a page"), pages::drive)
-        .add(html("/hands", "The hands, as a page"), pages::hands)
-        .add(html("/hands/{name}", "A hand, as a page"), pages::hand)
         .add(html("/wall", "What a hall's projector shows, as a page"), pages::wall)
         .add(html("/admin", "What organizers do, as a page"), pages::admin)
         .add(

@@ -121,7 +121,7 @@ mod tests {
             println!("skipped: compiled without the viewer");
             return;
         }
-        for page in ["leaderboard", "live", "replay", "drive", "hands", "wall", "admin"] {
+        for page in ["leaderboard", "live", "replay", "wall", "admin"] {
             let files = files_of(page).expect(page);
             let all = files.styles.iter().chain(&files.preload).chain([&files.script]);
             for address in all {

@@ -47,24 +47,6 @@ pub(super) async fn replay_run(
     page("replay", "Replay", &run, &competition)
 }
 
-/// `GET /drive`.
-pub(super) async fn drive(State(competition): State<Arc<Competition>>) -> impl IntoResponse {
-    page("drive", "Drive", "", &competition)
-}
-
-/// `GET /hands`.
-pub(super) async fn hands(State(competition): State<Arc<Competition>>) -> impl IntoResponse {
-    page("hands", "Hands", "", &competition)
-}
-
-/// `GET /hands/{name}`.
-pub(super) async fn hand(
-    State(competition): State<Arc<Competition>>,
-    Path(name): Path<String>,
-) -> impl IntoResponse {
-    page("hands", "Hands", &name, &competition)
-}
-
 /// `GET /wall`.
 pub(super) async fn wall(State(competition): State<Arc<Competition>>) -> impl IntoResponse {
     page("wall", "Wall", "", &competition)
