@@ -1,5 +1,6 @@
 /** `/replay/RUN`: a run as its file tells it; `/replay`: a file of one's own, which never leaves the browser. */
 import '../style/base.css';
+import '../style/replay.css';
 import { button, el, main } from '../board/kit';
 import { NotAReplay, readRecording } from '../replay/recording';
 import { ReplayView } from '../replay/view';

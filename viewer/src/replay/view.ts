@@ -48,7 +48,7 @@ export class ReplayView {
   }
 
   private controls(): HTMLElement {
-    const speed = el('select', { 'aria-label': 'Speed' }, ...SPEEDS.map((s) => el('option', { value: s, selected: s === 1 }, `${s}×`)));
+    const speed = el('select', { class: 'speed', 'aria-label': 'Speed' }, ...SPEEDS.map((s) => el('option', { value: s, selected: s === 1 }, `${s}×`)));
     speed.addEventListener('change', () => { this.player.setSpeed(Number(speed.value)); });
     return el('div', { class: 'row' }, this.playing,
       button('◂ Tick', () => { this.player.step(-1); }), button('Tick ▸', () => { this.player.step(1); }), speed, this.shownTime,
@@ -68,8 +68,8 @@ export class ReplayView {
     const objects = this.recording.scene.bodies.filter((body) => body.kind === 'object');
     const line = (event: RecordedEvent): HTMLElement => {
       const body = event.object === undefined ? null : objects[event.object];
-      return el('li', {}, button(clock(event.time), () => { this.player.pause(); this.player.seek(event.time); }, { class: 'small quiet' }), ' ',
-        body ? name(body.name) : null, ' ', EVENTS[event.kind] ?? event.kind);
+      return el('li', { class: 'row' }, button(clock(event.time), () => { this.player.pause(); this.player.seek(event.time); }, { class: 'small quiet' }),
+        el('span', {}, body ? name(body.name) : null, ' ', EVENTS[event.kind] ?? event.kind));
     };
     const { events } = this.recording;
     const list = events.length > 0 ? el('ol', { class: 'log' }, ...events.map(line)) : el('p', { class: 'soft' }, 'The referee noted nothing.');

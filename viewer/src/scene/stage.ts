@@ -381,5 +381,13 @@ function sceneBox(info: SceneInfo): Box3 {
   const box = new Box3();
   for (const body of info.bodies) if (body.kind !== 'furniture') box.expandByPoint(new Vector3(...body.position));
   for (const region of info.regions) box.expandByPoint(new Vector3(...region.min)).expandByPoint(new Vector3(...region.max));
+  // Files of older servers have no regions: boxes and shelves show where they would be, the ground does not.
+  for (const body of info.regions.length > 0 ? [] : info.bodies) {
+    for (const part of body.kind === 'furniture' ? body.parts : []) {
+      if (part.shape.type === 'box' && Math.max(...part.shape.half_extents) < 0.7) {
+        box.expandByPoint(new Vector3(...part.position).add(new Vector3(...body.position)));
+      }
+    }
+  }
   return box.isEmpty() ? new Box3(new Vector3(-0.3, -0.3, 0), new Vector3(0.3, 0.3, 0.4)) : box.expandByScalar(0.05);
 }
