@@ -14,6 +14,15 @@ pub(crate) fn install(package: &str) -> bool {
     install() || (updated() && install())
 }
 
+/// A Chromium for the tests of the pages: installed already, or now.
+pub(crate) fn chromium() -> Option<&'static str> {
+    let there = || {
+        let usual = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
+        usual.into_iter().find(|path| std::path::Path::new(path).is_file())
+    };
+    there().or_else(|| install("chromium").then(there).flatten())
+}
+
 /// Whether the tests of the database can have a Postgres: installed already, or now.
 pub(crate) fn postgres() -> bool {
     let there = || {

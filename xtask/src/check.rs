@@ -83,6 +83,16 @@ pub(crate) fn run() -> Result<bool> {
     if let Some(program) = &server {
         steps.push(step("descriptions in docs/schema", || schema::check(program).map(|()| PASSED)));
     }
+    if let (Some(viewer), Some(program)) = (&viewer, &server) {
+        steps.push(step("pages in Chromium", || {
+            let Some(chromium) = apt::chromium() else {
+                let missing = "Chromium is not installed (Debian's package `chromium`), and could not be";
+                return or_skipped(Err(missing.to_owned()));
+            };
+            let mut pages = viewer.npm(&["run", "--silent", "pages"]);
+            whole(pages.env("PALMARES_SERVER_BIN", program).env("PALMARES_CHROMIUM", chromium))
+        }));
+    }
     let mut environment = None;
     steps.push(step("Python environment", || {
         environment = Some(Environment::prepare()?);
