@@ -5,7 +5,7 @@ import type { Moment } from '../model/moment';
 import type { Body, SceneInfo } from '../model/scene';
 import { type Listener, type Outcome, type RunEvent, type SessionClock, type Target, type Verdict, WatchSocket } from '../net/watch';
 import { Stage } from '../scene/stage';
-import { overlaySwitches, viewButtons } from './controls';
+import { offerOverlays, overlaySwitches, viewButtons } from './controls';
 import { Gauges } from './gauges';
 
 /** Events that are kept in the log. */
@@ -31,7 +31,10 @@ export class LiveView implements Listener {
   private readonly log = el('ol', { class: 'log', tabindex: 0, 'aria-live': 'polite', 'aria-label': 'Events' });
   private readonly objects = el('select', { id: 'object' });
   private readonly verdict = el('div', { role: 'status' }, el('p', { class: 'soft' }, 'Click an object, or choose one here.'));
+  /** What comes with the session's clock; hidden until it does. */
+  private readonly clocks = facts([['Session left', this.figures.session], ['Times real time', this.figures.factor], ['Late', this.figures.late]]);
   private readonly gauges = new Gauges();
+  private readonly switches = overlaySwitches(() => [this.stage]);
   private readonly tokenField = el('input', { type: 'password', id: 'token', autocomplete: 'off', spellcheck: 'false' });
   private readonly tokenSays = el('p', { class: 'error', role: 'alert' });
   private readonly token = el('details', { class: 'panel' }, el('summary', {}, 'I have a token'),
@@ -54,14 +57,15 @@ export class LiveView implements Listener {
     app.replaceChildren(this.place, side);
     this.stage = new Stage(this.place);
     const stages = (): Stage[] => [this.stage];
+    this.stage.setOverlay('regions', true);
+    this.clocks.hidden = true;
     // After the canvas, so that they lie above it.
     this.place.append(this.note, el('div', { class: 'hud bottom-left' }, viewButtons(stages)));
     side.append(
-      el('section', { class: 'panel' }, this.who, facts([['Score', this.figures.score], ['Run', this.figures.run], ['Session left', this.figures.session],
-        ['Times real time', this.figures.factor], ['Late', this.figures.late]])),
-      el('section', { class: 'panel' }, el('h2', {}, 'What the referee says'), el('div', { class: 'field' }, el('label', { for: 'object' }, 'Object'), this.objects), this.verdict),
+      el('section', { class: 'panel' }, this.who, facts([['Score', this.figures.score], ['Run', this.figures.run]]), this.clocks),
+      el('section', { class: 'panel' }, el('h2', {}, 'Objects'), el('div', { class: 'field' }, el('label', { for: 'object' }, 'Mark'), this.objects), this.verdict),
       el('section', { class: 'panel' }, el('h2', {}, 'Events'), this.log),
-      this.gauges.element, overlaySwitches(stages), this.token, el('p', {}, el('a', { href: '/live' }, 'Other worlds')));
+      this.gauges.element, this.switches, this.token, el('p', {}, el('a', { href: '/live' }, 'Other worlds')));
     this.objects.addEventListener('change', () => { this.stage.pick(this.objects.value === '' ? null : Number(this.objects.value)); });
     this.stage.onPick((id) => { this.pick(id); });
     this.socket = new WatchSocket(target, this);
@@ -84,6 +88,7 @@ export class LiveView implements Listener {
   }
 
   moment(moment: Moment, at: number): void {
+    if (this.newest === null) offerOverlays(this.switches, moment.telemetry !== undefined);
     this.newest = moment;
     this.stage.push(moment, at);
     if (!this.panels(at)) return;
@@ -106,6 +111,7 @@ export class LiveView implements Listener {
   }
 
   clock(told: SessionClock): void {
+    this.clocks.hidden = false;
     setText(this.figures.session, told.paused ? 'paused' : told.session_left_s === null ? 'no limit' : clock(told.session_left_s));
     setText(this.figures.factor, told.real_time_factor === null ? '–' : told.real_time_factor.toFixed(1));
     setText(this.figures.late, told.late_s === null ? 'in lockstep' : `${(1000 * told.late_s).toFixed(1)} ms`);
@@ -168,7 +174,7 @@ export class LiveView implements Listener {
     const body = this.info?.bodies.find((one) => one.id === this.picked);
     const verdict = this.judged.find((one) => one.object === place);
     if (!body) this.verdict.replaceChildren(el('p', { class: 'soft' }, 'Click an object, or choose one here.'));
-    else if (!verdict) this.verdict.replaceChildren(el('p', {}, name(body.name), body.kind === 'hand' ? ' is a part of the hand.' : ': the referee has said nothing yet.'));
+    else if (!verdict) this.verdict.replaceChildren(el('p', {}, name(body.name), body.kind === 'hand' ? ' is a part of the hand.' : ' is marked.'));
     else {
       const rules = verdict.reasons.map((reason) => el('li', { class: reason.holds ? 'ok' : 'bad' }, reason.holds ? '✓ ' : '✗ ', reason.rule, figures(reason)));
       this.verdict.replaceChildren(el('p', {}, name(body.name), verdict.counts ? ' counts: ' : ' does not count: ', verdict.place.replaceAll('_', ' '), '.'), el('ul', {}, ...rules));

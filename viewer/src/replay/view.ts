@@ -1,7 +1,7 @@
 /** A replay on the page: picture, time line, events, and what the file says of itself. */
 import { clock, points } from '../board/format';
 import { button, el, facts, name, setText, toast } from '../board/kit';
-import { overlaySwitches, viewButtons } from '../live/controls';
+import { offerOverlays, overlaySwitches, viewButtons } from '../live/controls';
 import { Gauges } from '../live/gauges';
 import { Stage } from '../scene/stage';
 import { momentAt } from './moments';
@@ -37,7 +37,10 @@ export class ReplayView {
     dock.append(this.controls(), this.slider);
     this.stage.setScene(recording.scene);
     this.gauges.setHand(recording.scene.hand ?? null);
-    side.append(this.about(), this.events(), this.gauges.element, overlaySwitches(stages));
+    const switches = overlaySwitches(stages);
+    this.stage.setOverlay('regions', true);
+    offerOverlays(switches, recording.telemetry.length > 0);
+    side.append(this.about(), this.events(), this.gauges.element, switches);
     if (recording.telemetry.length === 0) {
       side.append(el('p', { class: 'notice' }, 'This file holds no forces and joint angles: it was recorded by an older server. Contacts, tensions and the prediction are missing.'));
     }
