@@ -1,9 +1,8 @@
 //! Steps an engine and adds up what it cost and what went wrong.
 
-use crate::cases::Finding;
 use crate::engine::Engine;
 use crate::overlap;
-use crate::report::{Figure, Invariants, Times};
+use crate::report::{Invariants, Times};
 use anyhow::{Result, bail};
 use palmares_sim::{Command, Model};
 use std::sync::Arc;
@@ -63,11 +62,6 @@ impl Recorder {
     /// So many steps under one command.
     pub fn steps(&mut self, engine: &mut dyn Engine, command: &Command, count: u64) -> Result<()> {
         (0..count).try_for_each(|_| self.step(engine, command))
-    }
-
-    /// A case's figure beside what every case can tell.
-    pub fn finding(&self, error: Figure) -> Finding {
-        Finding { error, invariants: self.invariants() }
     }
 
     /// The bound of a scene, found at its first step.

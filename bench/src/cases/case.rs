@@ -13,6 +13,13 @@ pub struct Finding {
     pub invariants: Invariants,
 }
 
+impl Recorder {
+    /// A case's figure beside what every case can tell.
+    pub(super) fn finding(&self, error: Figure) -> Finding {
+        Finding { error, invariants: self.invariants() }
+    }
+}
+
 impl Finding {
     /// ... and the energy that appeared from nowhere, J.
     pub(super) fn with_energy_gain(mut self, gain_j: f64) -> Self {
