@@ -1,12 +1,14 @@
 //! The viewer's scripts and style sheets, as `cargo xtask viewer` has left them in `viewer/dist` when the server was compiled.
 
-use crate::problem::nothing_here;
+use crate::problem::Problem;
 use axum::extract::Path;
 use axum::http::header::{
     ACCEPT_ENCODING, CACHE_CONTROL, CONTENT_ENCODING, CONTENT_TYPE, VARY, X_CONTENT_TYPE_OPTIONS,
 };
-use axum::http::{HeaderMap, HeaderValue, StatusCode, Uri};
+use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::{IntoResponse, Response};
+use palmares_protocol::Code;
+use palmares_protocol::text::shortened;
 use rust_embed::{EmbeddedFile, RustEmbed};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -73,9 +75,15 @@ fn collect(chunk: &Chunk, files: &mut PageFiles) {
 }
 
 /// `GET /assets/{file}`.
-pub(in crate::http) async fn asset(Path(name): Path<String>, headers: HeaderMap, uri: Uri) -> Response {
+pub(in crate::http) async fn asset(Path(name): Path<String>, headers: HeaderMap) -> Response {
     let path = format!("bundle/assets/{name}");
-    let Some(file) = Bundle::get(&path) else { return nothing_here(uri).await.into_response() };
+    let Some(file) = Bundle::get(&path) else {
+        let message = format!(
+            "no file {}: the page is of another version of this server; load it again",
+            shortened(&name)
+        );
+        return Problem::new(Code::NotFound, message).into_response();
+    };
     let packed = Bundle::get(&format!("{path}.gz")).filter(|_| takes_gzip(&headers));
     let kind = HeaderValue::from_str(file.metadata.mimetype());
     let mut response = match packed {
