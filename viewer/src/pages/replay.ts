@@ -52,8 +52,8 @@ function waiting(): { say: (words: string) => void; fail: (error: unknown) => vo
       status.className = 'notice bad';
       status.setAttribute('role', 'alert');
       status.textContent = inWords(error);
-      if (error instanceof NotGiven && error.wantsToken) app.append(tokenForm());
-      app.append(chooser());
+      const form = error instanceof NotGiven && error.wantsToken ? [tokenForm()] : [];
+      app.append(el('div', { class: 'stack' }, ...form, chooser()));
     },
   };
 }

@@ -11,6 +11,14 @@ export type Paint = 's1' | 's2' | 's3' | 's4' | 's5' | 's6' | 's7' | 's8';
 export interface Drawn { line: Line; paint: Paint; run?: string; scale?: string }
 export interface AxisWanted { scale: string; label: string; side: 'left' | 'right'; range?: [number, number] }
 
+/** A choice of how much of the run charts show. */
+export function spanChoice(id: string, zoom: (span: number | null) => void): HTMLElement {
+  const choice = el('select', { id }, ...SPANS.map((span) => el('option', { value: span }, span === 0 ? 'the whole run' : `${span} s around now`)));
+  choice.addEventListener('change', () => { zoom(Number(choice.value) || null); });
+  return el('div', { class: 'row' }, el('label', { for: id }, 'Show'), choice);
+}
+
+const SPANS = [0, 30, 10, 3, 1];
 const SIDE = { left: 3, right: 1 } as const;
 
 /** A colour of this page, as the theme has it now. */
@@ -22,7 +30,7 @@ function themed(variable: string): string {
 export function written(value: number | null, unit: string): string {
   if (value === null) return '–';
   const text = unit === '°' ? figure(Math.round(value * 10) / 10) : figure(value);
-  return unit === '°' ? `${text}°` : `${text} ${unit}`;
+  return unit === '°' ? `${text}°` : `${text} ${unit}`.trimEnd();
 }
 
 /** What a line is called, with its run where there are two. */
@@ -42,6 +50,8 @@ export class Chart {
   private lines: Drawn[] = [];
   private values: HTMLElement[] = [];
   private time = 0;
+  /** Length of what is shown, s; null: the whole run. */
+  private span: number | null = null;
 
   constructor(title: string, private readonly axes: AxisWanted[], private readonly duration: number, private readonly seek: (time: number) => void, ...controls: HTMLElement[]) {
     this.element = el('figure', { class: 'plot' }, el('figcaption', { class: 'row' }, el('span', {}, title), ...controls), this.place, this.legend);
@@ -67,13 +77,32 @@ export class Chart {
       const value = this.values[k];
       if (value) setText(value, written(valueAt(line, time), line.unit));
     });
-    if (this.plot) this.marker.style.transform = `translateX(${this.plot.valToPos(time, 'x')}px)`;
+    if (!this.plot) return;
+    if (this.span !== null) {
+      const [min, max] = this.window();
+      this.plot.setScale('x', { min, max });
+    }
+    this.marker.style.transform = `translateX(${this.plot.valToPos(time, 'x')}px)`;
+  }
+
+  /** Shows so many seconds around the cursor, or with null the whole run. */
+  zoom(span: number | null): void {
+    this.span = span;
+    this.build();
   }
 
   dispose(): void {
     this.observer.disconnect();
     this.dark.removeEventListener('change', this.redraw);
     this.plot?.destroy();
+  }
+
+  /** From where to where is shown, s. */
+  private window(): [number, number] {
+    const all = Math.max(this.duration, 1e-3);
+    if (this.span === null || this.span >= all) return [0, all];
+    const from = Math.min(Math.max(this.time - this.span / 2, 0), all - this.span);
+    return [from, from + this.span];
   }
 
   private resize(): void {
@@ -93,13 +122,13 @@ export class Chart {
     // Narrow: the numbers stay, the words are in the legend.
     const narrow = width < 420;
     const axis = { stroke: ink, grid: { stroke: faint, width: 1 }, ticks: { stroke: faint, width: 1, size: 4 }, font: '11px system-ui', labelFont: '11px system-ui' };
-    const scales: uPlot.Scales = { x: { time: false, range: [0, Math.max(this.duration, 1e-3)] } };
+    const scales: uPlot.Scales = { x: { time: false, range: () => this.window() } };
     for (const { scale, range } of this.axes) scales[scale] = range ? { range: (_, min, max) => [Math.min(min, range[0]), Math.max(max, range[1])] } : {};
     this.plot = new uPlot({
       width, height, scales,
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
-      axes: [{ ...axis, scale: 'x', size: 26, gap: 2, values: (_, splits) => splits.map((s) => `${s} s`) },
+      axes: [{ ...axis, scale: 'x', size: 26, gap: 2, values: (_, splits) => splits.map((s) => `${figure(s)} s`) },
         ...this.axes.map((wanted, k): uPlot.Axis => ({
           ...axis, scale: wanted.scale, side: SIDE[wanted.side], size: narrow ? 34 : 42, gap: 2, values: (_, splits) => splits.map((v) => figure(v)), space: 22,
           grid: { ...axis.grid, show: k === 0 }, ...(this.axes.length > 1 && !narrow ? { label: wanted.label, labelSize: 16 } : {}),

@@ -1,6 +1,6 @@
 /** The charts below the picture, and the same values as a table. */
 import { el, fill, setText } from '../board/kit';
-import { type Drawn, type Paint, Chart, called, written } from './chart';
+import { type Drawn, type Paint, Chart, called, spanChoice, written } from './chart';
 import { type Line, type Series, valueAt } from './series';
 
 /** A run as the charts know it: `mark` tells two apart. */
@@ -51,11 +51,11 @@ export class Charts {
     add(felt ? 'Motors, σ' : 'Motors, σ asked for', 'σ', () => coloured(runs, ({ series }) => series.motors()), [0, 1]);
     add(felt ? 'Joint angle' : 'Turn of a link, from its poses', '°', () => coloured(runs, ({ series }) => series.joint(this.joint.value)), undefined, this.joint);
     if (felt) {
-      add('Tension of the tendons, N', 'N', () => coloured(runs, ({ series }) => series.tensions()), [0, 1]);
-      add('Pressed, N:', 'N', () => coloured(runs, ({ series, object }) => (object === null ? [] : series.forces(object))), [0, 1], this.about);
+      add('Tension of the tendons, in the hand’s unit', 'tension', () => coloured(runs, ({ series }) => series.tensions()), [0, 1]);
+      add('Contact force, N, on', 'N', () => coloured(runs, ({ series, object }) => (object === null ? [] : series.forces(object))), [0, 1], this.about);
       add('Score', 'points', () => coloured(runs, ({ series }) => series.score()), [0, 1]);
     }
-    this.element.append(this.grid);
+    this.element.append(spanChoice('span', (span) => { for (const { chart } of this.all) chart.zoom(span); }), this.grid);
     if (!runs.every(({ series }) => series.felt)) {
       this.element.append(el('p', { class: 'notice' }, `${felt ? 'One of the files' : 'This file'} has no telemetry: it was recorded by an older server. `,
         'Motors as reached, tensions, contacts, the score over time and the prediction are missing; how far links turned is taken from the poses.'));

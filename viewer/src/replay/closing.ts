@@ -3,7 +3,7 @@
  * simulating compliant underactuated hands shows them.
  */
 import { button, el, fill } from '../board/kit';
-import { type Drawn, type Paint, Chart } from './chart';
+import { type Drawn, type Paint, Chart, spanChoice } from './chart';
 import type { Charted } from './charts';
 import type { Line } from './series';
 
@@ -20,23 +20,25 @@ export class Closing {
 
   constructor(private readonly runs: Charted[], duration: number, seek: (time: number) => void) {
     this.chart = new Chart('Motor (left), joints and tension (right)', [
-      { scale: 'σ', label: 'motor, σ', side: 'left', range: [0, 1] }, { scale: '°', label: 'joints, °', side: 'right' }, { scale: 'N', label: 'tension, N', side: 'right', range: [0, 1] },
+      { scale: 'σ', label: 'motor, σ', side: 'left', range: [0, 1] }, { scale: '°', label: 'joints, °', side: 'right' }, { scale: 'tension', label: 'tension, in the hand’s unit', side: 'right', range: [0, 1] },
     ], duration, seek);
     fill(this.which, ...runs.map(({ mark }, k) => el('option', { value: k }, mark)));
     this.which.addEventListener('change', () => { this.choose(); });
     this.joints.addEventListener('change', () => { this.draw(); });
     this.element.append(el('h2', { id: 'closing' }, 'Closing: sensed against predicted'),
       el('p', { class: 'hint' }, 'Lines are what was measured; dashes are what was asked of the motor, and where the free hand would rest at the motor’s position. Where they part, something is in the way. Click to go to a moment.'),
-      el('div', { class: 'row' }, el('div', { class: 'field', hidden: runs.length < 2 }, el('label', { for: 'closing-run' }, 'Run'), this.which),
-        el('div', { class: 'field' }, el('label', { for: 'closing-joints' }, 'Joints'), this.joints)),
+      el('div', { class: 'row choices' }, el('div', { class: 'row', hidden: runs.length < 2 }, el('label', { for: 'closing-run' }, 'Run'), this.which),
+        el('div', { class: 'row' }, el('label', { for: 'closing-joints' }, 'Joints'), this.joints), spanChoice('closing-span', (span) => { this.chart.zoom(span); })),
       this.chart.element, this.lacks,
       el('div', { class: 'actions' }, button('Close', () => { this.element.close(); })));
     this.choose();
   }
 
-  open(): void {
+  /** Shows it, with the cursor at a time, s. */
+  open(time: number): void {
     this.element.showModal();
     this.draw();
+    this.chart.show(time);
   }
 
   show(time: number): void {
@@ -62,7 +64,7 @@ export class Closing {
     if (!series) return;
     const names = this.joints.value ? [this.joints.value] : series.joints().slice(0, MOST);
     const on = (lines: Line[], paint: Paint, scale: string): Drawn[] => lines.map((line) => ({ line, paint, scale }));
-    this.chart.draw([...on(series.motors(), 's8', 'σ'), ...on(series.motorTensions(), 's3', 'N'),
+    this.chart.draw([...on(series.motors(), 's8', 'σ'), ...on(series.motorTensions(), 's3', 'tension'),
       ...names.flatMap((name, k) => on(series.joint(name), JOINTS[k % JOINTS.length] ?? 's1', '°'))]);
     const predicted = series.felt && names.some((name) => series.joint(name).length > 1);
     this.lacks.hidden = predicted;

@@ -1,4 +1,4 @@
-/** Lines for the charts, out of a recording: each a value that holds from its time on. Times in s, angles in degrees, forces in N. */
+/** Lines for the charts, out of a recording: each a value that holds from its time on. Times in s, angles in degrees, forces in N, tensions in the hand's own unit. */
 import type { HandDescription } from '../model/hand';
 import type { TelemetryRecord } from './protobuf';
 import type { Recording } from './recording';
@@ -93,13 +93,13 @@ export class Series {
   /** Of each motor. */
   motorTensions(): Line[] {
     if (!this.felt) return [];
-    return this.names(this.hand?.motors, this.records[0]?.motorTension.length ?? 0, 'motor').map((name, k) => this.line(`${name}, tension`, 'N', (record) => record.motorTension[k]));
+    return this.names(this.hand?.motors, this.records[0]?.motorTension.length ?? 0, 'motor').map((name, k) => this.line(`${name}, tension`, '', (record) => record.motorTension[k]));
   }
 
   /** Of each tendon. */
   tensions(): Line[] {
     if (!this.felt) return [];
-    return this.names(this.hand?.tendons, this.records[0]?.tension.length ?? 0, 'tendon').map((name, k) => this.line(name, 'N', (record) => record.tension[k]));
+    return this.names(this.hand?.tendons, this.records[0]?.tension.length ?? 0, 'tendon').map((name, k) => this.line(name, '', (record) => record.tension[k]));
   }
 
   /** Names of what can be chosen of the joints, those that move most first. */

@@ -51,7 +51,7 @@ export class ReplayView {
       event, row, words: [mark, objectOf(recording, event)?.name, EVENTS[event.kind]?.[0] ?? event.kind].filter(Boolean).join(' '),
     })));
     this.timeline = new Timeline(this.player, tickS, marks, el('span', { class: 'row end' },
-      button('Fig. 6', () => { this.closing.open(); }, { title: 'Closing: sensed against predicted', 'aria-label': 'Fig. 6. Closing: sensed against predicted' }), button('Copy link', () => { void this.copy(loaded); }, { class: 'quiet' })));
+      button('Fig. 6', () => { this.closing.open(this.player.time); }, { title: 'Closing: sensed against predicted', 'aria-label': 'Fig. 6. Closing: sensed against predicted' }), button('Copy link', () => { void this.copy(loaded); }, { class: 'quiet' })));
     dock.append(this.timeline.element, this.charts.element);
     this.shown[0]?.stage.renderer.domElement.parentElement?.append(el('div', { class: 'hud bottom-left' }, viewButtons(stages)));
     this.gauges.setHand(first?.scene.hand ?? null);
@@ -78,7 +78,7 @@ export class ReplayView {
     const said = el('span', { class: 'num' });
     const stage = new Stage(place);
     stage.setScene(scene);
-    place.append(el('div', { class: 'hud top-left' }, el('div', { class: 'card' }, mark ? el('b', {}, `${mark} `) : null, name(info.get('team') ?? '–'), ' ', said)));
+    place.append(el('div', { class: 'hud top-left' }, el('div', { class: 'card' }, mark ? el('b', {}, `${mark} `) : null, name(info.get('team') ?? '–'), said)));
     const series = new Series(loaded.recording);
     const object = scene.bodies.find((body) => body.kind === 'object')?.id ?? null;
     const shown: Shown = { loaded, mark, stage, said, series, object, moment: null };
@@ -117,7 +117,7 @@ export class ReplayView {
       one.moment = momentAt(recording, time, exact);
       one.stage.show(one.moment);
       const score = one.moment.score === null ? '' : `${points(one.moment.score)} points`;
-      setText(one.said, [score, time > recording.duration ? `ended at ${recording.duration.toFixed(2)} s` : ''].filter(Boolean).join(', '));
+      setText(one.said, ['', score, time > recording.duration ? `ended at ${recording.duration.toFixed(2)} s` : ''].filter((words, k) => k === 0 || words !== '').join(', '));
     }
     const felt = this.shown[0]?.moment?.telemetry;
     if (felt) this.gauges.show(felt);
