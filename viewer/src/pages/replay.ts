@@ -1,80 +1,139 @@
-/** `/replay/RUN`: a run as its file tells it; `/replay`: a file of one's own, which never leaves the browser. */
+/** `/replay/RUN`: a run as its file tells it, `?with=RUN` beside another; `/replay`: a file of one's own, which never leaves the browser. */
 import '../style/base.css';
 import '../style/replay.css';
-import { button, el, main } from '../board/kit';
-import { NotAReplay, readRecording } from '../replay/recording';
+import { el, main, toast } from '../board/kit';
+import { type Loaded, NotGiven, fromFile, fromServer, inWords } from '../replay/source';
 import { ReplayView } from '../replay/view';
 
 const app = main();
 const run = document.body.dataset['arg'] ?? '';
 
+let token: string | null = null;
+let loaded: Loaded[] = [];
+let view: ReplayView | null = null;
+
 /** Time in the address, s. */
-function startTime(): number {
+function timeInAddress(): number | null {
   const found = /[#&]t=([0-9.]+)/.exec(location.hash);
-  return found?.[1] ? Number(found[1]) : 0;
+  const time = Number(found?.[1] ?? NaN);
+  return Number.isFinite(time) ? time : null;
 }
 
-async function open(bytes: Uint8Array, status: HTMLElement): Promise<void> {
-  const recording = await readRecording(bytes, (done) => { status.textContent = `Reading … ${Math.round(100 * done)} %`; });
-  const view = new ReplayView(app, recording, startTime());
-  window.palmares = { stage: view.stage, recording, player: view.player };
+/** Puts the loaded runs on the page, at the time that was shown. */
+function show(): void {
+  const start = view?.player.time ?? timeInAddress() ?? 0;
+  view?.dispose();
+  view = new ReplayView(app, loaded, start, {
+    addRun: (other) => { void beside(other); },
+    addFile: (file) => { void besideFile(file); },
+    remove: loaded.length > 1 ? () => { loaded = loaded.slice(0, 1); address(null); show(); } : null,
+  });
+  const shown = view;
+  document.title = `${loaded.map(({ recording }) => recording.info.get('team') ?? '–').join(' and ')} – Replay – Palmares`;
+  window.palmares = { stage: shown.stages[0], stages: shown.stages, recording: loaded[0]?.recording, recordings: loaded.map((one) => one.recording), player: shown.player, time: () => shown.player.time };
 }
 
-/** Says what went wrong, in words. */
-function told(error: unknown): string {
-  if (error instanceof NotAReplay) return error.message;
-  console.error(error);
-  return `This file could not be read: ${error instanceof Error ? error.message : String(error)}`;
+/** The second run, kept in the address. */
+function address(other: string | null): void {
+  const here = new URL(location.href);
+  if (other === null) here.searchParams.delete('with');
+  else here.searchParams.set('with', other);
+  history.replaceState(null, '', here);
 }
 
-/** The run's file from this server. */
-async function fetchRun(token: string | null): Promise<void> {
-  const status = el('p', { role: 'status' }, 'Fetching the replay …');
+/** A page that says how far things are, and what went wrong. */
+function waiting(): { say: (words: string) => void; fail: (error: unknown) => void } {
+  const status = el('p', { role: 'status' });
+  app.className = '';
   app.replaceChildren(el('h1', {}, 'Replay'), status);
-  const response = await fetch(`/v1/runs/${encodeURIComponent(run)}/replay`, { headers: token ? { Authorization: `Bearer ${token}` } : {}, credentials: 'omit' });
-  if (!response.ok) {
-    const problem = await response.json().catch(() => ({})) as { detail?: string };
-    status.className = 'notice bad';
-    status.textContent = problem.detail ?? `The server answered ${response.status}.`;
-    if (response.status === 401 || response.status === 403) app.append(tokenForm());
-    app.append(chooser('Or open a file:'));
+  return {
+    say: (words) => { status.textContent = words; },
+    fail: (error) => {
+      status.className = 'notice bad';
+      status.setAttribute('role', 'alert');
+      status.textContent = inWords(error);
+      const form = error instanceof NotGiven && error.wantsToken ? [tokenForm()] : [];
+      app.append(el('div', { class: 'stack' }, ...form, chooser()));
+    },
+  };
+}
+
+/** The run of the address, and the one beside it. */
+async function fetchRuns(): Promise<void> {
+  const { say, fail } = waiting();
+  say('Fetching the replay …');
+  try {
+    loaded = [await fromServer(run, token, say)];
+  } catch (error) {
+    fail(error);
     return;
   }
+  const other = new URLSearchParams(location.search).get('with');
+  if (!other) show();
+  else if (!await beside(other, say)) show();
+}
+
+/** Another run of this server beside the first; says so when there is none. */
+async function beside(other: string, say: (words: string) => void = () => undefined): Promise<boolean> {
   try {
-    await open(new Uint8Array(await response.arrayBuffer()), status);
+    const second = await fromServer(other, token, say);
+    loaded = [...loaded.slice(0, 1), second];
+    address(other);
+    show();
+    return true;
   } catch (error) {
-    status.className = 'notice bad';
-    status.textContent = told(error);
+    toast(`${other}: ${inWords(error)}`, true);
+    return false;
+  }
+}
+
+async function besideFile(file: File): Promise<void> {
+  try {
+    loaded = [...loaded.slice(0, 1), await fromFile(file, () => undefined)];
+    address(null);
+    show();
+  } catch (error) {
+    toast(`${file.name}: ${inWords(error)}`, true);
+  }
+}
+
+async function openFile(file: File | undefined): Promise<void> {
+  if (!file) return;
+  if (view) return besideFile(file);
+  const { say, fail } = waiting();
+  try {
+    loaded = [await fromFile(file, say)];
+    show();
+  } catch (error) {
+    fail(error);
   }
 }
 
 function tokenForm(): HTMLElement {
   const field = el('input', { type: 'password', id: 'token', autocomplete: 'off', spellcheck: 'false' });
-  return el('section', { class: 'panel' }, el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token'), field,
-    el('p', { class: 'hint' }, 'It is kept in this page\u2019s memory alone.')), button('Use it', () => { void fetchRun(field.value.trim() || null); }));
+  return el('form', { class: 'panel', on: { submit: (event) => { event.preventDefault(); token = field.value.trim() || null; void fetchRuns(); } } },
+    el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token'), field, el('p', { class: 'hint' }, 'It is kept in this page’s memory alone.')),
+    el('button', { type: 'submit' }, 'Use it'));
 }
 
 /** A file from this computer, chosen or dropped. */
-function chooser(words: string): HTMLElement {
-  const status = el('p', { role: 'status' });
-  const read = async (file: File | undefined): Promise<void> => {
-    if (!file) return;
-    try {
-      await open(new Uint8Array(await file.arrayBuffer()), status);
-    } catch (error) {
-      status.className = 'notice bad';
-      status.textContent = told(error);
-    }
-  };
+function chooser(): HTMLElement {
   const input = el('input', { type: 'file', id: 'file', accept: '.mcap' });
-  input.addEventListener('change', () => { void read(input.files?.[0]); });
-  const place = el('div', { class: 'drop' }, el('label', { for: 'file' }, words, ' an MCAP file that Palmares recorded'), input,
-    el('p', { class: 'hint' }, 'Or drop it here. It is read in this browser and sent nowhere.'), status);
-  document.addEventListener('dragover', (event) => { event.preventDefault(); place.classList.add('over'); });
-  document.addEventListener('dragleave', () => { place.classList.remove('over'); });
-  document.addEventListener('drop', (event) => { event.preventDefault(); place.classList.remove('over'); void read(event.dataTransfer?.files[0]); });
-  return place;
+  input.addEventListener('change', () => { void openFile(input.files?.[0]); });
+  return el('div', { class: 'drop stack' }, el('label', { for: 'file' }, 'Open an MCAP file that Palmares recorded'), el('div', {}, input),
+    el('p', { class: 'hint' }, 'Or drop it anywhere on this page. It is read in this browser and sent nowhere.'));
 }
 
-if (run) void fetchRun(null);
-else app.replaceChildren(el('div', { class: 'title' }, el('h1', {}, 'Replay'), el('p', { class: 'lead' }, 'A run as it was, moment by moment.')), chooser('Open'));
+document.addEventListener('dragover', (event) => { event.preventDefault(); document.body.classList.add('dropping'); });
+document.addEventListener('dragleave', (event) => { if (event.relatedTarget === null) document.body.classList.remove('dropping'); });
+document.addEventListener('drop', (event) => {
+  event.preventDefault();
+  document.body.classList.remove('dropping');
+  void openFile(event.dataTransfer?.files[0]);
+});
+window.addEventListener('hashchange', () => { const time = timeInAddress(); if (time !== null) view?.player.seek(time); });
+
+if (run) void fetchRuns();
+else {
+  app.replaceChildren(el('div', { class: 'title' }, el('h1', {}, 'Replay'), el('p', { class: 'lead' }, 'A run as it was, moment by moment.')), chooser());
+}

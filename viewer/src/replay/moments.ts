@@ -3,7 +3,7 @@ import type { Contact, Moment, Telemetry } from '../model/moment';
 import type { TelemetryRecord } from './protobuf';
 import type { Recording } from './recording';
 
-/** The last record that is not after a tick. */
+/** The last record that is not after a tick; the first may be after it: then there is none. */
 function recordAt(records: readonly TelemetryRecord[], tick: number): TelemetryRecord | undefined {
   let [low, high] = [0, records.length];
   while (high - low > 1) {
@@ -11,7 +11,8 @@ function recordAt(records: readonly TelemetryRecord[], tick: number): TelemetryR
     if ((records[middle]?.tick ?? Infinity) <= tick) low = middle;
     else high = middle;
   }
-  return records[low];
+  const found = records[low];
+  return found && found.tick <= tick ? found : undefined;
 }
 
 function telemetryOf(record: TelemetryRecord): Telemetry {

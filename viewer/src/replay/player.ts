@@ -48,7 +48,7 @@ export class Player {
     this.now = Math.min(this.now + ((at - this.last) / 1000) * this.speed, this.duration);
     this.last = at;
     if (this.now >= this.duration) this.running = false;
-    this.tell(false);
+    this.tell(!this.running);
   }
 
   private tell(exact: boolean): void {

@@ -24,7 +24,30 @@ describe('poses of a replay', () => {
     expect(table.at(0.99)[0]).toBe(1);
     expect(table.at(1)[0]).toBe(2);
     expect(table.at(1)[7]).toBe(5);
-    expect(table.between(0.5)[0]).toBeCloseTo(1.5);
     expect(table.at(99)[0]).toBe(2);
+  });
+
+  it('are between two pictures in between, and rest where nothing was written', () => {
+    const turned = (angle: number) => [angle, 0, 0, 0, 0, Math.sin(angle / 2), Math.cos(angle / 2)];
+    const message = (time: number, angle: number) => ({ time, transforms: [{ parent: 'world', child: 'a', pose: turned(angle) }] });
+    const table = new PoseTable(['a'], [message(0, 0), message(0.04, 0.4), message(1, 0.6)]);
+    expect(table.between(0.02)[0]).toBeCloseTo(0.2);
+    expect(table.between(0.02)[5]).toBeCloseTo(Math.sin(0.1), 3);
+    expect(table.between(0.5)[0]).toBeCloseTo(0.4);
+    expect(table.between(0.95)[0]).toBeCloseTo(0.5);
+    expect(table.between(7)[0]).toBeCloseTo(0.6);
+  });
+
+  it('turn the short way, whatever the sign of the quaternion', () => {
+    const table = new PoseTable(['a'], [
+      { time: 0, transforms: [{ parent: 'world', child: 'a', pose: [0, 0, 0, 0, 0, 0, 1] }] },
+      { time: 0.04, transforms: [{ parent: 'world', child: 'a', pose: [0, 0, 0, 0, 0, 0, -1] }] },
+    ]);
+    expect([...table.between(0.02)].map(Math.abs)).toEqual([0, 0, 0, 0, 0, 0, 1]);
+  });
+
+  it('know in whose frame each was told', () => {
+    const table = new PoseTable(['a', 'b'], [{ time: 0, transforms: [{ parent: 'world', child: 'a', pose: [] }, { parent: 'a', child: 'b', pose: [] }] }]);
+    expect(table.parents).toEqual([-1, 0]);
   });
 });

@@ -3,6 +3,9 @@ import type { FrameTransform } from './protobuf';
 
 type Pose = Float64Array | number[];
 
+/** Two pictures farther apart than this, s, have a rest between them. */
+const LONGEST_S = 0.1;
+
 /** c = a ∘ b for poses x, y, z, qx, qy, qz, qw. */
 export function compose(a: Pose, b: Pose): number[] {
   const [ax = 0, ay = 0, az = 0, ai = 0, aj = 0, ak = 0, aw = 1] = a;
@@ -26,6 +29,8 @@ export function compose(a: Pose, b: Pose): number[] {
 export class PoseTable {
   /** Times of the moments, s. */
   readonly times: Float64Array;
+  /** For each moving body the row of the one whose frame it is told in; -1 for the world. */
+  readonly parents: number[];
   private readonly rows: Float32Array;
   private readonly width: number;
 
@@ -42,6 +47,7 @@ export class PoseTable {
         this.rows.set(inWorld(frame, local, world), moment * this.width + 7 * row);
       });
     });
+    this.parents = frames.map((frame) => frames.indexOf(local.get(frame)?.parent ?? 'world'));
   }
 
   /** Place of the last moment not after `time`. */
@@ -67,7 +73,9 @@ export class PoseTable {
     const [from, to] = [this.times[moment] ?? 0, this.times[moment + 1]];
     const before = this.at(time);
     if (to === undefined || to <= from) return before;
-    const s = Math.min(Math.max((time - from) / (to - from), 0), 1);
+    // Nothing is written while nothing moves: what moves then has begun with the last picture.
+    const begun = Math.max(from, to - LONGEST_S);
+    const s = Math.min(Math.max((time - begun) / (to - begun), 0), 1);
     const after = this.rows.subarray((moment + 1) * this.width, (moment + 2) * this.width);
     const mixed = new Float32Array(this.width);
     for (let row = 0; row < this.width; row += 7) mix(before, after, row, s, mixed);
