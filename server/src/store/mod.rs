@@ -38,9 +38,7 @@ pub(crate) use database::Store;
 pub(crate) use dump::Table;
 pub(crate) use error::StoreError;
 pub(crate) use hands::{HandRow, NewHand};
-pub(crate) use leaderboard::LeaderboardRow;
-#[cfg(test)]
-pub(crate) use leaderboard::TaskBest;
+pub(crate) use leaderboard::{LeaderboardRow, TaskBest};
 pub(crate) use location::Location;
 pub(crate) use number::unix_ms;
 pub use number::utc;
