@@ -38,7 +38,6 @@ fn it_is_written_at_30_hz_as_the_run_tells_it() {
     let last = &messages[messages.len() - 1];
     assert!(last.command[0] > 0.5 && last.position[0] > 0.3, "{last:?}");
     assert!(last.predicted.iter().sum::<f32>() > first.predicted.iter().sum::<f32>() + 0.5, "{last:?}");
-    assert!(last.contact_a.len() > 5, "the balls lie in a box");
 }
 
 #[test]

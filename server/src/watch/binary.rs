@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn an_orientation_survives_its_packing_to_a_seventh_of_a_degree() {
+    fn an_orientation_survives_its_packing_to_three_tenths_of_a_degree() {
         let mut worst: f32 = 0.0;
         for seed in 0..2000_u32 {
             let part = |k: u32| ((seed * 4 + k) as f32 * 12.9898).sin();
@@ -232,7 +232,8 @@ mod tests {
             let chord = q.iter().zip(&back).map(|(a, b)| (a - sign * b).powi(2)).sum::<f32>().sqrt();
             worst = worst.max(2.0 * chord);
         }
-        assert!(worst < 0.16_f32.to_radians(), "{} degrees", worst.to_degrees());
+        // Each of the three parts is off by at most √2 / 1023 / 2, and where all four are alike, the fourth by their sum.
+        assert!(worst < 0.28_f32.to_radians(), "{} degrees", worst.to_degrees());
     }
 
     #[test]
