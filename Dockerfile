@@ -5,12 +5,21 @@
 #
 # Build arguments:
 #   RUST_IMAGE, RUNTIME_IMAGE  base images, for those who keep their own; both on the same release of Debian
+#   NODE_IMAGE                 image that builds the viewer
 #   PREBUILT                   a palmares program within the build context, used instead of compiling one
 #   JOBS                       compilers at once; default: one per core
 #   PALMARES_BUILD_HASH        the commit, told to clients (the context has no .git)
 
 ARG RUST_IMAGE=rust:1-slim-bookworm
 ARG RUNTIME_IMAGE=debian:bookworm-slim
+ARG NODE_IMAGE=node:22-bookworm-slim
+
+FROM ${NODE_IMAGE} AS viewer
+WORKDIR /viewer
+COPY viewer/package.json viewer/package-lock.json ./
+RUN npm ci --no-audit --no-fund
+COPY viewer .
+RUN npm run build
 
 FROM ${RUST_IMAGE} AS build
 ARG PREBUILT=
@@ -18,6 +27,7 @@ ARG JOBS=
 ARG PALMARES_BUILD_HASH=
 WORKDIR /src
 COPY . .
+COPY --from=viewer /viewer/dist/bundle viewer/dist/bundle
 RUN set -e; mkdir /out; \
     if [ -n "$PREBUILT" ]; then install --mode 0755 "$PREBUILT" /out/palmares; exit; fi; \
     [ -n "$JOBS" ] && export CARGO_BUILD_JOBS="$JOBS"; \

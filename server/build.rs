@@ -1,4 +1,4 @@
-//! Puts the commit the program was built from into it, when there is one.
+//! Puts the commit the program was built from into it, when there is one, and looks again at the viewer when that was built.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -11,6 +11,7 @@ fn git(arguments: &[&str]) -> Option<String> {
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-env-changed=PALMARES_BUILD_HASH");
+    println!("cargo::rerun-if-changed=../viewer/dist");
     if let Some(folder) = git(&["rev-parse", "--absolute-git-dir"]) {
         // Only paths that exist: a missing one would run this script at every build.
         for name in ["HEAD", "logs/HEAD"] {

@@ -1,12 +1,27 @@
 /** Bundles every page of src/pages into dist/, with a manifest from which the server takes the hashed names. */
-import { defineConfig } from 'vite';
-import { readdirSync } from 'node:fs';
+import { type Plugin, defineConfig } from 'vite';
+import { readFileSync, readdirSync, writeFileSync } from 'node:fs';
+import { gzipSync } from 'node:zlib';
 
 const pages = readdirSync(new URL('./src/pages/', import.meta.url)).filter((name) => name.endsWith('.ts'));
 
+/** Beside every script and style sheet the same compressed, as the server sends it: of the files as they were written. */
+const compressed: Plugin = {
+  name: 'compressed',
+  writeBundle({ dir = 'dist/bundle' }, bundle) {
+    for (const name of Object.keys(bundle).filter((file) => /\.(js|css)$/.test(file))) {
+      writeFileSync(`${dir}/${name}.gz`, gzipSync(readFileSync(`${dir}/${name}`), { level: 9 }));
+    }
+  },
+};
+
 export default defineConfig({
   base: '/',
+  plugins: [compressed],
   build: {
+    // The folder dist itself is always there: the server looks into it when it is compiled.
+    outDir: 'dist/bundle',
+    emptyOutDir: true,
     manifest: 'manifest.json',
     assetsInlineLimit: 0,
     modulePreload: { polyfill: false },

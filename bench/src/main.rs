@@ -75,36 +75,14 @@ enum What {
     },
     /// Compare the engines over scenes and steps, and write a report with tables, plots and JSON.
     Report {
-        /// Folder of the report.
-        #[arg(long, default_value = "docs/report")]
-        out: PathBuf,
         /// Peers to compare with, by commas.
         #[arg(long, value_delimiter = ',', default_value = "own,rapier,mujoco")]
         engines: Vec<String>,
-        /// Cases, by commas; all that belong into a report if not given.
-        #[arg(long, value_delimiter = ',')]
-        cases: Vec<String>,
-        /// Steps, ms, by commas; 0.25 to 16 ms if not given.
-        #[arg(long, value_delimiter = ',')]
-        steps_ms: Vec<f64>,
-        /// Timing runs, of which the median counts.
-        #[arg(long, default_value_t = 5)]
-        repeats: usize,
-        /// Few cases and steps, coarse references: under three minutes.
-        #[arg(long)]
-        quick: bool,
-        /// Wall time of a peer's run, and of its reference, s; beyond it the run is listed as not finished.
-        #[arg(long, default_value_t = 60.0)]
-        run_limit_s: f64,
-        /// File that keeps outcomes, from which a report that was stopped goes on if the program is of the same commit.
-        #[arg(long, default_value = "target/report.jsonl")]
-        runs: PathBuf,
-        /// Reuse the file's outcomes of peers whatever their commit.
-        #[arg(long)]
-        reuse_peers: bool,
         /// Gather outcomes into the file and time nothing: beside other work. The report that follows takes them from there.
         #[arg(long)]
         outcomes_only: bool,
+        #[command(flatten)]
+        options: report::Options,
     },
     /// Judge the runs of a report's JSON again, and write its page and pictures anew, without running anything.
     Page {
@@ -151,32 +129,10 @@ fn main() -> Result<()> {
             }
         }
         What::Grasps(options) => grasps::command::run(&options)?,
-        What::Report {
-            out,
-            engines,
-            cases,
-            steps_ms,
-            repeats,
-            quick,
-            run_limit_s,
-            runs,
-            reuse_peers,
-            outcomes_only,
-        } => {
-            let engines: Vec<Vec<EngineKind>> =
-                engines.iter().map(|name| EngineKind::with_all_settings(name)).collect::<Result<_>>()?;
-            let engines = engines.concat();
-            let options = report::Options {
-                out,
-                engines,
-                cases,
-                steps_ms,
-                repeats,
-                quick,
-                run_limit_s,
-                runs,
-                reuse_peers,
-            };
+        What::Report { engines, outcomes_only, mut options } => {
+            for name in engines {
+                options.engines.extend(EngineKind::with_all_settings(&name)?);
+            }
             if outcomes_only {
                 report::runner::gather(&options)?;
             } else {

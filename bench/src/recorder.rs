@@ -59,6 +59,11 @@ impl Recorder {
         Ok(())
     }
 
+    /// So many steps under one command.
+    pub fn steps(&mut self, engine: &mut dyn Engine, command: &Command, count: u64) -> Result<()> {
+        (0..count).try_for_each(|_| self.step(engine, command))
+    }
+
     /// The bound of a scene, found at its first step.
     fn overlap_bound_m(&mut self, model: &Arc<Model>, first_m: f64) -> f64 {
         match &self.scene {

@@ -98,12 +98,12 @@ def target(tick: int) -> list[float]:
     return [0.5 + 0.2 * (tick // MOVE % 2)]
 
 
-def measure(url: str, cases: list[Case], blocks: int, local: bool) -> None:
+def measure(url: str, cases: list[Case], blocks: int) -> None:
     """Play all cases by turns and print the table of their overhead."""
     with contextlib.ExitStack() as stack:
 
         def played(case: Case, repeat: int) -> Played:
-            client = stack.enter_context(palmares.Client(url, encoding=case.encoding, local=local))
+            client = stack.enter_context(palmares.Client(url, encoding=case.encoding))
             open_run(client, case)
             return Played(client, repeat)
 
@@ -130,9 +130,9 @@ def measure(url: str, cases: list[Case], blocks: int, local: bool) -> None:
         )
 
 
-def parts(url: str, case: Case, ticks: int, local: bool) -> dict[str, float]:
+def parts(url: str, case: Case, ticks: int) -> dict[str, float]:
     """Return the medians, µs, of the parts of a call in the client, and the size of a reply."""
-    with palmares.Client(url, encoding=case.encoding, local=local) as client:
+    with palmares.Client(url, encoding=case.encoding) as client:
         open_run(client, case)
         with client._link._lock:  # Keeps the heartbeat from reading replies to this loop.
             times, size = timed(client, case, ticks)
@@ -164,9 +164,9 @@ def timed(client: palmares.Client, case: Case, ticks: int) -> tuple[dict[str, li
     return times, size
 
 
-def asking(url: str, encoding: Encoding, local: bool) -> float:
+def asking(url: str, encoding: Encoding) -> float:
     """Return the median time, µs, of a `time` request, which needs no physics: the least overhead."""
-    with palmares.Client(url, encoding=encoding, local=local) as client:
+    with palmares.Client(url, encoding=encoding) as client:
         times = []
         for _ in range(2000):
             start = time.perf_counter()
@@ -180,26 +180,24 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--url", default="http://127.0.0.1:8080")
     parser.add_argument("--blocks", type=int, default=15, help=f"blocks of {BLOCK} ticks per case")
-    parser.add_argument("--tcp", action="store_true", help="do not use the server's local socket")
     args = parser.parse_args()
-    local = not args.tcp
     encodings: list[Encoding] = ["msgpack", "json"]
     sensings: list[Literal["sensors", "truth"]] = ["sensors", "truth"]
     cases = [Case(*case) for case in itertools.product(SCENES, sensings, encodings)]
     print("In µs per tick: physics in long steps and in single ones, a call, its overhead (quartiles)\n")
     print("| scene | sensing | encoding | long | physics | call | overhead | overhead/physics |")
     print("|---|---|---|---|---|---|---|---|")
-    measure(args.url, cases, args.blocks, local)
+    measure(args.url, cases, args.blocks)
     print("\nParts of a call in the client, medians in µs:\n")
     print("| scene | sensing | encoding | encode | send | wait | decode | bytes of the reply |")
     print("|---|---|---|---|---|---|---|---|")
     for case in cases:
-        part = parts(args.url, case, BLOCK * args.blocks // 3, local)
+        part = parts(args.url, case, BLOCK * args.blocks // 3)
         row = " | ".join(f"{part[name]:.1f}" for name in ("encode", "send", "wait", "decode"))
         print(f"| {case.scene} | {case.sensing} | {case.encoding} | {row} | {part['bytes']} |", flush=True)
     print("\nA `time` request, which needs no physics, takes:")
     for encoding in encodings:
-        print(f"{asking(args.url, encoding, local):.1f} µs ({encoding})")
+        print(f"{asking(args.url, encoding):.1f} µs ({encoding})")
 
 
 if __name__ == "__main__":

@@ -7,9 +7,11 @@ use crate::show::{self, ShowArgs};
 use crate::trial::trials;
 use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
+use palmares_models::hand::Hand;
 use palmares_tasks::Task;
 use std::io::Write as _;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 const CHECK_HELP: &str = "\
 Exit code: 0 when the hand is usable, 1 when it is not, 2 with --strict when there are warnings.
@@ -91,13 +93,22 @@ fn attempt(args: &TryArgs) -> anyhow::Result<ExitCode> {
         bail!("no task `{wrong}`; there are {}", names.join(", "));
     }
     tasks.retain(|task| args.task.is_empty() || args.task.contains(&task.name));
-    let (played, refused) = trials(&tasks, &hand);
+    let all_played = print_trials(&tasks, &hand, "", args.json)?;
+    Ok(if all_played { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Plays the hand in these tasks and prints what came of it, below `head` or as JSON. Says whether it could be played in all.
+///
+/// # Errors
+/// Nothing can be written.
+pub fn print_trials(tasks: &[Arc<Task>], hand: &Arc<Hand>, head: &str, json: bool) -> anyhow::Result<bool> {
+    let (played, refused) = trials(tasks, hand);
     let mut out = std::io::stdout().lock();
-    if args.json {
+    if json {
         let report = serde_json::json!({"played": played, "refused": refused});
         writeln!(out, "{}", serde_json::to_string_pretty(&report)?)?;
     } else {
-        write!(out, "{}", trial_table(&played, &refused))?;
+        write!(out, "{head}{}", trial_table(&played, &refused))?;
     }
-    Ok(if refused.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(refused.is_empty())
 }

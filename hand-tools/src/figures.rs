@@ -39,7 +39,7 @@ pub fn figures(name: &str, rows: &[FigureRow]) -> String {
 }
 
 /// Runs of a hand as a table.
-pub fn trials(played: &[Trial], refused: &[String]) -> String {
+pub(crate) fn trials(played: &[Trial], refused: &[String]) -> String {
     let head = ["task", "script", "score", "fault", "beyond a limit", "joint", "motors' work (J)"];
     let mut cells = vec![head.map(str::to_owned).to_vec()];
     let mut notes = String::new();

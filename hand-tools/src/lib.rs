@@ -18,8 +18,7 @@ mod trial;
 mod view;
 mod views;
 
-pub use command::HandCommand;
-pub use figures::{figures, trials as trial_table};
+pub use command::{HandCommand, print_trials};
+pub use figures::figures;
 pub use load::LimitsOf;
-pub use trial::{Script, Trial, trials};
 pub use views::draw_hand;

@@ -17,7 +17,7 @@ const IDLE_S: f64 = 5.0;
 /// What the hand does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Script {
+pub(crate) enum Script {
     /// Nothing.
     Idle,
     /// Reaches out closed and sweeps back, opens, closes, lifts, sweeps to both sides, opens.
@@ -26,25 +26,25 @@ pub enum Script {
 
 /// How it went.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Trial {
+pub(crate) struct Trial {
     /// Name of the task.
-    pub task: String,
+    pub(crate) task: String,
     /// What the hand did.
-    pub script: Script,
+    pub(crate) script: Script,
     /// Points, after the objects have settled.
-    pub score: f64,
+    pub(crate) score: f64,
     /// The simulation came to numbers that are not finite.
-    pub fault: bool,
+    pub(crate) fault: bool,
     /// s of simulated time.
-    pub sim_time_s: f64,
+    pub(crate) sim_time_s: f64,
     /// Farthest that a joint went beyond a limit, rad or m.
-    pub limit_excess: f64,
+    pub(crate) limit_excess: f64,
     /// The joint of `limit_excess`.
-    pub joint: Option<String>,
+    pub(crate) joint: Option<String>,
     /// What the motors did, |f ds| summed, J.
-    pub motor_work_j: f64,
+    pub(crate) motor_work_j: f64,
     /// What should make an organizer look closer; empty when nothing does.
-    pub flags: Vec<String>,
+    pub(crate) flags: Vec<String>,
 }
 
 /// A stretch of a script: for so long, with the base moving so fast along the fingers (its z) and along the world's
@@ -170,7 +170,7 @@ impl Seen {
 }
 
 /// Plays every script in every task. A hand that does not fit into a task is told of.
-pub fn trials(tasks: &[Arc<Task>], hand: &Arc<Hand>) -> (Vec<Trial>, Vec<String>) {
+pub(crate) fn trials(tasks: &[Arc<Task>], hand: &Arc<Hand>) -> (Vec<Trial>, Vec<String>) {
     let (mut played, mut refused) = (Vec::new(), Vec::new());
     for task in tasks {
         for script in [Script::Idle, Script::Sweep] {

@@ -1,6 +1,5 @@
 //! What can be wrong with a description, and what is merely odd about it.
 
-use std::fmt;
 use std::path::PathBuf;
 
 /// Why a hand or an object could not be built.
@@ -63,7 +62,8 @@ pub enum ModelError {
 }
 
 /// Something a loader accepted but that its author should know of.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}: {element}: {message}", file.display())]
 pub struct LoadWarning {
     /// The file.
     pub file: PathBuf,
@@ -71,10 +71,4 @@ pub struct LoadWarning {
     pub element: String,
     /// What is odd, and what was done about it.
     pub message: String,
-}
-
-impl fmt::Display for LoadWarning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}: {}", self.file.display(), self.element, self.message)
-    }
 }

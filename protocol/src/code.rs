@@ -4,8 +4,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 /// What went wrong.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema, strum::IntoStaticStr)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum Code {
     /// The message is not JSON, or not a text frame.
     BadJson,
@@ -50,27 +51,7 @@ pub enum Code {
 impl Code {
     /// The word on the wire.
     pub fn name(self) -> &'static str {
-        match self {
-            Code::BadJson => "bad_json",
-            Code::UnknownOp => "unknown_op",
-            Code::BadRequest => "bad_request",
-            Code::BadAction => "bad_action",
-            Code::StaleTick => "stale_tick",
-            Code::WrongState => "wrong_state",
-            Code::UnknownTask => "unknown_task",
-            Code::UnknownHand => "unknown_hand",
-            Code::HandInTheWay => "hand_in_the_way",
-            Code::NotAuthorized => "not_authorized",
-            Code::Forbidden => "forbidden",
-            Code::SessionTaken => "session_taken",
-            Code::SessionOver => "session_over",
-            Code::Capacity => "capacity",
-            Code::RateLimited => "rate_limited",
-            Code::TooLarge => "too_large",
-            Code::TooSlow => "too_slow",
-            Code::Internal => "internal",
-            Code::NotFound => "not_found",
-        }
+        self.into()
     }
 
     /// The WebSocket close code of a fatal error: 4400–4499 the client's fault, 4500–4599 the server's.

@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 /// A request without its envelope (`op`, `id`).
-#[derive(Debug)]
+#[derive(Debug, strum::IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum Request {
     /// Greets the server: opens a session or takes one up again.
     Hello(Hello),
@@ -29,16 +30,7 @@ pub enum Request {
 impl Request {
     /// The `op` on the wire.
     pub fn op(&self) -> &'static str {
-        match self {
-            Request::Hello(_) => "hello",
-            Request::Reset(_) => "reset",
-            Request::Step(_) => "step",
-            Request::Act(_) => "act",
-            Request::Perturb(_) => "perturb",
-            Request::Stop(_) => "stop",
-            Request::Time(_) => "time",
-            Request::Bye(_) => "bye",
-        }
+        self.into()
     }
 }
 
@@ -112,8 +104,11 @@ pub struct Reset {
 }
 
 /// How time passes in a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, strum::IntoStaticStr,
+)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum Mode {
     /// The world waits for the controller: `step`.
     #[default]
@@ -125,10 +120,7 @@ pub enum Mode {
 impl Mode {
     /// The word on the wire and in the database.
     pub fn as_str(self) -> &'static str {
-        match self {
-            Mode::Lockstep => "lockstep",
-            Mode::Realtime => "realtime",
-        }
+        self.into()
     }
 }
 

@@ -1,7 +1,8 @@
 //! Why a replay is not accepted.
 
 /// Why a replay is not accepted. Every reason has a [name](VerifyError::name).
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error, strum::IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum VerifyError {
     /// Not a file of ours.
     #[error("{0}")]
@@ -59,18 +60,7 @@ fn equal_until(tick: u64, last_equal: Option<u64>) -> String {
 impl VerifyError {
     /// One word for programs.
     pub fn name(&self) -> &'static str {
-        match self {
-            VerifyError::NotAReplay(_) => "not_a_replay",
-            VerifyError::Truncated(_) => "truncated",
-            VerifyError::ChainBroken(_) => "chain_broken",
-            VerifyError::BadSignature(_) => "bad_signature",
-            VerifyError::OtherHand(_) => "other_hand",
-            VerifyError::OtherTask(_) => "other_task",
-            VerifyError::OtherEngine(_) => "other_engine",
-            VerifyError::OtherPhysics(_) => "other_physics",
-            VerifyError::StateDiffers { .. } => "state_differs",
-            VerifyError::ScoreDiffers(_) => "score_differs",
-        }
+        self.into()
     }
 
     /// The first tick that differs, where there is one.

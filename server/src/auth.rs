@@ -3,7 +3,8 @@
 //! A token is `plm_<id>_<secret>`: the id finds the row, the SHA-256 of the secret is compared in constant time.
 //! Only the hash is stored, so that whoever reads the database cannot play as anybody.
 
-use crate::store::{NewAuditEntry, NewToken, Store, StoreError};
+use crate::store::{NewAuditEntry, NewToken, Store};
+use anyhow::Context;
 use axum::http::HeaderMap;
 use axum::http::header::{AUTHORIZATION, SEC_WEBSOCKET_PROTOCOL};
 use palmares_protocol::{Code, Refusal};
@@ -24,7 +25,8 @@ const TOKEN_PROTOCOL: &str = "palmares.token.";
 const DUMMY_HASH: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
 /// What a token allows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::EnumString, strum::IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub(crate) enum Role {
     /// Play, and see what is one's own.
     Team,
@@ -37,15 +39,7 @@ pub(crate) enum Role {
 impl Role {
     /// As stored.
     pub(crate) fn word(self) -> &'static str {
-        match self {
-            Role::Team => "team",
-            Role::Organizer => "organizer",
-            Role::Viewer => "viewer",
-        }
-    }
-
-    fn read(word: &str) -> Option<Role> {
-        [Role::Team, Role::Organizer, Role::Viewer].into_iter().find(|role| role.word() == word)
+        self.into()
     }
 }
 
@@ -109,17 +103,12 @@ impl fmt::Debug for Token {
 pub(crate) fn random_hex(bytes: usize) -> Result<String, getrandom::Error> {
     let mut buffer = vec![0; bytes];
     getrandom::fill(&mut buffer)?;
-    Ok(hex(&buffer))
-}
-
-/// Lower-case hexadecimal.
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    hex::encode(bytes)
+    Ok(hex::encode(&buffer))
 }
 
 /// SHA-256 as lower-case hexadecimal.
 pub(crate) fn sha256_hex(bytes: &[u8]) -> String {
-    hex(&Sha256::digest(bytes))
+    hex::encode(Sha256::digest(bytes))
 }
 
 /// Checks tokens, and tells open connections when one is revoked.
@@ -194,13 +183,10 @@ impl Auth {
     }
 
     async fn holder(store: &Store, token: Token) -> Result<Identity, Refusal> {
-        let row = store.token(&token.id).await.map_err(|error| {
-            tracing::error!(%error, "store failed");
-            Refusal::new(Code::Internal, "the database does not answer").retry_after(5.0)
-        })?;
+        let row = store.token(&token.id).await?;
         let same = token.has_hash(row.as_ref().map(|row| row.secret_hash.as_str()));
         let row = row.filter(|row| same && row.revoked_unix_ms.is_none()).ok_or_else(refused)?;
-        let role = Role::read(&row.role).ok_or_else(refused)?;
+        let role = row.role.parse().map_err(|_| refused())?;
         Ok(Identity { token_id: row.token_id, role, team: row.team })
     }
 
@@ -249,23 +235,12 @@ pub(crate) async fn issue(
     label: &str,
     only: bool,
     entry: &NewAuditEntry<'_>,
-) -> Result<(Token, Vec<String>), IssueError> {
-    let token = Token::random()?;
+) -> anyhow::Result<(Token, Vec<String>)> {
+    let token = Token::random().context("no randomness for a token")?;
     let secret_hash = token.secret_hash();
     let row = NewToken { token_id: &token.id, role: role.word(), team, label, secret_hash: &secret_hash };
     let revoked = store.add_token(&row, only, entry).await?;
     Ok((token, revoked))
-}
-
-/// Why there is no new token.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum IssueError {
-    /// The system has no randomness.
-    #[error("no randomness for a token: {0}")]
-    Randomness(#[from] getrandom::Error),
-    /// The store failed.
-    #[error(transparent)]
-    Store(#[from] StoreError),
 }
 
 #[cfg(test)]

@@ -2,7 +2,6 @@
 
 use crate::compute::Background;
 use crate::compute::pace::HOLD_TICKS;
-use crate::config::Mode;
 use crate::config::settings::{MESSAGE_BYTES, REPEAT, Settings};
 use crate::hands::OwnHands;
 use crate::rules::Rules;
@@ -42,13 +41,9 @@ impl Competition {
 
     /// What is told of it.
     pub(crate) fn info(&self) -> reply::Competition {
-        let mode = match self.rules.mode {
-            Mode::Practice => "practice",
-            Mode::Official => "official",
-        };
         reply::Competition {
             name: self.rules.name.clone(),
-            mode: mode.into(),
+            mode: <&str>::from(self.rules.mode).into(),
             session_s: self.rules.session_s,
             reset_cost_s: self.rules.reset_cost_s,
         }

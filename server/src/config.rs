@@ -138,8 +138,8 @@ pub(crate) struct Config {
     pub(crate) listen: SocketAddr,
     /// Keys, replays, uploaded hands, and the database unless it is elsewhere.
     pub(crate) data_dir: PathBuf,
-    /// The database, when it is elsewhere.
-    pub(crate) database_url: Option<String>,
+    /// Where the database is.
+    pub(crate) location: Location,
     /// The file with the secret that official seeds are made from.
     pub(crate) seed_secret: PathBuf,
     /// The file with the key that signs replays.
@@ -200,6 +200,9 @@ impl ServeOptions {
             origins: both(&self.allowed_origins, &file.allowed_origins),
         };
         guard.check_names()?;
+        let count =
+            |option: Option<u32>, in_file: Option<u32>, usual| option.or(in_file).unwrap_or(usual) as usize;
+        let seconds = |seconds| Duration::from_secs(u64::from(seconds));
         let default_name = if mode == Mode::Official { "competition" } else { "practice" };
         Ok(Config {
             name: file.name.clone().unwrap_or_else(|| default_name.into()),
@@ -217,30 +220,28 @@ impl ServeOptions {
             signing_key: key(&file.signing_key, crate::archive::KEY_FILE),
             no_replays: self.no_replays,
             practice_replays_mb: self.practice_replays_mb,
+            location: Location::new(&data_dir, self.database_url.clone().or(file.database_url.clone())),
             data_dir,
-            database_url: self.database_url.clone().or(file.database_url.clone()),
-            shutdown_grace: Duration::from_secs(u64::from(
-                self.shutdown_grace_s.or(file.shutdown_grace_s).unwrap_or(30),
-            )),
+            shutdown_grace: seconds(self.shutdown_grace_s.or(file.shutdown_grace_s).unwrap_or(30)),
             settings: Settings {
-                max_worlds: self.max_worlds.or(file.max_worlds).unwrap_or(32) as usize,
-                max_connections: self.max_connections.or(file.max_connections).unwrap_or(256) as usize,
-                max_connections_per_team: self
-                    .max_connections_per_team
-                    .or(file.max_connections_per_team)
-                    .unwrap_or(16) as usize,
-                max_connections_per_address: self
-                    .max_connections_per_address
-                    .or(file.max_connections_per_address)
-                    .unwrap_or(64) as usize,
-                hello_timeout: Duration::from_secs(u64::from(self.hello_timeout_s)),
+                max_worlds: count(self.max_worlds, file.max_worlds, 32),
+                max_connections: count(self.max_connections, file.max_connections, 256),
+                max_connections_per_team: count(
+                    self.max_connections_per_team,
+                    file.max_connections_per_team,
+                    16,
+                ),
+                max_connections_per_address: count(
+                    self.max_connections_per_address,
+                    file.max_connections_per_address,
+                    64,
+                ),
+                hello_timeout: seconds(self.hello_timeout_s),
                 requests_per_s: f64::from(
                     self.max_requests_per_s.or(file.max_requests_per_s).unwrap_or(10_000),
                 ),
-                resume_grace: Duration::from_secs(u64::from(
-                    self.resume_grace_s.or(file.resume_grace_s).unwrap_or(30),
-                )),
-                ping_timeout: Duration::from_secs(u64::from(self.ping_timeout_s)),
+                resume_grace: seconds(self.resume_grace_s.or(file.resume_grace_s).unwrap_or(30)),
+                ping_timeout: seconds(self.ping_timeout_s),
             },
         })
     }
@@ -252,14 +253,4 @@ impl ServeOptions {
 /// The file cannot be read or is wrong.
 pub fn hand_limits(path: &Path) -> anyhow::Result<HandLimits> {
     Ok(File::read(path)?.hand_limits)
-}
-
-impl Config {
-    /// Where the database is.
-    pub(crate) fn location(&self) -> Location {
-        match &self.database_url {
-            Some(url) => Location::Url(url.clone()),
-            None => Location::DataDir(self.data_dir.clone()),
-        }
-    }
 }

@@ -49,8 +49,8 @@ fn failed(what: &str, error: &dyn std::fmt::Display) -> Refusal {
     Refusal::new(Code::Internal, format!("{what}; try again")).retry_after(5.0)
 }
 
-fn store_failed(error: &StoreError) -> Refusal {
-    failed("the database does not answer", error)
+fn store_failed(error: StoreError) -> Refusal {
+    failed("the database does not answer", &error)
 }
 
 /// Reads an archive as a hand.
@@ -129,7 +129,7 @@ impl OwnHands {
         let _turn = self.checking.try_acquire().map_err(|_| {
             Refusal::new(Code::Capacity, "another hand is being checked; try again").retry_after(2.0)
         })?;
-        let had = store.hands(Some(team)).await.map_err(|error| store_failed(&error))?;
+        let had = store.hands(Some(team)).await.map_err(store_failed)?;
         if had.len() >= PER_TEAM {
             let message = format!("team {} has sent in {PER_TEAM} hands; no more are taken", shortened(team));
             return Err(Refusal::new(Code::Capacity, message));
@@ -167,8 +167,8 @@ impl OwnHands {
             bytes: bytes.len() as u64,
             warnings: &warnings_json,
         };
-        store.add_hand(&row).await.map_err(|error| store_failed(&error))?;
-        let row = store.hand(&hand_id).await.map_err(|error| store_failed(&error))?;
+        store.add_hand(&row).await.map_err(store_failed)?;
+        let row = store.hand(&hand_id).await.map_err(store_failed)?;
         let row = row.ok_or_else(|| failed("the hand could not be stored", &"it is not there"))?;
         tracing::info!(team, hand = row.name, hand_id, bytes = bytes.len(), "hand sent in");
         Ok(row)
@@ -194,7 +194,7 @@ impl OwnHands {
         name: &str,
         official: bool,
     ) -> Result<Option<(Arc<Hand>, String)>, Refusal> {
-        let rows = store.hands(Some(team)).await.map_err(|error| store_failed(&error))?;
+        let rows = store.hands(Some(team)).await.map_err(store_failed)?;
         let newest = rows.into_iter().rev().find(|row| row.name == name && usable(row, official));
         match newest {
             Some(row) => Ok(Some((self.load(background, &row).await?, row.sha256))),
@@ -210,7 +210,7 @@ impl OwnHands {
         team: &str,
         official: bool,
     ) -> Result<Vec<Arc<Hand>>, Refusal> {
-        let rows = store.hands(Some(team)).await.map_err(|error| store_failed(&error))?;
+        let rows = store.hands(Some(team)).await.map_err(store_failed)?;
         // The oldest first: the newest of a name stays.
         let by_name: BTreeMap<&str, &HandRow> =
             rows.iter().filter(|row| usable(row, official)).map(|row| (row.name.as_str(), row)).collect();

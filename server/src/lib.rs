@@ -12,6 +12,7 @@ mod http;
 mod lifecycle;
 mod metrics;
 mod names;
+mod problem;
 mod restore;
 mod rules;
 pub mod schema;

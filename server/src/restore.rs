@@ -12,10 +12,7 @@ use std::path::Path;
 /// One of them is not empty or cannot be written, or the backup cannot be read.
 pub fn restore(file: &Path, data_dir: &Path, database_url: Option<&str>) -> anyhow::Result<()> {
     std::fs::create_dir_all(data_dir).with_context(|| format!("cannot make {}", data_dir.display()))?;
-    let location = match database_url {
-        Some(url) => Location::Url(url.to_owned()),
-        None => Location::DataDir(data_dir.to_owned()),
-    };
+    let location = Location::new(data_dir, database_url.map(str::to_owned));
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     runtime.context("cannot start the asynchronous runtime")?.block_on(async {
         let store = Store::open(&location).await?;

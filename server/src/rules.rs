@@ -1,6 +1,6 @@
 //! What is played here, by which rules, and how far it is: the competition as its organizer set it up.
 
-use crate::auth::{hex, random_hex, sha256_hex};
+use crate::auth::{random_hex, sha256_hex};
 use crate::config::{Config, Mode};
 use crate::store::{NewAuditEntry, Store};
 use anyhow::{Context, bail};
@@ -22,8 +22,11 @@ const SECRET_HASH: &str = "seed_secret_sha256";
 const SECRET_BYTES: usize = 32;
 
 /// How far an official competition is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema, strum::EnumString, strum::IntoStaticStr,
+)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub(crate) enum Phase {
     /// No session can begin.
     Closed,
@@ -31,16 +34,6 @@ pub(crate) enum Phase {
     Open,
     /// Over for good: the secret behind the seeds is public.
     Revealed,
-}
-
-impl Phase {
-    fn word(self) -> &'static str {
-        match self {
-            Phase::Closed => "closed",
-            Phase::Open => "open",
-            Phase::Revealed => "revealed",
-        }
-    }
 }
 
 /// The secret that official seeds are made from.
@@ -63,8 +56,9 @@ impl SeedSecret {
                 if mode & 0o077 != 0 {
                     bail!("{}: its mode is {mode:o}, others may read it; do `chmod 600`", what());
                 }
-                let bytes = read_hex(text.trim_end());
-                let bytes = bytes.with_context(|| format!("{}: expected 64 hexadecimal digits", what()))?;
+                let mut bytes = [0; SECRET_BYTES];
+                hex::decode_to_slice(text.trim_end(), &mut bytes)
+                    .with_context(|| format!("{}: expected 64 hexadecimal digits", what()))?;
                 Ok(SeedSecret(bytes))
             }
             Err(error) if error.kind() == ErrorKind::NotFound => {
@@ -80,17 +74,6 @@ impl SeedSecret {
     pub(crate) fn sha256(&self) -> String {
         sha256_hex(&self.0)
     }
-}
-
-fn read_hex(text: &str) -> Option<[u8; SECRET_BYTES]> {
-    if text.len() != 2 * SECRET_BYTES || !text.is_ascii() {
-        return None;
-    }
-    let mut bytes = [0; SECRET_BYTES];
-    for (i, byte) in bytes.iter_mut().enumerate() {
-        *byte = u8::from_str_radix(&text[2 * i..2 * i + 2], 16).ok()?;
-    }
-    Some(bytes)
 }
 
 /// Writes a new file that only its owner may read.
@@ -142,9 +125,7 @@ impl Rules {
                     Some(_) => {}
                     None => store.set_setting(SECRET_HASH, &secret.sha256()).await?,
                 }
-                let phase = store.setting(PHASE).await?;
-                let known = [Phase::Open, Phase::Revealed];
-                let phase = known.into_iter().find(|known| phase.as_deref() == Some(known.word()));
+                let phase = store.setting(PHASE).await?.and_then(|word| word.parse().ok());
                 (Some(secret), phase.unwrap_or(Phase::Closed))
             }
         };
@@ -182,7 +163,7 @@ impl Rules {
     /// The secret, once it is public.
     pub(crate) fn revealed_secret(&self) -> Option<String> {
         let secret = self.secret.as_ref().filter(|_| self.revealed())?;
-        Some(hex(&secret.0))
+        Some(hex::encode(secret.0))
     }
 
     /// The seed of run `k` of a task, in the official mode.
@@ -211,12 +192,12 @@ impl Rules {
             (Phase::Open, Phase::Revealed) => return wrong("close the competition first"),
             _ => {}
         }
-        store.enter_phase(PHASE, to.word(), entry).await.map_err(|error| {
+        store.enter_phase(PHASE, to.into(), entry).await.map_err(|error| {
             tracing::error!(%error, "store failed");
             Refusal::new(Code::Internal, "the database does not answer; nothing was changed").retry_after(5.0)
         })?;
         *self.phase.lock().unwrap_or_else(PoisonError::into_inner) = to;
-        tracing::info!(phase = to.word(), "the competition enters another phase");
+        tracing::info!(phase = ?to, "the competition enters another phase");
         Ok(())
     }
 }
@@ -233,7 +214,7 @@ mod tests {
         let path = folder.join("seed.secret");
         let secret = SeedSecret::open(&path).expect("made");
         assert_eq!(SeedSecret::open(&path).expect("read").0, secret.0);
-        assert!(!format!("{secret:?}").contains(&hex(&secret.0)));
+        assert!(!format!("{secret:?}").contains(&hex::encode(secret.0)));
         let mode = std::fs::metadata(&path).expect("file").permissions().mode() & 0o777;
         assert_eq!(mode, 0o600);
         std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o644)).expect("chmod");

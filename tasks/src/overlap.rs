@@ -28,11 +28,11 @@ pub struct Overlap {
 
 impl fmt::Display for Overlap {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Overlap { link, obstacle, name } = self;
-        match obstacle {
-            Obstacle::Furniture | Obstacle::Object => write!(f, "link `{link}` touches `{name}`"),
-            Obstacle::Region => write!(f, "link `{link}` reaches into region `{name}`"),
-            Obstacle::Placing => write!(f, "link `{link}` reaches to where objects are placed in `{name}`"),
-        }
+        let does = match self.obstacle {
+            Obstacle::Furniture | Obstacle::Object => "touches",
+            Obstacle::Region => "reaches into region",
+            Obstacle::Placing => "reaches to where objects are placed in",
+        };
+        write!(f, "link `{}` {does} `{}`", self.link, self.name)
     }
 }

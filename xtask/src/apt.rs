@@ -1,24 +1,26 @@
 //! Debian's packages, where they are missing and can be installed.
 
-use std::process::{Command, Stdio};
-
-/// A command that says nothing.
-pub(crate) fn quiet(program: impl AsRef<std::ffi::OsStr>) -> Command {
-    let mut command = Command::new(program);
-    command.stdout(Stdio::null()).stderr(Stdio::null()).stdin(Stdio::null());
-    command
-}
+use crate::python::succeeds;
+use std::process::Command;
 
 /// Installs a package. Needs Debian and root; says nothing when it fails.
 pub(crate) fn install(package: &str) -> bool {
     println!("installing Debian's package {package}");
     let install = || {
-        let mut apt = quiet("apt-get");
-        apt.env("DEBIAN_FRONTEND", "noninteractive").args(["install", "--yes", package]);
-        apt.status().is_ok_and(|status| status.success())
+        let mut apt = Command::new("apt-get");
+        succeeds(apt.env("DEBIAN_FRONTEND", "noninteractive").args(["install", "--yes", package]))
     };
-    let updated = || quiet("apt-get").arg("update").status().is_ok_and(|status| status.success());
+    let updated = || succeeds(Command::new("apt-get").arg("update"));
     install() || (updated() && install())
+}
+
+/// A Chromium for the tests of the pages: installed already, or now.
+pub(crate) fn chromium() -> Option<&'static str> {
+    let there = || {
+        let usual = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
+        usual.into_iter().find(|path| std::path::Path::new(path).is_file())
+    };
+    there().or_else(|| install("chromium").then(there).flatten())
 }
 
 /// Whether the tests of the database can have a Postgres: installed already, or now.

@@ -6,6 +6,7 @@ use crate::docker;
 use crate::instructions;
 use crate::python::Environment;
 use crate::schema;
+use crate::viewer::Viewer;
 use anyhow::{Context, Result};
 use std::fmt;
 use std::io::{BufRead, BufReader};
@@ -19,6 +20,9 @@ struct Tally {
     failed: u32,
     skipped: u32,
 }
+
+/// A check that passed as a whole.
+const PASSED: Tally = Tally { passed: 1, failed: 0, skipped: 0 };
 
 impl Tally {
     fn plus(self, other: Tally) -> Tally {
@@ -44,41 +48,55 @@ struct Step {
 
 /// Runs everything, also after a failure, and returns whether all of it passed.
 pub(crate) fn run() -> Result<bool> {
-    let mut steps = vec![
+    let mut viewer = None;
+    let mut steps = vec![step("viewer", || {
+        let made = Viewer::prepare()?;
+        made.build()?;
+        viewer = Some(made);
+        Ok(PASSED)
+    })];
+    if let Some(viewer) = &viewer {
+        steps
+            .push(step("viewer's types and lints", || whole(&mut viewer.npm(&["run", "--silent", "check"]))));
+        steps.push(step("viewer's tests", || whole(&mut viewer.npm(&["test", "--silent"]))));
+    }
+    steps.extend([
         step("Rust formatting", || whole(cargo().args(["fmt", "--all", "--check"]))),
         step("Rust lints", || {
             whole(cargo().args(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
         }),
         step("Postgres for the tests", || {
-            if apt::postgres() {
-                return Ok(Tally { passed: 1, ..Tally::default() });
-            }
-            println!("skipped: Postgres is not installed (Debian's package `postgresql`), and could not be");
-            Ok(Tally { skipped: 1, ..Tally::default() })
+            let missing = "Postgres is not installed (Debian's package `postgresql`), and could not be";
+            or_skipped(apt::postgres().then_some(()).ok_or_else(|| missing.to_owned()))
         }),
         step("Rust tests", || counted(cargo().args(["test", "--workspace", "--no-fail-fast"]), rust_tests)),
-    ];
+    ]);
     steps.push(step("instruction counts", || match instructions::prepare()? {
         Ok(mut bench) => whole(&mut bench),
-        Err(reason) => {
-            println!("skipped: {reason}");
-            Ok(Tally { skipped: 1, ..Tally::default() })
-        }
+        Err(reason) => or_skipped(Err(reason)),
     }));
     let mut server = None;
     steps.push(step("server for the Python tests", || {
         server = Some(build_server(false)?);
-        Ok(Tally { passed: 1, ..Tally::default() })
+        Ok(PASSED)
     }));
     if let Some(program) = &server {
-        steps.push(step("descriptions in docs/schema", || {
-            schema::check(program).map(|()| Tally { passed: 1, ..Tally::default() })
+        steps.push(step("descriptions in docs/schema", || schema::check(program).map(|()| PASSED)));
+    }
+    if let (Some(viewer), Some(program)) = (&viewer, &server) {
+        steps.push(step("pages in Chromium", || {
+            let Some(chromium) = apt::chromium() else {
+                let missing = "Chromium is not installed (Debian's package `chromium`), and could not be";
+                return or_skipped(Err(missing.to_owned()));
+            };
+            let mut pages = viewer.npm(&["run", "--silent", "pages"]);
+            whole(pages.env("PALMARES_SERVER_BIN", program).env("PALMARES_CHROMIUM", chromium))
         }));
     }
     let mut environment = None;
     steps.push(step("Python environment", || {
         environment = Some(Environment::prepare()?);
-        Ok(Tally { passed: 1, ..Tally::default() })
+        Ok(PASSED)
     }));
     if let Some(environment) = &environment {
         let python = |arguments: &[&str]| {
@@ -125,7 +143,7 @@ fn step(name: &'static str, body: impl FnOnce() -> Result<Tally>) -> Step {
 /// A check that passed, or the reason why this machine cannot make it, said aloud.
 fn or_skipped(outcome: std::result::Result<(), String>) -> Result<Tally> {
     match outcome {
-        Ok(()) => Ok(Tally { passed: 1, ..Tally::default() }),
+        Ok(()) => Ok(PASSED),
         Err(reason) => {
             println!("skipped: {reason}");
             Ok(Tally { skipped: 1, ..Tally::default() })

@@ -3,6 +3,7 @@
 use crate::cargo::build_server;
 use crate::python::Environment;
 use crate::server::Server;
+use crate::viewer;
 use anyhow::{Context, Result, ensure};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
@@ -55,6 +56,10 @@ impl Demonstrated {
 
 /// Builds, plays one run, prints what came of it.
 pub(crate) fn run(options: &Options) -> Result<()> {
+    eprintln!("== building the viewer");
+    if let Err(error) = viewer::run() {
+        eprintln!("the server is built without its viewer: {error:#}");
+    }
     eprintln!("== building the server");
     let program = build_server(true)?;
     eprintln!("== preparing the Python environment");

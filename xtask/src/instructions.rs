@@ -1,7 +1,8 @@
 //! The regression gate on instruction counts: valgrind and gungraun's runner, installed where they are missing.
 
-use crate::apt::{self, quiet};
+use crate::apt;
 use crate::cargo::cargo;
+use crate::python::succeeds;
 use crate::workspace;
 use anyhow::{Context, Result, ensure};
 use std::path::Path;
@@ -30,7 +31,7 @@ pub(crate) fn prepare() -> Result<Result<Command, String>> {
 }
 
 fn answers(program: &str) -> bool {
-    quiet(program).arg("--version").status().is_ok_and(|status| status.success())
+    succeeds(Command::new(program).arg("--version"))
 }
 
 /// The library's version in Cargo.lock: the runner's must be the same.

@@ -1,4 +1,4 @@
-//! Developer commands: `cargo xtask demo`, `docker`, `report`, `schema` and `test`.
+//! Developer commands: `cargo xtask demo`, `docker`, `report`, `schema`, `test` and `viewer`.
 
 mod apt;
 mod cargo;
@@ -10,6 +10,7 @@ mod python;
 mod report;
 mod schema;
 mod server;
+mod viewer;
 mod workspace;
 
 use clap::{Parser, Subcommand};
@@ -32,8 +33,10 @@ enum Task {
     Report(report::Options),
     /// Write the descriptions of messages and addresses in docs/schema anew.
     Schema,
-    /// Run every test: Rust and Python, formatting and lints.
+    /// Run every test: Rust, Python and the viewer, formatting and lints.
     Test,
+    /// Build the pages' scripts, which the server takes in when it is compiled next.
+    Viewer,
 }
 
 fn main() -> ExitCode {
@@ -43,6 +46,7 @@ fn main() -> ExitCode {
         Task::Report(options) => report::run(&options).map(|()| true),
         Task::Schema => cargo::build_server(false).and_then(|program| schema::run(&program)).map(|()| true),
         Task::Test => check::run(),
+        Task::Viewer => viewer::run().map(|()| true),
     };
     match outcome {
         Ok(true) => ExitCode::SUCCESS,

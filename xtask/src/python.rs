@@ -43,6 +43,11 @@ impl Environment {
         Ok(environment)
     }
 
+    /// The folder of its programs.
+    pub(crate) fn folder(&self) -> &Path {
+        &self.bin
+    }
+
     /// The environment's interpreter, started in `client-py/`.
     pub(crate) fn python(&self) -> Command {
         let mut command = Command::new(self.bin.join(if cfg!(windows) { "python.exe" } else { "python" }));

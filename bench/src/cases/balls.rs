@@ -1,27 +1,24 @@
 //! The balls task's scene with a scripted hand.
 
 use super::case::{Case, Finding};
-use super::setup::{Setup, ramp, steps};
+use super::setup::{Setup, ends_of_steps, ramp, risen};
 use super::synergy::softhand;
 use crate::recorder::Recorder;
 use crate::report::Figure;
 use anyhow::{Context, Result};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::Command;
-use palmares_sim::actuation::base::BaseCommand;
-use palmares_sim::state::BaseReference;
 use palmares_tasks::Seed;
 use palmares_tasks::Task;
 use palmares_tasks::build::build;
 use std::sync::Arc;
 
 /// Cases of this file.
-pub const CASES: &[Case] = &[Case {
-    name: "softhand_balls",
-    about: "SoftHand reaches into a box of ten 1 kg balls, closes and lifts; self-collision on",
-    peers: true,
-    run: softhand_balls,
-}];
+pub const CASES: &[Case] = &[Case::new(
+    "softhand_balls",
+    "SoftHand reaches into a box of ten 1 kg balls, closes and lifts; self-collision on",
+    softhand_balls,
+)];
 
 /// Ten balls in box A; the hand comes down among them, closes and rises, over 5 s. The figure is how far the
 /// centre of a ball got out of the boxes' outer planes: nothing may pass through a wall.
@@ -32,25 +29,20 @@ pub fn softhand_balls(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
     let built = build(&task, Some(softhand()?), Seed::from_u64(1))?;
     // Fingers down, palm towards -x, in the middle of the box.
     let down = Rotation::from_rotation_y(std::f64::consts::PI);
-    let top = Vec3::new(0.05, 0.0, 0.6);
+    let top = Pose::from_parts(Vec3::new(0.05, 0.0, 0.6), down);
     let mut state = built.world.state().clone();
-    state.base = Pose::from_parts(top, down);
+    state.base = top;
     state.reference.pose = state.base;
     let mut world = setup.start(Arc::clone(built.world.model()), state)?;
-    let mut command = Command::stay(world.model(), Pose::from_parts(top, down));
+    let mut command = Command::stay(world.model(), top);
     let (low, high) = task.open_box("box_a").context("balls has a box A")?.inner_volume();
     let mut escaped: f64 = 0.0;
-    for k in 0..steps(5.0, setup.dt_s) {
-        let t = (k + 1) as f64 * setup.dt_s;
+    for t in ends_of_steps(5.0, setup.dt_s) {
         let (sink, sinking) = ramp((t - 0.5) / 1.5);
         let (rise, rising) = ramp((t - 3.2) / 1.5);
         let depth = 0.32;
         command.sigma[0] = ramp((t - 2.2) / 0.8).0;
-        command.base = BaseCommand::Exact(BaseReference {
-            pose: Pose::from_parts(top + Vec3::new(0.0, 0.0, depth * (rise - sink)), down),
-            linear: Vec3::new(0.0, 0.0, depth * (rising - sinking) / 1.5),
-            angular: Vec3::ZERO,
-        });
+        command.base = risen(top, depth * (rise - sink), depth * (rising - sinking) / 1.5);
         recorder.step(&mut *world, &command)?;
         for pose in &world.state().objects {
             let p = pose.translation;
@@ -62,8 +54,5 @@ pub fn softhand_balls(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
             escaped = escaped.max(-p.z);
         }
     }
-    Ok(Finding {
-        error: Figure::bounded("farthest ball centre beyond a wall", escaped * 1e3, "mm", 0.0),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::bounded("farthest ball centre beyond a wall", escaped * 1e3, "mm", 0.0)))
 }

@@ -13,6 +13,27 @@ pub struct Finding {
     pub invariants: Invariants,
 }
 
+impl Recorder {
+    /// A case's figure beside what every case can tell.
+    pub(super) fn finding(&self, error: Figure) -> Finding {
+        Finding { error, invariants: self.invariants() }
+    }
+}
+
+impl Finding {
+    /// ... and the energy that appeared from nowhere, J.
+    pub(super) fn with_energy_gain(mut self, gain_j: f64) -> Self {
+        self.invariants.energy_gain_j = Some(gain_j);
+        self
+    }
+
+    /// ... and the largest relative error of contact forces, 1.
+    pub(super) fn with_force_error(mut self, part: f64) -> Self {
+        self.invariants.force_error_percent = Some(100.0 * part);
+        self
+    }
+}
+
 /// A named case.
 pub struct Case {
     /// Its name.
@@ -22,5 +43,20 @@ pub struct Case {
     /// Whether rigid-body engines without tendon compliance of ours can be asked to run it.
     pub peers: bool,
     /// Runs it.
-    pub run: fn(&Setup, &mut Recorder) -> Result<Finding>,
+    pub run: Run,
+}
+
+/// Runs a case under a setup.
+type Run = fn(&Setup, &mut Recorder) -> Result<Finding>;
+
+impl Case {
+    /// One that every engine can run.
+    pub(super) const fn new(name: &'static str, about: &'static str, run: Run) -> Self {
+        Case { name, about, peers: true, run }
+    }
+
+    /// One that only our engine can run.
+    pub(super) const fn ours(name: &'static str, about: &'static str, run: Run) -> Self {
+        Case { name, about, peers: false, run }
+    }
 }

@@ -10,18 +10,16 @@ use anyhow::Result;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "self_consistency",
-        about: "SoftHand closing on air against its own run at dt/64: order between dt and dt/4",
-        peers: true,
-        run: free,
-    },
-    Case {
-        name: "self_consistency_grasp",
-        about: "SoftHand grasping cylinder and box against its own run at dt/16: largest object error",
-        peers: true,
-        run: grasp,
-    },
+    Case::new(
+        "self_consistency",
+        "SoftHand closing on air against its own run at dt/64: order between dt and dt/4",
+        free,
+    ),
+    Case::new(
+        "self_consistency_grasp",
+        "SoftHand grasping cylinder and box against its own run at dt/16: largest object error",
+        grasp,
+    ),
 ];
 
 /// `log₄` of the ratio of the joint errors at dt and at dt/4, both against dt/64.
@@ -32,10 +30,7 @@ pub fn free(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         synergy::close_trace(setup, recorder).map(|trace| synergy::difference(&trace, &reference))
     };
     let (coarse, fine) = (error(setup, recorder)?, error(&at(4.0), &mut Recorder::default())?);
-    Ok(Finding {
-        error: Figure::new("order of convergence", (coarse / fine).log2() / 2.0, ""),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("order of convergence", (coarse / fine).log2() / 2.0, "")))
 }
 
 /// Largest distance of the object's centre in the palm between dt and dt/16 until the end of the hold, over both
@@ -46,8 +41,5 @@ pub fn grasp(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     for grasp in [Grasp::cylinder(), Grasp::cuboid()] {
         worst = worst.max(difference(setup, &fine, &grasp, recorder)?);
     }
-    Ok(Finding {
-        error: Figure::new("largest object error", worst * 1e3, "mm"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("largest object error", worst * 1e3, "mm")))
 }

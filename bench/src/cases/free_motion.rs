@@ -6,10 +6,10 @@
 use super::case::{Case, Finding};
 use super::elliptic::{complete, incomplete};
 use super::scene::{Scene, cuboid, kinetic, set_velocity, spin, velocity, weightless};
-use super::setup::{Setup, steps};
+use super::setup::{Setup, ends_of_steps, steps};
 use crate::engine::Engine;
 use crate::recorder::Recorder;
-use crate::report::{Figure, Invariants};
+use crate::report::Figure;
 use anyhow::Result;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};
@@ -17,36 +17,19 @@ use palmares_sim::{Command, Config};
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "free_flight",
-        about: "10 kg box thrown for 10 s against the parabola",
-        peers: true,
-        run: free_flight,
-    },
-    Case {
-        name: "box_tumble",
-        about: "box spun about its middle axis for 10 s keeps its angular momentum",
-        peers: true,
-        run: box_tumble,
-    },
-    Case {
-        name: "box_simple",
-        about: "box drifting and turning about a principal axis for 10 s against the exact pose",
-        peers: true,
-        run: box_simple,
-    },
-    Case {
-        name: "box_flip",
-        about: "times at which the tumbling box flips, against Jacobi's elliptic functions",
-        peers: true,
-        run: box_flip,
-    },
-    Case {
-        name: "symmetric_top",
-        about: "rate at which a torque-free cylinder precesses",
-        peers: true,
-        run: symmetric_top,
-    },
+    Case::new("free_flight", "10 kg box thrown for 10 s against the parabola", free_flight),
+    Case::new("box_tumble", "box spun about its middle axis for 10 s keeps its angular momentum", box_tumble),
+    Case::new(
+        "box_simple",
+        "box drifting and turning about a principal axis for 10 s against the exact pose",
+        box_simple,
+    ),
+    Case::new(
+        "box_flip",
+        "times at which the tumbling box flips, against Jacobi's elliptic functions",
+        box_flip,
+    ),
+    Case::new("symmetric_top", "rate at which a torque-free cylinder precesses", symmetric_top),
 ];
 
 /// The tumbling box: about the middle axis, slightly off, rad/s.
@@ -67,16 +50,12 @@ pub fn free_flight(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let config = Config { gravity, ..weightless(setup.dt_s) };
     let (mut engine, command) = thrown(setup, config, v0, Vec3::ZERO)?;
     let mut worst: f64 = 0.0;
-    for k in 0..steps(10.0, setup.dt_s) {
+    for t in ends_of_steps(10.0, setup.dt_s) {
         recorder.step(&mut *engine, &command)?;
-        let t = (k + 1) as f64 * setup.dt_s;
         worst =
             worst.max((engine.state().objects[0].translation - v0 * t - gravity * (0.5 * t * t)).length());
     }
-    Ok(Finding {
-        error: Figure::new("distance from the parabola", worst * 1e3, "mm"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("distance from the parabola", worst * 1e3, "mm")))
 }
 
 /// Largest |ΔL|/|L₀| in 10 s of the box with ω₀ = (0.1, 5, 0.1) rad/s and no gravity; |ΔE| goes to
@@ -91,10 +70,8 @@ pub fn box_tumble(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         lost = lost.max((spin(&*engine, 0) - momentum).length() / momentum.length());
         gain = gain.max((kinetic(&*engine, 0) - energy).abs());
     }
-    Ok(Finding {
-        error: Figure::new("change of angular momentum", lost, "of |L|"),
-        invariants: Invariants { energy_gain_j: Some(gain), ..recorder.invariants() },
-    })
+    let error = Figure::new("change of angular momentum", lost, "of |L|");
+    Ok(recorder.finding(error).with_energy_gain(gain))
 }
 
 /// Distance of a corner of the box from where it should be after 10 s with v = (−0.9, 0.4, 0.1) m/s and
@@ -104,18 +81,13 @@ pub fn box_simple(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (v, w) = (Vec3::new(-0.9, 0.4, 0.1), 0.5);
     let (mut engine, command) = thrown(setup, weightless(setup.dt_s), v, Vec3::new(w, 0.0, 0.0))?;
     let count = steps(10.0, setup.dt_s);
-    for _ in 0..count {
-        recorder.step(&mut *engine, &command)?;
-    }
+    recorder.steps(&mut *engine, &command, count)?;
     let t = count as f64 * setup.dt_s;
     let corner = Vec3::new(0.05, 0.2, 0.45);
     let (sin, cos) = (w * t).sin_cos();
     let turned = Vec3::new(corner.x, cos * corner.y - sin * corner.z, sin * corner.y + cos * corner.z);
     let error = (engine.state().objects[0].transform_point(corner) - v * t - turned).length();
-    Ok(Finding {
-        error: Figure::new("distance of a corner", error * 1e3, "mm"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("distance of a corner", error * 1e3, "mm")))
 }
 
 /// Largest relative error of the times at which the tumbling box's middle angular velocity changes sign in
@@ -152,10 +124,7 @@ pub fn box_flip(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         let exact = first + n as f64 * half_period;
         worst.max((t / exact - 1.0).abs())
     });
-    Ok(Finding {
-        error: Figure::new("flip time error", 100.0 * worst, "%"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("flip time error", 100.0 * worst, "%")))
 }
 
 /// Relative error of the rate at which ω circles the axis of a torque-free cylinder, seen from the body:
@@ -178,8 +147,5 @@ pub fn symmetric_top(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> 
         last = now;
     }
     let rate = angle / (count as f64 * setup.dt_s);
-    Ok(Finding {
-        error: Figure::new("precession rate error", 100.0 * (rate / exact - 1.0).abs(), "%"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("precession rate error", 100.0 * (rate / exact - 1.0).abs(), "%")))
 }

@@ -1,7 +1,7 @@
 //! Sliding and sticking on furniture, with textbook answers.
 
 use super::case::{Case, Finding};
-use super::scene::{G, Scene, awake, cuboid, push, set_velocity, tilted, velocity};
+use super::scene::{G, Scene, awake, cuboid, push, set_velocity, settle, tilted, velocity};
 use super::setup::{Setup, steps};
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
@@ -13,30 +13,26 @@ use palmares_sim::Config;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "incline_critical",
-        about: "block on slopes of 0.9 and 0.99 mu (creep), 1.01 and 1.2 mu (acceleration), in three headings",
-        peers: true,
-        run: incline_critical,
-    },
-    Case {
-        name: "slide_stop",
-        about: "cube thrown along a floor in three directions stops after v0^2/(2 mu g)",
-        peers: true,
-        run: slide_stop,
-    },
-    Case {
-        name: "tip_or_slide",
-        about: "slopes and pushes at which a box tips or slides, found by bisection",
-        peers: true,
-        run: tip_or_slide,
-    },
-    Case {
-        name: "bead_between_plates",
-        about: "bead that cannot turn, pushed along a gap hardly wider than itself",
-        peers: true,
-        run: bead_between_plates,
-    },
+    Case::new(
+        "incline_critical",
+        "block on slopes of 0.9 and 0.99 mu (creep), 1.01 and 1.2 mu (acceleration), in three headings",
+        incline_critical,
+    ),
+    Case::new(
+        "slide_stop",
+        "cube thrown along a floor in three directions stops after v0^2/(2 mu g)",
+        slide_stop,
+    ),
+    Case::new(
+        "tip_or_slide",
+        "slopes and pushes at which a box tips or slides, found by bisection",
+        tip_or_slide,
+    ),
+    Case::new(
+        "bead_between_plates",
+        "bead that cannot turn, pushed along a gap hardly wider than itself",
+        bead_between_plates,
+    ),
 ];
 
 /// Headings against the axes of cube and contact tangents: a friction pyramid shows at those between.
@@ -72,13 +68,9 @@ pub fn incline_critical(setup: &Setup, recorder: &mut Recorder) -> Result<Findin
         for ratio in [0.9, 0.99] {
             let (mut engine, command) = block(ratio, degrees)?;
             // The first second loads the anchor; creep is what remains after.
-            for _ in 0..steps(1.0, setup.dt_s) {
-                recorder.step(&mut *engine, &command)?;
-            }
+            recorder.steps(&mut *engine, &command, steps(1.0, setup.dt_s))?;
             let start = engine.state().objects[0].translation;
-            for _ in 0..steps(10.0, setup.dt_s) {
-                recorder.step(&mut *engine, &command)?;
-            }
+            recorder.steps(&mut *engine, &command, steps(10.0, setup.dt_s))?;
             creep = creep.max((engine.state().objects[0].translation - start).length() / 10.0);
         }
         for ratio in [1.01, 1.2] {
@@ -87,22 +79,16 @@ pub fn incline_critical(setup: &Setup, recorder: &mut Recorder) -> Result<Findin
             let tan = ratio * mu;
             let normal = G / (1.0 + tan * tan).sqrt();
             let exact = Vec3::new(cos, sin, 0.0) * (normal * (tan - mu));
-            for _ in 0..steps(0.5, setup.dt_s) {
-                recorder.step(&mut *engine, &command)?;
-            }
+            recorder.steps(&mut *engine, &command, steps(0.5, setup.dt_s))?;
             let before = velocity(&*engine, 0).0;
             let count = steps(1.0, setup.dt_s);
-            for _ in 0..count {
-                recorder.step(&mut *engine, &command)?;
-            }
+            recorder.steps(&mut *engine, &command, count)?;
             let gained = (velocity(&*engine, 0).0 - before) / (count as f64 * setup.dt_s);
             worst = worst.max((gained - exact).length() / (mu * normal));
         }
     }
-    Ok(Finding {
-        error: Figure::new("acceleration error", 100.0 * worst, "% of mu g"),
-        invariants: Invariants { slip_mm_s: Some(creep * 1e3), ..recorder.invariants() },
-    })
+    let error = Figure::new("acceleration error", 100.0 * worst, "% of mu g");
+    Ok(Finding { error, invariants: Invariants { slip_mm_s: Some(creep * 1e3), ..recorder.invariants() } })
 }
 
 /// Largest relative error of the stopping distance v₀²/(2 μ g) over three headings, in percent; the
@@ -120,22 +106,15 @@ pub fn slide_stop(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             .body(cuboid(0.2, 0.2, 0.2), 1.0, mu, at)?
             .start(setup)?;
         // It starts settled: half a millimetre of sinking while sliding would be an error of the start.
-        for _ in 0..steps(0.5, setup.dt_s) {
-            engine.step(&command)?;
-        }
+        settle(&mut *engine, &command, 0.5)?;
         let start = engine.state().objects[0].translation;
         set_velocity(&mut *engine, 0, direction * v0, Vec3::ZERO);
-        for _ in 0..steps(0.5, setup.dt_s) {
-            recorder.step(&mut *engine, &command)?;
-        }
+        recorder.steps(&mut *engine, &command, steps(0.5, setup.dt_s))?;
         let travelled = engine.state().objects[0].translation - start;
         let flat = Vec3::new(travelled.x, travelled.y, 0.0);
         worst = worst.max((flat - direction * exact).length() / exact);
     }
-    Ok(Finding {
-        error: Figure::new("stopping distance error", 100.0 * worst, "%"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("stopping distance error", 100.0 * worst, "%")))
 }
 
 /// How a box is asked to move.
@@ -204,10 +183,7 @@ pub fn tip_or_slide(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         let found = threshold(|force| moves(setup, recorder, mu, Ask::Push(force, z), tips), exact)?;
         worst = worst.max((found / exact - 1.0).abs());
     }
-    Ok(Finding {
-        error: Figure::new("threshold error", 100.0 * worst, "%"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("threshold error", 100.0 * worst, "%")))
 }
 
 /// Largest distance from `x = (u/m − μ g) t²/2` within 0.5 s, in percent of the way, of a bead (r = 0.05 m, 0.2 kg,
@@ -224,9 +200,7 @@ pub fn bead_between_plates(setup: &Setup, recorder: &mut Recorder) -> Result<Fin
         .object(bead, Pose::translation(0.0, 0.0, radius))?
         .start(setup)?;
     // Settled first: its own weight presses it 10 µm into the floor.
-    for _ in 0..steps(0.5, setup.dt_s) {
-        engine.step(&command)?;
-    }
+    settle(&mut *engine, &command, 0.5)?;
     let start = engine.state().objects[0].translation.x;
     let mut worst: f64 = 0.0;
     let acceleration = u / mass - mu * G;
@@ -239,8 +213,5 @@ pub fn bead_between_plates(setup: &Setup, recorder: &mut Recorder) -> Result<Fin
         worst = worst.max((x - 0.5 * acceleration * t * t).abs());
     }
     let way = 0.5 * acceleration * 0.25;
-    Ok(Finding {
-        error: Figure::new("distance error", 100.0 * worst / way, "%"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("distance error", 100.0 * worst / way, "%")))
 }

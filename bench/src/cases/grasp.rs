@@ -2,7 +2,7 @@
 
 use super::case::{Case, Finding};
 use super::grasp_scene::{Lie, Scene, before};
-use super::setup::{Setup, ramp, steps};
+use super::setup::{Setup, moved, ramp, steps};
 use super::synergy::softhand;
 use crate::engine::Engine;
 use crate::recorder::Recorder;
@@ -14,37 +14,28 @@ use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::base::BaseCommand;
 use palmares_sim::actuation::motor::wound;
-use palmares_sim::state::BaseReference;
 use palmares_sim::{Command, Config, Model, State, World};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "softhand_cylinder",
-        about: "SoftHand closes on a 0.1 kg cylinder, lifts, holds and shakes it",
-        peers: true,
-        run: cylinder,
-    },
-    Case {
-        name: "softhand_box",
-        about: "SoftHand closes on a 0.5 kg box, lifts, holds and shakes it",
-        peers: true,
-        run: cuboid,
-    },
-    Case {
-        name: "softhand_cylinder_60s",
-        about: "SoftHand holds the 0.1 kg cylinder still for 60 s: creep",
-        peers: true,
-        run: |setup, recorder| long_hold(setup, recorder, &Grasp::cylinder()),
-    },
-    Case {
-        name: "softhand_box_60s",
-        about: "SoftHand holds the 0.5 kg box still for 60 s: creep",
-        peers: true,
-        run: |setup, recorder| long_hold(setup, recorder, &Grasp::cuboid()),
-    },
+    Case::new(
+        "softhand_cylinder",
+        "SoftHand closes on a 0.1 kg cylinder, lifts, holds and shakes it",
+        cylinder,
+    ),
+    Case::new("softhand_box", "SoftHand closes on a 0.5 kg box, lifts, holds and shakes it", cuboid),
+    Case::new(
+        "softhand_cylinder_60s",
+        "SoftHand holds the 0.1 kg cylinder still for 60 s: creep",
+        |setup, recorder| long_hold(setup, recorder, &Grasp::cylinder()),
+    ),
+    Case::new(
+        "softhand_box_60s",
+        "SoftHand holds the 0.5 kg box still for 60 s: creep",
+        |setup, recorder| long_hold(setup, recorder, &Grasp::cuboid()),
+    ),
 ];
 
 /// Friction coefficient of the hand's surfaces and of the object in these cases, whatever the hand's gloves are made of.
@@ -81,6 +72,8 @@ struct Schedule {
 }
 
 const SHAKEN: Schedule = Schedule { hold_s: 4.0, end_s: 6.0 };
+/// Without the shaking.
+const UNTIL_HELD: Schedule = Schedule { end_s: SHAKEN.hold_s, ..SHAKEN };
 /// The hold settles for half a second after the lift; creep is measured over the 60 s that follow.
 const LONG: Schedule = Schedule { hold_s: 62.5, end_s: 62.5 };
 
@@ -140,19 +133,14 @@ fn long_hold(setup: &Setup, recorder: &mut Recorder, grasp: &Grasp) -> Result<Fi
 
 fn case(setup: &Setup, recorder: &mut Recorder, grasp: &Grasp) -> Result<Finding> {
     let run = play(setup, grasp, CHOSEN, SHAKEN, recorder)?;
-    let error = match setup.reference().filter(|_| run.invariants.held == Some(true)) {
-        // What was lost has no error worth a long reference run.
-        None => None,
-        Some(fine) => {
-            let until_held = Schedule { end_s: SHAKEN.hold_s, ..SHAKEN };
-            let name = format!("grasp of {:?}, {} kg", grasp.shape, grasp.mass);
-            let reference = fine.once(&name, |fine| {
-                Ok(play(fine, grasp, CHOSEN, until_held, &mut Recorder::default())?.trace)
-            });
-            // A run does what was asked for whether or not its fine one comes to an end.
-            reference.ok().map(|reference| apart(&run.trace, &reference) * 1e3)
-        }
-    };
+    // What was lost has no error worth a long reference run.
+    let error = setup.reference().filter(|_| run.invariants.held == Some(true)).and_then(|fine| {
+        let name = format!("grasp of {:?}, {} kg", grasp.shape, grasp.mass);
+        let reference = fine
+            .once(&name, |fine| Ok(play(fine, grasp, CHOSEN, UNTIL_HELD, &mut Recorder::default())?.trace));
+        // A run does what was asked for whether or not its fine one comes to an end.
+        reference.ok().map(|reference| apart(&run.trace, &reference) * 1e3)
+    });
     Ok(Finding {
         error: Figure::from_own_fine_run("largest distance of the object from its own fine run", error, "mm"),
         invariants: run.invariants,
@@ -162,9 +150,8 @@ fn case(setup: &Setup, recorder: &mut Recorder, grasp: &Grasp) -> Result<Finding
 /// Largest distance of the object's centre in the palm between two runs until the end of the hold, m. The
 /// first run is recorded.
 pub fn difference(a: &Setup, b: &Setup, grasp: &Grasp, recorder: &mut Recorder) -> Result<f64> {
-    let until_held = Schedule { end_s: SHAKEN.hold_s, ..SHAKEN };
-    let first = play(a, grasp, CHOSEN, until_held, recorder)?;
-    let second = play(b, grasp, CHOSEN, until_held, &mut Recorder::default())?;
+    let first = play(a, grasp, CHOSEN, UNTIL_HELD, recorder)?;
+    let second = play(b, grasp, CHOSEN, UNTIL_HELD, &mut Recorder::default())?;
     Ok(apart(&first.trace, &second.trace))
 }
 
@@ -202,7 +189,7 @@ fn play(
     for k in 0..steps(schedule.end_s, dt_s) {
         let t = (k + 1) as f64 * dt_s;
         command.sigma[0] = placement.sigma * ramp(t / 0.5).0;
-        command.base = BaseCommand::Exact(path(start, t, schedule.hold_s));
+        command.base = path(start, t, schedule.hold_s);
         recorder.step(&mut *world, &command)?;
         // In the first step that ends at or after a time; steps need not divide it.
         let reached = |time: f64| t >= time - 1e-9 && t - dt_s < time - 1e-9;
@@ -238,7 +225,7 @@ fn play(
 }
 
 /// Lift along z from 0.5 s to 2 s, shake along y from the end of the hold on with an onset of 0.1 s.
-fn path(start: Pose, t: f64, hold_s: f64) -> BaseReference {
+fn path(start: Pose, t: f64, hold_s: f64) -> BaseCommand {
     let (rise, rate) = ramp((t - 0.5) / 1.5);
     let mut offset = Vec3::new(0.0, 0.0, 0.1 * rise);
     let mut linear = Vec3::new(0.0, 0.0, 0.1 * rate / 1.5);
@@ -249,11 +236,7 @@ fn path(start: Pose, t: f64, hold_s: f64) -> BaseReference {
         offset.y += amplitude * onset * phase.sin();
         linear.y += amplitude * (onset * omega * phase.cos() + setting_in / 0.1 * phase.sin());
     }
-    BaseReference {
-        pose: Pose::from_parts(start.translation + offset, start.rotation),
-        linear,
-        angular: Vec3::ZERO,
-    }
+    moved(start, offset, linear)
 }
 
 /// The hand palm down over the object, which stands on a pedestal 1 mm before the palm.
@@ -318,7 +301,7 @@ pub(crate) fn closing(time_s: f64) -> (World, Command) {
     for k in 0..steps(time_s, dt_s) {
         let t = (k + 1) as f64 * dt_s;
         command.sigma[0] = CHOSEN.sigma * ramp(t / 0.5).0;
-        command.base = BaseCommand::Exact(path(start, t, SHAKEN.hold_s));
+        command.base = path(start, t, SHAKEN.hold_s);
         world.step(&command);
     }
     (world, command)

@@ -2,7 +2,7 @@
 
 use super::case::{Case, Finding};
 use super::scene::{G, Scene, cuboid, rigid};
-use super::setup::{Setup, steps};
+use super::setup::{Setup, ends_of_steps};
 use crate::recorder::Recorder;
 use crate::report::Figure;
 use crate::rigs::{Finger, bolted, fingers};
@@ -14,12 +14,11 @@ use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 /// Cases of this file.
-pub const CASES: &[Case] = &[Case {
-    name: "gripper_analytic",
-    about: "two jaws close on a ball with constant forces, lift it and hit a stop: height of the ball",
-    peers: false,
-    run: gripper_analytic,
-}];
+pub const CASES: &[Case] = &[Case::ours(
+    "gripper_analytic",
+    "two jaws close on a ball with constant forces, lift it and hit a stop: height of the ball",
+    gripper_analytic,
+)];
 
 /// Of the ball: m, kg
 const BALL_KG: f64 = 0.2;
@@ -115,15 +114,12 @@ pub fn gripper_analytic(setup: &Setup, recorder: &mut Recorder) -> Result<Findin
         .start(setup)?;
     command.sigma.fill(1.0);
     let mut worst: f64 = 0.0;
-    for k in 0..steps(0.5, setup.dt_s) {
+    for t in ends_of_steps(0.5, setup.dt_s) {
         recorder.step(&mut *engine, &command)?;
         let height = engine.state().objects[0].translation.z;
-        worst = worst.max((height - exact((k + 1) as f64 * setup.dt_s)).abs());
+        worst = worst.max((height - exact(t)).abs());
     }
-    Ok(Finding {
-        error: Figure::new("largest error of the ball's height", worst * 1e3, "mm"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("largest error of the ball's height", worst * 1e3, "mm")))
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! The hand as a mechanism, without contact: energy, a stiff joint, the path of rolling joints.
 
 use super::case::{Case, Finding};
-use super::setup::{Setup, ramp, steps};
+use super::setup::{Setup, ends_of_steps, ramp, steps};
+use super::synergy::{softhand, world_of};
 use crate::energy::Stored;
 use crate::recorder::Recorder;
 use crate::report::Figure;
@@ -15,30 +16,26 @@ use std::sync::Arc;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "chain_energy",
-        about: "SoftHand without springs and dampers falls as a chain for 2 s: energy drift",
-        peers: false,
-        run: falling_chain,
-    },
-    Case {
-        name: "chain_energy_springs",
-        about: "undamped SoftHand swings on its springs for 2 s from 0.5 rad a joint: energy drift",
-        peers: false,
-        run: sprung_chain,
-    },
-    Case {
-        name: "spring_joint_stiff",
-        about: "a fingertip of 1.36e-6 kg m^2 on 0.5 N m/rad and 0.03 N m s/rad, released from 0.5 rad",
-        peers: false,
-        run: stiff_joint,
-    },
-    Case {
-        name: "rolling_joint_path",
-        about: "SoftHand's rolling joints on p = 2r u(th/2) + l u(th) while it closes",
-        peers: false,
-        run: rolling_path,
-    },
+    Case::ours(
+        "chain_energy",
+        "SoftHand without springs and dampers falls as a chain for 2 s: energy drift",
+        falling_chain,
+    ),
+    Case::ours(
+        "chain_energy_springs",
+        "undamped SoftHand swings on its springs for 2 s from 0.5 rad a joint: energy drift",
+        sprung_chain,
+    ),
+    Case::ours(
+        "spring_joint_stiff",
+        "a fingertip of 1.36e-6 kg m^2 on 0.5 N m/rad and 0.03 N m s/rad, released from 0.5 rad",
+        stiff_joint,
+    ),
+    Case::ours(
+        "rolling_joint_path",
+        "SoftHand's rolling joints on p = 2r u(th/2) + l u(th) while it closes",
+        rolling_path,
+    ),
 ];
 
 /// The hand released with its fingers level; nothing takes or gives energy.
@@ -58,14 +55,11 @@ fn chain(setup: &Setup, recorder: &mut Recorder, springs: bool, bend: f64) -> Re
         drift = drift.max((now.total() - start).abs());
         motion = motion.max(now.kinetic);
     }
-    Ok(Finding {
-        error: Figure::new(
-            "largest change of energy, of the largest kinetic one",
-            100.0 * drift / motion,
-            "%",
-        ),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new(
+        "largest change of energy, of the largest kinetic one",
+        100.0 * drift / motion,
+        "%",
+    )))
 }
 
 /// Largest change of the energy in 2 s of falling, against the largest kinetic energy, in percent.
@@ -101,31 +95,27 @@ pub fn stiff_joint(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let root = (d * d - 4.0 * k * inertia).sqrt();
     let (s1, s2) = (2.0 * k / (-d - root), (-d - root) / (2.0 * inertia));
     let mut worst: f64 = 0.0;
-    for i in 0..steps(0.3, setup.dt_s) {
+    for t in ends_of_steps(0.3, setup.dt_s) {
         recorder.step(&mut *world, &command)?;
-        let t = (i + 1) as f64 * setup.dt_s;
         let exact = q0 * (s2 * (s1 * t).exp() - s1 * (s2 * t).exp()) / (s2 - s1);
         worst = worst.max((world.state().q[0] - exact).abs());
     }
-    Ok(Finding { error: Figure::new("largest joint error", worst, "rad"), invariants: recorder.invariants() })
+    Ok(recorder.finding(Figure::new("largest joint error", worst, "rad")))
 }
 
 /// Largest distance of a point of a rolling joint's outer link from the textbook's path, over all joints of the
 /// closing SoftHand, m. Two cylinders of radius r roll on each other: the outer one's centre circles the inner one's
 /// at 2r by half the angle, and a point l beyond it turns by the whole, `p(θ) = 2r u(θ/2) + l u(θ)`.
 pub fn rolling_path(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
-    let mut hand = Hand::clone(&*super::synergy::softhand()?);
+    let mut hand = Hand::clone(&*softhand()?);
     // Fingers pass each other: all joints shall reach 90°.
     hand.links.iter_mut().for_each(|link| link.geoms.clear());
     let hand = Arc::new(hand);
-    let model = Model::new(Config::with_step(setup.dt_s), Some(Arc::clone(&hand)))?;
-    let state = State::at_rest(&model, Pose::IDENTITY, &[]);
-    let mut world = setup.start(model, state)?;
-    let mut command = Command::stay(world.model(), Pose::IDENTITY);
+    let (mut world, mut command) = world_of(Arc::clone(&hand), setup)?;
     let mut kin = Kinematics::default();
     let (mut worst, mut widest): (f64, f64) = (0.0, 0.0);
-    for i in 0..steps(1.5, setup.dt_s) {
-        command.sigma[0] = ramp((i + 1) as f64 * setup.dt_s).0;
+    for t in ends_of_steps(1.5, setup.dt_s) {
+        command.sigma[0] = ramp(t).0;
         recorder.step(&mut *world, &command)?;
         let state = world.state();
         kin.update(&hand, state.base, &state.q);
@@ -150,8 +140,5 @@ pub fn rolling_path(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     if widest < 1.5 {
         anyhow::bail!("the joints closed to {widest} rad only");
     }
-    Ok(Finding {
-        error: Figure::new("largest distance from the path", worst, "m"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("largest distance from the path", worst, "m")))
 }

@@ -5,7 +5,7 @@
 use super::case::{Case, Finding};
 use super::grasp::{CHOSEN, Grasp, scene};
 use super::scene::fastest;
-use super::setup::{Setup, ramp, steps};
+use super::setup::{Setup, ends_of_steps, moved, ramp, risen};
 use super::synergy::softhand;
 use crate::energy::Stored;
 use crate::recorder::Recorder;
@@ -17,67 +17,41 @@ use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::base::BaseCommand;
-use palmares_sim::state::BaseReference;
 use palmares_sim::{Command, Config, Model, State};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "hard_heavy_object",
-        about: "fingers of 24 g close on a 5 kg cylinder and lift it",
-        peers: true,
-        run: heavy_object,
-    },
-    Case {
-        name: "hard_pressed_fingers",
-        about: "a 5 kg ball falls on the open fingers of a hand that lies on the floor, which then close",
-        peers: true,
-        run: pressed_fingers,
-    },
-    Case {
-        name: "hard_tendons",
-        about: "grasps with cables of 50 to 1e6 N m/rad",
-        peers: false,
-        run: tendons,
-    },
-    Case {
-        name: "hard_springs",
-        about: "a grasp with joint springs a hundred times stiffer and the cable as strong",
-        peers: false,
-        run: springs,
-    },
-    Case {
-        name: "hard_pressed_base",
-        about: "the base servo presses the hand against floor and wall with all its force",
-        peers: true,
-        run: pressed_base,
-    },
-    Case {
-        name: "hard_overlap",
-        about: "the hand starts deep inside a ball; they are led apart",
-        peers: true,
-        run: overlap,
-    },
-    Case {
-        name: "hard_teleport",
-        about: "the base's set point jumps by half a metre and a quarter turn while the hand holds an object",
-        peers: false,
-        run: teleport,
-    },
-    Case {
-        name: "hard_spin",
-        about: "a capsule that spins at 100 rad/s about an oblique axis falls on the floor; energy from nowhere",
-        peers: false,
-        run: spin,
-    },
-    Case {
-        name: "hard_flip",
-        about: "the motor's command flips between 0 and 1 every 20 ms around an object",
-        peers: false,
-        run: flip,
-    },
+    Case::new("hard_heavy_object", "fingers of 24 g close on a 5 kg cylinder and lift it", heavy_object),
+    Case::new(
+        "hard_pressed_fingers",
+        "a 5 kg ball falls on the open fingers of a hand that lies on the floor, which then close",
+        pressed_fingers,
+    ),
+    Case::ours("hard_tendons", "grasps with cables of 50 to 1e6 N m/rad", tendons),
+    Case::ours(
+        "hard_springs",
+        "a grasp with joint springs a hundred times stiffer and the cable as strong",
+        springs,
+    ),
+    Case::new(
+        "hard_pressed_base",
+        "the base servo presses the hand against floor and wall with all its force",
+        pressed_base,
+    ),
+    Case::new("hard_overlap", "the hand starts deep inside a ball; they are led apart", overlap),
+    Case::ours(
+        "hard_teleport",
+        "the base's set point jumps by half a metre and a quarter turn while the hand holds an object",
+        teleport,
+    ),
+    Case::ours(
+        "hard_spin",
+        "a capsule that spins at 100 rad/s about an oblique axis falls on the floor; energy from nowhere",
+        spin,
+    ),
+    Case::ours("hard_flip", "the motor's command flips between 0 and 1 every 20 ms around an object", flip),
 ];
 
 /// What was seen of a scene.
@@ -103,8 +77,8 @@ fn play(
     let mut command = Command::stay(engine.model(), start);
     let mut watch = engine.world().map(Watch::new);
     let mut fastest_m_s: f64 = 0.0;
-    for k in 0..steps(time_s, setup.dt_s) {
-        tell((k + 1) as f64 * setup.dt_s, &mut command);
+    for t in ends_of_steps(time_s, setup.dt_s) {
+        tell(t, &mut command);
         recorder.step(&mut *engine, &command)?;
         fastest_m_s = fastest_m_s.max(fastest(&*engine));
         if let Some((watch, world)) = watch.as_mut().zip(engine.world()) {
@@ -131,11 +105,7 @@ fn add_floor(model: &mut Model, top_m: f64) -> Result<()> {
 /// Rises by 0.1 m from 0.8 s to 2 s.
 fn lift(start: Pose, t: f64) -> BaseCommand {
     let (rise, rate) = ramp((t - 0.8) / 1.2);
-    BaseCommand::Exact(BaseReference {
-        pose: Pose::from_parts(start.translation + Vec3::new(0.0, 0.0, 0.1 * rise), start.rotation),
-        linear: Vec3::new(0.0, 0.0, 0.1 * rate / 1.2),
-        angular: Vec3::ZERO,
-    })
+    risen(start, 0.1 * rise, 0.1 * rate / 1.2)
 }
 
 /// A hand closes on an object on its pedestal and lifts it.
@@ -252,8 +222,7 @@ pub fn teleport(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let seen = play(setup, recorder, (model, state), 3.0, |t, command| {
         command.sigma[0] = ramp(t / 0.5).0;
         let there = t > 0.8 && (((t - 0.8) / 0.4) as u64).is_multiple_of(2);
-        let pose = if there { far } else { start };
-        command.base = BaseCommand::Exact(BaseReference { pose, linear: Vec3::ZERO, angular: Vec3::ZERO });
+        command.base = moved(if there { far } else { start }, Vec3::ZERO, Vec3::ZERO);
     })?;
     Ok(finding(&seen, None, 27.0))
 }

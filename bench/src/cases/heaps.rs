@@ -13,18 +13,12 @@ use palmares_models::{Pose, Rotation, Vec3};
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "six_cubed",
-        about: "6 x 6 x 6 spheres without friction fall apart for 3 s; how much they overlap",
-        peers: true,
-        run: six_cubed,
-    },
-    Case {
-        name: "kapla",
-        about: "tower of 102 planks in 34 crossed layers stands for 5 s",
-        peers: true,
-        run: kapla,
-    },
+    Case::new(
+        "six_cubed",
+        "6 x 6 x 6 spheres without friction fall apart for 3 s; how much they overlap",
+        six_cubed,
+    ),
+    Case::new("kapla", "tower of 102 planks in 34 crossed layers stands for 5 s", kapla),
 ];
 
 /// Mean over steps of the sum of squared overlaps, m², of 216 spheres (10 kg, R = 0.1 m) 0.21 m apart, each off its place by up to
@@ -46,10 +40,7 @@ pub fn six_cubed(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         recorder.step(&mut *engine, &command)?;
         sum += overlaps(&*engine, radius);
     }
-    Ok(Finding {
-        error: Figure::new("mean sum of squared overlaps", sum / count as f64, "m^2"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("mean sum of squared overlaps", sum / count as f64, "m^2")))
 }
 
 /// Sum of squared overlaps of equal spheres with each other and the floor, m².
@@ -83,12 +74,7 @@ pub fn kapla(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     }
     let (mut engine, command) = scene.start(setup)?;
     let start = engine.state().objects[101].translation;
-    for _ in 0..steps(5.0, setup.dt_s) {
-        recorder.step(&mut *engine, &command)?;
-    }
+    recorder.steps(&mut *engine, &command, steps(5.0, setup.dt_s))?;
     let moved = (engine.state().objects[101].translation - start).length();
-    Ok(Finding {
-        error: Figure::new("motion of the top", moved * 1e3, "mm"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("motion of the top", moved * 1e3, "mm")))
 }

@@ -2,43 +2,37 @@
 
 use super::case::{Case, Finding};
 use super::grasp::{CHOSEN, Grasp, kept};
-use super::scene::G;
-use super::setup::{Setup, ramp, steps};
+use super::scene::{G, Scene, cuboid};
+use super::setup::{Setup, ends_of_steps, ramp, risen, steps};
 use super::synergy::softhand;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
 use crate::rigs::{Finger, bolted, fingers};
 use anyhow::{Context, Result};
 use palmares_models::hand::{Geom, HingeKind};
-use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
-use palmares_sim::actuation::base::BaseCommand;
-use palmares_sim::state::BaseReference;
-use palmares_sim::{Command, Config, Model, Owner, State};
+use palmares_sim::{Config, Owner};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "pinch_hold",
-        about: "two jaws press a box with 0.95, 1.05, 1.5 of m g / 2 mu: slip, and creep over 60 s; and while rising",
-        peers: false,
-        run: pinch_hold,
-    },
-    Case {
-        name: "softhand_hold_45mm",
-        about: "SoftHand closes on a fixed 45 mm cylinder: force on it; the real hand's: 20 N",
-        peers: false,
-        run: squeeze,
-    },
-    Case {
-        name: "grasp_max_dt",
-        about: "largest step, a power of two, at which SoftHand keeps a capsule through lift and shaking",
-        peers: true,
-        run: largest_step,
-    },
+    Case::ours(
+        "pinch_hold",
+        "two jaws press a box with 0.95, 1.05, 1.5 of m g / 2 mu: slip, and creep over 60 s; and while rising",
+        pinch_hold,
+    ),
+    Case::ours(
+        "softhand_hold_45mm",
+        "SoftHand closes on a fixed 45 mm cylinder: force on it; the real hand's: 20 N",
+        squeeze,
+    ),
+    Case::new(
+        "grasp_max_dt",
+        "largest step, a power of two, at which SoftHand keeps a capsule through lift and shaking",
+        largest_step,
+    ),
 ];
 
 /// Motion of the box against the jaws: how far it moved from 0.5 s on, m, and its mean acceleration from 0.05 s to
@@ -74,12 +68,10 @@ fn pinch(setup: &Setup, recorder: &mut Recorder, ratio: f64, rise: f64, time_s: 
         geoms: vec![pad([0.06, 0.03, 0.01], Pose::IDENTITY)],
     };
     let hand = Arc::new(fingers("pinch", vec![fixed], vec![finger])?);
-    let mut model = Model::new(bolted(Config::with_step(setup.dt_s)), Some(hand))?;
-    let cube = Shape::Box { half_extents: [half; 3], rounding: 0.0 };
-    model.add_object(Arc::new(Object::new("box", vec![(Pose::IDENTITY, cube)], mass, mu, 0.0)?))?;
-    let state = State::at_rest(&model, Pose::IDENTITY, &[Pose::IDENTITY]);
-    let mut world = setup.start(model, state)?;
-    let mut command = Command::stay(world.model(), Pose::IDENTITY);
+    let (mut world, mut command) =
+        Scene::with_hand(bolted(Config::with_step(setup.dt_s)), hand, Pose::IDENTITY)?
+            .body(cuboid(2.0 * half, 2.0 * half, 2.0 * half), mass, mu, Pose::IDENTITY)?
+            .start(setup)?;
     // The cable is wound far beyond its largest tension, which therefore acts all the time.
     command.sigma[0] = 1.0;
     let (mut settled, mut early, mut late) = (Vec3::ZERO, 0.0, 0.0);
@@ -87,11 +79,7 @@ fn pinch(setup: &Setup, recorder: &mut Recorder, ratio: f64, rise: f64, time_s: 
     let (at_early, at_late) = (steps(0.05, setup.dt_s), steps(0.35, setup.dt_s));
     for k in 1..=n {
         let t = k as f64 * setup.dt_s;
-        command.base = BaseCommand::Exact(BaseReference {
-            pose: Pose::translation(0.0, 0.0, 0.5 * rise * t * t),
-            linear: Vec3::new(0.0, 0.0, rise * t),
-            angular: Vec3::ZERO,
-        });
+        command.base = risen(Pose::IDENTITY, 0.5 * rise * t * t, rise * t);
         recorder.step(&mut *world, &command)?;
         let state = world.state();
         let (linear, _) = state.object_velocity(world.model(), 0);
@@ -128,26 +116,24 @@ pub fn pinch_hold(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         let slid = pinch(setup, recorder, ratio, rise, time_s)?;
         creep = creep.max(slid.after_settling_m * 1e3 / (time_s - 0.5));
     }
-    Ok(Finding {
-        error: Figure::new("error of the slip acceleration at 0.95 of the holding force", 100.0 * worst, "%"),
-        invariants: Invariants { slip_mm_s: Some(creep), ..recorder.invariants() },
-    })
+    let error =
+        Figure::new("error of the slip acceleration at 0.95 of the holding force", 100.0 * worst, "%");
+    Ok(Finding { error, invariants: Invariants { slip_mm_s: Some(creep), ..recorder.invariants() } })
 }
 
 /// Force of the closed hand on a cylinder of 45 x 120 mm that is fixed before the palm, N. Catalano et al. (IJRR 2014)
 /// measured a holding force of 20 N with the standard motor, from which the tendon's limit was chosen.
 pub fn squeeze(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
-    let mut model = Model::new(Config::with_step(setup.dt_s), Some(softhand()?))?;
     let bar = Shape::Cylinder { radius: 0.0225, half_length: 0.06 };
     // Across the roots of the fingers.
     let across = Pose::from_parts(Vec3::new(0.045, 0.0, 0.14), Rotation::from_rotation_x(FRAC_PI_2));
     // With the hand's 1.16 the pair has the 0.8 with which the tendon's limit was chosen.
-    model.add_static("bar", &bar, across, 0.64 / 1.16)?;
-    let state = State::at_rest(&model, Pose::IDENTITY, &[]);
-    let mut world = setup.start(model, state)?;
-    let mut command = Command::stay(world.model(), Pose::IDENTITY);
-    for k in 0..steps(3.0, setup.dt_s) {
-        command.sigma[0] = ramp((k + 1) as f64 * setup.dt_s).0;
+    let (mut world, mut command) =
+        Scene::with_hand(Config::with_step(setup.dt_s), softhand()?, Pose::IDENTITY)?
+            .fixed(&bar, across, 0.64 / 1.16)?
+            .start(setup)?;
+    for t in ends_of_steps(3.0, setup.dt_s) {
+        command.sigma[0] = ramp(t).0;
         recorder.step(&mut *world, &command)?;
     }
     let own = world.world().context("only our own engine tells its forces")?;
@@ -159,10 +145,7 @@ pub fn squeeze(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             _ => {}
         }
     }
-    Ok(Finding {
-        error: Figure::new("holding force", on_bar.length(), "N"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("holding force", on_bar.length(), "N")))
 }
 
 /// The largest step of 2^−k s at which the SoftHand keeps a capsule, in ms; every smaller one from 1/4096 s on must

@@ -2,10 +2,10 @@
 
 use super::case::{Case, Finding};
 use super::scene::{G, Scene, awake, set_velocity, velocity, weightless};
-use super::setup::{Setup, steps};
+use super::setup::{Setup, ends_of_steps, steps};
 use crate::audit::mechanical;
 use crate::recorder::Recorder;
-use crate::report::{Figure, Invariants};
+use crate::report::Figure;
 use anyhow::Result;
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
@@ -13,30 +13,26 @@ use palmares_models::{Pose, Vec3};
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "bounce_elastic",
-        about: "49 elastic balls bounce from 5 m for 20 s and keep their energy",
-        peers: true,
-        run: bounce_elastic,
-    },
-    Case {
-        name: "bounce_zeno",
-        about: "ball with e = 0.8 falls from 1 m, bounces ever lower and comes to rest",
-        peers: true,
-        run: bounce_zeno,
-    },
-    Case {
-        name: "newton_cradle",
-        about: "five equal elastic spheres a tenth of a millimetre apart: the last takes the speed",
-        peers: true,
-        run: newton_cradle,
-    },
-    Case {
-        name: "newton_cradle_touching",
-        about: "five equal elastic spheres that touch: by impacts of two the last takes the speed",
-        peers: true,
-        run: newton_cradle_touching,
-    },
+    Case::new(
+        "bounce_elastic",
+        "49 elastic balls bounce from 5 m for 20 s and keep their energy",
+        bounce_elastic,
+    ),
+    Case::new(
+        "bounce_zeno",
+        "ball with e = 0.8 falls from 1 m, bounces ever lower and comes to rest",
+        bounce_zeno,
+    ),
+    Case::new(
+        "newton_cradle",
+        "five equal elastic spheres a tenth of a millimetre apart: the last takes the speed",
+        newton_cradle,
+    ),
+    Case::new(
+        "newton_cradle_touching",
+        "five equal elastic spheres that touch: by impacts of two the last takes the speed",
+        newton_cradle_touching,
+    ),
 ];
 
 fn ball(radius: f64, mass: f64, restitution: f64) -> Result<Object> {
@@ -63,10 +59,8 @@ pub fn bounce_elastic(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
         sum += change * change;
         gain = gain.max(change);
     }
-    Ok(Finding {
-        error: Figure::new("mean squared change of energy", sum / count as f64, "J^2"),
-        invariants: Invariants { energy_gain_j: Some(gain), ..recorder.invariants() },
-    })
+    let error = Figure::new("mean squared change of energy", sum / count as f64, "J^2");
+    Ok(recorder.finding(error).with_energy_gain(gain))
 }
 
 /// Largest relative error, in percent, of the first six apexes `h_n = e^(2 n) h₀` and of the time at which a ball with
@@ -79,7 +73,7 @@ pub fn bounce_zeno(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         .start(setup)?;
     let (mut apexes, mut stopped, mut top): (Vec<f64>, f64, f64) = (Vec::new(), 0.0, 0.0);
     let mut rising = false;
-    for k in 0..steps(6.0, setup.dt_s) {
+    for t in ends_of_steps(6.0, setup.dt_s) {
         recorder.step(&mut *engine, &command)?;
         let (z, rate) = (engine.state().objects[0].translation.z - radius, velocity(&*engine, 0).0.z);
         // The apex lies between two steps: where it would be with what is left of the speed.
@@ -89,7 +83,7 @@ pub fn bounce_zeno(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         }
         rising = rate > 0.0;
         if rate.abs() > 1e-3 {
-            stopped = (k + 1) as f64 * setup.dt_s;
+            stopped = t;
         }
     }
     let exact = (2.0 * h0 / G).sqrt() * (1.0 + e) / (1.0 - e);
@@ -98,10 +92,7 @@ pub fn bounce_zeno(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         worst = worst.max((apex / (h0 * e.powi(2 * (n as i32 + 1))) - 1.0).abs());
     }
     anyhow::ensure!(apexes.len() >= 6, "the ball bounced only {} times", apexes.len());
-    Ok(Finding {
-        error: Figure::new("error of an apex or of the time of rest", 100.0 * worst, "%"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("error of an apex or of the time of rest", 100.0 * worst, "%")))
 }
 
 fn cradle(setup: &Setup, recorder: &mut Recorder, gap: f64) -> Result<Finding> {
@@ -116,18 +107,14 @@ fn cradle(setup: &Setup, recorder: &mut Recorder, gap: f64) -> Result<Finding> {
     let (mut engine, command) = scene.start(setup)?;
     set_velocity(&mut *engine, 0, Vec3::X, Vec3::ZERO);
     let start = mechanical(&*engine);
-    for _ in 0..steps(0.2, setup.dt_s) {
-        recorder.step(&mut *engine, &command)?;
-    }
+    recorder.steps(&mut *engine, &command, steps(0.2, setup.dt_s))?;
     let worst = (0..5).fold(0.0f64, |worst, k| {
         let exact = if k == 4 { Vec3::X } else { Vec3::ZERO };
         worst.max((velocity(&*engine, k).0 - exact).length())
     });
     let gain = mechanical(&*engine) - start;
-    Ok(Finding {
-        error: Figure::new("largest error of a speed", 100.0 * worst, "% of v0"),
-        invariants: Invariants { energy_gain_j: Some(gain), ..recorder.invariants() },
-    })
+    let error = Figure::new("largest error of a speed", 100.0 * worst, "% of v0");
+    Ok(recorder.finding(error).with_energy_gain(gain))
 }
 
 /// Largest error of a ball's speed, in percent of v₀ = 1 m/s, after the first of five (0.1 kg, 2 cm, e = 1) that are a tenth of

@@ -20,24 +20,17 @@ use std::sync::Arc;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "pendulum",
-        about: "rod pendulum released at 170 degrees swings for 100 periods",
-        peers: true,
-        run: pendulum,
-    },
-    Case {
-        name: "heavy_top",
-        about: "spinning top on a fixed point precesses steadily under its weight for 10 s",
-        peers: true,
-        run: heavy_top,
-    },
-    Case {
-        name: "momentum_inelastic_hit",
-        about: "10 kg ball at 5 m/s hits a free SoftHand without gravity and friction",
-        peers: true,
-        run: momentum_inelastic_hit,
-    },
+    Case::new("pendulum", "rod pendulum released at 170 degrees swings for 100 periods", pendulum),
+    Case::new(
+        "heavy_top",
+        "spinning top on a fixed point precesses steadily under its weight for 10 s",
+        heavy_top,
+    ),
+    Case::new(
+        "momentum_inelastic_hit",
+        "10 kg ball at 5 m/s hits a free SoftHand without gravity and friction",
+        momentum_inelastic_hit,
+    ),
 ];
 
 /// A hand without tendons: a base of 1 kg and `links` that hang from it.
@@ -125,10 +118,8 @@ pub fn pendulum(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         [first, .., last] => 2.0 * (last - first) / (zeros.len() - 1) as f64,
         _ => f64::INFINITY,
     };
-    Ok(Finding {
-        error: Figure::new("period error", 100.0 * (period / exact - 1.0).abs(), "%"),
-        invariants: Invariants { energy_gain_j: Some(drift), ..recorder.invariants() },
-    })
+    let error = Figure::new("period error", 100.0 * (period / exact - 1.0).abs(), "%");
+    Ok(recorder.finding(error).with_energy_gain(drift))
 }
 
 /// Distance of the top's centre of mass from its fixed point, m, and its mass, kg.
@@ -179,10 +170,8 @@ pub fn heavy_top(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         drift = drift.max((mechanical(&*engine) - begin).abs());
     }
     let rate = engine.state().q[0] / (count as f64 * setup.dt_s);
-    Ok(Finding {
-        error: Figure::new("precession rate error", 100.0 * (rate / exact - 1.0).abs(), "%"),
-        invariants: Invariants { energy_gain_j: Some(drift), ..recorder.invariants() },
-    })
+    let error = Figure::new("precession rate error", 100.0 * (rate / exact - 1.0).abs(), "%");
+    Ok(recorder.finding(error).with_energy_gain(drift))
 }
 
 /// Momentum and angular momentum (about the world's origin) of everything that moves.

@@ -29,7 +29,7 @@ pub mod tendon;
 pub mod torsion;
 
 pub use case::{Case, Finding};
-pub use setup::{ASIDE_M, Setup, ramp, steps};
+pub use setup::{ASIDE_M, Setup, ends_of_steps, moved, ramp, risen, steps};
 
 use crate::recorder::Recorder;
 use crate::report::Report;

@@ -1,7 +1,7 @@
 //! Thirty different objects in a box, and the hand that reaches into them.
 
 use super::case::{Case, Finding};
-use super::setup::{Setup, ramp, steps};
+use super::setup::{Setup, ends_of_steps, ramp, risen, steps};
 use super::synergy::softhand;
 use crate::random::Random;
 use crate::recorder::Recorder;
@@ -10,26 +10,22 @@ use anyhow::Result;
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
-use palmares_sim::actuation::base::BaseCommand;
-use palmares_sim::state::BaseReference;
 use palmares_sim::{Command, Config, Model, State, World};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "thirty_objects_and_hand",
-        about: "30 balls, boxes and cylinders pour into a 50 cm box; SoftHand reaches in palm down, closes, lifts",
-        peers: true,
-        run: poured,
-    },
-    Case {
-        name: "dense_heap_and_hand",
-        about: "SoftHand digs, fingers first, in a settled heap of 30 mixed objects in a 28 cm box",
-        peers: true,
-        run: dense_heap,
-    },
+    Case::new(
+        "thirty_objects_and_hand",
+        "30 balls, boxes and cylinders pour into a 50 cm box; SoftHand reaches in palm down, closes, lifts",
+        poured,
+    ),
+    Case::new(
+        "dense_heap_and_hand",
+        "SoftHand digs, fingers first, in a settled heap of 30 mixed objects in a 28 cm box",
+        dense_heap,
+    ),
 ];
 
 /// Inner half width and height of the dense heap's box, m.
@@ -151,21 +147,16 @@ pub fn dense_heap(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut world = setup.start(model, state)?;
     let mut command = Command::stay(world.model(), top);
     let mut escape = Escape::new(poses.len(), (HALF_M, HEIGHT_M));
-    for k in 0..steps(4.5, setup.dt_s) {
-        let t = (k + 1) as f64 * setup.dt_s;
+    for t in ends_of_steps(4.5, setup.dt_s) {
         let (sink, sinking) = ramp(t / 1.5);
         let (rise, rising) = ramp((t - 2.7) / 1.3);
         let depth = 0.24;
         command.sigma[0] = ramp((t - 1.6) / 0.8).0;
-        command.base = BaseCommand::Exact(BaseReference {
-            pose: Pose::from_parts(top.translation + Vec3::new(0.0, 0.0, depth * (rise - sink)), down),
-            linear: Vec3::new(0.0, 0.0, depth * (rising / 1.3 - sinking / 1.5)),
-            angular: Vec3::ZERO,
-        });
+        command.base = risen(top, depth * (rise - sink), depth * (rising / 1.3 - sinking / 1.5));
         recorder.step(&mut *world, &command)?;
         escape.look(&world.state().objects);
     }
-    Ok(Finding { error: escape.figure(), invariants: recorder.invariants() })
+    Ok(recorder.finding(escape.figure()))
 }
 
 /// Balls, boxes and cylinders of half a ton per cubic metre fall in layers of nine into the box while the hand waits
@@ -199,21 +190,16 @@ pub fn poured(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut world = setup.start(model, state)?;
     let mut command = Command::stay(world.model(), top);
     let mut escape = Escape::new(poses.len(), (WIDE_HALF_M, WIDE_HEIGHT_M));
-    for k in 0..steps(5.0, setup.dt_s) {
-        let t = (k + 1) as f64 * setup.dt_s;
+    for t in ends_of_steps(5.0, setup.dt_s) {
         let (sink, sinking) = ramp(t - 1.0);
         let (rise, rising) = ramp(t - 3.0);
         let depth = 0.43;
         command.sigma[0] = ramp((t - 2.0) / 0.7).0;
-        command.base = BaseCommand::Exact(BaseReference {
-            pose: Pose::from_parts(top.translation + Vec3::new(0.0, 0.0, depth * (rise - sink)), palm_down),
-            linear: Vec3::new(0.0, 0.0, depth * (rising - sinking)),
-            angular: Vec3::ZERO,
-        });
+        command.base = risen(top, depth * (rise - sink), depth * (rising - sinking));
         recorder.step(&mut *world, &command)?;
         escape.look(&world.state().objects);
     }
-    Ok(Finding { error: escape.figure(), invariants: recorder.invariants() })
+    Ok(recorder.finding(escape.figure()))
 }
 
 /// How far the centre of an object got out of a box. What was above the rim once may fall anywhere but through the

@@ -2,7 +2,7 @@
 
 use super::case::{Case, Finding};
 use super::grasp::{static_residual, tension_balance};
-use super::setup::{Setup, ramp, steps};
+use super::setup::{Setup, ends_of_steps, ramp, risen};
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
 use anyhow::{Context, Result};
@@ -10,19 +10,16 @@ use palmares_models::hand::Hand;
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
-use palmares_sim::actuation::base::BaseCommand;
-use palmares_sim::state::BaseReference;
 use palmares_sim::{Command, Config, Model, State};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Cases of this file.
-pub const CASES: &[Case] = &[Case {
-    name: "pinch_ball",
-    about: "the pinch hand closes on a 50 g ball, lifts and holds it between two fingertips",
-    peers: false,
-    run: ball,
-}];
+pub const CASES: &[Case] = &[Case::ours(
+    "pinch_ball",
+    "the pinch hand closes on a 50 g ball, lifts and holds it between two fingertips",
+    ball,
+)];
 
 /// Radius of the ball, m, and its mass, kg.
 const RADIUS_M: f64 = 0.02;
@@ -44,15 +41,10 @@ pub fn ball(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let in_palm = |state: &State| state.base.inverse_transform_point(state.objects[0].translation);
     let floor = world.state().objects[0].translation.z;
     let mut settled = Vec3::ZERO;
-    for k in 0..steps(END_S, dt_s) {
-        let t = (k + 1) as f64 * dt_s;
+    for t in ends_of_steps(END_S, dt_s) {
         command.sigma[0] = CLOSED * ramp(t / 0.5).0;
         let (rise, rate) = ramp((t - 0.5) / 1.5);
-        command.base = BaseCommand::Exact(BaseReference {
-            pose: Pose::from_parts(start.translation + Vec3::new(0.0, 0.0, 0.1 * rise), start.rotation),
-            linear: Vec3::new(0.0, 0.0, 0.1 * rate / 1.5),
-            angular: Vec3::ZERO,
-        });
+        command.base = risen(start, 0.1 * rise, 0.1 * rate / 1.5);
         recorder.step(&mut *world, &command)?;
         if t >= HOLD_FROM_S - 1e-9 && t - dt_s < HOLD_FROM_S - 1e-9 {
             settled = in_palm(world.state());

@@ -2,7 +2,8 @@
 
 use super::case::{Case, Finding};
 use super::grasp::{static_residual, tension_balance};
-use super::setup::{Setup, ramp, steps};
+use super::setup::{Setup, ends_of_steps, ramp, risen};
+use super::synergy::world_of;
 use crate::recorder::Recorder;
 use crate::report::{Figure, Invariants};
 use anyhow::{Context, Result};
@@ -12,9 +13,7 @@ use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
 #[cfg(test)]
 use palmares_sim::World;
-use palmares_sim::actuation::base::BaseCommand;
 use palmares_sim::actuation::motor::wound;
-use palmares_sim::state::BaseReference;
 use palmares_sim::statics::equilibrium::rest;
 use palmares_sim::{Command, Config, Model, State};
 use std::f64::consts::PI;
@@ -22,18 +21,12 @@ use std::sync::Arc;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "reflex_free",
-        about: "ReFlex closed on air at rest against the exact equilibrium of its R(q)",
-        peers: false,
-        run: free,
-    },
-    Case {
-        name: "reflex_ball",
-        about: "ReFlex closes on a 1 kg ball of 10 cm from above, lifts it and holds it for 2 s",
-        peers: false,
-        run: ball,
-    },
+    Case::ours("reflex_free", "ReFlex closed on air at rest against the exact equilibrium of its R(q)", free),
+    Case::ours(
+        "reflex_ball",
+        "ReFlex closes on a 1 kg ball of 10 cm from above, lifts it and holds it for 2 s",
+        ball,
+    ),
 ];
 
 fn reflex() -> Result<Arc<Hand>> {
@@ -45,12 +38,9 @@ pub fn free(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let hand = reflex()?;
     let mut worst: f64 = 0.0;
     for closed in [0.3, 0.6, 0.9] {
-        let model = Model::new(Config::with_step(setup.dt_s), Some(Arc::clone(&hand)))?;
-        let state = State::at_rest(&model, Pose::IDENTITY, &[]);
-        let mut command = Command::stay(&model, Pose::IDENTITY);
-        let mut world = setup.start(model, state)?;
-        for k in 0..steps(6.0, setup.dt_s) {
-            command.sigma[..3].fill(closed * ramp((k + 1) as f64 * setup.dt_s).0);
+        let (mut world, mut command) = world_of(Arc::clone(&hand), setup)?;
+        for t in ends_of_steps(6.0, setup.dt_s) {
+            command.sigma[..3].fill(closed * ramp(t).0);
             recorder.step(&mut *world, &command)?;
         }
         let s: Vec<f64> =
@@ -61,7 +51,7 @@ pub fn free(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             worst = worst.max((q - expected).abs());
         }
     }
-    Ok(Finding { error: Figure::new("largest joint error", worst, "rad"), invariants: recorder.invariants() })
+    Ok(recorder.finding(Figure::new("largest joint error", worst, "rad")))
 }
 
 /// Radius of the ball, m.
@@ -117,11 +107,7 @@ fn instruct(command: &mut Command, placement: Placement, start: Pose, t: f64) {
     command.sigma[..3].fill(placement.sigma * ramp(t - CLOSE_S).0);
     command.sigma[3] = placement.preshape * ramp(t / CLOSE_S).0;
     let (rise, rate) = ramp(t - LIFT_S);
-    command.base = BaseCommand::Exact(BaseReference {
-        pose: Pose::from_parts(start.translation + Vec3::new(0.0, 0.0, 0.1 * rise), start.rotation),
-        linear: Vec3::new(0.0, 0.0, 0.1 * rate),
-        angular: Vec3::ZERO,
-    });
+    command.base = risen(start, 0.1 * rise, 0.1 * rate);
 }
 
 /// One grasp of the ball.
@@ -131,8 +117,7 @@ pub fn play(setup: &Setup, placement: Placement, recorder: &mut Recorder) -> Res
     let mut command = Command::stay(&model, start);
     let mut world = setup.start(model, state)?;
     let (mut settled, mut held) = (Vec3::ZERO, Vec3::ZERO);
-    for k in 0..steps(END_S, dt_s) {
-        let t = (k + 1) as f64 * dt_s;
+    for t in ends_of_steps(END_S, dt_s) {
         instruct(&mut command, placement, start, t);
         recorder.step(&mut *world, &command)?;
         held = world.state().base.inverse_transform_point(world.state().objects[0].translation);
@@ -158,8 +143,8 @@ pub(crate) fn grasping(time_s: f64) -> (World, Command) {
     let (model, state, start) = scene(dt_s, CHOSEN).expect("the scene is sound");
     let mut command = Command::stay(&model, start);
     let mut world = World::new(Arc::new(model), state);
-    for k in 0..steps(time_s, dt_s) {
-        instruct(&mut command, CHOSEN, start, (k + 1) as f64 * dt_s);
+    for t in ends_of_steps(time_s, dt_s) {
+        instruct(&mut command, CHOSEN, start, t);
         world.step(&command);
     }
     (world, command)

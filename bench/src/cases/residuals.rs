@@ -6,7 +6,7 @@ use super::setup::{Setup, steps};
 use crate::audit::Audit;
 use crate::engine::Engine;
 use crate::recorder::Recorder;
-use crate::report::{Figure, Invariants};
+use crate::report::Figure;
 use crate::robust::heaps::{heaps_of_thirty, thirty};
 use anyhow::{Context, Result};
 use palmares_models::Vec3;
@@ -17,30 +17,22 @@ use std::sync::Arc;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "thirty_objects",
-        about: "30 objects of 10 g to 5 kg fall into a box and are kicked; nothing escapes",
-        peers: true,
-        run: thirty_objects,
-    },
-    Case {
-        name: "contact_residuals",
-        about: "Signorini's and Coulomb's laws and Newton's second, at every contact of the heap",
-        peers: false,
-        run: contact_residuals,
-    },
-    Case {
-        name: "contact_hover",
-        about: "gaps over which contacts of the heap carry force",
-        peers: false,
-        run: contact_hover,
-    },
-    Case {
-        name: "contact_dissipation",
-        about: "how far friction is from opposing slip, at every contact of 32 heaps",
-        peers: false,
-        run: contact_dissipation,
-    },
+    Case::new(
+        "thirty_objects",
+        "30 objects of 10 g to 5 kg fall into a box and are kicked; nothing escapes",
+        thirty_objects,
+    ),
+    Case::ours(
+        "contact_residuals",
+        "Signorini's and Coulomb's laws and Newton's second, at every contact of the heap",
+        contact_residuals,
+    ),
+    Case::ours("contact_hover", "gaps over which contacts of the heap carry force", contact_hover),
+    Case::ours(
+        "contact_dissipation",
+        "how far friction is from opposing slip, at every contact of 32 heaps",
+        contact_dissipation,
+    ),
 ];
 
 /// How far the farthest centre gets beyond the walls or the floor in 2 s, mm; negative when all stay inside, as they must,
@@ -55,10 +47,8 @@ pub fn thirty_objects(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
         audit.step(&mut *engine, |engine| recorder.step(engine, &command))?;
         escaped = escaped.max(heap.escaped(engine.state()));
     }
-    Ok(Finding {
-        error: Figure::bounded("farthest object centre beyond a wall", escaped * 1e3, "mm", 0.0),
-        invariants: Invariants { energy_gain_j: Some(audit.gain_j()), ..recorder.invariants() },
-    })
+    let error = Figure::bounded("farthest object centre beyond a wall", escaped * 1e3, "mm", 0.0);
+    Ok(recorder.finding(error).with_energy_gain(audit.gain_j()))
 }
 
 /// What the contacts of a step violate.
@@ -146,20 +136,14 @@ fn residuals(setup: &Setup, recorder: &mut Recorder, heaps: u32) -> Result<Resid
 /// Permenter, Han 2022, VI-C, is below 1e-5 in clutter.)
 pub fn contact_residuals(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let residuals = residuals(setup, recorder, 1)?;
-    Ok(Finding {
-        error: Figure::new("largest residual", residuals.worst, ""),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("largest residual", residuals.worst, "")))
 }
 
 /// Widest gap, mm, over which a contact of a falling heap carries force at the end of a step, in 1.5 s. Exact: none. The
 /// convex law lifts a contact that slides off by μ h |v_t|, and learns how fast it slides from the step before.
 pub fn contact_hover(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let residuals = residuals(setup, recorder, 1)?;
-    Ok(Finding {
-        error: Figure::new("widest gap under force", residuals.hover_m * 1e3, "mm"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("widest gap under force", residuals.hover_m * 1e3, "mm")))
 }
 
 /// Power that sliding friction fails to take, in percent of |f_t| |v_t| summed over all sliding contacts of 1.5 s of
@@ -169,8 +153,5 @@ pub fn contact_hover(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> 
 /// 32 differ from 128 by a tenth.
 pub fn contact_dissipation(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let [taken, most] = residuals(setup, recorder, 32)?.power;
-    Ok(Finding {
-        error: Figure::new("friction not opposing slip", 100.0 * (1.0 - taken / most), "%"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("friction not opposing slip", 100.0 * (1.0 - taken / most), "%")))
 }

@@ -5,7 +5,7 @@ use super::scene::{Scene, awake, cuboid, fastest, push, rigid, set_velocity, vel
 use super::setup::{Setup, steps};
 use crate::audit::{Audit, mechanical};
 use crate::recorder::Recorder;
-use crate::report::{Figure, Invariants};
+use crate::report::Figure;
 use anyhow::Result;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
@@ -13,36 +13,23 @@ use palmares_sim::Config;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "deep_overlap",
-        about: "bodies that start half inside each other, a wall or the floor part slowly",
-        peers: true,
-        run: deep_overlap,
-    },
-    Case {
-        name: "heavy_on_grams",
-        about: "5 kg slab on four bodies of a gram, balls and cubes",
-        peers: true,
-        run: heavy_on_grams,
-    },
-    Case {
-        name: "spin_and_tumble",
-        about: "three fast spinning boxes in a closed chamber without friction and gravity gain no energy",
-        peers: false,
-        run: spin_and_tumble,
-    },
-    Case {
-        name: "wedged_box",
-        about: "box pushed along a gap as wide as itself, between planes of friction 0.9",
-        peers: true,
-        run: wedged_box,
-    },
-    Case {
-        name: "painleve_rod",
-        about: "rod sliding on its tip where rigid bodies have no solution",
-        peers: true,
-        run: painleve_rod,
-    },
+    Case::new(
+        "deep_overlap",
+        "bodies that start half inside each other, a wall or the floor part slowly",
+        deep_overlap,
+    ),
+    Case::new("heavy_on_grams", "5 kg slab on four bodies of a gram, balls and cubes", heavy_on_grams),
+    Case::ours(
+        "spin_and_tumble",
+        "three fast spinning boxes in a closed chamber without friction and gravity gain no energy",
+        spin_and_tumble,
+    ),
+    Case::new(
+        "wedged_box",
+        "box pushed along a gap as wide as itself, between planes of friction 0.9",
+        wedged_box,
+    ),
+    Case::new("painleve_rod", "rod sliding on its tip where rigid bodies have no solution", painleve_rod),
 ];
 
 /// Fastest body, m/s, within a second in which bodies that start in each other part: spheres and boxes by half their
@@ -86,7 +73,7 @@ pub fn deep_overlap(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         anyhow::ensure!(engine.outcome().penetration_m < 1e-3, "they are still in each other");
     }
     let error = Figure::bounded("fastest body", worst, "m/s", 1.0);
-    Ok(Finding { error, invariants: recorder.invariants() })
+    Ok(recorder.finding(error))
 }
 
 /// Deepest overlap, mm, after 2 s of a slab of 5 kg that lies on four spheres of a gram (r = 1 cm), then on four cubes of
@@ -103,16 +90,11 @@ pub fn heavy_on_grams(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
         let slab = cuboid(0.16, 0.16, 0.02);
         let (mut engine, command) =
             scene.body(slab, 5.0, 0.5, Pose::translation(0.0, 0.0, 0.03))?.start(setup)?;
-        for _ in 0..steps(2.0, setup.dt_s) {
-            recorder.step(&mut *engine, &command)?;
-        }
+        recorder.steps(&mut *engine, &command, steps(2.0, setup.dt_s))?;
         deepest = deepest.max(engine.outcome().penetration_m);
         anyhow::ensure!(engine.state().objects[4].translation.z > 0.029, "the slab has come down");
     }
-    Ok(Finding {
-        error: Figure::new("deepest overlap at rest", deepest * 1e3, "mm"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("deepest overlap at rest", deepest * 1e3, "mm")))
 }
 
 /// Largest rise of kinetic energy, in percent of the start, of three boxes that spin with 20 rad/s about their middle axes
@@ -144,10 +126,8 @@ pub fn spin_and_tumble(setup: &Setup, recorder: &mut Recorder) -> Result<Finding
     for _ in 0..steps(5.0, setup.dt_s) {
         audit.step(&mut *engine, |engine| recorder.step(engine, &command))?;
     }
-    Ok(Finding {
-        error: Figure::new("rise of energy", 100.0 * audit.gain_j() / start, "%"),
-        invariants: Invariants { energy_gain_j: Some(audit.gain_j()), ..recorder.invariants() },
-    })
+    let error = Figure::new("rise of energy", 100.0 * audit.gain_j() / start, "%");
+    Ok(recorder.finding(error).with_energy_gain(audit.gain_j()))
 }
 
 /// Largest way, mm, that a box of 2 x 2 x 4 cm moves in 1 s that stands tilted between planes 4.2 cm apart (μ = 0.9), an edge
@@ -175,7 +155,7 @@ pub fn wedged_box(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         recorder.step(&mut *engine, &command)?;
         moved = moved.max(engine.state().objects[0].translation.length());
     }
-    Ok(Finding { error: Figure::new("largest motion", moved * 1e3, "mm"), invariants: recorder.invariants() })
+    Ok(recorder.finding(Figure::new("largest motion", moved * 1e3, "mm")))
 }
 
 /// Impulse on the rod, N s, in the 50 ms after its tip begins to slide at 3 m/s; the larger of μ = 5/3 and 1.3. Half
@@ -209,8 +189,6 @@ pub fn painleve_rod(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         most = most.max(impulse.length());
         gain = gain.max(audit.gain_j());
     }
-    Ok(Finding {
-        error: Figure::bounded("impulse", most, "N s", v),
-        invariants: Invariants { energy_gain_j: Some(gain), ..recorder.invariants() },
-    })
+    let error = Figure::bounded("impulse", most, "N s", v);
+    Ok(recorder.finding(error).with_energy_gain(gain))
 }

@@ -1,10 +1,12 @@
 //! Rolling, and sliding until it rolls.
 
 use super::case::{Case, Finding};
-use super::scene::{G, Scene, awake, cuboid, kick, kinetic, push, rigid, set_velocity, tilted, velocity};
-use super::setup::{Setup, steps};
+use super::scene::{
+    G, Scene, awake, cuboid, kick, kinetic, push, rigid, set_velocity, settle, tilted, velocity,
+};
+use super::setup::{Setup, ends_of_steps, steps};
 use crate::recorder::Recorder;
-use crate::report::{Figure, Invariants};
+use crate::report::Figure;
 use anyhow::Result;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
@@ -12,36 +14,23 @@ use palmares_sim::Config;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "rolling_cylinder",
-        about: "cylinder rolls along a floor for 10 s and keeps its energy",
-        peers: true,
-        run: rolling_cylinder,
-    },
-    Case {
-        name: "incline_sphere",
-        about: "sphere on a slope: rolls with 5/7 g sin th, or slides and spins up",
-        peers: true,
-        run: incline_sphere,
-    },
-    Case {
-        name: "bowling",
-        about: "sphere thrown without spin slides, then rolls with 5/7 of its speed",
-        peers: true,
-        run: bowling,
-    },
-    Case {
-        name: "rolling_box_balls",
-        about: "10 kg box dragged over the ground with 25 balls rolling on it",
-        peers: true,
-        run: rolling_box_balls,
-    },
-    Case {
-        name: "spring_cylinder",
-        about: "cylinder on a spring rolls to and fro for 5 s",
-        peers: true,
-        run: spring_cylinder,
-    },
+    Case::new(
+        "rolling_cylinder",
+        "cylinder rolls along a floor for 10 s and keeps its energy",
+        rolling_cylinder,
+    ),
+    Case::new(
+        "incline_sphere",
+        "sphere on a slope: rolls with 5/7 g sin th, or slides and spins up",
+        incline_sphere,
+    ),
+    Case::new("bowling", "sphere thrown without spin slides, then rolls with 5/7 of its speed", bowling),
+    Case::new(
+        "rolling_box_balls",
+        "10 kg box dragged over the ground with 25 balls rolling on it",
+        rolling_box_balls,
+    ),
+    Case::new("spring_cylinder", "cylinder on a spring rolls to and fro for 5 s", spring_cylinder),
 ];
 
 const LYING: f64 = std::f64::consts::FRAC_PI_2;
@@ -56,9 +45,7 @@ pub fn rolling_cylinder(setup: &Setup, recorder: &mut Recorder) -> Result<Findin
         .floor(0.5)?
         .body(Shape::Cylinder { radius, half_length: 0.035 }, 0.1, 0.5, pose)?
         .start(setup)?;
-    for _ in 0..steps(0.5, setup.dt_s) {
-        engine.step(&command)?;
-    }
+    settle(&mut *engine, &command, 0.5)?;
     // A body that has sunk in rolls on the middle of the overlap.
     let lever = 0.5 * (radius + engine.state().objects[0].translation.z);
     set_velocity(&mut *engine, 0, Vec3::new(v0, 0.0, 0.0), Vec3::new(0.0, v0 / lever, 0.0));
@@ -74,10 +61,8 @@ pub fn rolling_cylinder(setup: &Setup, recorder: &mut Recorder) -> Result<Findin
         gain = gain.max(sum / second as f64 - start);
     }
     let loss = 100.0 * (1.0 - velocity(&*engine, 0).0.x / v0);
-    Ok(Finding {
-        error: Figure::new("speed lost in 10 s", loss.abs(), "%"),
-        invariants: Invariants { energy_gain_j: Some(gain), ..recorder.invariants() },
-    })
+    let error = Figure::new("speed lost in 10 s", loss.abs(), "%");
+    Ok(recorder.finding(error).with_energy_gain(gain))
 }
 
 /// Largest relative error of acceleration and angular acceleration, in percent, of a solid sphere (R = 0.05 m, 1 kg)
@@ -98,22 +83,15 @@ pub fn incline_sphere(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
             .floor(mu)?
             .body(Shape::Sphere { radius }, 1.0, mu, Pose::translation(0.0, 0.0, radius))?
             .start(setup)?;
-        for _ in 0..steps(0.2, setup.dt_s) {
-            recorder.step(&mut *engine, &command)?;
-        }
+        recorder.steps(&mut *engine, &command, steps(0.2, setup.dt_s))?;
         let before = velocity(&*engine, 0);
         let count = steps(0.5, setup.dt_s);
-        for _ in 0..count {
-            recorder.step(&mut *engine, &command)?;
-        }
+        recorder.steps(&mut *engine, &command, count)?;
         let (after, t) = (velocity(&*engine, 0), count as f64 * setup.dt_s);
         worst = worst.max(((after.0.x - before.0.x) / t / a - 1.0).abs());
         worst = worst.max(((after.1.y - before.1.y) / t / alpha - 1.0).abs());
     }
-    Ok(Finding {
-        error: Figure::new("acceleration error", 100.0 * worst, "%"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("acceleration error", 100.0 * worst, "%")))
 }
 
 /// Largest relative error, in percent, of the final speed 5 v₀/7 and of the time 2 v₀/(7 μ g) from which a sphere
@@ -126,14 +104,11 @@ pub fn bowling(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         .floor(mu)?
         .body(Shape::Sphere { radius }, 1.0, mu, Pose::translation(0.0, 0.0, radius))?
         .start(setup)?;
-    for _ in 0..steps(0.5, setup.dt_s) {
-        engine.step(&command)?;
-    }
+    settle(&mut *engine, &command, 0.5)?;
     set_velocity(&mut *engine, 0, Vec3::new(v0, 0.0, 0.0), Vec3::ZERO);
     let (mut early, mut late) = (None, None);
-    for k in 0..steps(1.0, setup.dt_s) {
+    for t in ends_of_steps(1.0, setup.dt_s) {
         recorder.step(&mut *engine, &command)?;
-        let t = (k + 1) as f64 * setup.dt_s;
         let (linear, angular) = velocity(&*engine, 0);
         let slip = linear.x - angular.y * radius;
         if t >= 0.25 * time {
@@ -148,10 +123,7 @@ pub fn bowling(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let (linear, angular) = velocity(&*engine, 0);
     let worst = [linear.x / speed, angular.y * radius / speed, rolls_from / time];
     let worst = worst.into_iter().map(|x| (x - 1.0).abs()).fold(0.0, f64::max);
-    Ok(Finding {
-        error: Figure::new("error of speed or time", 100.0 * worst, "%"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("error of speed or time", 100.0 * worst, "%")))
 }
 
 /// Mean over steps of the squared velocity errors of box and balls, (m/s)², over 4 s; the larger of two headings.
@@ -186,9 +158,7 @@ pub fn rolling_box_balls(setup: &Setup, recorder: &mut Recorder) -> Result<Findi
             scene = scene.body(Shape::Sphere { radius }, m, top, pose)?;
         }
         let (mut engine, command) = scene.start(setup)?;
-        for _ in 0..steps(0.5, setup.dt_s) {
-            engine.step(&command)?;
-        }
+        settle(&mut *engine, &command, 0.5)?;
         let count = steps(4.0, setup.dt_s);
         let mut sum = 0.0;
         for k in 0..count {
@@ -200,10 +170,7 @@ pub fn rolling_box_balls(setup: &Setup, recorder: &mut Recorder) -> Result<Findi
         }
         worst = worst.max(sum / count as f64);
     }
-    Ok(Finding {
-        error: Figure::new("mean squared velocity error", worst, "(m/s)^2"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new("mean squared velocity error", worst, "(m/s)^2")))
 }
 
 /// Largest error, in percent of x₀, of a cylinder (R = 0.05 m, 0.5 kg) on a spring of k = 100 N/m at its axis, released
@@ -226,18 +193,15 @@ pub fn spring_cylinder(setup: &Setup, recorder: &mut Recorder) -> Result<Finding
             .start(setup)?;
         let omega = f64::sqrt(k / effective);
         let energy = 0.5 * k * x0 * x0;
-        for i in 0..steps(5.0, setup.dt_s) {
+        for t in ends_of_steps(5.0, setup.dt_s) {
             let x = engine.state().objects[0].translation.x;
             kick(&mut *engine, 0, Vec3::new(-k * x, 0.0, 0.0));
             recorder.step(&mut *engine, &command)?;
-            let t = (i + 1) as f64 * setup.dt_s;
             let x = engine.state().objects[0].translation.x;
             worst = worst.max((x - x0 * (omega * t).cos()).abs() / x0);
             gain = gain.max(0.5 * k * x * x + kinetic(&*engine, 0) - energy);
         }
     }
-    Ok(Finding {
-        error: Figure::new("position error", 100.0 * worst, "% of x0"),
-        invariants: Invariants { energy_gain_j: Some(gain), ..recorder.invariants() },
-    })
+    let error = Figure::new("position error", 100.0 * worst, "% of x0");
+    Ok(recorder.finding(error).with_energy_gain(gain))
 }

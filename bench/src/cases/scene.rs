@@ -1,6 +1,6 @@
 //! Scenes of free bodies and furniture, and the mechanics their cases are judged by.
 
-use super::setup::Setup;
+use super::setup::{Setup, steps};
 use crate::engine::{Engine, RIGID};
 use anyhow::Result;
 use palmares_models::hand::Hand;
@@ -87,6 +87,12 @@ impl Scene {
         let command = Command::stay(&self.model, self.base);
         Ok((setup.start(self.model, state)?, command))
     }
+}
+
+/// Lets a scene come to rest before a case begins: what is not recorded.
+pub(crate) fn settle(engine: &mut dyn Engine, command: &Command, time_s: f64) -> Result<()> {
+    let count = steps(time_s, engine.model().config().step_s);
+    (0..count).try_for_each(|_| engine.step(command).map(drop))
 }
 
 /// Linear velocity of the centre of mass and angular velocity of a body.

@@ -4,8 +4,9 @@ use crate::engine::limit::{self, NotFinished};
 use crate::engine::{Engine, EngineKind};
 use crate::random::Random;
 use anyhow::Result;
-use palmares_models::Vec3;
-use palmares_sim::{Model, State};
+use palmares_models::{Pose, Vec3};
+use palmares_sim::state::BaseReference;
+use palmares_sim::{BaseCommand, Model, State};
 use std::any::Any;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -86,6 +87,22 @@ pub fn ramp(x: f64) -> (f64, f64) {
 /// Number of steps of `dt_s` in `time_s`.
 pub fn steps(time_s: f64, dt_s: f64) -> u64 {
     (time_s / dt_s).round() as u64
+}
+
+/// Times at which the steps of `dt_s` in `time_s` end, s.
+pub fn ends_of_steps(time_s: f64, dt_s: f64) -> impl Iterator<Item = f64> {
+    (1..=steps(time_s, dt_s)).map(move |k| k as f64 * dt_s)
+}
+
+/// The base's set point risen by `height_m` from its start, and rising at `rate`, m/s.
+pub fn risen(start: Pose, height_m: f64, rate: f64) -> BaseCommand {
+    moved(start, Vec3::new(0.0, 0.0, height_m), Vec3::new(0.0, 0.0, rate))
+}
+
+/// The base's set point moved by `offset` from its start, and moving at `linear`.
+pub fn moved(start: Pose, offset: Vec3, linear: Vec3) -> BaseCommand {
+    let pose = Pose::from_parts(start.translation + offset, start.rotation);
+    BaseCommand::Exact(BaseReference { pose, linear, angular: Vec3::ZERO })
 }
 
 #[cfg(test)]

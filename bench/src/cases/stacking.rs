@@ -2,10 +2,10 @@
 
 use super::case::{Case, Finding};
 use super::scene::{G, Scene, awake, cuboid, push, rigid};
-use super::setup::{Setup, steps};
+use super::setup::{Setup, ends_of_steps, steps};
 use crate::engine::Engine;
 use crate::recorder::Recorder;
-use crate::report::{Figure, Invariants};
+use crate::report::Figure;
 use anyhow::Result;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};
@@ -13,24 +13,17 @@ use palmares_sim::{Config, Owner};
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "rest_penetration",
-        about: "sphere and box at rest sink m g/k into the floor, with a steady force",
-        peers: false,
-        run: rest_penetration,
-    },
-    Case {
-        name: "mass_ratio",
-        about: "cube on a cube up to a million times lighter, at rest and dragged",
-        peers: true,
-        run: mass_ratio,
-    },
-    Case {
-        name: "sphere_stack",
-        about: "columns of 1 to 15 spheres stand, and every contact carries what is above it",
-        peers: true,
-        run: sphere_stack,
-    },
+    Case::ours(
+        "rest_penetration",
+        "sphere and box at rest sink m g/k into the floor, with a steady force",
+        rest_penetration,
+    ),
+    Case::new("mass_ratio", "cube on a cube up to a million times lighter, at rest and dragged", mass_ratio),
+    Case::new(
+        "sphere_stack",
+        "columns of 1 to 15 spheres stand, and every contact carries what is above it",
+        sphere_stack,
+    ),
 ];
 
 /// Force between two bodies in the last step, on the one with the higher number, N; zero if they do not touch,
@@ -61,9 +54,9 @@ pub fn rest_penetration(setup: &Setup, recorder: &mut Recorder) -> Result<Findin
                 .floor(0.5)?
                 .body(shape, mass, 0.5, Pose::translation(0.0, 0.0, 0.5 * side))?
                 .start(setup)?;
-            for k in 0..steps(2.0, setup.dt_s) {
+            for t in ends_of_steps(2.0, setup.dt_s) {
                 recorder.step(&mut *engine, &command)?;
-                if (k + 1) as f64 * setup.dt_s > 1.5 {
+                if t > 1.5 {
                     let force = force_between(&*engine, Owner::Static, Owner::Object(0));
                     wrong = wrong.max(force.map_or(0.0, |f| (f.z / (mass * G) - 1.0).abs()));
                 }
@@ -72,10 +65,8 @@ pub fn rest_penetration(setup: &Setup, recorder: &mut Recorder) -> Result<Findin
             worst = worst.max((depth / exact - 1.0).abs());
         }
     }
-    Ok(Finding {
-        error: Figure::new("depth error", 100.0 * worst, "%"),
-        invariants: Invariants { force_error_percent: Some(100.0 * wrong), ..recorder.invariants() },
-    })
+    let error = Figure::new("depth error", 100.0 * worst, "%");
+    Ok(recorder.finding(error).with_force_error(wrong))
 }
 
 /// How far the dragged cubes are wrong, as the largest way, in mm, that the upper cube (0.2 m, √r kg) moved on the
@@ -101,9 +92,7 @@ pub fn mass_ratio(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             .body(cube(), light, 0.9, Pose::translation(0.0, 0.0, 0.5 * side))?
             .body(cube(), heavy, 0.9, Pose::translation(0.0, 0.0, 1.5 * side))?
             .start(setup)?;
-        for _ in 0..steps(1.0, setup.dt_s) {
-            recorder.step(&mut *engine, &command)?;
-        }
+        recorder.steps(&mut *engine, &command, steps(1.0, setup.dt_s))?;
         let (a, b, c) = (Owner::Static, Owner::Object(0), Owner::Object(1));
         for (force, exact) in
             [(force_between(&*engine, a, b), (light + heavy) * G), (force_between(&*engine, b, c), heavy * G)]
@@ -122,10 +111,8 @@ pub fn mass_ratio(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             moved = moved.max((engine.state().objects[k].translation - start[k]).length());
         }
     }
-    Ok(Finding {
-        error: Figure::new("largest motion of a cube", moved * 1e3, "mm"),
-        invariants: Invariants { force_error_percent: Some(100.0 * wrong), ..recorder.invariants() },
-    })
+    let error = Figure::new("largest motion of a cube", moved * 1e3, "mm");
+    Ok(recorder.finding(error).with_force_error(wrong))
 }
 
 /// Deepest overlap, mm, in columns of n = 1 … 15 spheres (r = 0.05 m, 0.2 kg, μ = 0.3) that stand for 1 s (Horak &
@@ -144,9 +131,7 @@ pub fn sphere_stack(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             scene = scene.body(Shape::Sphere { radius }, mass, 0.3, Pose::translation(0.0, 0.0, z))?;
         }
         let (mut engine, command) = scene.start(setup)?;
-        for _ in 0..steps(1.0, setup.dt_s) {
-            recorder.step(&mut *engine, &command)?;
-        }
+        recorder.steps(&mut *engine, &command, steps(1.0, setup.dt_s))?;
         let mut below = 0.0;
         for k in 0..n as usize {
             let under = if k == 0 { Owner::Static } else { Owner::Object(k - 1) };
@@ -158,8 +143,6 @@ pub fn sphere_stack(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             below = z;
         }
     }
-    Ok(Finding {
-        error: Figure::new("deepest overlap", deepest * 1e3, "mm"),
-        invariants: Invariants { force_error_percent: Some(100.0 * wrong), ..recorder.invariants() },
-    })
+    let error = Figure::new("deepest overlap", deepest * 1e3, "mm");
+    Ok(recorder.finding(error).with_force_error(wrong))
 }

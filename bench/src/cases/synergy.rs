@@ -1,7 +1,8 @@
 //! The SoftHand alone: closing on air, against the closed form of adaptive synergies.
 
 use super::case::{Case, Finding};
-use super::setup::{Setup, ramp, steps};
+use super::scene::Scene;
+use super::setup::{Setup, ends_of_steps, ramp, steps};
 use crate::engine::Engine;
 use crate::recorder::Recorder;
 use crate::report::Figure;
@@ -13,29 +14,26 @@ use palmares_sim::actuation::motor::wound;
 use palmares_sim::dynamics::jacobian::add_point_force;
 use palmares_sim::dynamics::tree::Kinematics;
 use palmares_sim::statics::equilibrium::ClosedForm;
-use palmares_sim::{Command, Config, Model, State};
+use palmares_sim::{Command, Config};
 use std::sync::Arc;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "softhand_free",
-        about: "SoftHand closes on air; joint error against the reference while it moves",
-        peers: true,
-        run: free,
-    },
-    Case {
-        name: "syn_free_close",
-        about: "SoftHand closed on air at rest against the closed form of adaptive synergies",
-        peers: false,
-        run: free_close,
-    },
-    Case {
-        name: "syn_push_locked_motor",
-        about: "closed SoftHand, motor locked, 1 N on the index fingertip, against the closed form",
-        peers: false,
-        run: push_locked_motor,
-    },
+    Case::new(
+        "softhand_free",
+        "SoftHand closes on air; joint error against the reference while it moves",
+        free,
+    ),
+    Case::ours(
+        "syn_free_close",
+        "SoftHand closed on air at rest against the closed form of adaptive synergies",
+        free_close,
+    ),
+    Case::ours(
+        "syn_push_locked_motor",
+        "closed SoftHand, motor locked, 1 N on the index fingertip, against the closed form",
+        push_locked_motor,
+    ),
 ];
 
 /// The stock SoftHand.
@@ -46,11 +44,9 @@ pub fn softhand() -> Result<Arc<Hand>> {
 /// Parts of a free hand are at least this far apart, m.
 const FREE_M: f64 = 5e-4;
 
-fn world_of(hand: Arc<Hand>, setup: &Setup) -> Result<(Box<dyn Engine>, Command)> {
-    let model = Model::new(Config::with_step(setup.dt_s), Some(hand))?;
-    let state = State::at_rest(&model, Pose::IDENTITY, &[]);
-    let command = Command::stay(&model, Pose::IDENTITY);
-    Ok((setup.start(model, state)?, command))
+/// A hand alone in the world.
+pub(super) fn world_of(hand: Arc<Hand>, setup: &Setup) -> Result<(Box<dyn Engine>, Command)> {
+    Scene::with_hand(Config::with_step(setup.dt_s), hand, Pose::IDENTITY)?.start(setup)
 }
 
 /// The largest σ at which the free hand is free: no joint within 0.02 rad of a limit, the tendon below its
@@ -92,15 +88,12 @@ pub fn close_trace(setup: &Setup, recorder: &mut Recorder) -> Result<Vec<Vec<f64
 /// Largest joint error against the reference run while the free hand closes in 1 s and rests for 1 s.
 pub fn free(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let trace = close_trace(setup, recorder)?;
-    let error = match setup.reference() {
-        None => None,
-        Some(fine) => {
-            let reference = fine.once("softhand_free", |fine| close_trace(fine, &mut Recorder::default()));
-            reference.ok().map(|reference| difference(&trace, &reference))
-        }
-    };
+    let error = setup.reference().and_then(|fine| {
+        let reference = fine.once("softhand_free", |fine| close_trace(fine, &mut Recorder::default()));
+        reference.ok().map(|reference| difference(&trace, &reference))
+    });
     let error = Figure::from_own_fine_run("largest joint difference from its own fine run", error, "rad");
-    Ok(Finding { error, invariants: recorder.invariants() })
+    Ok(recorder.finding(error))
 }
 
 /// Largest joint error at rest against `q = q₀ + C_s (s − R q₀)`.
@@ -110,13 +103,13 @@ pub fn free_close(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let sigma = free_sigma(&hand, &form);
     let wound = wound(&hand.motors[0], sigma);
     let (mut world, mut command) = world_of(hand, setup)?;
-    for k in 0..steps(4.0, setup.dt_s) {
-        command.sigma[0] = sigma * ramp((k + 1) as f64 * setup.dt_s).0;
+    for t in ends_of_steps(4.0, setup.dt_s) {
+        command.sigma[0] = sigma * ramp(t).0;
         recorder.step(&mut *world, &command)?;
     }
     let (expected, _) = form.solve(&[wound], &vec![0.0; form.rest.len()]);
     let error = largest(&world.state().q, &expected);
-    Ok(Finding { error: Figure::new("largest joint error", error, "rad"), invariants: recorder.invariants() })
+    Ok(recorder.finding(Figure::new("largest joint error", error, "rad")))
 }
 
 /// Largest joint error at rest with 1 N on the index fingertip and the motor locked, against
@@ -133,8 +126,7 @@ pub fn push_locked_motor(setup: &Setup, recorder: &mut Recorder) -> Result<Findi
         .context("the SoftHand has a link `index_distal`")?;
     let push = Push { link, point: Vec3::new(0.02, 0.0, 0.0), force: Vec3::new(-0.8, 0.0, -0.6) };
     let (mut world, mut command) = world_of(hand.clone(), setup)?;
-    for k in 0..steps(6.0, setup.dt_s) {
-        let t = (k + 1) as f64 * setup.dt_s;
+    for t in ends_of_steps(6.0, setup.dt_s) {
         command.sigma[0] = sigma * ramp(t).0;
         command.pushes.clear();
         if t > 1.5 {
@@ -155,7 +147,7 @@ pub fn push_locked_motor(setup: &Setup, recorder: &mut Recorder) -> Result<Findi
         expected = form.solve(&[wound], &tau[6..]).0;
     }
     let error = largest(&world.state().q, &expected);
-    Ok(Finding { error: Figure::new("largest joint error", error, "rad"), invariants: recorder.invariants() })
+    Ok(recorder.finding(Figure::new("largest joint error", error, "rad")))
 }
 
 /// Largest joint difference of two closings, rad.

@@ -1,11 +1,12 @@
 //! Tendons beyond the free closure: a blocked joint, a slack cable, the energy of a cycle.
 
 use super::case::{Case, Finding};
-use super::setup::{Setup, ramp, steps};
-use super::synergy::softhand;
+use super::scene::Scene;
+use super::setup::{Setup, ends_of_steps, ramp, steps};
+use super::synergy::{softhand, world_of};
 use crate::energy::{Ledger, Stored};
 use crate::recorder::Recorder;
-use crate::report::{Figure, Invariants};
+use crate::report::Figure;
 use crate::rigs::{Finger, bolted, fingers};
 use anyhow::{Context, Result};
 use palmares_models::hand::{Hand, HingeKind};
@@ -17,24 +18,21 @@ use std::sync::Arc;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "syn_joint_blocked",
-        about: "closed SoftHand with one joint clamped, against the closed form without its column",
-        peers: false,
-        run: joint_blocked,
-    },
-    Case {
-        name: "syn_slack",
-        about: "a closed joint let go at once swings as a damped oscillator while its cable hangs slack",
-        peers: false,
-        run: slack,
-    },
-    Case {
-        name: "syn_energy",
-        about: "SoftHand closes on a fixed bar and opens: work of the motor against what was dissipated",
-        peers: false,
-        run: cycle,
-    },
+    Case::ours(
+        "syn_joint_blocked",
+        "closed SoftHand with one joint clamped, against the closed form without its column",
+        joint_blocked,
+    ),
+    Case::ours(
+        "syn_slack",
+        "a closed joint let go at once swings as a damped oscillator while its cable hangs slack",
+        slack,
+    ),
+    Case::ours(
+        "syn_energy",
+        "SoftHand closes on a fixed bar and opens: work of the motor against what was dissipated",
+        cycle,
+    ),
 ];
 
 /// Largest joint error at rest of a free hand one joint of which is clamped between two limits, against the
@@ -46,13 +44,10 @@ pub fn joint_blocked(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> 
     let at = 0.1;
     (hand.coordinates[blocked].lower, hand.coordinates[blocked].upper) = (at, at);
     let hand = Arc::new(hand);
-    let model = Model::new(Config::with_step(setup.dt_s), Some(Arc::clone(&hand)))?;
-    let state = State::at_rest(&model, Pose::IDENTITY, &[]);
-    let mut world = setup.start(model, state)?;
-    let mut command = Command::stay(world.model(), Pose::IDENTITY);
+    let (mut world, mut command) = world_of(Arc::clone(&hand), setup)?;
     let sigma = 0.3;
-    for k in 0..steps(4.0, setup.dt_s) {
-        command.sigma[0] = sigma * ramp((k + 1) as f64 * setup.dt_s).0;
+    for t in ends_of_steps(4.0, setup.dt_s) {
+        command.sigma[0] = sigma * ramp(t).0;
         recorder.step(&mut *world, &command)?;
     }
     let tendon = &hand.tendons[0];
@@ -80,7 +75,7 @@ pub fn joint_blocked(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> 
     if (state.q[blocked] - at).abs() > 5e-3 {
         anyhow::bail!("the clamp let the joint go to {} rad", state.q[blocked]);
     }
-    Ok(Finding { error: Figure::new("largest joint error", error, "rad"), invariants: recorder.invariants() })
+    Ok(recorder.finding(Figure::new("largest joint error", error, "rad")))
 }
 
 /// Largest joint error over half a second after the cable was let go, against the damped oscillator
@@ -110,9 +105,7 @@ pub fn slack(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let mut world = setup.start(model, state)?;
     let mut command = Command::stay(world.model(), Pose::IDENTITY);
     command.sigma[0] = sigma;
-    for _ in 0..steps(0.1, setup.dt_s) {
-        recorder.step(&mut *world, &command)?;
-    }
+    recorder.steps(&mut *world, &command, steps(0.1, setup.dt_s))?;
     if (world.state().q[0] - q0).abs() > 1e-6 {
         anyhow::bail!("the wound cable does not hold the joint: {} rad", world.state().q[0]);
     }
@@ -121,9 +114,8 @@ pub fn slack(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let decay = 0.5 * d / inertia;
     let damped = (omega * omega - decay * decay).sqrt();
     let (mut worst, mut pulled): (f64, f64) = (0.0, 0.0);
-    for i in 0..steps(0.5, setup.dt_s) {
+    for t in ends_of_steps(0.5, setup.dt_s) {
         recorder.step(&mut *world, &command)?;
-        let t = (i + 1) as f64 * setup.dt_s;
         let phase = damped * t;
         let exact = q0 * (-decay * t).exp() * (phase.cos() + decay / damped * phase.sin());
         worst = worst.max((world.state().q[0] - exact).abs());
@@ -132,7 +124,7 @@ pub fn slack(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     if pulled != 0.0 {
         anyhow::bail!("the slack cable carried {pulled} N m");
     }
-    Ok(Finding { error: Figure::new("largest joint error", worst, "rad"), invariants: recorder.invariants() })
+    Ok(recorder.finding(Figure::new("largest joint error", worst, "rad")))
 }
 
 /// Energy audit of a cycle: the hand closes on a fixed bar, squeezes it and opens again. What the motor put in
@@ -140,19 +132,17 @@ pub fn slack(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
 /// what is missing of it, in percent of all the work the motor did while closing; `energy_gain_j` what appeared.
 /// Missing is what the integrator itself and the impacts on joint limits take: the books do not see them.
 pub fn cycle(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
-    let mut model = Model::new(Config::with_step(setup.dt_s), Some(softhand()?))?;
     let bar = Shape::Capsule { radius: 0.0225, half_length: 0.06 };
     let across = Rotation::from_rotation_x(std::f64::consts::FRAC_PI_2);
-    model.add_static("bar", &bar, Pose::from_parts(Vec3::new(0.045, 0.0, 0.175), across), 0.3)?;
-    let state = State::at_rest(&model, Pose::IDENTITY, &[]);
-    let mut world = setup.start(model, state)?;
-    let mut command = Command::stay(world.model(), Pose::IDENTITY);
+    let (mut world, mut command) =
+        Scene::with_hand(Config::with_step(setup.dt_s), softhand()?, Pose::IDENTITY)?
+            .fixed(&bar, Pose::from_parts(Vec3::new(0.045, 0.0, 0.175), across), 0.3)?
+            .start(setup)?;
     let alone = "only our own engine keeps books of its forces";
     let mut ledger = Ledger::new(world.world().context(alone)?);
     let start = Stored::of(world.model(), world.state());
     let (mut spent, mut touched) = (0.0, 0.0f64);
-    for k in 0..steps(3.0, setup.dt_s) {
-        let t = (k + 1) as f64 * setup.dt_s;
+    for t in ends_of_steps(3.0, setup.dt_s) {
         command.sigma[0] = 0.5 * (ramp(t / 0.8).0 - ramp((t - 1.2) / 0.8).0);
         recorder.step(&mut *world, &command)?;
         let before = ledger.works.motors;
@@ -170,8 +160,6 @@ pub fn cycle(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let works = ledger.works;
     let given = works.motors + works.servo + works.contacts + works.dampers;
     let missing = given - (end.total() - start.total());
-    Ok(Finding {
-        error: Figure::new("energy missing from the books", 100.0 * missing.abs() / spent, "%"),
-        invariants: Invariants { energy_gain_j: Some((-missing).max(0.0)), ..recorder.invariants() },
-    })
+    let error = Figure::new("energy missing from the books", 100.0 * missing.abs() / spent, "%");
+    Ok(recorder.finding(error).with_energy_gain((-missing).max(0.0)))
 }

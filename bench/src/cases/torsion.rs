@@ -1,7 +1,7 @@
 //! Friction's torque about the normal of flat contacts: a rod pinched off its centre of mass, a disc that slides and spins.
 
 use super::case::{Case, Finding};
-use super::scene::{G, Scene, awake, cuboid, set_velocity, velocity};
+use super::scene::{G, Scene, awake, cuboid, set_velocity, settle, velocity};
 use super::setup::{Setup, steps};
 use crate::recorder::Recorder;
 use crate::report::Figure;
@@ -15,18 +15,12 @@ use std::sync::Arc;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case {
-        name: "pinch_tilt_torsion",
-        about: "rod between two round pads: how far from its centre it can be held level",
-        peers: false,
-        run: pinch_tilt_torsion,
-    },
-    Case {
-        name: "disc_contensou",
-        about: "disc that slides and spins on a plane: both end together",
-        peers: true,
-        run: disc_contensou,
-    },
+    Case::ours(
+        "pinch_tilt_torsion",
+        "rod between two round pads: how far from its centre it can be held level",
+        pinch_tilt_torsion,
+    ),
+    Case::new("disc_contensou", "disc that slides and spins on a plane: both end together", disc_contensou),
 ];
 
 /// Error, in percent, of the largest distance from its centre of mass at which a rod (0.2 kg) can be pinched with N = 20 N by
@@ -44,10 +38,11 @@ pub fn pinch_tilt_torsion(setup: &Setup, recorder: &mut Recorder) -> Result<Find
             low = offset;
         }
     }
-    Ok(Finding {
-        error: Figure::new("error of the largest offset", 100.0 * (0.5 * (low + high) / exact - 1.0), "%"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new(
+        "error of the largest offset",
+        100.0 * (0.5 * (low + high) / exact - 1.0),
+        "%",
+    )))
 }
 
 fn tilts(
@@ -99,9 +94,7 @@ pub fn disc_contensou(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
         .floor(0.3)?
         .body(disc, 0.1, 0.3, Pose::translation(0.0, 0.0, 0.005))?
         .start(setup)?;
-    for _ in 0..steps(0.5, setup.dt_s) {
-        engine.step(&command)?;
-    }
+    settle(&mut *engine, &command, 0.5)?;
     set_velocity(&mut *engine, 0, Vec3::new(0.5, 0.0, 0.0), Vec3::new(0.0, 0.0, 10.0));
     let mut ratio = f64::INFINITY;
     for _ in 0..steps(2.0, setup.dt_s) {
@@ -112,8 +105,9 @@ pub fn disc_contensou(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
             ratio = linear.length() / (radius * angular.z.abs());
         }
     }
-    Ok(Finding {
-        error: Figure::new("error of v/(R w) at the end", 100.0 * (ratio / 0.6530 - 1.0).abs(), "%"),
-        invariants: recorder.invariants(),
-    })
+    Ok(recorder.finding(Figure::new(
+        "error of v/(R w) at the end",
+        100.0 * (ratio / 0.6530 - 1.0).abs(),
+        "%",
+    )))
 }

@@ -26,19 +26,12 @@ impl Limit {
 }
 
 /// A peer's run that came to no end in time: it says nothing, neither good nor bad.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("not finished within {allowed_s} s")]
 pub struct NotFinished {
     /// The time it had, s.
     pub allowed_s: f64,
 }
-
-impl std::fmt::Display for NotFinished {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "not finished within {} s", self.allowed_s)
-    }
-}
-
-impl std::error::Error for NotFinished {}
 
 /// Runs `run`, which ends with an error after so much wall time in steps of peers, s, or when one of them fails.
 pub fn within<T>(allowed_s: f64, run: impl FnOnce() -> T) -> T {

@@ -37,6 +37,35 @@ pub(crate) fn error(report: &Report) -> f64 {
     report.error.value.expect("the case has an analytic answer")
 }
 
+/// Runs a case at steps, s; every step converges, and the figure is at most what stands beside the step.
+pub(crate) fn at_most(case: &str, bounds: &[(f64, f64)]) -> Vec<Report> {
+    let run = |&(dt_s, most): &(f64, f64)| {
+        let report = report(case, dt_s);
+        converged(&report);
+        let (seen, unit) = (error(&report), &report.error.unit);
+        assert!(seen <= most, "{case} at {dt_s}: {seen:e} {unit}, more than {most:e}");
+        report
+    };
+    bounds.iter().map(run).collect()
+}
+
+/// Energy that appeared from nowhere or, where a case says so, its largest change, J, is at most so much.
+pub(crate) fn gains(report: &Report, most_j: f64) {
+    let gain = report.invariants.energy_gain_j.expect("the gain is reported");
+    assert!(gain <= most_j, "{} at {}: {gain:e} J", report.case, report.dt_s);
+}
+
+/// Objects creep by at most so much, mm/s.
+pub(crate) fn creeps(report: &Report, most_mm_s: f64) {
+    let creep = report.invariants.slip_mm_s.expect("creep is reported");
+    assert!(creep <= most_mm_s, "{} at {}: {creep:e} mm/s", report.case, report.dt_s);
+}
+
+/// What the case asks for at its end is so: the object is in the hand, or where else it should be.
+pub(crate) fn held(report: &Report) {
+    assert_eq!(report.invariants.held, Some(true), "{} at {}", report.case, report.dt_s);
+}
+
 /// What the case bounds kept to it.
 pub(crate) fn within(report: &Report) {
     let most = report.error.within.expect("the case has a bound");

@@ -1,6 +1,6 @@
 //! The ReFlex rests where its R(q) says and holds what it closes on.
 
-use super::{converged, error, report};
+use super::{at_most, held};
 use crate::cases::Setup;
 use crate::cases::reflex::{Placement, play};
 use crate::engine::EngineKind;
@@ -10,21 +10,14 @@ const STEPS_S: [f64; 6] = [0.25e-3, 0.5e-3, 1e-3, 2e-3, 4e-3, 8e-3];
 
 #[test]
 fn free_closure_is_the_exact_equilibrium_at_every_step() {
-    for dt in STEPS_S {
-        let report = report("reflex_free", dt);
-        converged(&report);
-        assert!(error(&report) <= 1e-9, "dt {dt}: {:e} rad", error(&report));
-    }
+    at_most("reflex_free", &STEPS_S.map(|dt| (dt, 1e-9)));
 }
 
 #[test]
 fn a_ball_is_held_without_creep_at_every_step() {
-    for dt in STEPS_S {
-        let report = report("reflex_ball", dt);
-        converged(&report);
-        let seen = &report.invariants;
-        assert_eq!(seen.held, Some(true), "dt {dt}");
-        assert!(error(&report) <= 1e-3, "dt {dt}: {:e} mm/s", error(&report));
+    for report in at_most("reflex_ball", &STEPS_S.map(|dt| (dt, 1e-3))) {
+        held(&report);
+        let (seen, dt) = (&report.invariants, report.dt_s);
         let residual = seen.static_residual_nm.expect("our own world tells");
         assert!(residual <= 1e-5, "dt {dt}: {residual:e} N m");
         let balance = seen.tension_balance_nm.expect("our own world tells");

@@ -3,14 +3,12 @@
 use super::family::{HandKind, Trial};
 use super::scene::scene;
 use crate::cases::grasp_scene::Scene;
-use crate::cases::{Setup, ramp, steps};
+use crate::cases::{Setup, ends_of_steps, moved, ramp};
 use crate::engine::Engine;
 use crate::engine::limit::NotFinished;
 use anyhow::Result;
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Vec3};
-use palmares_sim::actuation::base::BaseCommand;
-use palmares_sim::state::BaseReference;
 use palmares_sim::{Command, Model, Owner, State};
 use parry3d_f64::query;
 use serde::{Deserialize, Serialize};
@@ -79,11 +77,7 @@ impl Schedule {
             offset.y += SHAKE_M * onset * sin;
             linear.y += SHAKE_M * (onset * omega * cos + setting_in / ONSET_S * sin);
         }
-        command.base = BaseCommand::Exact(BaseReference {
-            pose: Pose::from_parts(start.translation + offset, start.rotation),
-            linear,
-            angular: Vec3::ZERO,
-        });
+        command.base = moved(start, offset, linear);
     }
 }
 
@@ -139,8 +133,7 @@ pub fn play(
     let mut engine = setup.start(model, state)?;
     let mut command = Command::stay(engine.model(), start);
     let mut judge = Judge::new(trial.hand, engine.state())?;
-    for k in 0..steps(schedule.end, setup.dt_s) {
-        let t = (k + 1) as f64 * setup.dt_s;
+    for t in ends_of_steps(schedule.end, setup.dt_s) {
         schedule.instruct(&mut command, trial, start, t);
         match engine.step(&command) {
             Ok(_) => {}

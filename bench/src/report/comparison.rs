@@ -41,6 +41,11 @@ pub struct Comparison {
 }
 
 impl Comparison {
+    /// The engines that ran.
+    pub(super) fn ran(&self) -> Vec<&str> {
+        self.engines.iter().filter(|note| note.ran).map(|note| &*note.name).collect()
+    }
+
     /// Comparisons in which a peer is ahead.
     pub fn ahead(&self) -> impl Iterator<Item = &Verdict> {
         self.verdicts.iter().filter(|verdict| !verdict.holds())
@@ -162,6 +167,17 @@ impl Run {
     pub fn difference(&self) -> Option<f64> {
         self.error.as_ref().filter(|figure| figure.from_own_fine_run)?.value
     }
+}
+
+/// Every word once, in the order in which they come.
+pub(super) fn distinct<'a>(words: impl Iterator<Item = &'a String>) -> Vec<&'a str> {
+    let mut seen: Vec<&str> = Vec::new();
+    for word in words {
+        if !seen.contains(&word.as_str()) {
+            seen.push(word);
+        }
+    }
+    seen
 }
 
 /// Why a run that came to an end does not do what the scene asks for, if so: numbers that are not finite, steps that failed,

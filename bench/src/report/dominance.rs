@@ -1,16 +1,11 @@
 //! Is a peer ever faster than ours at an error that is not larger, with any of its settings?
 
-use super::comparison::Run;
+use super::comparison::{Run, distinct};
 pub use super::verdict::{Outcome, Verdict};
 
 /// Compares every peer with ours, case by case.
 pub fn verdicts(runs: &[Run], own: &str, peers: &[&str]) -> Vec<Verdict> {
-    let mut cases: Vec<&str> = Vec::new();
-    for run in runs {
-        if !cases.contains(&run.case.as_str()) {
-            cases.push(&run.case);
-        }
-    }
+    let cases = distinct(runs.iter().map(|run| &run.case));
     let pairs = cases.iter().flat_map(|case| peers.iter().map(move |peer| (*case, *peer)));
     pairs.filter_map(|(case, peer)| verdict(runs, own, case, peer)).collect()
 }
@@ -20,12 +15,7 @@ fn verdict(runs: &[Run], own: &str, case: &str, peer: &str) -> Option<Verdict> {
         runs.iter().filter(|run| run.case == case && run.engine == engine).collect()
     };
     let (ours, theirs) = (by(own), by(peer));
-    let mut names: Vec<&str> = Vec::new();
-    for run in &theirs {
-        if !names.contains(&run.settings.as_str()) {
-            names.push(&run.settings);
-        }
-    }
+    let names = distinct(theirs.iter().map(|run| &run.settings));
     let outcomes = names.iter().map(|name| {
         let with: Vec<&Run> = theirs.iter().filter(|run| run.settings == *name).copied().collect();
         outcome(name, &ours, &with)
@@ -56,7 +46,7 @@ fn outcome(settings: &str, ours: &[&Run], theirs: &[&Run]) -> Outcome {
         }
         if fastest.is_finite() {
             let ratio = time / fastest;
-            least = Some(least.map_or(ratio, |least: f64| least.min(ratio)));
+            least = least.into_iter().chain([ratio]).reduce(f64::min);
         }
     }
     let done: Vec<&Run> = theirs.iter().filter(|run| run.does_it()).copied().collect();

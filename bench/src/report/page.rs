@@ -201,7 +201,7 @@ fn settings(page: &mut String, report: &Comparison) {
 fn scene(page: &mut String, report: &Comparison, case: &str) {
     let about = scenes::all().find(|it| it.name == case).map_or("", |it| it.about);
     put!(page, "## {case}\n\n{about}\n\n![{case}]({})\n", picture(case));
-    let engines: Vec<&str> = report.engines.iter().filter(|note| note.ran).map(|note| &*note.name).collect();
+    let engines = report.ran();
     let runs: Vec<&Run> = report.runs.iter().filter(|run| run.case == case).collect();
     let figure = runs.iter().find_map(|run| run.error.as_ref());
     let (name, unit) = figure.map_or(("error", ""), |figure| (&figure.name, &figure.unit));
@@ -263,4 +263,17 @@ fn row(page: &mut String, run: &Run, unit: &str) {
     };
     let Run { engine, settings, dt_ms, .. } = run;
     put!(page, "| {engine} | {settings} | {dt_ms} ms | {does_it} | {value} | {times} | {depth} |");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_more_than_a_metre_apart_ends_otherwise() {
+        assert_eq!(difference(1000.0, "mm"), "1.00e3 mm");
+        assert_eq!(difference(1000.1, "mm"), "ends otherwise");
+        assert_eq!(difference(1000.1, "%"), "1.00e3 %");
+        assert_eq!(range(Some([0.5, 2000.0]), "mm"), "5.00e-1 mm … ends otherwise");
+    }
 }

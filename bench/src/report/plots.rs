@@ -1,6 +1,6 @@
 //! The pictures of a report, as SVG.
 
-use super::comparison::{Comparison, Run};
+use super::comparison::{Comparison, Run, distinct};
 use super::dominance::Verdict;
 use anyhow::{Result, anyhow};
 use plotters::coord::Shift;
@@ -10,6 +10,8 @@ use std::path::Path;
 
 const FONT: &[u8] = include_bytes!("../../../hand-tools/assets/dejavu-sans/DejaVuSans.ttf");
 const SANS: &str = "sans-serif";
+/// Where horizontal bars begin.
+const LEFT: i32 = 215;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
@@ -60,12 +62,8 @@ fn drawn(report: &Comparison, run: &Run) -> bool {
 
 /// Cases of a report in the order of its runs.
 pub(super) fn cases(report: &Comparison) -> Vec<&str> {
-    let mut cases: Vec<&str> = Vec::new();
-    for run in &report.runs {
-        if cases.last() != Some(&run.case.as_str()) {
-            cases.push(&run.case);
-        }
-    }
+    let mut cases: Vec<&str> = report.runs.iter().map(|run| &*run.case).collect();
+    cases.dedup();
     cases
 }
 
@@ -122,13 +120,7 @@ fn errors(area: &Area, case: &str, runs: &[&Run]) -> Result<()> {
         .bold_line_style(RGBColor(205, 205, 205))
         .draw()
         .map_err(failed)?;
-    let mut engines: Vec<&str> = Vec::new();
-    for run in runs {
-        if !engines.contains(&run.engine.as_str()) {
-            engines.push(&run.engine);
-        }
-    }
-    for engine in engines {
+    for engine in distinct(runs.iter().map(|run| &run.engine)) {
         let ink = colour(engine);
         let curve: Vec<_> = runs.iter().filter(|run| run.engine == engine).filter_map(point).collect();
         if curve.is_empty() {
@@ -147,14 +139,27 @@ fn errors(area: &Area, case: &str, runs: &[&Run]) -> Result<()> {
             .map(|p| EmptyElement::at((p.0, p.1)) + Text::new(format!("{}", p.2), (6, -13), style.clone()));
         chart.draw_series(steps).map_err(failed)?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::LowerLeft)
-        .background_style(WHITE.mix(0.85))
-        .border_style(RGBColor(180, 180, 180))
-        .label_font((SANS, 13))
-        .draw()
-        .map_err(failed)
+    legend(&mut chart, SeriesLabelPosition::LowerLeft)
+}
+
+/// The names of a chart's curves, in a corner of it.
+fn legend<'a, 'b: 'a, X: Ranged, Y: Ranged>(
+    chart: &mut ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, Y>>,
+    corner: SeriesLabelPosition,
+) -> Result<()> {
+    let mut labels = chart.configure_series_labels();
+    labels.position(corner).background_style(WHITE.mix(0.85)).border_style(RGBColor(180, 180, 180));
+    labels.label_font((SANS, 13)).draw().map_err(failed)
+}
+
+/// Coloured squares above horizontal bars, each with its name.
+fn key<'a>(area: &Area, names: impl IntoIterator<Item = (&'a str, RGBColor)>) -> Result<()> {
+    for (k, (name, ink)) in names.into_iter().enumerate() {
+        let at = LEFT + 110 * k as i32;
+        area.draw(&Rectangle::new([(at, 8), (at + 12, 18)], ink.filled())).map_err(failed)?;
+        area.draw(&Text::new(name, (at + 18, 6), (SANS, 13))).map_err(failed)?;
+    }
+    Ok(())
 }
 
 /// An engine in the legend, a peer with its settings.
@@ -171,29 +176,22 @@ fn number(x: &f64) -> String {
 /// Largest step at which an engine does what the scene asks for, with any of its settings.
 pub(super) fn largest_usable(report: &Comparison, case: &str, engine: &str) -> Option<f64> {
     let runs = report.runs.iter().filter(|run| run.case == case && run.engine == engine);
-    runs.filter(|run| run.error.is_some() && run.does_it())
-        .map(|run| run.dt_ms)
-        .fold(None, |most, dt| Some(most.map_or(dt, |most: f64| most.max(dt))))
+    runs.filter(|run| run.error.is_some() && run.does_it()).map(|run| run.dt_ms).reduce(f64::max)
 }
 
 /// Horizontal bars: the largest usable step of every case and engine.
 fn stable(area: &Area, report: &Comparison, cases: &[&str]) -> Result<()> {
-    let engines: Vec<&str> =
-        report.engines.iter().filter(|note| note.ran).map(|note| note.name.as_str()).collect();
+    let engines = report.ran();
     let area =
         area.titled("largest step that does it, with any settings [ms]", (SANS, 17)).map_err(failed)?;
     let (width, height) = area.dim_in_pixel();
-    let (left, top, row) = (215, 30, (height as i32 - 36) / cases.len().max(1) as i32);
+    let (left, top, row) = (LEFT, 30, (height as i32 - 36) / cases.len().max(1) as i32);
     let steps = report.runs.iter().map(|run| run.dt_ms);
     let (least, most) = steps.fold((f64::INFINITY, 0.0f64), |(a, b), dt| (a.min(dt), b.max(dt)));
     let least = 0.5 * least;
     let scale =
         |dt: f64| left + ((width as i32 - left - 60) as f64 * (dt / least).ln() / (most / least).ln()) as i32;
-    for (k, engine) in engines.iter().enumerate() {
-        let at = left + 110 * k as i32;
-        area.draw(&Rectangle::new([(at, 8), (at + 12, 18)], colour(engine).filled())).map_err(failed)?;
-        area.draw(&Text::new(*engine, (at + 18, 6), (SANS, 13))).map_err(failed)?;
-    }
+    key(&area, engines.iter().map(|engine| (*engine, colour(engine))))?;
     for (i, case) in cases.iter().enumerate() {
         let y = top + row * i as i32;
         area.draw(&Text::new(*case, (10, y + row / 2 - 8), (SANS, 12))).map_err(failed)?;
@@ -219,12 +217,8 @@ fn split(area: &Area, report: &Comparison) -> Result<()> {
     let rows: Vec<&Run> = cases(report).into_iter().filter_map(|case| at_one_ms(report, case)).collect();
     let most = rows.iter().fold(1e-9, |most: f64, run| most.max(run.us_per_step.total));
     let (width, _) = area.dim_in_pixel();
-    let (left, top, row) = (215, 30, 20);
-    for (k, phase) in phases.iter().enumerate() {
-        let at = left + 110 * k as i32;
-        area.draw(&Rectangle::new([(at, 8), (at + 12, 18)], inks[k].filled())).map_err(failed)?;
-        area.draw(&Text::new(*phase, (at + 18, 6), (SANS, 13))).map_err(failed)?;
-    }
+    let (left, top, row) = (LEFT, 30, 20);
+    key(&area, phases.into_iter().zip(inks))?;
     // Square roots, so that 2 µs are to be seen beside 2 ms.
     let scale = |us: f64| ((width as i32 - left - 70) as f64 * (us / most).sqrt()) as i32;
     for (i, run) in rows.iter().enumerate() {
@@ -277,12 +271,5 @@ fn ticks(area: &Area, report: &Comparison) -> Result<()> {
             .label(way.about.as_str())
             .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], ink.stroke_width(2)));
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.85))
-        .border_style(RGBColor(180, 180, 180))
-        .label_font((SANS, 13))
-        .draw()
-        .map_err(failed)
+    legend(&mut chart, SeriesLabelPosition::UpperRight)
 }

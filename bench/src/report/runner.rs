@@ -9,31 +9,41 @@ use super::{page, plots, ticks};
 use crate::cases::{self, Case};
 use crate::engine::{EngineKind, mujoco, rapier};
 use anyhow::{Context, Result, bail, ensure};
+use clap::Args;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Instant;
 
 /// What to compare, and where to put it.
-#[derive(Clone, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct Options {
     /// Folder of the report.
+    #[arg(long, default_value = "docs/report")]
     pub out: PathBuf,
     /// Engines; ours is always among them.
+    #[arg(skip)]
     pub engines: Vec<EngineKind>,
-    /// Names of cases; empty for all that belong into a report.
+    /// Cases, by commas; all that belong into a report if not given.
+    #[arg(long, value_delimiter = ',')]
     pub cases: Vec<String>,
-    /// Steps, ms; empty for those of the report.
+    /// Steps, ms, by commas; 0.25 to 16 ms if not given.
+    #[arg(long, value_delimiter = ',')]
     pub steps_ms: Vec<f64>,
-    /// Timing runs of each.
+    /// Timing runs, of which the median counts.
+    #[arg(long, default_value_t = 5)]
     pub repeats: usize,
-    /// Fewer cases and steps, coarser references.
+    /// Few cases and steps, coarse references: under three minutes.
+    #[arg(long)]
     pub quick: bool,
-    /// Wall time of a run of a peer, and of its reference, s; beyond it the run is listed as not finished.
+    /// Wall time of a peer's run, and of its reference, s; beyond it the run is listed as not finished.
+    #[arg(long, default_value_t = 60.0)]
     pub run_limit_s: f64,
-    /// File that keeps outcomes, from which a report that was stopped goes on.
+    /// File that keeps outcomes, from which a report that was stopped goes on if the program is of the same commit.
+    #[arg(long, default_value = "target/report.jsonl")]
     pub runs: PathBuf,
-    /// Whether the file's outcomes of peers count whatever the commit.
+    /// Reuse the file's outcomes of peers whatever their commit.
+    #[arg(long)]
     pub reuse_peers: bool,
 }
 

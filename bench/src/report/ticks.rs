@@ -3,7 +3,7 @@
 
 use crate::cases::grasp::{CHOSEN, Grasp, scene};
 use crate::cases::synergy::softhand;
-use crate::cases::{ramp, steps};
+use crate::cases::{ramp, risen, steps};
 use crate::engine::EngineKind;
 use anyhow::{Context, Result};
 use palmares_models::hand::{Hand, Motor, Tendon};
@@ -11,9 +11,8 @@ use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::motor::wound;
-use palmares_sim::state::BaseReference;
 use palmares_sim::statics::equilibrium::ClosedForm;
-use palmares_sim::{BaseCommand, Command, Config, Model, State};
+use palmares_sim::{Command, Config, Model, State};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -117,11 +116,7 @@ fn play(hand: &Arc<Hand>) -> Result<(Vec<f64>, bool)> {
             let t = (tick * per_tick + k + 1) as f64 * STEP_S;
             command.sigma.fill(CHOSEN.sigma * ramp(t / 0.5).0);
             let (rise, rate) = ramp((t - 0.8) / 1.2);
-            command.base = BaseCommand::Exact(BaseReference {
-                pose: Pose::from_parts(base.translation + Vec3::new(0.0, 0.0, 0.1 * rise), base.rotation),
-                linear: Vec3::new(0.0, 0.0, 0.1 * rate / 1.2),
-                angular: Vec3::ZERO,
-            });
+            command.base = risen(base, 0.1 * rise, 0.1 * rate / 1.2);
             spent += world.step(&command)?.total_s;
         }
         ms.push(1e3 * spent);

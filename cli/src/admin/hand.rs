@@ -2,7 +2,7 @@
 
 use super::client::{Client, escaped};
 use anyhow::{Context, anyhow};
-use palmares_hand_tools::{draw_hand, figures, trial_table, trials};
+use palmares_hand_tools::{draw_hand, figures, print_trials};
 use palmares_models::hand::Hand;
 use palmares_models::read::{self, Files, LoadOptions};
 use palmares_tasks::Task;
@@ -80,15 +80,8 @@ pub(crate) fn attempt(client: &Client, id: &str, json: bool) -> anyhow::Result<(
     if tasks.is_empty() {
         return Err(anyhow!("this program has none of the server's tasks: {}", served.join(", ")));
     }
-    let (played, refused) = trials(&tasks, &hand);
-    let mut out = std::io::stdout().lock();
-    if json {
-        let report = serde_json::json!({"played": played, "refused": refused});
-        writeln!(out, "{}", serde_json::to_string_pretty(&report)?)?;
-        return Ok(());
-    }
-    write!(out, "{}: practice runs by a fixed script\n{}", hand.name, trial_table(&played, &refused))?;
-    Ok(())
+    let head = format!("{}: practice runs by a fixed script\n", hand.name);
+    print_trials(&tasks, &hand, &head, json).map(drop)
 }
 
 /// What stands out, before an approval: told on stderr, so that nobody approves without having seen it.

@@ -246,7 +246,7 @@ enum Ask {
     Get(String),
     /// A whole table, however long it is, and what it is called.
     All(&'static str, &'static str),
-    Post(&'static str, Value),
+    Post(String, Value),
     Fetch(String, Option<PathBuf>),
 }
 
@@ -263,43 +263,38 @@ impl AdminCommand {
     }
 
     fn ask(&self) -> Ask {
-        use Ask::{All, Fetch, Get, Post};
+        use Ask::{All, Fetch, Get};
         let get = |path: &str| Get(path.to_owned());
+        let post = |deed: &str, body: Value| Ask::Post(format!("/v1/admin/{deed}"), body);
         let why = |reason: &Reason| json!({"reason": reason.reason});
         match self {
             AdminCommand::Status => get("/v1/competition"),
-            AdminCommand::Open(reason) => Post("/v1/admin/competition/open", why(reason)),
-            AdminCommand::Close(reason) => Post("/v1/admin/competition/close", why(reason)),
-            AdminCommand::Reveal { reason, .. } => Post("/v1/admin/competition/reveal", why(reason)),
-            AdminCommand::Team(Team::Add(name)) => Post("/v1/admin/team/add", by_name(name)),
+            AdminCommand::Open(reason) => post("competition/open", why(reason)),
+            AdminCommand::Close(reason) => post("competition/close", why(reason)),
+            AdminCommand::Reveal { reason, .. } => post("competition/reveal", why(reason)),
+            AdminCommand::Team(Team::Add(name)) => post("team/add", by_name(name)),
             AdminCommand::Team(Team::List) => get("/v1/admin/teams"),
-            AdminCommand::Team(Team::Rotate(name)) => Post("/v1/admin/team/rotate", by_name(name)),
-            AdminCommand::Team(Team::Revoke(name)) => Post("/v1/admin/team/revoke", by_name(name)),
+            AdminCommand::Team(Team::Rotate(name)) => post("team/rotate", by_name(name)),
+            AdminCommand::Team(Team::Revoke(name)) => post("team/revoke", by_name(name)),
             AdminCommand::Token(Token::Add { role, label }) => {
-                Post("/v1/admin/token/add", json!({"role": word(*role), "label": label}))
+                post("token/add", json!({"role": word(*role), "label": label}))
             }
             AdminCommand::Token(Token::List) => get("/v1/admin/tokens"),
-            AdminCommand::Token(Token::Revoke(id)) => Post("/v1/admin/token/revoke", by_id("token_id", id)),
+            AdminCommand::Token(Token::Revoke(id)) => post("token/revoke", by_id("token_id", id)),
             AdminCommand::Session(Session::List) => get("/v1/sessions"),
-            AdminCommand::Session(Session::Pause(id)) => {
-                Post("/v1/admin/session/pause", by_id("session_id", id))
-            }
-            AdminCommand::Session(Session::Resume(id)) => {
-                Post("/v1/admin/session/resume", by_id("session_id", id))
-            }
-            AdminCommand::Session(Session::End(id)) => Post("/v1/admin/session/end", by_id("session_id", id)),
-            AdminCommand::Session(Session::Void(id)) => {
-                Post("/v1/admin/session/void", by_id("session_id", id))
-            }
+            AdminCommand::Session(Session::Pause(id)) => post("session/pause", by_id("session_id", id)),
+            AdminCommand::Session(Session::Resume(id)) => post("session/resume", by_id("session_id", id)),
+            AdminCommand::Session(Session::End(id)) => post("session/end", by_id("session_id", id)),
+            AdminCommand::Session(Session::Void(id)) => post("session/void", by_id("session_id", id)),
             AdminCommand::Session(Session::Grant { id, seconds }) => {
                 let mut body = by_id("session_id", id);
                 body["seconds"] = json!(seconds);
-                Post("/v1/admin/session/grant", body)
+                post("session/grant", body)
             }
             AdminCommand::Run(Run::List) => All("/v1/admin/export/runs?format=json", "runs"),
             AdminCommand::Run(Run::Show { id }) => Get(format!("/v1/runs/{}", client::escaped(id))),
-            AdminCommand::Run(Run::Void(id)) => Post("/v1/admin/run/void", by_id("run_id", id)),
-            AdminCommand::Run(Run::Reverify(id)) => Post("/v1/admin/run/reverify", by_id("run_id", id)),
+            AdminCommand::Run(Run::Void(id)) => post("run/void", by_id("run_id", id)),
+            AdminCommand::Run(Run::Reverify(id)) => post("run/reverify", by_id("run_id", id)),
             AdminCommand::Run(Run::Replay { id, output }) => {
                 Fetch(format!("/v1/runs/{}/replay", client::escaped(id)), Some(output.clone()))
             }
@@ -307,8 +302,8 @@ impl AdminCommand {
             AdminCommand::Hand(Hand::Show { id, .. } | Hand::Try { id }) => {
                 Get(format!("/v1/admin/hands/{}", client::escaped(id)))
             }
-            AdminCommand::Hand(Hand::Approve(id)) => Post("/v1/admin/hand/approve", by_id("hand_id", id)),
-            AdminCommand::Hand(Hand::Reject(id)) => Post("/v1/admin/hand/reject", by_id("hand_id", id)),
+            AdminCommand::Hand(Hand::Approve(id)) => post("hand/approve", by_id("hand_id", id)),
+            AdminCommand::Hand(Hand::Reject(id)) => post("hand/reject", by_id("hand_id", id)),
             AdminCommand::Export { what, format, output } => {
                 Fetch(format!("/v1/admin/export/{}?format={}", word(*what), word(*format)), output.clone())
             }
@@ -338,7 +333,7 @@ pub(crate) fn admin(options: &AdminOptions) -> anyhow::Result<()> {
     let answer = match options.command.ask() {
         Ask::Get(path) => client.get(&path)?,
         Ask::All(path, name) => json!({name: client.get(path)?}),
-        Ask::Post(path, body) => client.post(path, &body)?,
+        Ask::Post(path, body) => client.post(&path, &body)?,
         Ask::Fetch(path, None) => {
             let mut out = std::io::stdout().lock();
             client.fetch(&path, &mut out)?;

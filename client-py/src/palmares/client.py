@@ -62,8 +62,6 @@ class Client:
             practice server needs none.
         session_s: Practice only: length of the session. Left out, it has no limit.
         encoding: ``json`` or ``msgpack``; left out, the fastest that the server supports.
-        local: Use the Unix socket that a server on this machine offers: a call takes less time there than
-            through the loopback interface.
         timeout_s: How long to wait for a reply.
         reconnect_s: How long to try to reconnect when the connection breaks or the server restarts.
 
@@ -82,7 +80,6 @@ class Client:
         token: str | None = None,
         session_s: float | None = None,
         encoding: Encoding | None = None,
-        local: bool = True,
         timeout_s: float = 60.0,
         reconnect_s: float = 60.0,
     ) -> None:
@@ -104,7 +101,6 @@ class Client:
             Hello(client={"name": team, "version": VERSION}, session_s=session_s),
             token=self._token,
             encoding=encoding,
-            local=local,
             timeout_s=timeout_s,
             reconnect_s=reconnect_s,
             on_message=self._receive,

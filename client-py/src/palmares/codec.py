@@ -40,11 +40,11 @@ class Codec:
             encoder = msgspec.json.Encoder()
             message, envelope = msgspec.json.Decoder(Message), msgspec.json.Decoder(Envelope)
         self.encode: Callable[[Any], bytes] = encoder.encode
-        self.message: Callable[[bytes | memoryview], Message] = message.decode
+        self.message: Callable[[bytes], Message] = message.decode
         """Decodes a message; raises `msgspec.MsgspecError` if it cannot."""
-        self._envelope: Callable[[bytes | memoryview], Envelope] = envelope.decode
+        self._envelope: Callable[[bytes], Envelope] = envelope.decode
 
-    def is_fault(self, unreadable: bytes | memoryview, awaited: int | None) -> bool:
+    def is_fault(self, unreadable: bytes, awaited: int | None) -> bool:
         """Whether a message that cannot be decoded is an error: the `awaited` reply, or no message at all.
 
         Others may be ignored: messages of a later version, or replies to requests that timed out.

@@ -1,16 +1,14 @@
-"""Connections through TCP, TLS, a proxy or a local socket, and the handshake of WebSocket."""
+"""Connections through TCP, TLS or a proxy, and the handshake of WebSocket."""
 
 from __future__ import annotations
 
 import socket
 import ssl
-import sys
 import time
 from http.client import HTTPConnection
 
 from websockets.client import ClientProtocol
 from websockets.exceptions import InvalidHandshake, InvalidProxy, InvalidStatus
-from websockets.http11 import Response
 from websockets.protocol import OPEN
 from websockets.proxy import get_proxy, parse_proxy
 from websockets.uri import WebSocketURI
@@ -19,8 +17,6 @@ from palmares.rest import is_loopback
 
 CONNECT_TIMEOUT_S = 10.0
 READ_BYTES = 64 * 1024
-# Header in the answer to a handshake: name of the server's Unix socket in Linux's abstract namespace.
-LOCAL_HEADER = "palmares-local"
 
 
 class Refused(Exception):  # noqa: N818 - the caller raises an error of its own instead
@@ -60,20 +56,6 @@ def dial(uri: WebSocketURI, url: str) -> socket.socket:
     return sock
 
 
-def dial_local(name: str) -> socket.socket:
-    """Connect to a server's Unix socket in the abstract namespace."""
-    if sys.platform != "linux":
-        raise OSError("only Linux has an abstract namespace")
-    sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-    try:
-        sock.settimeout(CONNECT_TIMEOUT_S)
-        sock.connect("\0" + name)
-    except BaseException:
-        sock.close()
-        raise
-    return sock
-
-
 def _through_proxy(address: str, uri: WebSocketURI) -> socket.socket:
     proxy = parse_proxy(address)
     if proxy.scheme != "http":
@@ -89,10 +71,8 @@ def _through_proxy(address: str, uri: WebSocketURI) -> socket.socket:
     return connection.sock
 
 
-def handshake(
-    sock: socket.socket, protocol: ClientProtocol, headers: dict[str, str]
-) -> tuple[bytes, str | None]:
-    """Do the opening handshake; return the bytes that came after it, and the name of the local socket."""
+def handshake(sock: socket.socket, protocol: ClientProtocol, headers: dict[str, str]) -> bytes:
+    """Do the opening handshake; return the bytes that came after it."""
     request = protocol.connect()
     request.headers.update(headers)
     protocol.send_request(request)
@@ -109,7 +89,7 @@ def handshake(
         received += data
         head, mark, rest = received.partition(b"\r\n\r\n")
         if mark and head.startswith(b"HTTP/1.1 101"):
-            # Keep frames that follow at once from the library: `Transport` parses them.
+            # `Transport` gives the library what follows, when somebody reads.
             data = data[: len(data) - len(rest)]
             received = rest
         protocol.receive_data(data)
@@ -118,7 +98,4 @@ def handshake(
         raise Refused(refusal.response.status_code, bytes(refusal.response.body or b""))
     if isinstance(refusal, InvalidHandshake) or protocol.state is not OPEN:
         raise NoWebSocket(str(refusal or "it closed the connection during the handshake")) from refusal
-    answers = protocol.events_received()
-    headers_of = (answer.headers for answer in answers if isinstance(answer, Response))
-    name = next((found.get(LOCAL_HEADER) for found in headers_of), None)
-    return received, name
+    return received

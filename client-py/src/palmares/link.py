@@ -62,7 +62,6 @@ class Link:
         *,
         token: str | None,
         encoding: Encoding | None,
-        local: bool,
         timeout_s: float,
         reconnect_s: float,
         on_message: Callable[[Message], None],
@@ -70,7 +69,6 @@ class Link:
         self._http_url, self._ws_url = http_url, ws_url
         self._hello = hello
         self._token = token
-        self._local = local
         self._offers = [name for name, kind in SUBPROTOCOLS.items() if encoding in (None, kind)]
         self._timeout_s, self._reconnect_s = timeout_s, reconnect_s
         self._on_message = on_message
@@ -241,7 +239,7 @@ class Link:
             count += 1
         return count
 
-    def _receive(self, raw: bytes | memoryview) -> None:
+    def _receive(self, raw: bytes) -> None:
         try:
             message = self._codec.message(raw)
         except msgspec.MsgspecError as unreadable:
@@ -285,7 +283,7 @@ class Link:
     def _connect_with(self, offer: str) -> Transport:
         headers = {"Authorization": f"Bearer {self._token}"} if self._token else {}
         try:
-            return Transport.connect(self._ws_url, [offer], headers, self._timeout_s, local=self._local)
+            return Transport.connect(self._ws_url, [offer], headers, self._timeout_s)
         except NoWebSocket as error:
             raise NoServerError(
                 f"{self._http_url} does not speak {offer}: {error}. Is it a Palmares server?"

@@ -139,22 +139,11 @@ impl Hand {
         for tendon in &self.tendons {
             tendon.gradient(&open, |c, arm| pull[c] += arm);
         }
+        let end = |limit: f64, without: f64| if limit.is_finite() { limit } else { without };
         let ends = self.coordinates.iter().zip(&open).zip(&pull);
         ends.map(|((c, &open), &pull)| match pull {
-            p if p > 0.0 => {
-                if c.upper.is_finite() {
-                    c.upper
-                } else {
-                    open + PI
-                }
-            }
-            p if p < 0.0 => {
-                if c.lower.is_finite() {
-                    c.lower
-                } else {
-                    open - PI
-                }
-            }
+            p if p > 0.0 => end(c.upper, open + PI),
+            p if p < 0.0 => end(c.lower, open - PI),
             _ => open,
         })
         .collect()

@@ -55,10 +55,9 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
         format!("cannot listen on {}; choose another with --listen, port 0 takes a free one", config.listen)
     })?;
     let address = listener.local_addr().context("the listening socket has no address")?;
-    let location = config.location();
     std::fs::create_dir_all(&config.data_dir)
         .with_context(|| format!("cannot make the data directory {}", config.data_dir.display()))?;
-    let store = Store::open(&location).await?;
+    let store = Store::open(&config.location).await?;
     let app = assemble::app(config, store, tasks, hands).await?;
     let lifecycle = app.lifecycle.clone();
     let auditor = app.archive.clone().map(|archive| {
@@ -67,7 +66,7 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     });
     app.sessions.give_back_all().await?;
     app.sessions.restore().await?;
-    greet(address, &location, &app)?;
+    greet(address, &config.location, &app)?;
 
     let signalled = {
         let lifecycle = lifecycle.clone();

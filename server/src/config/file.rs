@@ -2,7 +2,7 @@
 
 use anyhow::{Context, bail};
 use palmares_models::measure::HandLimits;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 pub(crate) const LONGEST_SESSION_S: f64 = 86_400.0;
 
 /// What is being played.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, strum::IntoStaticStr)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub(crate) enum Mode {
     /// No token, own seeds, no limit of time.
     #[default]

@@ -1,13 +1,13 @@
 //! Parts of an address, whose errors are problems.
 
-use super::problem::Problem;
+use crate::problem::Problem;
 use axum::extract::{FromRequestParts, Path, Query};
 use axum::http::request::Parts;
-use palmares_protocol::{Code, Refusal};
+use palmares_protocol::Code;
 use serde::de::DeserializeOwned;
 
 fn bad(what: &str, why: &str) -> Problem {
-    Problem(Refusal::new(Code::BadRequest, format!("{what}: {why}")))
+    Problem::new(Code::BadRequest, format!("{what}: {why}"))
 }
 
 /// The part of the path that is not fixed.

@@ -1,10 +1,10 @@
 //! Hands: those that come with the program, and those that teams send in.
 
 use super::extract::{Asking, Segment};
-use super::problem::{Problem, store_failed};
 use crate::app::App;
 use crate::auth::{Identity, Role, forbidden};
 use crate::hands::largest;
+use crate::problem::Problem;
 use crate::session::practice_team;
 use crate::transport::Caller;
 use axum::Json;
@@ -13,9 +13,9 @@ use axum::extract::{ConnectInfo, State};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 use palmares_models::hand::describe::HandDescription;
+use palmares_protocol::Code;
 use palmares_protocol::reply::HandInfo;
 use palmares_protocol::text::shortened;
-use palmares_protocol::{Code, Refusal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -28,12 +28,12 @@ pub(super) struct Whose {
 
 /// The team that asks: by its token, on a practice server also by its name.
 async fn team(app: &App, headers: &HeaderMap, whose: Whose) -> Result<Option<String>, Problem> {
-    let identity = app.auth.identify(&app.store, headers).await.map_err(Problem)?;
+    let identity = app.auth.identify(&app.store, headers).await?;
     match identity {
         Some(Identity { role: Role::Team, team, .. }) => Ok(team),
         _ if app.competition.rules.official() => Ok(None),
         _ => match whose.team {
-            Some(name) => Ok(Some(practice_team(&app.store, &name).await.map_err(Problem)?.0)),
+            Some(name) => Ok(Some(practice_team(&app.store, &name).await?.0)),
             None => Ok(None),
         },
     }
@@ -56,14 +56,10 @@ pub(super) async fn list(
 ) -> Result<Json<Hands>, Problem> {
     let team = team(&app, &headers, whose).await?;
     let own = match &team {
-        Some(team) => app.store.hands(Some(team)).await.map_err(|error| store_failed(&error))?,
+        Some(team) => app.store.hands(Some(team)).await?,
         None => Vec::new(),
     };
-    let hands = app
-        .competition
-        .hand_infos(&app.store, &app.compute.background, team.as_deref())
-        .await
-        .map_err(Problem)?;
+    let hands = app.competition.hand_infos(&app.store, &app.compute.background, team.as_deref()).await?;
     Ok(Json(Hands { hands, own }))
 }
 
@@ -80,12 +76,12 @@ pub(super) async fn describe(
     if let Some(team) = team(&app, &headers, whose).await? {
         let own =
             app.competition.own_hands.find(&app.store, &app.compute.background, &team, &name, false).await;
-        if let Some((hand, _)) = own.map_err(Problem)? {
+        if let Some((hand, _)) = own? {
             return Ok(Json(hand.describe()));
         }
     }
     let message = format!("no hand `{}`; GET /v1/hands lists them", shortened(&name));
-    Err(Problem(Refusal::new(Code::UnknownHand, message)))
+    Err(Problem::new(Code::UnknownHand, message))
 }
 
 /// Takes a hand in: the body is a ZIP archive of URDF, meshes and hand.toml.
@@ -97,7 +93,7 @@ pub(super) async fn submit(
     body: Body,
 ) -> Result<Response, Problem> {
     // Before a byte of the body is read: who may not send it in sends it for nothing.
-    let identity = app.auth.identify(&app.store, &headers).await.map_err(Problem)?;
+    let identity = app.auth.identify(&app.store, &headers).await?;
     if app.competition.rules.official() && identity.is_some_and(|identity| identity.role != Role::Team) {
         return Err(Problem(forbidden("a team's token")));
     }
@@ -108,11 +104,10 @@ pub(super) async fn submit(
             "say whose hand it is: ?team=name"
         };
         let code = if app.competition.rules.official() { Code::NotAuthorized } else { Code::BadRequest };
-        Problem(Refusal::new(code, message))
+        Problem::new(code, message)
     })?;
-    let received =
-        app.entrance.bodies.read(caller.address, &headers, body, largest()).await.map_err(Problem)?;
+    let received = app.entrance.bodies.read(caller.address, &headers, body, largest()).await?;
     let submitted =
         app.competition.own_hands.submit(&app.store, &app.compute.background, &team, received).await;
-    Ok((StatusCode::CREATED, Json(submitted.map_err(Problem)?)).into_response())
+    Ok((StatusCode::CREATED, Json(submitted?)).into_response())
 }

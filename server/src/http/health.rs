@@ -1,14 +1,14 @@
 //! How the server is: for load balancers, and for Prometheus.
 
-use super::problem::{Problem, store_failed};
 use crate::lifecycle::Lifecycle;
 use crate::metrics::METRICS;
+use crate::problem::Problem;
 use crate::session::Sessions;
 use crate::store::Store;
 use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
-use palmares_protocol::{Code, Refusal};
+use palmares_protocol::Code;
 use std::sync::Arc;
 
 /// The process lives.
@@ -22,9 +22,9 @@ pub(super) async fn readyz(
     State(store): State<Store>,
 ) -> Result<&'static str, Problem> {
     if lifecycle.is_stopping() {
-        return Err(Problem(Refusal::new(Code::Capacity, "the server is shutting down")));
+        return Err(Problem::new(Code::Capacity, "the server is shutting down"));
     }
-    store.ping().await.map_err(|error| store_failed(&error))?;
+    store.ping().await?;
     Ok("ready\n")
 }
 
@@ -33,7 +33,7 @@ pub(super) async fn metrics(
     State(sessions): State<Arc<Sessions>>,
     State(store): State<Store>,
 ) -> Result<impl IntoResponse, Problem> {
-    let unverified = store.runs_to_verify().await.map_err(|error| store_failed(&error))?.len();
+    let unverified = store.runs_to_verify().await?.len();
     let format = "application/openmetrics-text; version=1.0.0; charset=utf-8";
     Ok(([(CONTENT_TYPE, format)], METRICS.text(sessions.levels(unverified))))
 }

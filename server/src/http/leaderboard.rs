@@ -1,8 +1,8 @@
 //! The leaderboard for programs.
 
 use super::csv;
-use super::problem::{Problem, store_failed};
 use crate::competition::Competition;
+use crate::problem::Problem;
 use crate::store::Store;
 use crate::store::{LeaderboardRow, unix_ms};
 use axum::Json;
@@ -26,7 +26,7 @@ pub(super) async fn json(
     State(competition): State<Arc<Competition>>,
     State(store): State<Store>,
 ) -> Result<impl IntoResponse, Problem> {
-    let rows = store.leaderboard(competition.rules.official()).await.map_err(|error| store_failed(&error))?;
+    let rows = store.leaderboard(competition.rules.official()).await?;
     let tasks = competition.task_names();
     Ok(([(CACHE_CONTROL, "no-store")], Json(Leaderboard { tasks, rows, unix_ms: unix_ms() })))
 }
@@ -36,6 +36,6 @@ pub(super) async fn csv(
     State(competition): State<Arc<Competition>>,
     State(store): State<Store>,
 ) -> Result<Response, Problem> {
-    let rows = store.leaderboard(competition.rules.official()).await.map_err(|error| store_failed(&error))?;
+    let rows = store.leaderboard(competition.rules.official()).await?;
     Ok(csv::response(&csv::leaderboard(&rows, &competition.task_names())))
 }

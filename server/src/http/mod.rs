@@ -8,14 +8,12 @@ mod hands;
 mod health;
 mod leaderboard;
 mod openapi;
-mod page;
-mod problem;
+mod pages;
 mod replay;
 mod runs;
 
-pub(crate) use problem::Problem;
-
 use crate::app::App;
+use crate::problem;
 use crate::store::{HandRow, RunRecord};
 use crate::{transport, watch};
 use axum::Router;
@@ -32,10 +30,33 @@ use std::sync::LazyLock;
 /// Whose hands are meant, where there are no tokens.
 const WHOSE: &str = "Name of the team, on a practice server";
 
+/// A page.
+fn html(path: &'static str, summary: &'static str) -> Operation {
+    get(path, summary, Content::Other("text/html"))
+}
+
 /// Addresses for everybody and for teams.
 fn routes() -> Routes<App> {
     Routes::of(Token::None)
-        .add(get("/", "The leaderboard as a page", Content::Other("text/html")), page::page)
+        .add(html("/", "The leaderboard as a page"), pages::leaderboard::leaderboard)
+        .add(html("/live", "The worlds that can be watched, as a page"), pages::live)
+        .add(html("/live/{session}", "A world as it is played, as a page"), pages::live_session)
+        .add(html("/replay", "A replay file of one's own, as a page"), pages::replay)
+        .add(html("/replay/{run}", "A run's replay, as a page"), pages::replay_run)
+        .add(html("/wall", "What a hall's projector shows, as a page"), pages::wall)
+        .add(html("/admin", "What organizers do, as a page"), pages::admin)
+        .add(
+            get("/assets/plain.css", "Style sheet of the plain leaderboard", Content::Other("text/css")),
+            pages::leaderboard::plain_style,
+        )
+        .add(
+            get(
+                "/assets/{file}",
+                "A script or style sheet of the pages",
+                Content::Other("application/octet-stream"),
+            ),
+            pages::asset,
+        )
         .add(get("/healthz", "The process lives", TEXT), health::healthz)
         .add(get("/readyz", "The server can take work", TEXT), health::readyz)
         .add(

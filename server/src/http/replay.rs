@@ -1,15 +1,15 @@
 //! Replays as files.
 
 use super::extract::Segment;
-use super::problem::{Problem, store_failed};
 use crate::app::App;
 use crate::auth::{Role, forbidden};
+use crate::problem::Problem;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
+use palmares_protocol::Code;
 use palmares_protocol::text::shortened;
-use palmares_protocol::{Code, Refusal};
 
 /// The replay of a run.
 pub(super) async fn replay(
@@ -17,13 +17,12 @@ pub(super) async fn replay(
     Segment(id): Segment,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, Problem> {
-    let none = |why: &str| {
-        Problem(Refusal::new(Code::NotFound, format!("no replay of run `{}`: {why}", shortened(&id))))
-    };
-    let run = app.store.run(&id).await.map_err(|error| store_failed(&error))?;
+    let none =
+        |why: &str| Problem::new(Code::NotFound, format!("no replay of run `{}`: {why}", shortened(&id)));
+    let run = app.store.run(&id).await?;
     let run = run.ok_or_else(|| none("there is no such run"))?;
     // It names the seed, which is the same for every team.
-    let identity = app.auth.identify(&app.store, &headers).await.map_err(Problem)?;
+    let identity = app.auth.identify(&app.store, &headers).await?;
     let organizer = identity.as_ref().is_some_and(|identity| identity.role == Role::Organizer);
     if run.k.is_some() && !organizer && !app.competition.rules.revealed() {
         return Err(Problem(forbidden("an organizer's token until the seeds are revealed")));
@@ -33,7 +32,7 @@ pub(super) async fn replay(
     if run.k.is_none() && app.competition.hand(&run.hand).is_none() && !organizer && !theirs {
         return Err(Problem(forbidden("a token of the run's team, whose own hand it holds")));
     }
-    let stored = app.store.replay(&id).await.map_err(|error| store_failed(&error))?;
+    let stored = app.store.replay(&id).await?;
     let (stored, sha256) =
         stored.ok_or_else(|| none("it was not recorded, is not finished, or is no longer kept"))?;
     let archive = app.archive.as_ref().ok_or_else(|| none("this server does not record"))?;
@@ -47,7 +46,7 @@ pub(super) async fn replay(
         }
         Err(error) => {
             tracing::error!(%error, run = id, "a replay cannot be read");
-            return Err(Problem(Refusal::new(Code::Internal, "the file could not be read")));
+            return Err(Problem::new(Code::Internal, "the file could not be read"));
         }
     };
     let headers = [

@@ -1,19 +1,19 @@
 //! Runs and sessions: what of them whoever asks may see.
 
 use super::extract::Segment;
-use super::problem::{Problem, store_failed};
 use crate::app::App;
 use crate::auth::Auth;
 use crate::auth::{Identity, Role, forbidden};
 use crate::competition::Competition;
+use crate::problem::Problem;
 use crate::rules::Rules;
 use crate::store::Store;
 use crate::store::{RunRecord, SessionRow};
 use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
+use palmares_protocol::Code;
 use palmares_protocol::text::shortened;
-use palmares_protocol::{Code, Refusal};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::sync::Arc;
@@ -51,10 +51,10 @@ pub(super) async fn run(
     Segment(id): Segment,
     headers: HeaderMap,
 ) -> Result<Json<RunRecord>, Problem> {
-    let identity = auth.identify(&store, &headers).await.map_err(Problem)?;
-    match store.run(&id).await.map_err(|error| store_failed(&error))? {
+    let identity = auth.identify(&store, &headers).await?;
+    match store.run(&id).await? {
         Some(run) => Ok(Json(seen_by(run, identity.as_ref(), &competition.rules))),
-        None => Err(Problem(Refusal::new(Code::NotFound, format!("no run `{}`", shortened(&id))))),
+        None => Err(Problem::new(Code::NotFound, format!("no run `{}`", shortened(&id)))),
     }
 }
 
@@ -94,13 +94,13 @@ pub(super) struct Sessions {
 
 /// The sessions: all of them for organizers, its own for a team.
 pub(super) async fn sessions(State(app): State<App>, headers: HeaderMap) -> Result<Json<Sessions>, Problem> {
-    let identity = app.auth.require(&app.store, &headers).await.map_err(Problem)?;
+    let identity = app.auth.require(&app.store, &headers).await?;
     let team = match (identity.role, &identity.team) {
         (Role::Organizer, _) => None,
         (Role::Team, Some(team)) => Some(team.as_str()),
         _ => return Err(Problem(forbidden("an organizer's or a team's token"))),
     };
-    let sessions = app.store.sessions(team).await.map_err(|error| store_failed(&error))?;
+    let sessions = app.store.sessions(team).await?;
     let sessions = sessions.into_iter().map(|row| SessionNow::of(row, &app)).collect();
     Ok(Json(Sessions { sessions }))
 }

@@ -50,7 +50,7 @@ impl Sessions {
         // Before anybody can find it in the database: whoever does finds it taken, not gone.
         let commands = self.registry.insert(&token_hash, &session_id);
         let begun = self.store.begin_session(&row, most).await;
-        let begun = begun.map_err(|error| store_failed("the session", &error));
+        let begun = begun.map_err(store_failed("the session"));
         if !matches!(begun, Ok(true)) {
             self.registry.remove(&token_hash, &session_id);
             begun?;

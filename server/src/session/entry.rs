@@ -25,13 +25,13 @@ pub(super) struct Entry {
 /// The team of somebody without a token, by the name it gives itself; and what it is told about it. A name that has been
 /// here before stays as it is.
 pub(crate) async fn practice_team(store: &Store, name: &str) -> Result<(String, Option<String>), Refusal> {
-    let failed = |error| store_failed("the session", &error);
+    let failed = store_failed("the session");
     let name = name.trim();
-    if store.knows_team(name).await.map_err(failed)? {
+    if store.knows_team(name).await.map_err(&failed)? {
         return Ok((name.to_owned(), None));
     }
     let name = names::team(name).map_err(|error| error.of("the team's name"))?;
-    let others = store.practice_teams().await.map_err(failed)?;
+    let others = store.practice_teams().await.map_err(&failed)?;
     let others = others.iter().map(String::as_str).filter(|other| *other != name);
     let note = names::like(&name, others).map(|other| {
         format!(
@@ -100,7 +100,7 @@ pub(super) async fn may_resume(
 ) -> Result<(), Refusal> {
     let Some(team) = identity.and_then(|identity| identity.team.as_ref()) else { return Ok(()) };
     let owner = sessions.store.team_of_resume_token(&sha256_hex(token.as_bytes())).await;
-    match owner.map_err(|error| store_failed("the session", &error))? {
+    match owner.map_err(store_failed("the session"))? {
         Some(owner) if owner != *team => {
             let message = "no session has this resume_token any more; say hello without it for a new one";
             Err(Refusal::new(Code::SessionOver, message))
@@ -120,7 +120,7 @@ pub(super) async fn take_up(
         return Ok(None);
     }
     let open = sessions.store.open_session_of(team).await;
-    let Some((session_id, old)) = open.map_err(|error| store_failed("the session", &error))? else {
+    let Some((session_id, old)) = open.map_err(store_failed("the session"))? else {
         return Ok(None);
     };
     let mut session = match sessions.registry.claim(&old).await {
@@ -142,7 +142,7 @@ pub(super) async fn take_up(
     let new = sha256_hex(token.as_bytes());
     if let Err(error) = sessions.store.set_resume_token(&session_id, &new).await {
         session.park();
-        return Err(store_failed("the session", &error));
+        return Err(store_failed("the session")(error));
     }
     sessions.registry.rekey(&old, &new);
     session.rekey(token, new);

@@ -13,8 +13,10 @@ pub(super) fn random_hex(bytes: usize) -> Result<String, Refusal> {
 }
 
 /// Logs a failure of the store and words it for the client.
-pub(super) fn store_failed(what: &str, error: &StoreError) -> Refusal {
-    tracing::error!(%error, what, "store failed");
-    Refusal::new(Code::Internal, format!("{what} could not be stored; nothing was lost, try again"))
-        .retry_after(1.0)
+pub(super) fn store_failed(what: &str) -> impl Fn(StoreError) -> Refusal {
+    move |error| {
+        tracing::error!(%error, what, "store failed");
+        Refusal::new(Code::Internal, format!("{what} could not be stored; nothing was lost, try again"))
+            .retry_after(1.0)
+    }
 }

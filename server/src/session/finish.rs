@@ -42,18 +42,6 @@ impl Session {
         Ok(Reply::Result(result))
     }
 
-    /// Whether the session's time is spent while a run is open.
-    pub(super) fn run_is_overdue(&self) -> bool {
-        self.machine.playing().is_some() && self.machine.clock().is_over(self.now())
-    }
-
-    pub(super) async fn close_if_over(&mut self) {
-        self.catch_up();
-        if self.run_is_overdue() {
-            self.close_run(Reason::SessionOver, None).await;
-        }
-    }
-
     /// Finishes the open run; its result waits for `stop`. If it cannot be stored, `stop` tries again.
     pub(super) async fn close_run(&mut self, reason: Reason, note: Option<&str>) {
         if let Ok(result) = self.finish(reason, note).await {
@@ -150,8 +138,8 @@ impl Session {
         let Finished { run, outcome, decision, stats, replay, .. } = finished;
         let store = &self.shared.store;
         if let Some(file) = replay {
-            let noted = store.set_replay(&run.run_id, &stored_path(file), &file.sha256).await;
-            noted.map_err(|error| store_failed("the replay", &error))?;
+            let path = stored_path(file);
+            store.set_replay(&run.run_id, &path, &file.sha256).await.map_err(store_failed("the replay"))?;
         }
         let (now, refund) = (self.now(), decision.refunds());
         let (taken, after) = (self.machine.taken(now), self.machine.after(now, refund));
@@ -164,7 +152,7 @@ impl Session {
             taken_s: (taken.wall_s, taken.simulated_s),
             clock: self.official.then(|| (self.session_id.as_str(), after.row())),
         };
-        let status = store.finish_run(&row).await.map_err(|error| store_failed("the result", &error))?;
+        let status = store.finish_run(&row).await.map_err(store_failed("the result"))?;
         let by_session = status == "voided" && !matches!(decision.status, RunStatus::Voided { .. });
         Ok(Stored { status, refund: refund || by_session })
     }

@@ -20,7 +20,8 @@ pub(super) struct Finished {
 }
 
 /// What a result counts for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub(super) enum RunStatus {
     /// It is listed as practice.
     Practice,
@@ -38,12 +39,7 @@ pub(super) enum RunStatus {
 impl RunStatus {
     /// As stored.
     pub(super) fn word(self) -> &'static str {
-        match self {
-            RunStatus::Practice => "practice",
-            RunStatus::Provisional => "provisional",
-            RunStatus::Aborted => "aborted",
-            RunStatus::Voided { .. } => "voided",
-        }
+        self.into()
     }
 }
 

@@ -37,8 +37,7 @@ pub(super) async fn origin(
         };
         return Ok(Origin { seed: Seed::from_u64(number), number: Some(number), k: None });
     }
-    let k = sessions.store.next_k(team, &task.name).await;
-    let k = k.map_err(|error| store_failed("the run", &error))?;
+    let k = sessions.store.next_k(team, &task.name).await.map_err(store_failed("the run"))?;
     let seed = sessions.competition.rules.seed(&task.name, k).ok_or_else(|| {
         tracing::error!("an official session without a seed secret");
         Refusal::new(Code::Internal, "the server has no seeds")
@@ -54,8 +53,7 @@ pub(super) async fn give_back_number(
     k: Option<u64>,
 ) -> Result<(), Refusal> {
     let Some(k) = k else { return Ok(()) };
-    let given = sessions.store.give_back_k(team, &task.name, k).await;
-    given.map_err(|error| store_failed("the run's number", &error))
+    sessions.store.give_back_k(team, &task.name, k).await.map_err(store_failed("the run's number"))
 }
 
 /// The hand of that name: one of the server's, or one the team sent in, and then the SHA-256 of its archive.

@@ -38,8 +38,8 @@ fn spent(taken: &Taken) -> Spent {
 impl Session {
     /// Gives back what void runs of this session have taken.
     pub(super) async fn give_back(&mut self) -> Result<(), Refusal> {
-        let owed = self.shared.store.owed(&self.session_id).await;
-        let owed = owed.map_err(|error| store_failed("the time given back", &error))?;
+        let owed =
+            self.shared.store.owed(&self.session_id).await.map_err(store_failed("the time given back"))?;
         let now = self.now();
         for taken in owed {
             if !self.paid.contains(&taken.run_id) {

@@ -1,4 +1,4 @@
-//! How a run is opened and played.
+//! What a client asks of a session, and how a run is opened and played.
 
 use super::failure::{random_hex, store_failed};
 use super::machine::Playing;
@@ -18,7 +18,7 @@ use palmares_models::hand::Hand;
 use palmares_protocol::obs::{Obs, Opened};
 use palmares_protocol::reply::Ack;
 use palmares_protocol::text::shortened;
-use palmares_protocol::{Act, Code, Mode, Perturb, Refusal, Reply, Reset, Step};
+use palmares_protocol::{Act, Code, Mode, Perturb, Refusal, Reply, Request, Reset, Step};
 use palmares_replay::{Header, Kind, Pacing};
 use palmares_tasks::observation::{Observation, Wrench};
 use palmares_tasks::overlap::{Obstacle, Overlap};
@@ -43,6 +43,39 @@ struct NewWorld {
 }
 
 impl Session {
+    /// Carries out a request. A run that the session's end has overtaken is closed first: here, and nowhere else as long
+    /// as the client asks for something.
+    ///
+    /// # Errors
+    /// Why it cannot be carried out.
+    pub(crate) async fn answer(&mut self, id: u64, request: Request) -> Result<Reply, Refusal> {
+        self.close_if_over().await;
+        match request {
+            Request::Reset(reset) => self.reset(id, reset).await,
+            Request::Step(step) => self.step(id, step).await,
+            Request::Act(act) => self.act(id, act),
+            Request::Perturb(push) => self.perturb(id, push),
+            Request::Stop(_) => self.stop(id).await,
+            Request::Time(_) => Ok(self.time(id)),
+            Request::Hello(_) => Err(Refusal::new(Code::WrongState, "hello was said already")),
+            // Ends the connection before it gets here.
+            Request::Bye(_) => Err(Refusal::new(Code::WrongState, "bye")),
+        }
+    }
+
+    /// Whether the session's time is spent while a run is open.
+    fn run_is_overdue(&self) -> bool {
+        self.machine.playing().is_some() && self.machine.clock().is_over(self.now())
+    }
+
+    /// Closes the run if the session's time is spent.
+    pub(super) async fn close_if_over(&mut self) {
+        self.catch_up();
+        if self.run_is_overdue() {
+            self.close_run(Reason::SessionOver, None).await;
+        }
+    }
+
     /// Opens a run. When the server cannot, the attempt has cost no time.
     pub(super) async fn reset(&mut self, id: u64, reset: Reset) -> Result<Reply, Refusal> {
         let before = self.machine.clock().spent(self.now());
@@ -183,7 +216,7 @@ impl Session {
             server_version: own.version,
             build_hash: own.build_hash,
         };
-        self.shared.store.begin_run(&row).await.map_err(|error| store_failed("the run", &error))
+        self.shared.store.begin_run(&row).await.map_err(store_failed("the run"))
     }
 
     /// The run begins: its clock runs, and a realtime world ticks.

@@ -15,9 +15,9 @@ use crate::version;
 use crate::watch::Hub;
 use crate::world::live::Live;
 use crate::world::run::World;
+use palmares_protocol::Reply;
 use palmares_protocol::reply::{TimeReport, Warning, Welcome};
 use palmares_protocol::specs::Specs;
-use palmares_protocol::{Code, Refusal, Reply, Request};
 use palmares_tasks::Reason;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -151,26 +151,6 @@ impl Session {
         Some(Session::new(shared, names, true, machine, commands))
     }
 
-    /// Carries out a request. A run that the session's end has overtaken is closed first: here, and nowhere else as long
-    /// as the client asks for something.
-    ///
-    /// # Errors
-    /// Why it cannot be carried out.
-    pub(crate) async fn answer(&mut self, id: u64, request: Request) -> Result<Reply, Refusal> {
-        self.close_if_over().await;
-        match request {
-            Request::Reset(reset) => self.reset(id, reset).await,
-            Request::Step(step) => self.step(id, step).await,
-            Request::Act(act) => self.act(id, act),
-            Request::Perturb(push) => self.perturb(id, push),
-            Request::Stop(_) => self.stop(id).await,
-            Request::Time(_) => Ok(self.time(id)),
-            Request::Hello(_) => Err(Refusal::new(Code::WrongState, "hello was said already")),
-            // Ends the connection before it gets here.
-            Request::Bye(_) => Err(Refusal::new(Code::WrongState, "bye")),
-        }
-    }
-
     /// The sessions' time.
     pub(super) fn now(&self) -> Duration {
         self.shared.lifecycle.now()
@@ -227,7 +207,7 @@ impl Session {
     }
 
     /// The reply to `time`.
-    fn time(&self, id: u64) -> Reply {
+    pub(super) fn time(&self, id: u64) -> Reply {
         let (clock, now) = (self.machine.clock(), self.now());
         Reply::Time(TimeReport {
             id,

@@ -5,6 +5,8 @@ use super::error::StoreError;
 use super::number::{signed, unix_ms};
 use schemars::JsonSchema;
 use serde::Serialize;
+use sqlx::any::AnyArguments;
+use sqlx::query::Query;
 use sqlx::{Any, Transaction};
 
 /// Something an organizer does.
@@ -37,14 +39,7 @@ pub(crate) struct AuditEntry {
     pub(crate) reason: Option<String>,
 }
 
-from_row!(AuditEntry {
-    seq: "seq",
-    unix_ms: "at",
-    actor: "actor",
-    action: "action",
-    subject: "subject",
-    reason: "reason"
-});
+from_row!(AuditEntry { seq, unix_ms: "at", actor, action, subject, reason });
 
 impl Store {
     /// A transaction that begins with a record of what it will do: both are stored or neither.
@@ -89,8 +84,13 @@ impl Recorded<'_> {
         Ok(self.transaction.commit().await?)
     }
 
-    /// Commits when the action changed the one row it was meant for; else nothing happened, and nothing is recorded.
-    pub(super) async fn commit_if_one(self, changed: u64) -> Result<bool, StoreError> {
+    /// Does what is recorded, and commits when it changed the one row it was meant for; else nothing happened, and nothing
+    /// is recorded.
+    pub(super) async fn change_one(
+        mut self,
+        query: Query<'_, Any, AnyArguments>,
+    ) -> Result<bool, StoreError> {
+        let changed = query.execute(&mut *self.transaction).await?.rows_affected();
         if changed == 1 {
             self.commit().await?;
         }

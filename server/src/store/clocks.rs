@@ -30,7 +30,7 @@ pub(crate) struct Taken {
     pub(crate) simulated_s: f64,
 }
 
-from_row!(Taken { run_id: "run_id", wall_s: "taken_wall_s", simulated_s: "taken_simulated_s" });
+from_row!(Taken { run_id, wall_s: "taken_wall_s", simulated_s: "taken_simulated_s" });
 
 /// A clock that was paid what it was owed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,12 +107,11 @@ impl Store {
 
     /// The sessions that something is owed to.
     pub(crate) async fn creditors(&self) -> Result<Vec<String>, StoreError> {
-        let query = sqlx::query_as(
+        let query = sqlx::query_scalar(
             "SELECT DISTINCT session_id FROM runs WHERE status = 'voided' AND taken_wall_s IS NOT NULL \
              ORDER BY session_id",
         );
-        let rows: Vec<(String,)> = query.fetch_all(&self.pool).await?;
-        Ok(rows.into_iter().map(|(session_id,)| session_id).collect())
+        Ok(query.fetch_all(&self.pool).await?)
     }
 
     /// Gives back what is owed to a session that nobody holds. `pay` takes its length and clock; when it says that the

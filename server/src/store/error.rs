@@ -1,5 +1,6 @@
 //! Why the store did not do what it was asked.
 
+use palmares_protocol::{Code, Refusal};
 use std::path::PathBuf;
 
 /// Why the store did not do what it was asked.
@@ -45,4 +46,12 @@ pub(crate) enum StoreError {
     /// A query failed.
     #[error("database: {0}")]
     Query(#[from] sqlx::Error),
+}
+
+/// Logs the failure and words it for whoever asked.
+impl From<StoreError> for Refusal {
+    fn from(error: StoreError) -> Self {
+        tracing::error!(%error, "store failed");
+        Refusal::new(Code::Internal, "the database does not answer").retry_after(5.0)
+    }
 }

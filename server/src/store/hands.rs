@@ -52,14 +52,14 @@ pub(crate) struct HandRow {
 }
 
 from_row!(HandRow {
-    hand_id: "hand_id",
-    team: "team",
-    name: "name",
-    sha256: "sha256",
-    bytes: "bytes",
-    status: "status",
-    note: "note",
-    warnings: "warnings",
+    hand_id,
+    team,
+    name,
+    sha256,
+    bytes,
+    status,
+    note,
+    warnings,
     created_unix_ms: "created_at",
     decided_unix_ms: "decided_at"
 });
@@ -112,19 +112,12 @@ impl Store {
         approved: bool,
         entry: &NewAuditEntry<'_>,
     ) -> Result<bool, StoreError> {
-        let mut recorded = self.recorded(entry).await?;
-        let decided =
+        let change =
             sqlx::query("UPDATE hands SET status = $1, note = $2, decided_at = $3 WHERE hand_id = $4")
                 .bind(if approved { "approved" } else { "rejected" })
                 .bind(entry.reason)
                 .bind(unix_ms())
-                .bind(hand_id)
-                .execute(&mut *recorded.transaction)
-                .await?
-                .rows_affected();
-        if decided == 1 {
-            recorded.commit().await?;
-        }
-        Ok(decided == 1)
+                .bind(hand_id);
+        self.recorded(entry).await?.change_one(change).await
     }
 }

@@ -25,7 +25,7 @@ pub(crate) struct SimilarRun {
     changes: i64,
 }
 
-from_row!(SimilarRun { run_id: "other_run_id", team: "team", k: "k", changes: "changes" });
+from_row!(SimilarRun { run_id: "other_run_id", team, k, changes });
 
 /// Another team's run that shares marks: its id, team and changes, and the places of a mark here and there.
 type Shared = (String, String, i64, i64, i64);

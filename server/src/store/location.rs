@@ -28,6 +28,13 @@ pub(crate) enum Location {
     Url(String),
 }
 
+impl Location {
+    /// The database of that URL, or without one that of the data directory.
+    pub(crate) fn new(data_dir: &Path, database_url: Option<String>) -> Self {
+        database_url.map_or_else(|| Location::DataDir(data_dir.to_owned()), Location::Url)
+    }
+}
+
 /// Which dialect of SQL the database speaks, where it matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Dialect {

@@ -3,16 +3,20 @@
 //! One set of queries serves SQLite and Postgres (`$1` works in both; flags are 0 or 1 because SQLite has no
 //! booleans).
 
-/// How a struct is read from a row: each field and its column.
+/// How a struct is read from a row: each field from the column of its name, or of the name beside it; what follows `row`
+/// is computed.
 macro_rules! from_row {
-    ($name:ident { $($field:ident: $column:literal),* }) => {
+    ($name:ident { $($field:ident $(: $column:literal)?),* $(; $row:ident => $($other:ident: $value:expr),*)? }) => {
         impl sqlx::FromRow<'_, sqlx::any::AnyRow> for $name {
             fn from_row(row: &sqlx::any::AnyRow) -> Result<Self, sqlx::Error> {
                 use sqlx::Row;
-                Ok($name { $($field: row.try_get($column)?),* })
+                $(let $row = row;)?
+                Ok($name { $($field: row.try_get(from_row!(@column $field $($column)?))?,)* $($($other: $value,)*)? })
             }
         }
     };
+    (@column $field:ident) => { stringify!($field) };
+    (@column $field:ident $column:literal) => { $column };
 }
 
 mod audit;
@@ -38,7 +42,8 @@ pub(crate) use database::Store;
 pub(crate) use dump::Table;
 pub(crate) use error::StoreError;
 pub(crate) use hands::{HandRow, NewHand};
-pub(crate) use leaderboard::{LeaderboardRow, TaskBest};
+pub(crate) use leaderboard::LeaderboardRow;
+pub(crate) use leaderboard::TaskBest;
 pub(crate) use location::Location;
 pub(crate) use number::unix_ms;
 pub use number::utc;

@@ -8,8 +8,6 @@ use super::number::{signed, unix_ms};
 use palmares_tasks::{Event, Outcome, Sensing};
 use schemars::JsonSchema;
 use serde::Serialize;
-use sqlx::any::AnyRow;
-use sqlx::{FromRow, Row};
 
 /// A run that begins.
 #[derive(Clone, Debug)]
@@ -113,48 +111,19 @@ pub(crate) struct RunRecord {
     pub(crate) events: Option<Vec<Event>>,
 }
 
-impl FromRow<'_, AnyRow> for RunRecord {
-    fn from_row(row: &AnyRow) -> Result<Self, sqlx::Error> {
-        let events: Option<String> = row.try_get("events")?;
-        let events = match events {
-            Some(json) => serde_json::from_str(&json).map_err(|error| sqlx::Error::ColumnDecode {
-                index: "events".into(),
-                source: error.into(),
-            })?,
-            None => Vec::new(),
-        };
-        Ok(RunRecord {
-            run_id: row.try_get("run_id")?,
-            session_id: row.try_get("session_id")?,
-            team: row.try_get("team")?,
-            task: row.try_get("task")?,
-            hand: row.try_get("hand")?,
-            mode: row.try_get("mode")?,
-            sensing: row.try_get("sensing")?,
-            status: row.try_get("status")?,
-            reason: row.try_get("reason")?,
-            note: row.try_get("note")?,
-            score: row.try_get("score")?,
-            in_goal: row.try_get("in_goal")?,
-            outside: row.try_get("outside")?,
-            ticks: row.try_get("ticks")?,
-            sim_time_s: row.try_get("sim_time_s")?,
-            missed_ticks: row.try_get("missed_ticks")?,
-            state_hash: row.try_get("state_hash")?,
-            seed: row.try_get("seed")?,
-            seed_hex: row.try_get("seed_hex")?,
-            k: row.try_get("k")?,
-            started_unix_ms: row.try_get("started_at")?,
-            ended_unix_ms: row.try_get("ended_at")?,
-            replay_sha256: row.try_get("replay_sha256")?,
-            verify_note: row.try_get("verify_note")?,
-            verified_unix_ms: row.try_get("verified_at")?,
-            server_version: row.try_get("server_version")?,
-            build_hash: row.try_get("build_hash")?,
-            similar: None,
-            events: Some(events),
-        })
-    }
+from_row!(RunRecord {
+    run_id, session_id, team, task, hand, mode, sensing, status, reason, note, score, in_goal, outside, ticks,
+    sim_time_s, missed_ticks, state_hash, seed, seed_hex, k, started_unix_ms: "started_at",
+    ended_unix_ms: "ended_at", replay_sha256, verify_note, verified_unix_ms: "verified_at", server_version, build_hash;
+    row => similar: None, events: Some(events(row.try_get("events")?)?)
+});
+
+/// What the referee noted, as it is stored.
+fn events(json: Option<String>) -> Result<Vec<Event>, sqlx::Error> {
+    let events = json.map(|json| serde_json::from_str(&json)).transpose();
+    let events =
+        events.map_err(|error| sqlx::Error::ColumnDecode { index: "events".into(), source: error.into() })?;
+    Ok(events.unwrap_or_default())
 }
 
 /// The word serde writes for a value without fields.
@@ -165,7 +134,7 @@ fn word<T: Serialize>(value: &T) -> Option<String> {
 impl Store {
     /// The number of the team's next run of a task, from 1. No number is given twice.
     pub(crate) async fn next_k(&self, team: &str, task: &str) -> Result<u64, StoreError> {
-        let (k,): (i64,) = sqlx::query_as(
+        let k: i64 = sqlx::query_scalar(
             "INSERT INTO run_counters (team, task, k) VALUES ($1, $2, 1) \
              ON CONFLICT (team, task) DO UPDATE SET k = run_counters.k + 1 RETURNING k",
         )
@@ -258,7 +227,7 @@ impl Store {
             // With the result: a run that counts costs its time, whatever happens next.
             write_clock(&mut transaction, session_id, clock).await?;
         }
-        let (status,): (String,) = sqlx::query_as("SELECT status FROM runs WHERE run_id = $1")
+        let status = sqlx::query_scalar("SELECT status FROM runs WHERE run_id = $1")
             .bind(run.run_id)
             .fetch_one(&mut *transaction)
             .await?;
@@ -291,7 +260,7 @@ impl Store {
     /// sessions stay open: their teams may come back. Returns the runs.
     pub(crate) async fn abort_open_runs(&self) -> Result<Vec<String>, StoreError> {
         let mut transaction = self.write().await?;
-        let runs: Vec<(String,)> = sqlx::query_as(
+        let runs = sqlx::query_scalar(
             "UPDATE runs SET status = 'aborted', note = 'interrupted: the server stopped', ended_at = $1 \
              WHERE status = 'open' RETURNING run_id",
         )
@@ -303,6 +272,6 @@ impl Store {
             .execute(&mut *transaction)
             .await?;
         transaction.commit().await?;
-        Ok(runs.into_iter().map(|(run_id,)| run_id).collect())
+        Ok(runs)
     }
 }

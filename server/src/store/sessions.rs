@@ -77,20 +77,20 @@ pub(crate) struct SessionRow {
 }
 
 from_row!(SessionRow {
-    session_id: "session_id",
-    team: "team",
-    mode: "mode",
-    status: "status",
-    client_version: "client_version",
-    limit_s: "limit_s",
-    clock_wall_s: "clock_wall_s",
-    clock_simulated_s: "clock_simulated_s",
-    refunded_s: "refunded_s",
+    session_id,
+    team,
+    mode,
+    status,
+    client_version,
+    limit_s,
+    clock_wall_s,
+    clock_simulated_s,
+    refunded_s,
     paused_unix_ms: "paused_at",
-    pauses: "pauses",
+    pauses,
     created_unix_ms: "created_at",
     ended_unix_ms: "ended_at",
-    runs: "runs"
+    runs
 });
 
 const SESSION_ROW: &str = "SELECT session_id, team, mode, status, client_version, limit_s, clock_wall_s, \
@@ -113,7 +113,7 @@ impl Store {
                 .bind(&session.team)
                 .execute(&mut *transaction)
                 .await?;
-            let (had,): (i64,) = sqlx::query_as(
+            let had: i64 = sqlx::query_scalar(
                 "SELECT COUNT(*) FROM sessions WHERE team = $1 AND mode = 'official' AND status <> 'voided'",
             )
             .bind(&session.team)
@@ -154,27 +154,32 @@ impl Store {
 
     /// The official sessions that an earlier process left open.
     pub(crate) async fn load_resumable_sessions(&self) -> Result<Vec<ResumableSession>, StoreError> {
-        type Clock = (i64, f64, f64, f64, Option<f64>, Option<i64>);
-        let rows: Vec<(String, String, String, Option<f64>)> = sqlx::query_as(
-            "SELECT session_id, team, token_hash, limit_s FROM sessions \
+        type Row = (String, String, String, Option<f64>, i64, f64, f64, f64, Option<f64>, Option<i64>);
+        let rows: Vec<Row> = sqlx::query_as(
+            "SELECT session_id, team, token_hash, limit_s, clock_started, clock_wall_s, clock_simulated_s, refunded_s, \
+             run_from_s, paused_at FROM sessions \
              WHERE mode = 'official' AND status = 'open' AND token_hash IS NOT NULL ORDER BY created_at, session_id",
         )
         .fetch_all(&self.pool)
         .await?;
-        let mut sessions = Vec::new();
-        for (session_id, team, token_hash, limit_s) in rows {
-            let (started, wall_s, simulated_s, refunded_s, run_from_s, paused_at): Clock = sqlx::query_as(
-                "SELECT clock_started, clock_wall_s, clock_simulated_s, refunded_s, run_from_s, paused_at \
-                 FROM sessions WHERE session_id = $1",
-            )
-            .bind(&session_id)
-            .fetch_one(&self.pool)
-            .await?;
-            let clock = ClockState { started: started != 0, wall_s, simulated_s, refunded_s, run_from_s };
-            let paused = paused_at.is_some();
-            sessions.push(ResumableSession { session_id, team, token_hash, limit_s, clock, paused });
-        }
-        Ok(sessions)
+        let session = |row: Row| {
+            let (
+                session_id,
+                team,
+                token_hash,
+                limit_s,
+                started,
+                wall_s,
+                simulated_s,
+                refunded_s,
+                from_s,
+                paused_at,
+            ) = row;
+            let clock =
+                ClockState { started: started != 0, wall_s, simulated_s, refunded_s, run_from_s: from_s };
+            ResumableSession { session_id, team, token_hash, limit_s, clock, paused: paused_at.is_some() }
+        };
+        Ok(rows.into_iter().map(session).collect())
     }
 
     /// The sessions, newest first; of one team or of all.
@@ -202,14 +207,12 @@ impl Store {
         paused: bool,
         entry: &NewAuditEntry<'_>,
     ) -> Result<bool, StoreError> {
-        let mut recorded = self.recorded(entry).await?;
-        let changed = sqlx::query(
+        let change = sqlx::query(
             "UPDATE sessions SET paused_at = $1 WHERE session_id = $2 AND status = 'open' \
              AND (paused_at IS NULL) = ($1 IS NOT NULL)",
         );
-        let changed = if paused { changed.bind(Some(unix_ms())) } else { changed.bind(None::<i64>) };
-        let changed = changed.bind(session_id).execute(&mut *recorded.transaction).await?.rows_affected();
-        recorded.commit_if_one(changed).await
+        let change = change.bind(paused.then(unix_ms)).bind(session_id);
+        self.recorded(entry).await?.change_one(change).await
     }
 
     /// Makes a session longer and, when its time was spent, opens it again. False without such a session.
@@ -219,17 +222,13 @@ impl Store {
         seconds: f64,
         entry: &NewAuditEntry<'_>,
     ) -> Result<bool, StoreError> {
-        let mut recorded = self.recorded(entry).await?;
-        let changed = sqlx::query(
+        let change = sqlx::query(
             "UPDATE sessions SET limit_s = limit_s + $1, status = 'open', ended_at = NULL \
              WHERE session_id = $2 AND mode = 'official' AND status <> 'voided'",
         )
         .bind(seconds)
-        .bind(session_id)
-        .execute(&mut *recorded.transaction)
-        .await?
-        .rows_affected();
-        recorded.commit_if_one(changed).await
+        .bind(session_id);
+        self.recorded(entry).await?.change_one(change).await
     }
 
     /// Records that an organizer ends a session that is open; false when none is.
@@ -238,24 +237,19 @@ impl Store {
         session_id: &str,
         entry: &NewAuditEntry<'_>,
     ) -> Result<bool, StoreError> {
-        let mut recorded = self.recorded(entry).await?;
-        let changed = sqlx::query(
+        let change = sqlx::query(
             "UPDATE sessions SET status = 'ended', ended_at = $1 WHERE session_id = $2 AND status = 'open'",
         )
         .bind(unix_ms())
-        .bind(session_id)
-        .execute(&mut *recorded.transaction)
-        .await?
-        .rows_affected();
-        recorded.commit_if_one(changed).await
+        .bind(session_id);
+        self.recorded(entry).await?.change_one(change).await
     }
 
     /// How many official sessions are open.
     pub(crate) async fn open_sessions(&self) -> Result<i64, StoreError> {
         let query =
-            sqlx::query_as("SELECT COUNT(*) FROM sessions WHERE mode = 'official' AND status = 'open'");
-        let (open,): (i64,) = query.fetch_one(&self.pool).await?;
-        Ok(open)
+            sqlx::query_scalar("SELECT COUNT(*) FROM sessions WHERE mode = 'official' AND status = 'open'");
+        Ok(query.fetch_one(&self.pool).await?)
     }
 
     /// The official session of a team that is open, with the hash of its resume token.
@@ -283,12 +277,8 @@ impl Store {
 
     /// Whose session a resume token belongs to, by its hash.
     pub(crate) async fn team_of_resume_token(&self, token_hash: &str) -> Result<Option<String>, StoreError> {
-        let row: Option<(String,)> =
-            sqlx::query_as("SELECT team FROM sessions WHERE token_hash = $1 LIMIT 1")
-                .bind(token_hash)
-                .fetch_optional(&self.pool)
-                .await?;
-        Ok(row.map(|(team,)| team))
+        let query = sqlx::query_scalar("SELECT team FROM sessions WHERE token_hash = $1 LIMIT 1");
+        Ok(query.bind(token_hash).fetch_optional(&self.pool).await?)
     }
 
     /// Voids a session and its runs: they count for nothing, and the team may have another session. False when

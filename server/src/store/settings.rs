@@ -10,11 +10,8 @@ const WRITE: &str = "INSERT INTO settings (key, value) VALUES ($1, $2) \
 impl Store {
     /// The value of that name.
     pub(crate) async fn setting(&self, key: &str) -> Result<Option<String>, StoreError> {
-        let row: Option<(String,)> = sqlx::query_as("SELECT value FROM settings WHERE key = $1")
-            .bind(key)
-            .fetch_optional(&self.pool)
-            .await?;
-        Ok(row.map(|(value,)| value))
+        let query = sqlx::query_scalar("SELECT value FROM settings WHERE key = $1").bind(key);
+        Ok(query.fetch_optional(&self.pool).await?)
     }
 
     /// Writes the value of that name.

@@ -21,12 +21,7 @@ pub(crate) struct TeamRow {
     pub(crate) sessions: i64,
 }
 
-from_row!(TeamRow {
-    team: "team",
-    created_unix_ms: "created_at",
-    live_tokens: "live_tokens",
-    sessions: "sessions"
-});
+from_row!(TeamRow { team, created_unix_ms: "created_at", live_tokens, sessions });
 
 impl Store {
     /// Adds a team, unless there is one that is called so, or so that people take one for the other: then its name is
@@ -38,12 +33,11 @@ impl Store {
     ) -> Result<Option<String>, StoreError> {
         // One record at a time: nobody else adds a team meanwhile.
         let mut recorded = self.recorded(entry).await?;
-        let had: Vec<(String,)> = sqlx::query_as("SELECT team FROM teams ORDER BY team")
+        let had: Vec<String> = sqlx::query_scalar("SELECT team FROM teams ORDER BY team")
             .fetch_all(&mut *recorded.transaction)
             .await?;
-        let had: Vec<&str> = had.iter().map(|(team,)| team.as_str()).collect();
-        let same = had.iter().copied().find(|had| *had == team);
-        if let Some(other) = same.or_else(|| names::like(team, had)) {
+        let had = had.iter().map(String::as_str);
+        if let Some(other) = had.clone().find(|had| *had == team).or_else(|| names::like(team, had)) {
             return Ok(Some(other.to_owned()));
         }
         sqlx::query("INSERT INTO teams (team, created_at) VALUES ($1, $2)")
@@ -65,9 +59,8 @@ impl Store {
 
     /// The names of all that have played here.
     pub(crate) async fn practice_teams(&self) -> Result<Vec<String>, StoreError> {
-        let query = sqlx::query_as("SELECT DISTINCT team FROM sessions ORDER BY team");
-        let rows: Vec<(String,)> = query.fetch_all(&self.pool).await?;
-        Ok(rows.into_iter().map(|(team,)| team).collect())
+        let query = sqlx::query_scalar("SELECT DISTINCT team FROM sessions ORDER BY team");
+        Ok(query.fetch_all(&self.pool).await?)
     }
 
     /// All teams by name.

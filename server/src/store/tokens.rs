@@ -6,6 +6,7 @@ use super::error::StoreError;
 use super::number::unix_ms;
 use schemars::JsonSchema;
 use serde::Serialize;
+use sqlx::AnyConnection;
 
 /// A token to be stored.
 #[derive(Clone, Debug)]
@@ -43,14 +44,22 @@ pub(crate) struct TokenRow {
 }
 
 from_row!(TokenRow {
-    token_id: "token_id",
-    role: "role",
-    team: "team",
-    label: "label",
-    secret_hash: "secret_hash",
+    token_id,
+    role,
+    team,
+    label,
+    secret_hash,
     created_unix_ms: "created_at",
     revoked_unix_ms: "revoked_at"
 });
+
+/// Revokes all live tokens of a team; returns their ids.
+async fn revoke_all_of(team: &str, connection: &mut AnyConnection) -> Result<Vec<String>, StoreError> {
+    let query = sqlx::query_scalar(
+        "UPDATE tokens SET revoked_at = $1 WHERE team = $2 AND revoked_at IS NULL RETURNING token_id",
+    );
+    Ok(query.bind(unix_ms()).bind(team).fetch_all(connection).await?)
+}
 
 impl Store {
     /// Stores a token. With `only`, the other live tokens of the same team are revoked in the same moment; their
@@ -62,14 +71,8 @@ impl Store {
         entry: &NewAuditEntry<'_>,
     ) -> Result<Vec<String>, StoreError> {
         let mut recorded = self.recorded(entry).await?;
-        let revoked: Vec<(String,)> = match token.team {
-            Some(team) if only => sqlx::query_as(
-                "UPDATE tokens SET revoked_at = $1 WHERE team = $2 AND revoked_at IS NULL RETURNING token_id",
-            )
-            .bind(unix_ms())
-            .bind(team)
-            .fetch_all(&mut *recorded.transaction)
-            .await?,
+        let revoked = match token.team {
+            Some(team) if only => revoke_all_of(team, &mut recorded.transaction).await?,
             _ => Vec::new(),
         };
         sqlx::query(
@@ -85,7 +88,7 @@ impl Store {
         .execute(&mut *recorded.transaction)
         .await?;
         recorded.commit().await?;
-        Ok(revoked.into_iter().map(|(id,)| id).collect())
+        Ok(revoked)
     }
 
     /// The token with that id, revoked or not.
@@ -106,20 +109,13 @@ impl Store {
         token_id: &str,
         entry: &NewAuditEntry<'_>,
     ) -> Result<bool, StoreError> {
-        let mut recorded = self.recorded(entry).await?;
-        let revoked = sqlx::query(
+        let change = sqlx::query(
             "UPDATE tokens SET revoked_at = $1 WHERE token_id = $2 AND revoked_at IS NULL AND (role <> 'organizer' \
              OR (SELECT COUNT(*) FROM tokens WHERE role = 'organizer' AND revoked_at IS NULL) > 1)",
         )
         .bind(unix_ms())
-        .bind(token_id)
-        .execute(&mut *recorded.transaction)
-        .await?
-        .rows_affected();
-        if revoked == 1 {
-            recorded.commit().await?;
-        }
-        Ok(revoked == 1)
+        .bind(token_id);
+        self.recorded(entry).await?.change_one(change).await
     }
 
     /// Revokes all live tokens of a team; returns their ids.
@@ -129,15 +125,9 @@ impl Store {
         entry: &NewAuditEntry<'_>,
     ) -> Result<Vec<String>, StoreError> {
         let mut recorded = self.recorded(entry).await?;
-        let revoked: Vec<(String,)> = sqlx::query_as(
-            "UPDATE tokens SET revoked_at = $1 WHERE team = $2 AND revoked_at IS NULL RETURNING token_id",
-        )
-        .bind(unix_ms())
-        .bind(team)
-        .fetch_all(&mut *recorded.transaction)
-        .await?;
+        let revoked = revoke_all_of(team, &mut recorded.transaction).await?;
         recorded.commit().await?;
-        Ok(revoked.into_iter().map(|(id,)| id).collect())
+        Ok(revoked)
     }
 
     /// Whether an organizer can get in.

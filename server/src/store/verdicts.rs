@@ -7,22 +7,13 @@ use super::number::unix_ms;
 use std::collections::BTreeSet;
 
 /// What playing a replay again has shown.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub(crate) enum Verdict {
     /// It reached the same states and the same score.
     Verified,
     /// It did not.
     Rejected,
-}
-
-impl Verdict {
-    /// As stored.
-    pub(crate) fn word(self) -> &'static str {
-        match self {
-            Verdict::Verified => "verified",
-            Verdict::Rejected => "rejected",
-        }
-    }
 }
 
 /// A run whose replay is to be played again.
@@ -36,7 +27,7 @@ pub(crate) struct UnverifiedRun {
     pub(crate) replay_sha256: String,
 }
 
-from_row!(UnverifiedRun { run_id: "run_id", replay_path: "replay_path", replay_sha256: "replay_sha256" });
+from_row!(UnverifiedRun { run_id, replay_path, replay_sha256 });
 
 impl Store {
     /// Notes where a run's replay lies.
@@ -80,7 +71,7 @@ impl Store {
             "UPDATE runs SET status = $1, verify_note = $2, verified_at = $3 \
              WHERE run_id = $4 AND status IN ('provisional', 'verified', 'rejected')",
         )
-        .bind(verdict.word())
+        .bind(<&str>::from(verdict))
         .bind(note)
         .bind(unix_ms())
         .bind(run_id)
@@ -91,12 +82,12 @@ impl Store {
 
     /// The runs whose replays are not deleted to make room: those being written, and official ones.
     pub(crate) async fn replays_to_keep(&self) -> Result<BTreeSet<String>, StoreError> {
-        let query = sqlx::query_as(
+        let query = sqlx::query_scalar(
             "SELECT run_id FROM runs WHERE status = 'open' \
              OR session_id IN (SELECT session_id FROM sessions WHERE mode = 'official')",
         );
-        let rows: Vec<(String,)> = query.fetch_all(&self.pool).await?;
-        Ok(rows.into_iter().map(|(run_id,)| run_id).collect())
+        let runs: Vec<String> = query.fetch_all(&self.pool).await?;
+        Ok(runs.into_iter().collect())
     }
 
     /// Notes that a run's replay was deleted.
@@ -112,29 +103,21 @@ impl Store {
 
     /// Asks for a run to be verified again; false when it has no replay or was never to be verified.
     pub(crate) async fn reverify(&self, run_id: &str, entry: &NewAuditEntry<'_>) -> Result<bool, StoreError> {
-        let mut recorded = self.recorded(entry).await?;
-        let changed = sqlx::query(
+        let change = sqlx::query(
             "UPDATE runs SET status = 'provisional', verify_note = NULL, verified_at = NULL \
              WHERE run_id = $1 AND status IN ('provisional', 'verified', 'rejected') AND replay_path IS NOT NULL",
         )
-        .bind(run_id)
-        .execute(&mut *recorded.transaction)
-        .await?
-        .rows_affected();
-        recorded.commit_if_one(changed).await
+        .bind(run_id);
+        self.recorded(entry).await?.change_one(change).await
     }
 
     /// Voids a finished run: it counts for nothing. False when there is none.
     pub(crate) async fn void_run(&self, run_id: &str, entry: &NewAuditEntry<'_>) -> Result<bool, StoreError> {
-        let mut recorded = self.recorded(entry).await?;
-        let changed = sqlx::query(
+        let change = sqlx::query(
             "UPDATE runs SET status = 'voided', note = $1 WHERE run_id = $2 AND status NOT IN ('open', 'voided')",
         )
         .bind(entry.reason)
-        .bind(run_id)
-        .execute(&mut *recorded.transaction)
-        .await?
-        .rows_affected();
-        recorded.commit_if_one(changed).await
+        .bind(run_id);
+        self.recorded(entry).await?.change_one(change).await
     }
 }

@@ -23,8 +23,7 @@ const WHOLE: Duration = Duration::from_secs(120);
 #[derive(Debug, Default)]
 pub(crate) struct Bodies {
     all: Counts<()>,
-    /// The caller on the same machine that comes through the local socket has no address.
-    by_address: Counts<Option<IpAddr>>,
+    by_address: Counts<IpAddr>,
 }
 
 /// A body. It counts as long as it exists.
@@ -33,7 +32,7 @@ pub(crate) struct Received {
     /// What was sent.
     pub(crate) bytes: Vec<u8>,
     _of_all: Share<()>,
-    _of_address: Share<Option<IpAddr>>,
+    _of_address: Share<IpAddr>,
 }
 
 fn too_large(most: usize) -> Refusal {
@@ -47,7 +46,7 @@ impl Bodies {
     /// It is larger, comes too slowly, or too much is being sent in already.
     pub(crate) async fn read(
         &self,
-        from: Option<IpAddr>,
+        from: IpAddr,
         headers: &HeaderMap,
         body: Body,
         most: usize,
@@ -93,7 +92,7 @@ mod tests {
     use super::*;
 
     async fn read(bodies: &Bodies, from: u8, bytes: usize, most: usize) -> Result<Received, Refusal> {
-        let from = Some(IpAddr::from([10, 0, 0, from]));
+        let from = IpAddr::from([10, 0, 0, from]);
         bodies.read(from, &HeaderMap::new(), Body::from(vec![0; bytes]), most).await
     }
 
@@ -119,7 +118,7 @@ mod tests {
         headers.insert(CONTENT_LENGTH, "11".parse().expect("a header"));
         // A body that never comes: whoever reads it waits.
         let never = Body::from_stream(futures_util::stream::pending::<Result<Vec<u8>, std::io::Error>>());
-        let refused = bodies.read(None, &headers, never, 10).await;
+        let refused = bodies.read(IpAddr::from([10, 0, 0, 1]), &headers, never, 10).await;
         assert_eq!(refused.expect_err("too large").code, Code::TooLarge);
     }
 }

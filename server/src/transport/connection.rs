@@ -7,9 +7,8 @@
 
 use super::connections::ConnectionPermit;
 use super::farewell::farewell;
-use super::frame;
 use super::low_latency::busy_poll::{BusyPoll, Incoming};
-use super::low_latency::link::Link;
+use super::low_latency::listener::Link;
 use super::rate::RateLimit;
 use crate::auth::{Auth, Identity};
 use crate::compute::STACK;
@@ -19,6 +18,7 @@ use crate::metrics::METRICS;
 use crate::session::{PendingCommand, Session, Sessions, news};
 use axum::body::Bytes;
 use axum::extract::ws::{Message, WebSocket};
+use palmares_protocol::encoding::Payload;
 use palmares_protocol::{Code, Encoding, Parsed, Refusal, Reply, Request};
 use palmares_tasks::Reason;
 use std::future::ready;
@@ -55,14 +55,6 @@ const ALARM_SLACK: Duration = Duration::from_millis(2);
 
 /// Bytes set aside for a message of which nothing is known.
 const ROOM: usize = 1024;
-
-fn message_len(message: &Message) -> usize {
-    match message {
-        Message::Text(text) => text.len(),
-        Message::Binary(bytes) => bytes.len(),
-        Message::Ping(_) | Message::Pong(_) | Message::Close(_) => 0,
-    }
-}
 
 async fn command(session: Option<&mut Session>) -> PendingCommand {
     match session {
@@ -341,7 +333,8 @@ impl Connection {
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => ControlFlow::Continue(()),
             Some(Ok(Message::Text(text))) if text.len() > MESSAGE_BYTES => self.too_large().await,
             Some(Ok(Message::Binary(bytes))) if bytes.len() > MESSAGE_BYTES => self.too_large().await,
-            Some(Ok(message)) => self.answer(message).await,
+            Some(Ok(Message::Text(text))) => self.answer(|encoding| encoding.read_text(&text)).await,
+            Some(Ok(Message::Binary(bytes))) => self.answer(|encoding| encoding.read_binary(&bytes)).await,
         };
         // After the answer, not before: while the world computes, nobody listens for signs of life.
         self.heard = Instant::now();
@@ -360,12 +353,10 @@ impl Connection {
         if refusal.fatal { ControlFlow::Break(End::Fatal(refusal.code)) } else { ControlFlow::Continue(()) }
     }
 
-    /// Answers one frame.
-    async fn answer(&mut self, frame: Message) -> ControlFlow<End> {
+    /// Answers one frame, which `read` reads.
+    async fn answer(&mut self, read: impl FnOnce(Encoding) -> Parsed) -> ControlFlow<End> {
         self.busy_poll.asked();
-        let Some(Parsed { id, request }) = frame::read(self.encoding, &frame) else {
-            return ControlFlow::Continue(());
-        };
+        let Parsed { id, request } = read(self.encoding);
         if let Err(wait_s) = self.rate.take(self.sessions.lifecycle.now()) {
             let message = format!("more than {} requests per second", self.settings().requests_per_s);
             return self.refuse(id, &Refusal::new(Code::RateLimited, message).retry_after(wait_s)).await;
@@ -415,17 +406,17 @@ impl Connection {
     }
 
     async fn send(&mut self, reply: &Reply) -> ControlFlow<End> {
-        match frame::write(self.encoding, reply, self.room) {
-            Ok(message) => {
-                // The next message will be about as long as this one, at most.
-                self.room = message_len(&message).clamp(ROOM, 16 * ROOM) * 5 / 4;
-                self.send_message(message).await
-            }
+        let (length, message) = match self.encoding.write(reply, self.room) {
+            Ok(Payload::Text(text)) => (text.len(), Message::Text(text.into())),
+            Ok(Payload::Binary(bytes)) => (bytes.len(), Message::Binary(bytes.into())),
             Err(error) => {
                 tracing::error!(%error, "a reply cannot be written");
-                ControlFlow::Break(End::Fatal(Code::Internal))
+                return ControlFlow::Break(End::Fatal(Code::Internal));
             }
-        }
+        };
+        // The next message will be about as long as this one, at most.
+        self.room = length.clamp(ROOM, 16 * ROOM) * 5 / 4;
+        self.send_message(message).await
     }
 
     async fn send_message(&mut self, message: Message) -> ControlFlow<End> {

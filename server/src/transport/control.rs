@@ -4,7 +4,7 @@ use super::caller::Caller;
 use super::connection::{self, Parts};
 use super::entrance::Entrance;
 use crate::auth::{Auth, Identity, Role, forbidden};
-use crate::http::Problem;
+use crate::problem::Problem;
 use crate::session::Sessions;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
@@ -34,27 +34,24 @@ pub(crate) async fn control(
         Ok(upgrade) => upgrade.protocols(Encoding::ALL.map(Encoding::subprotocol)),
         Err(rejection) => {
             let message = format!("this address speaks WebSocket: {}", rejection.body_text());
-            return Err(Problem(Refusal::new(Code::BadRequest, message)));
+            return Err(Problem::new(Code::BadRequest, message));
         }
     };
     let chosen = upgrade.selected_protocol().and_then(|name| Encoding::of(name.to_str().ok()?));
     let Some(encoding) = chosen else {
         let known = Encoding::ALL.map(Encoding::subprotocol).join(" or ");
         let message = format!("offer the WebSocket subprotocol {known} (Sec-WebSocket-Protocol)");
-        return Err(Problem(Refusal::new(Code::BadRequest, message)));
+        return Err(Problem::new(Code::BadRequest, message));
     };
     // Before the upgrade: who may not play gets an HTTP answer and no socket.
-    let identity = player(&auth, &sessions, &headers).await.map_err(Problem)?;
-    let permit = entrance.connections.take(identity.as_ref()).map_err(Problem)?;
-    let offered = link.clone();
+    let identity = player(&auth, &sessions, &headers).await?;
+    let permit = entrance.connections.take(identity.as_ref())?;
     let parts = Parts { link, encoding, sessions, auth, identity, permit };
-    let mut response = upgrade
+    Ok(upgrade
         .read_buffer_size(AT_ONCE_BYTES)
         .max_message_size(READ_BYTES)
         .max_frame_size(READ_BYTES)
-        .on_upgrade(async move |socket| connection::serve(socket, parts).await);
-    offered.offer(response.headers_mut());
-    Ok(response)
+        .on_upgrade(async move |socket| connection::serve(socket, parts).await))
 }
 
 /// Who plays; in practice also somebody without a token.

@@ -36,10 +36,10 @@ impl Doors {
 
     /// Counts a socket from an address; none when there are enough. From this machine, where also a proxy may be, only
     /// all of them are counted.
-    pub(crate) fn enter(&self, from: Option<IpAddr>) -> Option<SocketPermit> {
+    pub(crate) fn enter(&self, from: IpAddr) -> Option<SocketPermit> {
         let of_all = self.all.clone().try_acquire_owned().ok()?;
-        let far = from.map(|address| address.to_canonical()).filter(|address| !address.is_loopback());
-        let of_address = match far {
+        let address = from.to_canonical();
+        let of_address = match Some(address).filter(|address| !address.is_loopback()) {
             Some(address) => {
                 let mut share = self.by_address.share(address);
                 share.grow(1, self.per_address).then_some(Some(share))?
@@ -104,15 +104,15 @@ mod tests {
     #[test]
     fn an_address_has_its_share_of_the_sockets_and_this_machine_all() {
         let doors = Doors::new(1, 2);
-        let far = Some(IpAddr::from([10, 0, 0, 1]));
+        let far = IpAddr::from([10, 0, 0, 1]);
         let held = [doors.enter(far), doors.enter(far)];
         assert!(held.iter().all(Option::is_some));
         assert!(doors.enter(far).is_none());
-        let same = "::ffff:10.0.0.1".parse().ok();
+        let same = "::ffff:10.0.0.1".parse().expect("an address");
         assert!(doors.enter(same).is_none(), "the same in another notation");
-        assert!(doors.enter(Some(IpAddr::from([10, 0, 0, 2]))).is_some());
-        let near: Vec<_> = (0..9).map(|_| doors.enter(Some(IpAddr::from([127, 0, 0, 1])))).collect();
-        assert!(near.iter().all(Option::is_some) && doors.enter(None).is_some());
+        assert!(doors.enter(IpAddr::from([10, 0, 0, 2])).is_some());
+        let near: Vec<_> = (0..9).map(|_| doors.enter(IpAddr::from([127, 0, 0, 1]))).collect();
+        assert!(near.iter().all(Option::is_some));
         drop(held);
         assert!(doors.enter(far).is_some());
     }

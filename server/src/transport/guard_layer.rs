@@ -1,7 +1,7 @@
 //! Looks at every request before anything else does.
 
 use super::entrance::Entrance;
-use crate::http::Problem;
+use crate::problem::Problem;
 use axum::extract::{Request, State};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};

@@ -9,7 +9,6 @@ mod counts;
 mod doors;
 mod entrance;
 mod farewell;
-mod frame;
 pub(crate) mod guard;
 mod guard_layer;
 pub(crate) mod low_latency;

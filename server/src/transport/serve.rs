@@ -55,7 +55,7 @@ pub(crate) async fn serve<L>(
         };
         let caller = Caller::from(from);
         let Some(permit) = entrance.doors.enter(caller.address) else {
-            tracing::debug!(address = ?caller.address, "no place for another connection");
+            tracing::debug!(address = %caller.address, "no place for another connection");
             open.spawn(async { drop(timeout(REFUSAL_TIMEOUT, refuse(io)).await) });
             continue;
         };

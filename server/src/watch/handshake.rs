@@ -5,7 +5,7 @@ use super::viewer::Viewer;
 use crate::app::App;
 use crate::auth::{Identity, Role};
 use crate::config::settings::MESSAGE_BYTES;
-use crate::http::Problem;
+use crate::problem::Problem;
 use axum::extract::State;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;

@@ -62,37 +62,6 @@ impl Motion {
     }
 }
 
-impl Add for Motion {
-    type Output = Motion;
-    #[inline]
-    fn add(self, o: Motion) -> Motion {
-        Motion { angular: self.angular + o.angular, linear: self.linear + o.linear }
-    }
-}
-
-impl AddAssign for Motion {
-    #[inline]
-    fn add_assign(&mut self, o: Motion) {
-        *self = *self + o;
-    }
-}
-
-impl Sub for Motion {
-    type Output = Motion;
-    #[inline]
-    fn sub(self, o: Motion) -> Motion {
-        Motion { angular: self.angular - o.angular, linear: self.linear - o.linear }
-    }
-}
-
-impl Mul<f64> for Motion {
-    type Output = Motion;
-    #[inline]
-    fn mul(self, k: f64) -> Motion {
-        Motion { angular: self.angular * k, linear: self.linear * k }
-    }
-}
-
 impl Force {
     /// No force.
     pub const ZERO: Force = Force { moment: Vec3::ZERO, force: Vec3::ZERO };
@@ -111,36 +80,44 @@ impl Force {
     }
 }
 
-impl Add for Force {
-    type Output = Force;
-    #[inline]
-    fn add(self, o: Force) -> Force {
-        Force { moment: self.moment + o.moment, force: self.force + o.force }
-    }
+/// The arithmetic of a spatial vector is that of its two parts.
+macro_rules! arithmetic {
+    ($vector:ident { $moment:ident, $line:ident }) => {
+        impl Add for $vector {
+            type Output = $vector;
+            #[inline]
+            fn add(self, o: $vector) -> $vector {
+                $vector { $moment: self.$moment + o.$moment, $line: self.$line + o.$line }
+            }
+        }
+
+        impl AddAssign for $vector {
+            #[inline]
+            fn add_assign(&mut self, o: $vector) {
+                *self = *self + o;
+            }
+        }
+
+        impl Sub for $vector {
+            type Output = $vector;
+            #[inline]
+            fn sub(self, o: $vector) -> $vector {
+                $vector { $moment: self.$moment - o.$moment, $line: self.$line - o.$line }
+            }
+        }
+
+        impl Mul<f64> for $vector {
+            type Output = $vector;
+            #[inline]
+            fn mul(self, k: f64) -> $vector {
+                $vector { $moment: self.$moment * k, $line: self.$line * k }
+            }
+        }
+    };
 }
 
-impl Mul<f64> for Force {
-    type Output = Force;
-    #[inline]
-    fn mul(self, k: f64) -> Force {
-        Force { moment: self.moment * k, force: self.force * k }
-    }
-}
-
-impl AddAssign for Force {
-    #[inline]
-    fn add_assign(&mut self, o: Force) {
-        *self = *self + o;
-    }
-}
-
-impl Sub for Force {
-    type Output = Force;
-    #[inline]
-    fn sub(self, o: Force) -> Force {
-        Force { moment: self.moment - o.moment, force: self.force - o.force }
-    }
-}
+arithmetic!(Motion { angular, linear });
+arithmetic!(Force { moment, force });
 
 /// The matrix of `x ↦ a × x`.
 #[inline]

@@ -1,1 +1,68 @@
+/** `/`: takes over the table that the server wrote, and keeps it up to date. */
 import '../style/base.css';
+import '../style/board.css';
+import { connect, legend, taskCards } from '../board/aside';
+import { getJson, Refused } from '../board/api';
+import { el, main, part, setText } from '../board/kit';
+import type { Announcement, Board, BoardRow, CompetitionInfo, TaskInfo } from '../board/model';
+import { BoardTable } from '../board/table';
+import { ticker } from '../board/ticker';
+
+/** How often the phase is asked for, ms. */
+const PHASE_MS = 30_000;
+
+const PHASES = { closed: 'not open yet', open: 'open', revealed: 'over' } as const;
+
+async function start(): Promise<void> {
+  const app = main();
+  const [info, { tasks }] = await Promise.all([getJson<CompetitionInfo>('/v1/competition'), getJson<{ tasks: TaskInfo[] }>('/v1/tasks')]);
+  const place = part(app, 'div', 'board');
+  const beside = part(app, 'section', 'tasks');
+  app.classList.add('board-page');
+  // The server's own table goes, wherever it stands.
+  for (const old of app.querySelectorAll(':scope > .scroll, :scope > .empty')) old.remove();
+
+  const line = el('p', { class: 'board-line soft', role: 'status' });
+  const notice = el('p', { class: 'notice', hidden: true });
+  const table = new BoardTable(info);
+  const empty = el('section', { class: 'empty' }, el('h2', {}, 'No finished run yet'),
+    el('p', {}, 'Start a client and close a run, and its team appears here without a reload. How to connect stands on this page.'));
+  place.replaceChildren(notice, line, table.element, empty);
+  beside.replaceChildren(el('h2', {}, 'Tasks'), ...taskCards(tasks), connect(info));
+  app.querySelector('footer p, footer')?.replaceWith(footer(info));
+  if (app.querySelector('footer') === null) app.append(footer(info));
+
+  let teams = 0;
+  let live = false;
+  const say = (): void => {
+    const phase = info.mode === 'official' ? `The competition is ${PHASES[info.phase ?? 'closed']}. ` : '';
+    setText(line, `${phase}${teams === 1 ? '1 team' : `${teams} teams`}. ${live ? 'Live.' : 'The connection is gone; trying again.'}`);
+  };
+  const show = (board: Board): void => {
+    teams = board.rows.length;
+    table.element.hidden = teams === 0;
+    empty.hidden = teams > 0;
+    table.show(board);
+    say();
+  };
+  show(await getJson<Board>('/v1/leaderboard'));
+  ticker({
+    ranking: (rows: BoardRow[]) => { show({ tasks: info.tasks, rows }); },
+    announcement: (told: Announcement) => { notice.hidden = told.text === ''; setText(notice, told.text); },
+    connected: (yes) => { live = yes; say(); },
+  });
+  window.setInterval(() => {
+    getJson<CompetitionInfo>('/v1/competition').then((now) => { info.phase = now.phase ?? null; say(); }, () => undefined);
+  }, PHASE_MS);
+}
+
+function footer(info: CompetitionInfo): HTMLElement {
+  return el('footer', {}, legend(info), el('p', {}, el('a', { href: '/v1/leaderboard' }, 'as JSON'), ' ', el('a', { href: '/v1/leaderboard.csv' }, 'as CSV')));
+}
+
+start().catch((error: unknown) => {
+  // The server's table stays; it says what it said.
+  const why = error instanceof Refused ? error.message : 'the page has a fault';
+  main().prepend(el('p', { class: 'notice bad', role: 'alert' }, `This page does not refresh by itself now: ${why}. Reload it to try again.`));
+  if (!(error instanceof Refused)) console.error(error);
+});

@@ -1,1 +1,9 @@
+/** `/live`: the worlds that can be watched; `/live/SESSION`: one of them. */
 import '../style/base.css';
+import { LiveView } from '../live/view';
+import { RunList } from '../live/list';
+import { main } from '../board/kit';
+
+const session = document.body.dataset['arg'] ?? '';
+if (session) new LiveView(main(), session === 'featured' ? { featured: true } : { session_id: session });
+else new RunList(main());

@@ -1,1 +1,139 @@
+/** `/replay/RUN`: a run as its file tells it, `?with=RUN` beside another; `/replay`: a file of one's own, which never leaves the browser. */
 import '../style/base.css';
+import '../style/replay.css';
+import { el, main, toast } from '../board/kit';
+import { type Loaded, NotGiven, fromFile, fromServer, inWords } from '../replay/source';
+import { ReplayView } from '../replay/view';
+
+const app = main();
+const run = document.body.dataset['arg'] ?? '';
+
+let token: string | null = null;
+let loaded: Loaded[] = [];
+let view: ReplayView | null = null;
+
+/** Time in the address, s. */
+function timeInAddress(): number | null {
+  const found = /[#&]t=([0-9.]+)/.exec(location.hash);
+  const time = Number(found?.[1] ?? NaN);
+  return Number.isFinite(time) ? time : null;
+}
+
+/** Puts the loaded runs on the page, at the time that was shown. */
+function show(): void {
+  const start = view?.player.time ?? timeInAddress() ?? 0;
+  view?.dispose();
+  view = new ReplayView(app, loaded, start, {
+    addRun: (other) => { void beside(other); },
+    addFile: (file) => { void besideFile(file); },
+    remove: loaded.length > 1 ? () => { loaded = loaded.slice(0, 1); address(null); show(); } : null,
+  });
+  const shown = view;
+  document.title = `${loaded.map(({ recording }) => recording.info.get('team') ?? '–').join(' and ')} – Replay – Palmares`;
+  window.palmares = { stage: shown.stages[0], stages: shown.stages, recording: loaded[0]?.recording, recordings: loaded.map((one) => one.recording), player: shown.player, time: () => shown.player.time };
+}
+
+/** The second run, kept in the address. */
+function address(other: string | null): void {
+  const here = new URL(location.href);
+  if (other === null) here.searchParams.delete('with');
+  else here.searchParams.set('with', other);
+  history.replaceState(null, '', here);
+}
+
+/** A page that says how far things are, and what went wrong. */
+function waiting(): { say: (words: string) => void; fail: (error: unknown) => void } {
+  const status = el('p', { role: 'status' });
+  app.className = '';
+  app.replaceChildren(el('h1', {}, 'Replay'), status);
+  return {
+    say: (words) => { status.textContent = words; },
+    fail: (error) => {
+      status.className = 'notice bad';
+      status.setAttribute('role', 'alert');
+      status.textContent = inWords(error);
+      const form = error instanceof NotGiven && error.wantsToken ? [tokenForm()] : [];
+      app.append(el('div', { class: 'stack' }, ...form, chooser()));
+    },
+  };
+}
+
+/** The run of the address, and the one beside it. */
+async function fetchRuns(): Promise<void> {
+  const { say, fail } = waiting();
+  say('Fetching the replay …');
+  try {
+    loaded = [await fromServer(run, token, say)];
+  } catch (error) {
+    fail(error);
+    return;
+  }
+  const other = new URLSearchParams(location.search).get('with');
+  if (!other) show();
+  else if (!await beside(other, say)) show();
+}
+
+/** Another run of this server beside the first; says so when there is none. */
+async function beside(other: string, say: (words: string) => void = () => undefined): Promise<boolean> {
+  try {
+    const second = await fromServer(other, token, say);
+    loaded = [...loaded.slice(0, 1), second];
+    address(other);
+    show();
+    return true;
+  } catch (error) {
+    toast(`${other}: ${inWords(error)}`, true);
+    return false;
+  }
+}
+
+async function besideFile(file: File): Promise<void> {
+  try {
+    loaded = [...loaded.slice(0, 1), await fromFile(file, () => undefined)];
+    address(null);
+    show();
+  } catch (error) {
+    toast(`${file.name}: ${inWords(error)}`, true);
+  }
+}
+
+async function openFile(file: File | undefined): Promise<void> {
+  if (!file) return;
+  if (view) return besideFile(file);
+  const { say, fail } = waiting();
+  try {
+    loaded = [await fromFile(file, say)];
+    show();
+  } catch (error) {
+    fail(error);
+  }
+}
+
+function tokenForm(): HTMLElement {
+  const field = el('input', { type: 'password', id: 'token', autocomplete: 'off', spellcheck: 'false' });
+  return el('form', { class: 'panel', on: { submit: (event) => { event.preventDefault(); token = field.value.trim() || null; void fetchRuns(); } } },
+    el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token'), field, el('p', { class: 'hint' }, 'It is kept in this page’s memory alone.')),
+    el('button', { type: 'submit' }, 'Use it'));
+}
+
+/** A file from this computer, chosen or dropped. */
+function chooser(): HTMLElement {
+  const input = el('input', { type: 'file', id: 'file', accept: '.mcap' });
+  input.addEventListener('change', () => { void openFile(input.files?.[0]); });
+  return el('div', { class: 'drop stack' }, el('label', { for: 'file' }, 'Open an MCAP file that Palmares recorded'), el('div', {}, input),
+    el('p', { class: 'hint' }, 'Or drop it anywhere on this page. It is read in this browser and sent nowhere.'));
+}
+
+document.addEventListener('dragover', (event) => { event.preventDefault(); document.body.classList.add('dropping'); });
+document.addEventListener('dragleave', (event) => { if (event.relatedTarget === null) document.body.classList.remove('dropping'); });
+document.addEventListener('drop', (event) => {
+  event.preventDefault();
+  document.body.classList.remove('dropping');
+  void openFile(event.dataTransfer?.files[0]);
+});
+window.addEventListener('hashchange', () => { const time = timeInAddress(); if (time !== null) view?.player.seek(time); });
+
+if (run) void fetchRuns();
+else {
+  app.replaceChildren(el('div', { class: 'title' }, el('h1', {}, 'Replay'), el('p', { class: 'lead' }, 'A run as it was, moment by moment.')), chooser());
+}

@@ -1,1 +1,210 @@
+/** `/wall`: for the hall's projector. Ranking, the most exciting world, session clocks, announcements; nothing needs a hand. */
 import '../style/base.css';
+import '../style/wall.css';
+import { getJson, Refused } from '../board/api';
+import { clock } from '../board/format';
+import { button, el, main, name, setText } from '../board/kit';
+import type { Announcement, Board, CompetitionInfo } from '../board/model';
+import { after, type Pane, rotate, type Showing } from '../board/rotation';
+import { ticker } from '../board/ticker';
+import { LivePane } from '../board/wall_live';
+import { ClocksPane, RankingPane, type WallClock } from '../board/wall_panes';
+import { type Reading, leftAt, read } from '../admin/clocks';
+import type { Session } from '../admin/types';
+
+const [PAGE_MS, LIVE_MS, CLOCKS_MS] = [9000, 20_000, 9000];
+/** How long an announcement stays, ms. */
+const ANNOUNCED_MS = 10 * 60_000;
+const PHASES = { closed: 'not open yet', open: 'open', revealed: 'over' } as const;
+
+const ranking = new RankingPane();
+const live = new LivePane();
+const clocks = new ClocksPane();
+const readings = new Map<string, { session: Session; reading: Reading }>();
+
+const title = el('h1', {});
+const phase = el('p', { class: 'phase' });
+const state = el('p', { class: 'held', role: 'status' });
+const banner = el('p', { class: 'banner', role: 'status', hidden: true });
+const help = el('div', { class: 'help' });
+const stageRoom = el('div', { class: 'panes' }, ranking.element, live.element, clocks.element);
+
+declare global { interface Window { palmares?: Record<string, unknown> } }
+window.palmares = { live, shown: () => shown?.id ?? null };
+
+let info: CompetitionInfo | null = null;
+let token: string | null = null;
+/** With what the sessions were refused last; undefined at first. */
+let refusedWith: string | null | undefined;
+let stop: () => void = () => undefined;
+let shown: Showing | null = null;
+let held = false;
+let connected = false;
+
+function panes(): Pane[] {
+  const list: Pane[] = Array.from({ length: ranking.count }, (_, page) => ({ id: `board-${page}`, ms: PAGE_MS, ready: true }));
+  list.push({ id: 'live', ms: LIVE_MS, ready: live.ready }, { id: 'clocks', ms: CLOCKS_MS, ready: wallClocks().length > 0 });
+  return list;
+}
+
+function wallClocks(): WallClock[] {
+  const now = performance.now();
+  const open = [...readings.values()].filter(({ session }) => session.status === 'open' && (session.left_s ?? 1) > 0 && session.elapsed_s > 0);
+  if (open.length > 0) {
+    return open.map(({ session, reading }) => ({ id: session.session_id, team: session.team, left: leftAt(reading, now), paused: session.paused_unix_ms !== null }));
+  }
+  const seen = live.clock;
+  return seen === null || seen.left === null ? [] : [{ id: 'watched', team: seen.team, left: seen.left, paused: false }];
+}
+
+function show(next: Showing | null): void {
+  shown = next;
+  const id = next?.id ?? 'board-0';
+  const page = id.startsWith('board-') ? Number(id.slice(6)) : null;
+  if (page !== null && ranking.page !== page) ranking.turn(page);
+  ranking.element.classList.toggle('shown', page !== null);
+  live.element.classList.toggle('shown', id === 'live');
+  clocks.element.classList.toggle('shown', id === 'clocks');
+  for (const pane of [ranking.element, live.element, clocks.element]) pane.toggleAttribute('inert', !pane.classList.contains('shown'));
+}
+
+function beat(): void {
+  const next = rotate(panes(), shown, performance.now(), held, live.excited);
+  if (next?.id !== shown?.id) show(next);
+  clocks.show(wallClocks());
+  const time = new Date();
+  const of = info?.mode === 'official' ? `${PHASES[info.phase ?? 'closed']} · ` : '';
+  setText(phase, `${of}${clock(time.getHours() * 60 + time.getMinutes()).padStart(5, '0')}`);
+  setText(state, [held ? 'held' : '', connected ? '' : 'no connection'].filter((text) => text !== '').join(' · '));
+}
+
+function skip(by: 1 | -1): void {
+  const list = panes();
+  const next = after(list, list.findIndex((pane) => pane.id === shown?.id), by);
+  if (next !== undefined) show({ id: next.id, since: performance.now() });
+}
+
+function hold(): void {
+  held = !held;
+  beat();
+}
+
+function announced(told: Announcement): void {
+  const fresh = Date.now() - told.unix_ms < ANNOUNCED_MS && told.text !== '';
+  banner.hidden = !fresh;
+  banner.replaceChildren(name(told.text));
+  if (fresh) window.setTimeout(() => { if (banner.textContent === told.text) banner.hidden = true; }, ANNOUNCED_MS - (Date.now() - told.unix_ms));
+}
+
+function listen(): void {
+  stop();
+  stop = ticker({
+    ranking: (rows) => { ranking.show({ tasks: info?.tasks ?? [], rows }); },
+    announcement: announced,
+    connected: (yes) => { connected = yes; },
+    world: (message) => { void live.take(message); },
+    revoked: () => { token = null; readings.clear(); askToken('The token was revoked: the wall goes on without worlds and clocks.'); listen(); },
+  }, token);
+}
+
+async function readSessions(): Promise<void> {
+  if (token === refusedWith) return;
+  try {
+    const { sessions } = await getJson<{ sessions: Session[] }>('/v1/sessions', token);
+    const now = performance.now();
+    const gone = new Set(readings.keys());
+    for (const session of sessions) {
+      gone.delete(session.session_id);
+      readings.set(session.session_id, { session, reading: read(session, now, readings.get(session.session_id)?.reading) });
+    }
+    for (const id of gone) readings.delete(id);
+  } catch (error) {
+    if (!(error instanceof Refused) || error.status === 0) return;
+    // It would be refused again: this token, or none, shows no clocks.
+    if (error.status === 401 || error.status === 403) refusedWith = token;
+    readings.clear();
+  }
+}
+
+/** Fails when the server does not know a token. One that may not see sessions is known all the same. */
+async function known(given: string): Promise<void> {
+  try {
+    await getJson('/v1/sessions', given);
+  } catch (failure) {
+    if (!(failure instanceof Refused) || failure.status !== 403) throw failure;
+  }
+}
+
+function askToken(why = ''): void {
+  if (document.querySelector('dialog') !== null) return;
+  const field = el('input', { type: 'password', id: 'token', autocomplete: 'off', required: true });
+  const error = el('p', { class: 'error', role: 'alert' }, why);
+  const form = el('form', { method: 'dialog' }, el('h2', { id: 'token-title' }, 'Token for watching'),
+    el('p', {}, 'With a viewer’s token the wall shows official worlds and the sessions’ clocks. It is kept in this page’s memory alone.'),
+    error,
+    el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token'), field),
+    el('div', { class: 'actions' }, button('Go on without', () => { dialog.close(); }), el('button', { type: 'submit', class: 'primary' }, 'Use it')));
+  const dialog = el('dialog', { 'aria-labelledby': 'token-title' }, form);
+  form.addEventListener('submit', (event) => {
+    event.preventDefault();
+    const given = field.value.trim();
+    // A socket would not say why it is refused.
+    known(given).then(() => {
+      dialog.close();
+      token = given;
+      listen();
+      void readSessions();
+    }, (failure: unknown) => {
+      error.textContent = failure instanceof Refused ? `That token does not work: ${failure.message}.` : 'That is no token.';
+      field.select();
+    });
+  });
+  dialog.addEventListener('close', () => { field.value = ''; dialog.remove(); });
+  document.body.append(dialog);
+  dialog.showModal();
+}
+
+let quiet = 0;
+function showHelp(): void {
+  help.classList.add('seen');
+  window.clearTimeout(quiet);
+  quiet = window.setTimeout(() => { help.classList.remove('seen'); }, 5000);
+}
+
+function onKey(event: KeyboardEvent): void {
+  if (event.ctrlKey || event.altKey || event.metaKey || document.querySelector('dialog') !== null) return;
+  // A focused button keeps its own space bar.
+  if (event.key === ' ' && !(event.target instanceof HTMLButtonElement)) { event.preventDefault(); hold(); }
+  if (event.key === 'ArrowRight') skip(1);
+  if (event.key === 'ArrowLeft') skip(-1);
+  if (event.key === 't') { event.preventDefault(); askToken(); }
+  showHelp();
+}
+
+async function start(): Promise<void> {
+  help.append(button('Back', () => { skip(-1); }), button('Hold', hold), button('Next', () => { skip(1); }), button('Token…', () => { askToken(); }),
+    el('span', {}, el('kbd', {}, '←'), ' ', el('kbd', {}, '→'), ' skip, ', el('kbd', {}, 'space'), ' hold, ', el('kbd', {}, 't'), ' token'));
+  main().replaceChildren(el('header', { class: 'wall-head' }, title, state, phase), stageRoom, banner, help);
+  info = await getJson<CompetitionInfo>('/v1/competition');
+  title.replaceChildren(name(info.name));
+  ranking.show(await getJson<Board>('/v1/leaderboard'));
+  getJson<{ announcements: Announcement[] }>('/v1/announcements').then(({ announcements }) => {
+    const newest = announcements.reduce<Announcement | null>((a, b) => a === null || b.unix_ms > a.unix_ms ? b : a, null);
+    if (newest !== null) announced(newest);
+  }, () => undefined);
+  listen();
+  await readSessions();
+  document.addEventListener('keydown', onKey);
+  document.addEventListener('pointermove', showHelp);
+  if (info.mode === 'official') showHelp();
+  beat();
+  window.setInterval(beat, 250);
+  window.setInterval(() => { void readSessions(); }, 2000);
+  window.setInterval(() => { getJson<CompetitionInfo>('/v1/competition').then((now) => { info = now; }, () => undefined); }, 15_000);
+}
+
+start().catch((error: unknown) => {
+  main().replaceChildren(el('p', { class: 'notice bad', role: 'alert' }, error instanceof Refused ? `${error.message}. Trying again.` : 'The page has a fault.'));
+  if (error instanceof Refused) window.setTimeout(() => { location.reload(); }, 5000);
+  else console.error(error);
+});

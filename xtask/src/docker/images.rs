@@ -68,13 +68,8 @@ pub(super) fn build(engine: &Engine, source: &Source<'_>) -> Result<Result<Strin
 
 /// An image of Postgres: at hand, from a registry, or made of Debian's packages.
 pub(super) fn postgres(engine: &Engine) -> Result<Result<String, String>> {
-    for image in [POSTGRES, STAND_IN] {
-        if succeeds(&mut engine.docker(&["image", "inspect", image])) {
-            return Ok(Ok(image.to_owned()));
-        }
-    }
-    if succeeds(&mut engine.docker(&["pull", "--quiet", POSTGRES])) {
-        return Ok(Ok(POSTGRES.to_owned()));
+    if let Some(image) = there(engine, [POSTGRES, STAND_IN]) {
+        return Ok(Ok(image));
     }
     let runtime = match runtime(engine)? {
         Ok(runtime) => runtime,
@@ -108,17 +103,19 @@ impl Drop for BuildContext {
 
 /// The image to run in: at hand, from a registry, or made of Debian's packages.
 fn runtime(engine: &Engine) -> Result<Result<String, String>> {
-    for image in [RUNTIME, BOOTSTRAPPED] {
-        if succeeds(&mut engine.docker(&["image", "inspect", image])) {
-            return Ok(Ok(image.to_owned()));
-        }
-    }
-    if succeeds(&mut engine.docker(&["pull", "--quiet", RUNTIME])) {
-        return Ok(Ok(RUNTIME.to_owned()));
+    if let Some(image) = there(engine, [RUNTIME, BOOTSTRAPPED]) {
+        return Ok(Ok(image));
     }
     println!("no image registry is reached; making an image of Debian's packages");
     let made = output(Command::new("sh").arg(offline("debian.sh")).arg(BOOTSTRAPPED));
     Ok(made.map(|_| BOOTSTRAPPED.to_owned()).map_err(|error| format!("no base image: {error:#}")))
+}
+
+/// The image of the registry or the one made here instead: at hand, or fetched now.
+fn there(engine: &Engine, [official, made]: [&str; 2]) -> Option<String> {
+    let at_hand = |&image: &&str| succeeds(&mut engine.docker(&["image", "inspect", image]));
+    let pulled = || succeeds(&mut engine.docker(&["pull", "--quiet", official])).then_some(official);
+    [official, made].into_iter().find(at_hand).or_else(pulled).map(str::to_owned)
 }
 
 /// A file of the folder that stands in for an image registry.

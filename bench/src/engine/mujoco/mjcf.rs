@@ -54,18 +54,6 @@ pub(super) struct Document {
     pub owners: Vec<Owner>,
 }
 
-/// Corners of a cube.
-const SIGNS: [[f64; 3]; 8] = [
-    [-1.0, -1.0, -1.0],
-    [-1.0, -1.0, 1.0],
-    [-1.0, 1.0, -1.0],
-    [-1.0, 1.0, 1.0],
-    [1.0, -1.0, -1.0],
-    [1.0, -1.0, 1.0],
-    [1.0, 1.0, -1.0],
-    [1.0, 1.0, 1.0],
-];
-
 /// A shape that has been written under the name `g` and its place in the list.
 struct Written {
     owner: Owner,
@@ -181,8 +169,11 @@ impl Writer<'_> {
             Shape::Cylinder { radius, half_length } => ("cylinder", format!("{radius:?} {half_length:?}")),
             Shape::Box { half_extents, rounding } if *rounding > 0.0 => {
                 let core = Vec3::from_array(*half_extents) - Vec3::splat(*rounding);
-                let corners: Vec<[f64; 3]> =
-                    SIGNS.iter().map(|sign| (core * Vec3::from_array(*sign)).to_array()).collect();
+                let corner = |k: u32| {
+                    let signs = [4, 2, 1].map(|bit| if k & bit == 0 { -1.0 } else { 1.0 });
+                    (core * Vec3::from_array(signs)).to_array()
+                };
+                let corners: Vec<[f64; 3]> = (0..8).map(corner).collect();
                 return self.hull(&corners, *rounding, pose, more);
             }
             Shape::Box { half_extents, .. } => ("box", vector(Vec3::from_array(*half_extents))),

@@ -42,19 +42,18 @@ pub(super) fn add_colliders(
             Owner::Link(link) => hand.map(|hand| hand.body(link)),
             Owner::Object(k) => Some(objects[k]),
         };
-        let mut builder = ColliderBuilder::new(collider.shape.clone())
+        let hooks = match collider.owner {
+            Owner::Static => ActiveHooks::empty(),
+            Owner::Link(_) => ActiveHooks::FILTER_CONTACT_PAIRS | ActiveHooks::MODIFY_SOLVER_CONTACTS,
+            Owner::Object(_) => ActiveHooks::MODIFY_SOLVER_CONTACTS,
+        };
+        let builder = ColliderBuilder::new(collider.shape.clone())
             .position(collider.body_from_shape)
             .density(0.0)
             .friction(collider.friction)
             .restitution(collider.restitution)
-            .user_data(i as u128 + 1);
-        if let Some(hooks) = match collider.owner {
-            Owner::Static => None,
-            Owner::Link(_) => Some(ActiveHooks::FILTER_CONTACT_PAIRS | ActiveHooks::MODIFY_SOLVER_CONTACTS),
-            Owner::Object(_) => Some(ActiveHooks::MODIFY_SOLVER_CONTACTS),
-        } {
-            builder = builder.active_hooks(hooks);
-        }
+            .user_data(i as u128 + 1)
+            .active_hooks(hooks);
         world.insert_collider(builder, parent);
     }
 }

@@ -3,12 +3,12 @@
 use super::request::{Asked, entry, no_verb};
 use crate::competition::Competition;
 use crate::http::extract::Segment;
-use crate::http::problem::{Problem, store_failed};
+use crate::problem::Problem;
 use crate::rules::Phase;
 use crate::store::Store;
 use axum::Json;
 use axum::extract::State;
-use palmares_protocol::{Code, Refusal};
+use palmares_protocol::Code;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -44,13 +44,13 @@ pub(super) async fn enter(
         _ => return Err(no_verb(&verb, "open, close, reveal")),
     };
     if to == Phase::Revealed {
-        let open = store.open_sessions().await.map_err(|error| store_failed(&error))?;
+        let open = store.open_sessions().await?;
         if open > 0 {
             let message = format!("{open} sessions are open; end or void them first");
-            return Err(Problem(Refusal::new(Code::WrongState, message)));
+            return Err(Problem::new(Code::WrongState, message));
         }
     }
     let entry = entry(&asked.identity, action, &competition.rules.name, &asked.body.reason);
-    competition.rules.enter(&store, to, &entry).await.map_err(Problem)?;
+    competition.rules.enter(&store, to, &entry).await?;
     Ok(Json(Answer { phase: competition.rules.phase() }))
 }

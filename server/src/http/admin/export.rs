@@ -6,8 +6,8 @@ use crate::auth::Identity;
 use crate::backup;
 use crate::http::csv::{self, Table};
 use crate::http::extract::{Asking, Segment};
-use crate::http::problem::{Problem, store_failed};
 use crate::http::runs::SessionNow;
+use crate::problem::Problem;
 use crate::store::Store;
 use crate::store::{AuditEntry, NewAuditEntry};
 use axum::Json;
@@ -56,7 +56,7 @@ pub(super) async fn audit(
     Asking(page): Asking<Page>,
 ) -> Result<Json<Records>, Problem> {
     let records = store.audit(page.after, page.limit.min(most())).await;
-    Ok(Json(Records { records: records.map_err(|error| store_failed(&error))? }))
+    Ok(Json(Records { records: records? }))
 }
 
 /// `leaderboard`, `sessions`, `runs`, `audit`, as JSON or CSV.
@@ -65,27 +65,26 @@ pub(super) async fn export(
     Segment(what): Segment,
     Asking(format): Asking<Format>,
 ) -> Result<Response, Problem> {
-    let failed = |error| store_failed(&error);
     let bad = |error: serde_json::Error| {
         tracing::error!(%error, "export");
-        Problem(Refusal::new(Code::Internal, "the table cannot be written"))
+        Problem::new(Code::Internal, "the table cannot be written")
     };
     let table = match what.as_str() {
         "leaderboard" => {
-            let rows = app.store.leaderboard(app.competition.rules.official()).await.map_err(failed)?;
+            let rows = app.store.leaderboard(app.competition.rules.official()).await?;
             csv::leaderboard(&rows, &app.competition.task_names())
         }
         "sessions" => {
-            let rows = app.store.sessions(None).await.map_err(failed)?.into_iter();
+            let rows = app.store.sessions(None).await?.into_iter();
             let rows: Vec<SessionNow> = rows.map(|row| SessionNow::of(row, &app)).collect();
             Table::new(&csv::SESSIONS, serde_json::to_value(rows).map_err(bad)?)
         }
         "runs" => {
-            let rows = app.store.runs().await.map_err(failed)?;
+            let rows = app.store.runs().await?;
             Table::new(&csv::RUNS, serde_json::to_value(rows).map_err(bad)?)
         }
         "audit" => {
-            let rows = app.store.audit(0, u32::MAX).await.map_err(failed)?;
+            let rows = app.store.audit(0, u32::MAX).await?;
             Table::new(&csv::AUDIT, serde_json::to_value(rows).map_err(bad)?)
         }
         _ => return Err(not_found("there are leaderboard, sessions, runs, audit".into())),
@@ -93,7 +92,7 @@ pub(super) async fn export(
     match format.format.as_deref() {
         None | Some("json") => Ok(Json(table.rows).into_response()),
         Some("csv") => Ok(csv::response(&table)),
-        Some(_) => Err(Problem(Refusal::new(Code::BadRequest, "format: expected json or csv"))),
+        Some(_) => Err(Problem::new(Code::BadRequest, "format: expected json or csv")),
     }
 }
 
@@ -105,8 +104,8 @@ pub(super) async fn backup(
 ) -> Result<Response, Problem> {
     let entry =
         NewAuditEntry { actor: &identity.token_id, action: "backup", subject: "everything", reason: None };
-    store.record(&entry).await.map_err(|error| store_failed(&error))?;
-    let tables = store.dump().await.map_err(|error| store_failed(&error))?;
+    store.record(&entry).await?;
+    let tables = store.dump().await?;
     let (sender, receiver) = mpsc::channel::<io::Result<Bytes>>(4);
     let files = backup.clone();
     // A thread of its own: it writes as fast as the organizer reads, which may take long.

@@ -4,15 +4,15 @@ use super::request::{Asked, entry, needs_reason, no_verb, not_found};
 use crate::app::App;
 use crate::hands::Inspection;
 use crate::http::extract::Segment;
-use crate::http::problem::{Problem, store_failed};
+use crate::problem::Problem;
 use crate::store::HandRow;
 use crate::store::Store;
 use axum::Json;
 use axum::extract::State;
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
+use palmares_protocol::Code;
 use palmares_protocol::text::shortened;
-use palmares_protocol::{Code, Refusal};
 use palmares_tasks::inspect::FigureRow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -44,7 +44,7 @@ pub(in crate::http) struct Decided {
 
 /// All teams' hands.
 pub(super) async fn list(State(store): State<Store>) -> Result<Json<List>, Problem> {
-    let hands = store.hands(None).await.map_err(|error| store_failed(&error))?;
+    let hands = store.hands(None).await?;
     Ok(Json(List { hands }))
 }
 
@@ -60,7 +60,7 @@ pub(in crate::http) struct Shown {
 }
 
 async fn stored(app: &App, id: &str) -> Result<HandRow, Problem> {
-    let hand = app.store.hand(id).await.map_err(|error| store_failed(&error))?;
+    let hand = app.store.hand(id).await?;
     hand.ok_or_else(|| not_found(format!("no hand `{}`; GET /v1/admin/hands lists them", shortened(id))))
 }
 
@@ -68,7 +68,7 @@ async fn stored(app: &App, id: &str) -> Result<HandRow, Problem> {
 pub(super) async fn show(State(app): State<App>, Segment(id): Segment) -> Result<Json<Shown>, Problem> {
     let hand = stored(&app, &id).await?;
     let Inspection { figures, in_the_way } =
-        app.competition.own_hands.inspect(&app.compute.background, &hand).await.map_err(Problem)?;
+        app.competition.own_hands.inspect(&app.compute.background, &hand).await?;
     Ok(Json(Shown { hand, figures, in_the_way }))
 }
 
@@ -82,7 +82,7 @@ pub(super) async fn archive(
     let read = tokio::task::spawn_blocking(move || app.competition.own_hands.archive(&sha256)).await;
     let bytes = read.map_err(std::io::Error::other).and_then(|bytes| bytes).map_err(|error| {
         tracing::error!(%error, hand = hand.hand_id, "an archive cannot be read");
-        Problem(Refusal::new(Code::Internal, "the archive cannot be read"))
+        Problem::new(Code::Internal, "the archive cannot be read")
     })?;
     let headers = [
         (CONTENT_TYPE, "application/zip".to_owned()),
@@ -110,9 +110,9 @@ pub(super) async fn decide(
     let entry = entry(&asked.identity, action, hand_id, reason);
     let decided = store.decide_hand(hand_id, approved, &entry).await;
     let none = || not_found(format!("no hand `{}`; GET /v1/admin/hands lists them", shortened(hand_id)));
-    if !decided.map_err(|error| store_failed(&error))? {
+    if !decided? {
         return Err(none());
     }
-    let hand = store.hand(hand_id).await.map_err(|error| store_failed(&error))?;
+    let hand = store.hand(hand_id).await?;
     Ok(Json(Decided { hand: hand.ok_or_else(none)? }))
 }

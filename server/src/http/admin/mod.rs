@@ -13,9 +13,9 @@ mod teams;
 
 use super::openapi::operation::{Token, ZIP, get, get_json, post_json};
 use super::openapi::routes::Routes;
-use super::problem::Problem;
 use crate::app::App;
 use crate::auth::Auth;
+use crate::problem::Problem;
 use crate::store::Store;
 use axum::extract::{Request, State};
 use axum::middleware::Next;

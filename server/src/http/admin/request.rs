@@ -2,14 +2,14 @@
 
 use crate::app::App;
 use crate::auth::Identity;
-use crate::http::problem::Problem;
+use crate::problem::Problem;
 use crate::store::NewAuditEntry;
 use axum::body::Bytes;
 use axum::extract::{FromRequest, FromRequestParts, Request};
 use axum::http::Extensions;
 use axum::http::request::Parts;
+use palmares_protocol::Code;
 use palmares_protocol::text::shortened;
-use palmares_protocol::{Code, Refusal};
 use serde::de::DeserializeOwned;
 
 /// A JSON body whose errors are problems; and whose it is.
@@ -25,7 +25,7 @@ impl<T: DeserializeOwned> FromRequest<App> for Asked<T> {
 
     async fn from_request(request: Request, app: &App) -> Result<Self, Problem> {
         let identity = identity_of(request.extensions())?;
-        let bad = |message: String| Problem(Refusal::new(Code::BadRequest, message));
+        let bad = |message: String| Problem::new(Code::BadRequest, message);
         let bytes = Bytes::from_request(request, app).await.map_err(|error| bad(error.body_text()))?;
         let text = if bytes.is_empty() { b"{}".as_slice() } else { &bytes };
         let mut json = serde_json::Deserializer::from_slice(text);
@@ -37,7 +37,7 @@ impl<T: DeserializeOwned> FromRequest<App> for Asked<T> {
 
 fn identity_of(extensions: &Extensions) -> Result<Identity, Problem> {
     // The middleware has put it there.
-    let missing = || Problem(Refusal::new(Code::Internal, "the request has no identity"));
+    let missing = || Problem::new(Code::Internal, "the request has no identity");
     extensions.get().cloned().ok_or_else(missing)
 }
 
@@ -63,12 +63,12 @@ pub(super) fn entry<'a>(
 pub(super) fn needs_reason(reason: &Option<String>) -> Result<(), Problem> {
     match reason.as_deref().map(str::trim) {
         Some(text) if !text.is_empty() => Ok(()),
-        _ => Err(Problem(Refusal::new(Code::BadRequest, "reason: say why; it is kept in the audit"))),
+        _ => Err(Problem::new(Code::BadRequest, "reason: say why; it is kept in the audit")),
     }
 }
 
 pub(super) fn not_found(message: String) -> Problem {
-    Problem(Refusal::new(Code::NotFound, message))
+    Problem::new(Code::NotFound, message)
 }
 
 pub(super) fn no_verb(verb: &str, known: &str) -> Problem {

@@ -3,14 +3,14 @@
 use super::request::{Asked, entry, needs_reason, no_verb, not_found};
 use crate::app::App;
 use crate::http::extract::Segment;
-use crate::http::problem::{Problem, store_failed};
 use crate::http::runs::SessionNow;
+use crate::problem::Problem;
 use crate::session::Command as Order;
 use crate::store::RunRecord;
 use axum::Json;
 use axum::extract::State;
+use palmares_protocol::Code;
 use palmares_protocol::text::shortened;
-use palmares_protocol::{Code, Refusal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -40,18 +40,18 @@ pub(super) async fn act(
     asked: Asked<Body>,
 ) -> Result<Json<Answer>, Problem> {
     let Body { run_id, reason } = &asked.body;
-    let run = app.store.run(run_id).await.map_err(|error| store_failed(&error))?;
+    let run = app.store.run(run_id).await?;
     let none = || not_found(format!("no run `{}`", shortened(run_id)));
     let run = run.ok_or_else(none)?;
     let wrong = |what: &str| {
         let message = format!("run {} is {}: {what}", shortened(run_id), run.status);
-        Problem(Refusal::new(Code::WrongState, message))
+        Problem::new(Code::WrongState, message)
     };
     match verb.as_str() {
         "void" => {
             needs_reason(reason)?;
             let entry = entry(&asked.identity, "run.void", run_id, reason);
-            let voided = app.store.void_run(run_id, &entry).await.map_err(|error| store_failed(&error))?;
+            let voided = app.store.void_run(run_id, &entry).await?;
             // An open run is closed by its session; a finished one's time is given back by it, or without it.
             let order = Order::VoidRun { run_id: run_id.clone(), note: reason.clone().unwrap_or_default() };
             let session_id = run.session_id.clone().unwrap_or_default();
@@ -61,20 +61,20 @@ pub(super) async fn act(
                 Ok(()) => true,
             };
             if !obeyed {
-                app.sessions.give_back(&session_id).await.map_err(|error| store_failed(&error))?;
-                app.sessions.revive(&session_id).await.map_err(|error| store_failed(&error))?;
+                app.sessions.give_back(&session_id).await?;
+                app.sessions.revive(&session_id).await?;
             }
             if !voided {
                 if !(obeyed && run.status == "open") {
                     return Err(wrong("nothing to void"));
                 }
-                app.store.record(&entry).await.map_err(|error| store_failed(&error))?;
+                app.store.record(&entry).await?;
             }
             app.hub.ranking_changed();
         }
         "reverify" => {
             let entry = entry(&asked.identity, "run.reverify", run_id, reason);
-            if !app.store.reverify(run_id, &entry).await.map_err(|error| store_failed(&error))? {
+            if !app.store.reverify(run_id, &entry).await? {
                 return Err(wrong("it has no replay that could be played again"));
             }
             if let Some(archive) = &app.archive {
@@ -84,7 +84,7 @@ pub(super) async fn act(
         _ => return Err(no_verb(&verb, "void, reverify")),
     }
     let session = app.store.session(run.session_id.as_deref().unwrap_or_default()).await;
-    let session = session.map_err(|error| store_failed(&error))?.map(|row| SessionNow::of(row, &app));
-    let run = app.store.run(run_id).await.map_err(|error| store_failed(&error))?;
+    let session = session?.map(|row| SessionNow::of(row, &app));
+    let run = app.store.run(run_id).await?;
     Ok(Json(Answer { run: run.ok_or_else(none)?, session }))
 }

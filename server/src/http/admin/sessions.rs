@@ -3,14 +3,14 @@
 use super::request::{Asked, entry, needs_reason, no_verb, not_found};
 use crate::app::App;
 use crate::http::extract::Segment;
-use crate::http::problem::{Problem, store_failed};
 use crate::http::runs::SessionNow;
+use crate::problem::Problem;
 use crate::rules::Phase;
 use crate::session::Command as Order;
 use axum::Json;
 use axum::extract::State;
+use palmares_protocol::Code;
 use palmares_protocol::text::shortened;
-use palmares_protocol::{Code, Refusal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -47,55 +47,54 @@ pub(super) async fn act(
 ) -> Result<Json<Answer>, Problem> {
     let Body { session_id, reason, seconds } = &asked.body;
     let none = || not_found(format!("no session `{}`; GET /v1/sessions lists them", shortened(session_id)));
-    if app.store.session(session_id).await.map_err(|error| store_failed(&error))?.is_none() {
+    if app.store.session(session_id).await?.is_none() {
         return Err(none());
     }
     let note = reason.clone().unwrap_or_default();
     let entry = |action| entry(&asked.identity, action, session_id, reason);
-    let failed = |error| store_failed(&error);
     let (done, order) = match verb.as_str() {
         "pause" => {
             let done = app.store.pause_session(session_id, true, &entry("session.pause")).await;
-            (done.map_err(failed)?, Order::Pause)
+            (done?, Order::Pause)
         }
         "resume" => {
             let done = app.store.pause_session(session_id, false, &entry("session.resume")).await;
-            (done.map_err(failed)?, Order::Resume)
+            (done?, Order::Resume)
         }
         "end" => {
             let done = app.store.order_end(session_id, &entry("session.end")).await;
-            (done.map_err(failed)?, Order::End { void: false, note })
+            (done?, Order::End { void: false, note })
         }
         "void" => {
             needs_reason(reason)?;
             let done = app.store.void_session(session_id, &entry("session.void")).await;
-            (done.map_err(failed)?, Order::End { void: true, note })
+            (done?, Order::End { void: true, note })
         }
         "grant" => {
             needs_reason(reason)?;
             if app.competition.rules.phase() == Phase::Revealed {
                 let message = "the secret behind the seeds is public: the competition is over";
-                return Err(Problem(Refusal::new(Code::WrongState, message)));
+                return Err(Problem::new(Code::WrongState, message));
             }
             let seconds = seconds.filter(|s| *s > 0.0 && *s <= MOST_S).ok_or_else(|| {
                 let message = format!("seconds: expected more than 0 and at most {MOST_S}");
-                Problem(Refusal::new(Code::BadRequest, message))
+                Problem::new(Code::BadRequest, message)
             })?;
             let done = app.store.grant_time(session_id, seconds, &entry("session.grant")).await;
-            (done.map_err(failed)?, Order::Grant { seconds })
+            (done?, Order::Grant { seconds })
         }
         _ => return Err(no_verb(&verb, "pause, resume, end, void, grant")),
     };
     if !done {
         let message = format!("session {} is not in a state for {verb}", shortened(session_id));
-        return Err(Problem(Refusal::new(Code::WrongState, message)));
+        return Err(Problem::new(Code::WrongState, message));
     }
     // A session that nobody holds any more has nothing to obey; the database has it all.
     match app.sessions.registry.command(session_id, order).await {
         Ok(()) => {}
         Err(refusal) if refusal.code == Code::NotFound && verb == "grant" => {
             // Its time was spent and it is gone; now it waits for its team again.
-            app.sessions.revive(session_id).await.map_err(|error| store_failed(&error))?;
+            app.sessions.revive(session_id).await?;
         }
         Err(refusal) if refusal.code == Code::NotFound => {}
         Err(refusal) => return Err(Problem(refusal)),
@@ -103,7 +102,7 @@ pub(super) async fn act(
     if verb == "void" {
         app.hub.ranking_changed();
     }
-    let session = app.store.session(session_id).await.map_err(|error| store_failed(&error))?;
+    let session = app.store.session(session_id).await?;
     let session = SessionNow::of(session.ok_or_else(none)?, &app);
     Ok(Json(Answer { session }))
 }

@@ -3,9 +3,9 @@
 use super::request::{Asked, entry, not_found};
 use crate::app::App;
 use crate::auth::Auth;
-use crate::auth::{self, IssueError, Role};
-use crate::http::problem::{Problem, store_failed};
+use crate::auth::{self, Role};
 use crate::names::{self, printable};
+use crate::problem::Problem;
 use crate::store::Store;
 use crate::store::{TeamRow, TokenRow};
 use axum::Json;
@@ -95,8 +95,8 @@ pub(in crate::http) struct Tokens {
     tokens: Vec<TokenRow>,
 }
 
-fn issue_failed(error: &IssueError) -> Problem {
-    tracing::error!(%error, "no token");
+fn issue_failed(error: &anyhow::Error) -> Problem {
+    tracing::error!(error = format!("{error:#}"), "no token");
     Problem(Refusal::new(Code::Internal, "the token could not be made; try again").retry_after(5.0))
 }
 
@@ -108,13 +108,13 @@ fn no_team(team: &str) -> Problem {
 pub(super) async fn add(State(app): State<App>, asked: Asked<TeamBody>) -> Result<Json<Issued>, Problem> {
     let team = names::team(&asked.body.team).map_err(|error| Problem(error.of("team")))?;
     let add = entry(&asked.identity, "team.add", &team, &asked.body.reason);
-    if let Some(other) = app.store.add_team(&team, &add).await.map_err(|error| store_failed(&error))? {
+    if let Some(other) = app.store.add_team(&team, &add).await? {
         let message = if other == team {
             format!("there is a team `{team}` already; rotate gives it a new token")
         } else {
             format!("`{team}` looks like the team `{}` (UTS 39); choose another name", printable(&other))
         };
-        return Err(Problem(Refusal::new(Code::WrongState, message)));
+        return Err(Problem::new(Code::WrongState, message));
     }
     new_token(&app, &asked.identity, "token.issue", &team, &asked.body.reason).await
 }
@@ -137,7 +137,7 @@ async fn new_token(
 /// A new token instead of the old: connections with the old one close.
 pub(super) async fn rotate(State(app): State<App>, asked: Asked<TeamBody>) -> Result<Json<Issued>, Problem> {
     let team = &asked.body.team;
-    if !app.store.has_team(team).await.map_err(|error| store_failed(&error))? {
+    if !app.store.has_team(team).await? {
         return Err(no_team(team));
     }
     new_token(&app, &asked.identity, "token.rotate", team, &asked.body.reason).await
@@ -150,11 +150,11 @@ pub(super) async fn revoke(
     asked: Asked<TeamBody>,
 ) -> Result<Json<Revoked>, Problem> {
     let team = &asked.body.team;
-    if !store.has_team(team).await.map_err(|error| store_failed(&error))? {
+    if !store.has_team(team).await? {
         return Err(no_team(team));
     }
     let entry = entry(&asked.identity, "token.revoke", team, &asked.body.reason);
-    let revoked = store.revoke_team(team, &entry).await.map_err(|error| store_failed(&error))?;
+    let revoked = store.revoke_team(team, &entry).await?;
     let count = revoked.len();
     auth.revoke(revoked);
     Ok(Json(Revoked { team: Some(team.clone()), token_id: None, revoked: count }))
@@ -162,7 +162,7 @@ pub(super) async fn revoke(
 
 /// The teams.
 pub(super) async fn list(State(store): State<Store>) -> Result<Json<Teams>, Problem> {
-    let teams = store.teams().await.map_err(|error| store_failed(&error))?;
+    let teams = store.teams().await?;
     Ok(Json(Teams { teams }))
 }
 
@@ -177,7 +177,7 @@ pub(super) async fn add_token(
         "viewer" => Role::Viewer,
         _ => {
             let message = "role: expected `organizer` or `viewer`; a team gets its token by team/add";
-            return Err(Problem(Refusal::new(Code::BadRequest, message)));
+            return Err(Problem::new(Code::BadRequest, message));
         }
     };
     let label = names::label(label).map_err(|error| Problem(error.of("label")))?;
@@ -196,7 +196,7 @@ pub(super) async fn revoke_token(
 ) -> Result<Json<Revoked>, Problem> {
     let TokenId { token_id, reason } = &asked.body;
     let entry = entry(&asked.identity, "token.revoke", token_id, reason);
-    if !store.revoke_token(token_id, &entry).await.map_err(|error| store_failed(&error))? {
+    if !store.revoke_token(token_id, &entry).await? {
         let message = format!("no live token `{}`, or the last organizer's", shortened(token_id));
         return Err(not_found(message));
     }
@@ -206,6 +206,6 @@ pub(super) async fn revoke_token(
 
 /// The tokens, without their secrets.
 pub(super) async fn tokens(State(store): State<Store>) -> Result<Json<Tokens>, Problem> {
-    let tokens = store.tokens().await.map_err(|error| store_failed(&error))?;
+    let tokens = store.tokens().await?;
     Ok(Json(Tokens { tokens }))
 }

@@ -1,6 +1,6 @@
 //! What is told of an address and a method.
 
-use crate::http::problem::Body;
+use crate::problem::Body;
 use schemars::generate::SchemaGenerator;
 use schemars::{JsonSchema, Schema};
 use serde_json::{Value, json};

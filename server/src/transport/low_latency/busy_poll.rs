@@ -2,8 +2,7 @@
 //! putting a thread to sleep and waking it up again takes about as long as a tick computes. So the connection looks for
 //! the request a little longer before it sleeps, if that has paid lately and nobody else wants the core.
 
-use super::attention::Attention;
-use super::pieces::BUSY_POLL;
+use super::stream::Attention;
 use axum::extract::ws::{Message, WebSocket};
 use std::future::poll_fn;
 use std::pin::pin;
@@ -51,7 +50,7 @@ impl BusyPoll {
     /// Looks for the next request without going to sleep, where that pays, and as long as `idle` says that nobody else wants
     /// the core.
     pub(crate) async fn next(&mut self, socket: &mut WebSocket, idle: impl Fn() -> bool) -> Option<Incoming> {
-        let span = self.gaps.worth().filter(|_| BUSY_POLL)?;
+        let span = self.gaps.worth()?;
         let _leave = self.awake.as_ref()?.leave(self.cores)?;
         let _attentive = self.attention.attentive();
         let end = Instant::now() + span;

@@ -2,10 +2,11 @@
 //! the system, which costs a lockstep controller more than a tick computes. This one asks the system directly, and is
 //! registered for waking only while somebody sleeps on it.
 
-use super::attention::Attention;
 use std::io::{self, ErrorKind, IoSlice, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::pin::Pin;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::{Context, Poll, ready};
 use tokio::io::unix::AsyncFd;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
@@ -15,6 +16,32 @@ const AT_ONCE: usize = 16 << 10;
 /// What is thrown away at most of what a caller goes on sending after it was answered, bytes: a socket that is closed with
 /// unread bytes takes the answer with it.
 const UNREAD: usize = 1 << 20;
+
+/// Whether whoever reads from a connection looks for bytes itself and need not be woken.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Attention(Arc<AtomicBool>);
+
+/// Whoever holds it polls until it drops it.
+pub(super) struct Attentive<'a>(&'a AtomicBool);
+
+impl Attention {
+    /// From now on nobody is woken when bytes come.
+    pub(super) fn attentive(&self) -> Attentive<'_> {
+        self.0.store(true, Ordering::Release);
+        Attentive(&self.0)
+    }
+
+    /// Whether nobody need be woken.
+    pub(super) fn is_held(&self) -> bool {
+        self.0.load(Ordering::Acquire)
+    }
+}
+
+impl Drop for Attentive<'_> {
+    fn drop(&mut self) {
+        self.0.store(false, Ordering::Release);
+    }
+}
 
 /// A connection; its socket does not block.
 #[derive(Debug)]

@@ -1,0 +1,140 @@
+//! The viewer's scripts and style sheets, as `cargo xtask viewer` has left them in `viewer/dist` when the server was compiled.
+
+use crate::problem::Problem;
+use axum::extract::Path;
+use axum::http::header::{
+    ACCEPT_ENCODING, CACHE_CONTROL, CONTENT_ENCODING, CONTENT_TYPE, VARY, X_CONTENT_TYPE_OPTIONS,
+};
+use axum::http::{HeaderMap, HeaderValue, StatusCode};
+use axum::response::{IntoResponse, Response};
+use palmares_protocol::Code;
+use palmares_protocol::text::shortened;
+use rust_embed::{EmbeddedFile, RustEmbed};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+/// Names carry a hash of what is in the file: it never changes.
+const FOR_EVER: &str = "public, max-age=31536000, immutable";
+
+#[derive(RustEmbed)]
+#[folder = "../viewer/dist"]
+#[include = "bundle/*"]
+struct Bundle;
+
+/// An entry of vite's manifest.
+#[derive(Debug, Deserialize)]
+struct Chunk {
+    file: String,
+    #[serde(default)]
+    css: Vec<String>,
+    #[serde(default)]
+    imports: Vec<String>,
+}
+
+/// What a page loads, as addresses.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct PageFiles {
+    /// The page's own script.
+    pub(super) script: String,
+    /// Scripts it needs at once.
+    pub(super) preload: Vec<String>,
+    /// Style sheets, the most general first.
+    pub(super) styles: Vec<String>,
+}
+
+static MANIFEST: LazyLock<BTreeMap<String, Chunk>> = LazyLock::new(|| {
+    let file = Bundle::get("bundle/manifest.json");
+    file.and_then(|file| serde_json::from_slice(&file.data).ok()).unwrap_or_default()
+});
+
+/// The files of a page; none where the server was compiled without its viewer.
+pub(super) fn files_of(page: &str) -> Option<PageFiles> {
+    let entry = MANIFEST.get(&format!("src/pages/{page}.ts"))?;
+    let mut files = PageFiles { script: format!("/{}", entry.file), ..PageFiles::default() };
+    collect(entry, &mut files);
+    Some(files)
+}
+
+/// What a chunk imports comes before what it brings itself.
+fn collect(chunk: &Chunk, files: &mut PageFiles) {
+    for import in &chunk.imports {
+        let Some(other) = MANIFEST.get(import) else { continue };
+        collect(other, files);
+        let address = format!("/{}", other.file);
+        if !files.preload.contains(&address) {
+            files.preload.push(address);
+        }
+    }
+    for style in &chunk.css {
+        let address = format!("/{style}");
+        if !files.styles.contains(&address) {
+            files.styles.push(address);
+        }
+    }
+}
+
+/// `GET /assets/{file}`.
+pub(in crate::http) async fn asset(Path(name): Path<String>, headers: HeaderMap) -> Response {
+    let path = format!("bundle/assets/{name}");
+    let Some(file) = Bundle::get(&path) else {
+        let message = format!(
+            "no file {}: the page is of another version of this server; load it again",
+            shortened(&name)
+        );
+        return Problem::new(Code::NotFound, message).into_response();
+    };
+    let packed = Bundle::get(&format!("{path}.gz")).filter(|_| takes_gzip(&headers));
+    let kind = HeaderValue::from_str(file.metadata.mimetype());
+    let mut response = match packed {
+        Some(packed) => ([(CONTENT_ENCODING, "gzip")], bytes(packed)).into_response(),
+        None => bytes(file).into_response(),
+    };
+    let headers = response.headers_mut();
+    headers.insert(CONTENT_TYPE, kind.unwrap_or(HeaderValue::from_static("application/octet-stream")));
+    headers.insert(CACHE_CONTROL, HeaderValue::from_static(FOR_EVER));
+    headers.insert(VARY, HeaderValue::from_static("accept-encoding"));
+    headers.insert(X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+    response
+}
+
+fn bytes(file: EmbeddedFile) -> (StatusCode, Vec<u8>) {
+    (StatusCode::OK, file.data.into_owned())
+}
+
+fn takes_gzip(headers: &HeaderMap) -> bool {
+    let codings = headers.get_all(ACCEPT_ENCODING).iter().filter_map(|value| value.to_str().ok());
+    codings.flat_map(|value| value.split(',')).any(|coding| {
+        let mut parts = coding.split(';').map(str::trim);
+        parts.next().is_some_and(|name| name == "gzip") && !parts.any(|q| q == "q=0" || q == "q=0.0")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gzip_is_for_those_who_take_it() {
+        let takes = |value: &'static str| {
+            takes_gzip(&[(ACCEPT_ENCODING, HeaderValue::from_static(value))].into_iter().collect())
+        };
+        assert!(takes("gzip, deflate, br") && takes("br;q=1.0, gzip;q=0.8"));
+        assert!(!takes("br") && !takes("gzip;q=0") && !takes_gzip(&HeaderMap::new()));
+    }
+
+    #[test]
+    fn what_a_page_needs_is_there() {
+        if MANIFEST.is_empty() {
+            println!("skipped: compiled without the viewer");
+            return;
+        }
+        for page in ["leaderboard", "live", "replay", "wall", "admin"] {
+            let files = files_of(page).expect(page);
+            let all = files.styles.iter().chain(&files.preload).chain([&files.script]);
+            for address in all {
+                assert!(Bundle::get(&format!("bundle{address}")).is_some(), "{page}: {address}");
+            }
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! The pages for people. What happens in them is in `viewer/`; here are their frames, and the leaderboard as plain HTML.
+
+mod assets;
+pub(super) mod leaderboard;
+mod shell;
+
+pub(super) use assets::asset;
+
+use crate::competition::Competition;
+use axum::extract::{Path, State};
+use axum::response::IntoResponse;
+use shell::{Page, answer, without_script};
+use std::sync::Arc;
+
+/// Answers with the frame of a page whose script does the rest.
+fn page(name: &str, title: &str, argument: &str, competition: &Competition) -> impl IntoResponse + use<> {
+    let body = without_script(name);
+    answer(
+        &Page { name, argument, title, body, plain_style: Some(leaderboard::PLAIN), refresh_s: None },
+        competition,
+    )
+}
+
+/// `GET /live`.
+pub(super) async fn live(State(competition): State<Arc<Competition>>) -> impl IntoResponse {
+    page("live", "Live", "", &competition)
+}
+
+/// `GET /live/{session}`.
+pub(super) async fn live_session(
+    State(competition): State<Arc<Competition>>,
+    Path(session): Path<String>,
+) -> impl IntoResponse {
+    page("live", "Live", &session, &competition)
+}
+
+/// `GET /replay`.
+pub(super) async fn replay(State(competition): State<Arc<Competition>>) -> impl IntoResponse {
+    page("replay", "Replay", "", &competition)
+}
+
+/// `GET /replay/{run}`.
+pub(super) async fn replay_run(
+    State(competition): State<Arc<Competition>>,
+    Path(run): Path<String>,
+) -> impl IntoResponse {
+    page("replay", "Replay", &run, &competition)
+}
+
+/// `GET /wall`.
+pub(super) async fn wall(State(competition): State<Arc<Competition>>) -> impl IntoResponse {
+    page("wall", "Wall", "", &competition)
+}
+
+/// `GET /admin`.
+pub(super) async fn admin(State(competition): State<Arc<Competition>>) -> impl IntoResponse {
+    page("admin", "Organizers", "", &competition)
+}

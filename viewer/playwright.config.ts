@@ -1,0 +1,17 @@
+/** Tests of the pages in Chromium, against a server of their own (`PALMARES_SERVER_BIN`). */
+import { defineConfig } from '@playwright/test';
+
+export default defineConfig({
+  testDir: 'tests',
+  timeout: 90_000,
+  // One world at a time: two cores step it, serve it and draw it.
+  workers: 1,
+  reporter: [['list']],
+  outputDir: '../target/viewer-tests',
+  use: {
+    launchOptions: {
+      executablePath: process.env['PALMARES_CHROMIUM'] ?? '/usr/bin/chromium',
+      args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
+    },
+  },
+});

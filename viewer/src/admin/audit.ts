@@ -1,0 +1,63 @@
+/** Who decided what, when and why; a page at a time, the newest first. */
+import { moment } from '../board/format';
+import { button, el } from '../board/kit';
+import { copy } from '../board/aside';
+import type { Desk, Tab } from './desk';
+import { KeyedTable } from './keyed';
+import type { AuditEntry } from './types';
+
+/** Records on a page. */
+export const PAGE = 50;
+
+/** The number of the last record: doubling until there is none behind, then halving. `has(n)`: whether one comes after n. */
+export async function lastOf(has: (after: number) => Promise<boolean>, known = 0): Promise<number> {
+  if (!await has(known)) return known;
+  let [low, step] = [known + 1, 1];
+  while (await has(low + step - 1)) {
+    low += step;
+    step *= 2;
+  }
+  // The last lies from low to low + step - 1.
+  let high = low + step - 1;
+  while (low < high) {
+    const middle = Math.floor((low + high) / 2);
+    if (await has(middle)) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+/** The tab. */
+export function auditTab(desk: Desk): Tab {
+  let last = 0;
+  let page = 0;
+  const fetched = (after: number, limit: number): Promise<AuditEntry[]> =>
+    desk.get<{ records: AuditEntry[] }>(`/v1/admin/audit?after=${after}&limit=${limit}`).then((answer) => answer.records);
+  const line = el('span', { class: 'soft', role: 'status' });
+  const turn = (by: number) => (): void => { page = Math.max(0, page + by); void tab.refresh(); };
+  const newer = button('Newer', turn(-1), { class: 'small' });
+  const older = button('Older', turn(1), { class: 'small' });
+  const table = new KeyedTable<AuditEntry>(
+    [{ head: '#', class: 'n' }, { head: 'When' }, { head: 'Who' }, { head: 'What' }, { head: 'Subject', class: 'wide' }, { head: 'Why', class: 'wide' }],
+    (entry) => String(entry.seq),
+    (entry) => [entry.seq, moment(entry.unix_ms), el('code', {}, entry.actor), entry.action, el('bdi', {}, entry.subject), entry.reason === null ? '–' : el('bdi', {}, entry.reason)],
+    { label: 'Audit', empty: 'Nothing has been decided yet.', head: 3 });
+
+  const tab: Tab = {
+    id: 'audit', title: 'Audit', period: 5000,
+    element: el('div', {}, el('div', { class: 'row head' }, newer, older, line, button('Copy this page', () => {
+      void copy(table.element.innerText);
+    }, { class: 'small end' })), table.element),
+    async refresh() {
+      last = await lastOf(async (after) => (await fetched(after, 1)).length > 0, last);
+      page = Math.min(page, Math.max(0, Math.ceil(last / PAGE) - 1));
+      const to = last - page * PAGE;
+      const from = Math.max(0, to - PAGE);
+      table.show((await fetched(from, to - from)).reverse());
+      newer.disabled = page === 0;
+      older.disabled = from === 0;
+      line.textContent = last === 0 ? '' : `${from + 1}–${to} of ${last}`;
+    },
+  };
+  return tab;
+}

@@ -1,0 +1,73 @@
+/** Runs whose verdict is awaited or doubtful: verify again, void, look at the replay. */
+import { moment, points } from '../board/format';
+import { button, type Child, el, name } from '../board/kit';
+import { ask, type Question } from './ask';
+import type { Desk, Tab } from './desk';
+import { KeyedTable } from './keyed';
+import type { Run } from './types';
+
+const COLOUR: Record<string, string> = { provisional: 'warn', verified: 'ok', rejected: 'bad', void: 'soft', voided: 'soft', open: 'info', aborted: 'soft' };
+/** Most rows at once. */
+const MOST = 300;
+
+/** Whether somebody should look at a run. */
+export function asksForALook(run: Pick<Run, 'status' | 'similar'>): boolean {
+  return run.status === 'provisional' || run.status === 'rejected' || (run.similar ?? []).length > 0;
+}
+
+/** The tab. */
+export function runsTab(desk: Desk): Tab {
+  let all: Run[] = [];
+  const everything = el('input', { type: 'checkbox', on: { change: () => { show(); } } });
+  const filter = el('input', { type: 'search', 'aria-label': 'Team, task or run', placeholder: 'team, task or run', on: { input: () => { show(); } } });
+  const line = el('p', { class: 'soft', role: 'status' });
+  const table = new KeyedTable<Run>(
+    [{ head: 'Run' }, { head: 'Team' }, { head: 'Task' }, { head: 'Score', class: 'n' }, { head: 'Status' }, { head: 'Ended' }, { head: 'Notes', class: 'wide' }, { head: '', class: 'wide' }],
+    (run) => run.run_id,
+    (run) => [
+      el('span', { class: 'id' }, run.run_id), name(run.team), [run.task, run.k === null ? '' : ` k ${run.k}`], run.score === null ? '–' : points(run.score),
+      el('span', { class: `badge ${COLOUR[run.status] ?? ''}` }, run.status), moment(run.ended_unix_ms), notes(run),
+      el('div', { class: 'row' },
+        run.ended_unix_ms !== null && el('a', { class: 'button small', href: `/replay/${encodeURIComponent(run.run_id)}` }, 'Replay'),
+        run.ended_unix_ms !== null && button('File', () => { void desk.save(`/v1/runs/${encodeURIComponent(run.run_id)}/replay`, `${run.run_id}.mcap`); }, { class: 'small' }),
+        ['provisional', 'verified', 'rejected'].includes(run.status) && button('Verify again…', () => { void ask(again(run)); }, { class: 'small' }),
+        !run.status.startsWith('void') && button('Void…', () => { void ask(voided(run)); }, { class: 'small danger' })),
+    ],
+    { label: 'Runs', empty: 'Nothing waits: every run is verified and none is like another team’s.' });
+
+  function notes(run: Run): Child[] {
+    const texts = [run.note, run.verify_note].filter((text): text is string => text !== null && text !== undefined && text !== '');
+    const similar = (run.similar ?? []).map((other) => el('div', {}, 'like ', el('span', { class: 'id' }, other.run_id), ' of ', name(other.team ?? '?'), `: ${String(other['changes'] ?? '')} changes alike`));
+    return [...texts.map((text) => el('div', {}, text)), ...similar, texts.length + similar.length === 0 ? '–' : null];
+  }
+
+  const deed = (path: string, run: Run) => async (reason: string | null): Promise<string> => {
+    await desk.post(`/v1/admin/run/${path}`, { run_id: run.run_id, reason });
+    await tab.refresh();
+    return 'Done.';
+  };
+  const again = (run: Run): Question => ({ title: 'Verify again', text: el('span', {}, 'The server plays the replay of ', name(run.team), ' again and compares every state.'), verb: 'Verify', act: deed('reverify', run) });
+  const voided = (run: Run): Question => ({
+    title: 'Void a run', text: el('span', {}, 'The run of ', name(run.team), `, ${run.task}, counts for nothing; its time is given back.`), verb: 'Void', danger: true, needsReason: true, act: deed('void', run),
+  });
+
+  function show(): void {
+    const word = filter.value.trim().toLowerCase();
+    const fits = (run: Run): boolean => word === '' || `${run.run_id} ${run.team} ${run.task} ${run.status}`.toLowerCase().includes(word);
+    const found = all.filter((run) => (everything.checked || word !== '' || asksForALook(run)) && fits(run));
+    const waiting = all.filter((run) => run.status === 'provisional').length;
+    line.textContent = `${waiting} of ${all.length} runs wait for their verdict.${found.length > MOST ? ` The newest ${MOST} of ${found.length} are shown.` : ''}`;
+    table.show(found.slice(0, MOST));
+  }
+
+  const tab: Tab = {
+    id: 'runs', title: 'Verification', period: 5000,
+    element: el('div', {}, el('div', { class: 'row head' }, line, el('label', { class: 'check end' }, everything, 'all runs'), el('span', { class: 'filter' }, filter)), table.element),
+    async refresh() {
+      all = await desk.get<Run[]>('/v1/admin/export/runs?format=json');
+      all.sort((a, b) => b.started_unix_ms - a.started_unix_ms);
+      show();
+    },
+  };
+  return tab;
+}

@@ -1,0 +1,105 @@
+/** Sessions with their clocks: hold, let go on, give time, end, void. */
+import { clock, clockInWords, moment } from '../board/format';
+import { button, el, name, setText } from '../board/kit';
+import { ask, type Question } from './ask';
+import { inOrder, leftAt, read, type Reading, state } from './clocks';
+import type { Desk, Tab } from './desk';
+import { KeyedTable } from './keyed';
+import type { Session } from './types';
+
+/** The tab. */
+export function sessionsTab(desk: Desk): Tab {
+  const readings = new Map<string, Reading>();
+  let all: Session[] = [];
+  const openOnly = el('input', { type: 'checkbox', on: { change: () => { show(); } } });
+  const table = new KeyedTable<Session>(
+    [{ head: 'Team' }, { head: 'State' }, { head: 'Left', class: 'n' }, { head: 'Used', class: 'n' }, { head: 'Given back', class: 'n' },
+      { head: 'Pauses', class: 'n' }, { head: 'Runs', class: 'n' }, { head: 'Began' }, { head: '', class: 'wide' }],
+    (session) => session.session_id, (session) => cells(session),
+    {
+      label: 'Sessions', empty: 'No session yet: a team’s first hello opens one while the competition is open.',
+      // All but the clocks, which are written by tick().
+      signature: (session) => JSON.stringify([{ ...session, elapsed_s: session.elapsed_s > 0, left_s: (session.left_s ?? 1) > 0, clock_wall_s: 0, clock_simulated_s: 0 }, readings.get(session.session_id)?.going]),
+    });
+
+  function cells(session: Session): (Node | Node[] | string | number)[] {
+    const { word, colour } = state(session, readings.get(session.session_id)?.going ?? false);
+    const open = session.status === 'open';
+    return [
+      [name(session.team), el('span', { class: 'id' }, session.session_id)],
+      el('span', { class: `badge ${colour}` }, word),
+      el('span', { class: 'clock', 'data-clock': 'left' }), el('span', { class: 'num', 'data-clock': 'used' }),
+      clock(session.refunded_s), session.pauses, session.runs, moment(session.created_unix_ms),
+      el('div', { class: 'row' },
+        open && session.paused_unix_ms === null && act(session, 'Pause', 'pause', 'Clock and worlds stand still until it goes on.'),
+        open && session.paused_unix_ms !== null && act(session, 'Resume', 'resume', 'Clock and worlds go on.'),
+        session.status !== 'voided' && button('Give time…', () => { void ask(grant(session)); }, { class: 'small' }),
+        open && act(session, 'End', 'end', 'An open run is scored; the session is over.', { danger: true }),
+        session.status !== 'voided' && act(session, 'Void', 'void', 'All of its runs count for nothing, and the team may have another session.', { danger: true, needsReason: true }),
+        open && el('a', { class: 'button small', href: `/live/${encodeURIComponent(session.session_id)}` }, 'Watch')),
+    ];
+  }
+
+  function act(session: Session, verb: string, path: string, text: string, more: Partial<Question> = {}): HTMLButtonElement {
+    const question: Question = {
+      title: `${verb} the session of ${session.team}`, text, verb, ...more,
+      act: async (reason) => {
+        await desk.post(`/v1/admin/session/${path}`, { session_id: session.session_id, reason });
+        await tab.refresh();
+        return `${verb}: done.`;
+      },
+    };
+    return button(`${verb}…`, () => { void ask(question); }, { class: more.danger === true ? 'small danger' : 'small' });
+  }
+
+  function grant(session: Session): Question {
+    return {
+      title: `Give time to ${session.team}`, text: 'Also when its time is spent.', verb: 'Give', needsReason: true,
+      fields: [{ name: 'seconds', label: 'Seconds', type: 'number', value: '60', min: 1, max: 86_400 }],
+      act: async (reason, { seconds }) => {
+        await desk.post('/v1/admin/session/grant', { session_id: session.session_id, reason, seconds: Number(seconds) });
+        await tab.refresh();
+        return `${session.team} has ${seconds ?? ''} s more.`;
+      },
+    };
+  }
+
+  function show(): void {
+    table.show(inOrder(openOnly.checked ? all.filter((session) => session.status === 'open') : all));
+    tick();
+  }
+
+  /** The clocks alone. */
+  function tick(): void {
+    const now = performance.now();
+    for (const session of all) {
+      const [line, reading] = [table.row(session.session_id), readings.get(session.session_id)];
+      if (line === undefined || reading === undefined) continue;
+      const left = leftAt(reading, now);
+      const [shown, used] = [line.querySelector('[data-clock=left]'), line.querySelector('[data-clock=used]')];
+      if (shown !== null) {
+        setText(shown, clock(left));
+        shown.setAttribute('title', clockInWords(left));
+        shown.classList.toggle('warn', left !== null && left < 120 && session.status === 'open');
+      }
+      if (used !== null) setText(used, clock(Math.floor(reading.elapsed + (left === null || reading.left === null ? 0 : reading.left - left))));
+    }
+  }
+
+  const tab: Tab = {
+    id: 'sessions', title: 'Sessions', period: 2000,
+    element: el('div', {}, el('label', { class: 'check' }, openOnly, 'Open ones only'), table.element),
+    async refresh() {
+      const { sessions } = await desk.get<{ sessions: Session[] }>('/v1/sessions');
+      const now = performance.now();
+      for (const session of sessions) readings.set(session.session_id, read(session, now, readings.get(session.session_id)));
+      all = sessions;
+      show();
+    },
+  };
+  const timer = window.setInterval(() => {
+    if (tab.element.isConnected) tick();
+    else if (readings.size > 0) window.clearInterval(timer);
+  }, 250);
+  return tab;
+}

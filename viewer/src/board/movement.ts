@@ -1,0 +1,54 @@
+/** What a new ranking changed: who went up, who went down, whose total or runs are others. */
+import type { BoardRow } from './model';
+import { ordinal, points } from './format';
+
+/** How a team moved. `places` is positive for up; null for a team that was not there before. `gained` in points. */
+export interface Move { places: number | null; gained: number }
+
+/** Only teams for which something moved. Before the first ranking nothing has. */
+export function movement(before: readonly BoardRow[] | null, now: readonly BoardRow[]): Map<string, Move> {
+  const moves = new Map<string, Move>();
+  if (before === null) return moves;
+  const had = new Map(before.map((row) => [row.team, row]));
+  for (const row of now) {
+    const old = had.get(row.team);
+    if (old === undefined) moves.set(row.team, { places: null, gained: row.total });
+    else if (old.rank !== row.rank || Math.abs(old.total - row.total) > 1e-9) {
+      moves.set(row.team, { places: old.rank - row.rank, gained: row.total - old.total });
+    }
+  }
+  return moves;
+}
+
+/** Whether anything that is shown differs. */
+export function differs(before: readonly BoardRow[], now: readonly BoardRow[]): boolean {
+  return JSON.stringify(before) !== JSON.stringify(now);
+}
+
+/** The mark beside a name, and the same in words. */
+export function moveMark(move: Move): { sign: string; words: string; way: 'up' | 'down' | 'new' | 'same' } {
+  if (move.places === null) return { sign: 'new', words: 'new', way: 'new' };
+  if (move.places > 0) return { sign: `▲${move.places}`, words: `up ${places(move.places)}`, way: 'up' };
+  if (move.places < 0) return { sign: `▼${-move.places}`, words: `down ${places(-move.places)}`, way: 'down' };
+  const gained = signed(move.gained);
+  return { sign: gained, words: `${gained} points`, way: 'same' };
+}
+
+function places(n: number): string {
+  return n === 1 ? '1 place' : `${n} places`;
+}
+
+/** Points with their sign. */
+export function signed(gained: number): string {
+  const text = points(gained);
+  return gained > 0 ? `+${text}` : text;
+}
+
+/** One sentence for those who hear the page: who gained, the best of them first, at most three. */
+export function spoken(moves: ReadonlyMap<string, Move>, now: readonly BoardRow[]): string {
+  const told = now.filter((row) => {
+    const move = moves.get(row.team);
+    return move !== undefined && (move.places === null || Math.abs(move.gained) > 1e-9);
+  });
+  return told.slice(0, 3).map((row) => `${row.team} is ${ordinal(row.rank)} with ${points(row.total)} points`).join('; ');
+}

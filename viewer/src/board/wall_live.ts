@@ -1,0 +1,97 @@
+/** The wall's live pane: the featured world, its team, its score in large figures and its clocks. */
+import { clock, points } from './format';
+import { el, name, setText } from './kit';
+import type { Stage } from '../scene/stage';
+import { stageFor, type StageLike } from './stage_slot';
+
+/** Events that are worth a look at once. */
+const THRILLS = new Set(['in_goal', 'lifted', 'held', 'shaken']);
+
+/** How long a word stands beside the score, ms. */
+const NEWS_MS = 6000;
+
+interface Run { run_id: string; team: string; task: string; hand: string; session_id?: string }
+
+/** Takes the watch socket's messages. */
+export class LivePane {
+  private readonly place = el('div', { class: 'stage' });
+  private readonly who = el('div', { class: 'who' });
+  private readonly what = el('div', { class: 'what' });
+  private readonly score = el('div', { class: 'score', 'aria-label': 'Score' });
+  private readonly time = el('div', { class: 'time' });
+  private readonly news = el('div', { class: 'news', role: 'status' });
+  readonly element = el('section', { class: 'pane live', 'aria-label': 'Live' }, this.place,
+    el('div', { class: 'caption' }, el('div', { class: 'grow' }, this.who, this.what), this.news, this.time, this.score));
+  private stage: StageLike | null = null;
+  /** What draws, for tests. */
+  drawing: Stage | null = null;
+  private run: Run | null = null;
+  private points: number | null = null;
+  private silence = 0;
+  private last: { team: string; left: number | null } | null = null;
+  /** When something worth seeing last happened, performance.now(); null when nothing has. */
+  excited: number | null = null;
+
+  /** Whether there is a world to show. */
+  get ready(): boolean {
+    return this.run !== null && this.stage !== null;
+  }
+
+  /** The watched session's clock, where the server tells it. */
+  get clock(): { team: string; left: number | null } | null {
+    return this.last;
+  }
+
+  /** A message of the watch socket. */
+  async take(message: Record<string, unknown>): Promise<void> {
+    switch (message['op']) {
+      case 'scene': await this.begin(message); break;
+      case 'poses': this.drawn(message); setText(this.time, clock(Math.floor(message['sim_time_s'] as number))); break;
+      case 'score': this.scored(message['score'] as number); break;
+      case 'events': this.noted((message['events'] as { kind: string }[]).map((event) => event.kind)); break;
+      case 'clock': this.last = this.run === null ? null : { team: this.run.team, left: message['session_left_s'] as number | null }; break;
+      case 'ended': setText(this.news, 'run over'); this.run = null; this.points = null; break;
+      default: break;
+    }
+  }
+
+  private async begin(message: Record<string, unknown>): Promise<void> {
+    this.stage ??= await stageFor(this.place, (stage) => { this.drawing = stage; });
+    this.stage?.scene(message);
+    this.run = message['run'] as Run;
+    this.points = null;
+    this.excited = null;
+    this.who.replaceChildren(name(this.run.team));
+    setText(this.what, `${this.run.task}, ${this.run.hand}`);
+    setText(this.score, '');
+    setText(this.news, '');
+  }
+
+  /** While the pane is not seen nothing is drawn; the next message brings all of it. */
+  private drawn(message: Record<string, unknown>): void {
+    if (this.element.classList.contains('shown')) this.stage?.poses(message, performance.now());
+  }
+
+  private scored(score: number): void {
+    if (this.points !== null && score > this.points) {
+      this.excited = performance.now();
+      this.say(`+${points(score - this.points)}`);
+    }
+    this.points = score;
+    setText(this.score, points(score));
+  }
+
+  /** A word for some seconds. */
+  private say(text: string): void {
+    setText(this.news, text);
+    window.clearTimeout(this.silence);
+    this.silence = window.setTimeout(() => { setText(this.news, ''); }, NEWS_MS);
+  }
+
+  private noted(kinds: readonly string[]): void {
+    const thrill = kinds.findLast((kind) => THRILLS.has(kind));
+    if (thrill === undefined) return;
+    this.excited = performance.now();
+    if (thrill !== 'in_goal') this.say(thrill);
+  }
+}

@@ -1,0 +1,55 @@
+/** What the hand does, in figures and bars: motors, tensions, and how far each joint is from its predicted rest. */
+import { el, setText } from '../board/kit';
+import type { HandDescription } from '../model/hand';
+import type { Telemetry } from '../model/moment';
+
+/** Joints that are listed: those farthest from the prediction. */
+const LISTED = 6;
+const DEGREES = 180 / Math.PI;
+
+interface Gauge { row: HTMLElement; meter: HTMLMeterElement; figure: HTMLElement }
+
+function gauge(label: string, max: number, unit: string): Gauge {
+  const meter = el('meter', { min: 0, max, 'aria-label': label });
+  const figure = el('output', {});
+  return { row: el('div', { class: 'slider' }, el('span', {}, label), meter, figure, el('span', { class: 'visually-hidden' }, unit)), meter, figure };
+}
+
+export class Gauges {
+  readonly element = el('details', { class: 'panel', hidden: true, open: true });
+  private motors: Gauge[] = [];
+  private tendons: Gauge[] = [];
+  private joints = el('dl', { class: 'facts' });
+  private hand: HandDescription | null = null;
+
+  /** Gauges for the motors and tendons of a hand. */
+  setHand(hand: HandDescription | null): void {
+    this.hand = hand;
+    this.element.hidden = hand === null;
+    if (!hand) return;
+    this.motors = hand.motors.map((motor) => gauge(`${motor.name}, closed`, 1, 'of 1'));
+    this.tendons = hand.tendons.map((tendon) => gauge(`${tendon.name}, tension`, tendon.force_limit, ''));
+    this.joints = el('dl', { class: 'facts' });
+    this.element.replaceChildren(el('summary', {}, 'Hand: motors and tensions'), ...this.motors.map((g) => g.row), ...this.tendons.map((g) => g.row),
+      el('h3', {}, 'Farthest from the predicted equilibrium'), this.joints);
+  }
+
+  show(telemetry: Telemetry): void {
+    telemetry.motors.forEach((motor, k) => { set(this.motors[k], motor.position, motor.position.toFixed(2)); });
+    telemetry.tension.forEach((tension, k) => { set(this.tendons[k], Math.abs(tension), tension.toPrecision(3)); });
+    const { predicted, q } = telemetry;
+    if (!predicted) {
+      this.joints.replaceChildren(el('dt', {}, 'No prediction'), el('dd', {}, 'none is known for this hand here'));
+      return;
+    }
+    const apart = q.map((value, k) => ({ name: this.hand?.coordinates[k]?.name ?? String(k), by: (value - (predicted[k] ?? value)) * DEGREES }));
+    apart.sort((a, b) => Math.abs(b.by) - Math.abs(a.by));
+    this.joints.replaceChildren(...apart.slice(0, LISTED).flatMap(({ name, by }) => [el('dt', {}, name), el('dd', { class: 'num' }, `${by.toFixed(1)}°`)]));
+  }
+}
+
+function set(gauge: Gauge | undefined, value: number, text: string): void {
+  if (!gauge) return;
+  gauge.meter.value = value;
+  setText(gauge.figure, text);
+}

@@ -1,0 +1,56 @@
+/** The runs that can be watched now, as links. */
+import { el, name, setText } from '../board/kit';
+import type { RunInfo } from '../model/scene';
+import { WatchSocket } from '../net/watch';
+
+/** How often the list is asked for, ms. */
+const PERIOD_MS = 2000;
+
+export class RunList {
+  private readonly rows = el('tbody');
+  private readonly status = el('p', { class: 'soft', role: 'status' }, 'Looking for open runs …');
+  private readonly table = el('div', { class: 'scroll', hidden: true },
+    el('table', { class: 'cards' },
+      el('thead', {}, el('tr', {}, ...['Team', 'Task', 'Hand', ''].map((head) => el('th', { scope: 'col' }, head)))), this.rows));
+  private socket: WatchSocket | null = null;
+  private known = '';
+
+  constructor(app: HTMLElement) {
+    const token = el('input', { type: 'password', id: 'token', autocomplete: 'off', spellcheck: 'false' });
+    const form = el('form', { on: { submit: (event) => { event.preventDefault(); this.open(token.value.trim() || null); } } },
+      el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token of a viewer or an organizer'), token,
+        el('p', { class: 'hint' }, 'Official runs are shown to those who have one. It is kept in this page\u2019s memory alone.')),
+      el('button', { type: 'submit' }, 'Use it'));
+    app.replaceChildren(
+      el('div', { class: 'title' }, el('h1', {}, 'Live'), el('p', { class: 'lead' }, 'Choose a world to watch.')),
+      el('div', { class: 'row' }, this.status, el('a', { class: 'button end', href: '/live/featured' }, 'Whatever is worth watching most')), this.table,
+      el('details', { class: 'panel' }, el('summary', {}, 'I have a token'), form));
+    this.open(null);
+    window.setInterval(() => { if (!document.hidden) this.socket?.list(); }, PERIOD_MS);
+  }
+
+  private open(token: string | null): void {
+    this.socket?.close();
+    const nothing = (): void => undefined;
+    this.socket = new WatchSocket(null, {
+      scene: nothing, moment: nothing, score: nothing, events: nothing, clock: nothing, verdicts: nothing, ended: nothing,
+      runs: (runs) => { this.show(runs); },
+      state: (state) => { if (state === 'connecting' && this.known === '') setText(this.status, 'Connecting …'); },
+      refused: (message) => { setText(this.status, message); },
+    }, token);
+  }
+
+  private show(runs: RunInfo[]): void {
+    const now = JSON.stringify(runs);
+    if (now === this.known) return;
+    this.known = now;
+    this.table.hidden = runs.length === 0;
+    setText(this.status, runs.length === 0 ? 'Nothing is played now. A run appears here when it begins.' : `${runs.length} open.`);
+    this.rows.replaceChildren(...runs.map((run) => el('tr', {},
+      el('th', { scope: 'row' }, name(run.team)),
+      el('td', { 'data-label': 'Task' }, run.task),
+      el('td', { 'data-label': 'Hand' }, name(run.hand)),
+      el('td', {}, el('a', { class: 'button', href: `/live/${encodeURIComponent(run.session_id)}`, 'aria-label': `Watch ${run.team}` }, 'Watch'),
+        run.official ? el('span', { class: 'badge info' }, 'official') : null))));
+  }
+}

@@ -1,0 +1,195 @@
+/** A world as it is played: picture, score, events, clocks, and why an object counts or does not. */
+import { clock, points } from '../board/format';
+import { el, facts, name, setText } from '../board/kit';
+import type { Moment } from '../model/moment';
+import type { Body, SceneInfo } from '../model/scene';
+import { type Listener, type Outcome, type RunEvent, type SessionClock, type Target, type Verdict, WatchSocket } from '../net/watch';
+import { Stage } from '../scene/stage';
+import { offerOverlays, overlaySwitches, viewButtons } from './controls';
+import { Gauges } from './gauges';
+
+/** Events that are kept in the log. */
+const KEPT = 100;
+/** Panels are written so often, ms: the picture is what moves. */
+const PANEL_MS = 200;
+
+const EVENTS: Record<string, string> = {
+  in_goal: 'is in the goal', left_goal: 'left the goal', outside: 'lies outside', back_inside: 'is back inside',
+  lifted: 'is lifted', dropped: 'was dropped', slipped: 'slipped', held: 'is held', shaken: 'was held while shaken',
+};
+
+declare global {
+  interface Window { palmares?: Record<string, unknown> }
+}
+
+export class LiveView implements Listener {
+  private readonly place = el('div', { class: 'stage' });
+  private readonly noteText = el('span', { class: 'card' }, 'Connecting …');
+  private readonly note = el('p', { class: 'stage-note', role: 'status' }, this.noteText);
+  private readonly who = el('h1', {}, 'Live');
+  private readonly figures = { score: el('span', { class: 'num' }, '–'), run: el('span', { class: 'num' }, '–'), session: el('span', { class: 'num' }, '–'), factor: el('span', { class: 'num' }, '–'), late: el('span', { class: 'num' }, '–') };
+  private readonly log = el('ol', { class: 'log', tabindex: 0, 'aria-live': 'polite', 'aria-label': 'Events' });
+  private readonly objects = el('select', { id: 'object' });
+  private readonly verdict = el('div', { role: 'status' }, el('p', { class: 'soft' }, 'Click an object, or choose one here.'));
+  /** What comes with the session's clock; hidden until it does. */
+  private readonly clocks = facts([['Session left', this.figures.session], ['Times real time', this.figures.factor], ['Late', this.figures.late]]);
+  private readonly gauges = new Gauges();
+  private readonly switches = overlaySwitches(() => [this.stage]);
+  private readonly tokenField = el('input', { type: 'password', id: 'token', autocomplete: 'off', spellcheck: 'false' });
+  private readonly tokenSays = el('p', { class: 'error', role: 'alert' });
+  private readonly token = el('details', { class: 'panel' }, el('summary', {}, 'I have a token'),
+    el('form', { on: { submit: (event) => { event.preventDefault(); this.useToken(); } } },
+      el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token of a viewer or an organizer'), this.tokenField,
+        el('p', { class: 'hint' }, 'It is kept in this page\u2019s memory alone.'), this.tokenSays),
+      el('button', { type: 'submit' }, 'Use it')));
+  private readonly stage: Stage;
+  private socket: WatchSocket;
+  private info: SceneInfo | null = null;
+  private judged: Verdict[] = [];
+  private picked: number | null = null;
+  private written = 0;
+  /** The newest moment, for tests. */
+  newest: Moment | null = null;
+
+  constructor(app: HTMLElement, private readonly target: Target) {
+    app.classList.add('stage-page');
+    const side = el('div', { class: 'side' });
+    app.replaceChildren(this.place, side);
+    this.stage = new Stage(this.place);
+    const stages = (): Stage[] => [this.stage];
+    this.stage.setOverlay('regions', true);
+    this.clocks.hidden = true;
+    // After the canvas, so that they lie above it.
+    this.place.append(this.note, el('div', { class: 'hud bottom-left' }, viewButtons(stages)));
+    side.append(
+      el('section', { class: 'panel' }, this.who, facts([['Score', this.figures.score], ['Run', this.figures.run]]), this.clocks),
+      el('section', { class: 'panel' }, el('h2', {}, 'Objects'), el('div', { class: 'field' }, el('label', { for: 'object' }, 'Mark'), this.objects), this.verdict),
+      el('section', { class: 'panel' }, el('h2', {}, 'Events'), this.log),
+      this.gauges.element, this.switches, this.token, el('p', {}, el('a', { href: '/live' }, 'Other worlds')));
+    this.objects.addEventListener('change', () => { this.stage.pick(this.objects.value === '' ? null : Number(this.objects.value)); });
+    this.stage.onPick((id) => { this.pick(id); });
+    this.socket = new WatchSocket(target, this);
+    window.palmares = { stage: this.stage, live: this };
+  }
+
+  scene(scene: SceneInfo): void {
+    this.info = scene;
+    this.newest = null;
+    this.picked = null;
+    this.judged = [];
+    this.note.hidden = true;
+    this.log.replaceChildren();
+    this.stage.setScene(scene);
+    this.gauges.setHand(scene.hand ?? null);
+    this.explain();
+    setText(this.figures.score, '–');
+    if (scene.run) this.who.replaceChildren(name(scene.run.team), ` \u2013 ${scene.run.task}, `, name(scene.run.hand));
+    this.objects.replaceChildren(el('option', { value: '' }, 'none'), ...this.free().map((body) => el('option', { value: body.id }, body.name)));
+  }
+
+  moment(moment: Moment, at: number): void {
+    if (this.newest === null) offerOverlays(this.switches, moment.telemetry !== undefined);
+    this.newest = moment;
+    this.stage.push(moment, at);
+    if (!this.panels(at)) return;
+    setText(this.figures.run, clock(moment.time));
+    if (moment.score !== null) setText(this.figures.score, points(moment.score));
+    if (moment.telemetry) this.gauges.show(moment.telemetry);
+  }
+
+  score(score: number): void {
+    setText(this.figures.score, points(score));
+  }
+
+  events(events: RunEvent[]): void {
+    for (const event of events) {
+      const body = event.object === undefined ? null : this.free()[event.object];
+      const time = clock(event.tick * (this.info?.run?.tick_s ?? 0.01));
+      this.log.prepend(el('li', {}, el('time', { class: 'num' }, time), el('span', {}, body ? name(body.name) : null, ' ', EVENTS[event.kind] ?? event.kind)));
+    }
+    while (this.log.children.length > KEPT) this.log.lastElementChild?.remove();
+  }
+
+  clock(told: SessionClock): void {
+    this.clocks.hidden = false;
+    setText(this.figures.session, told.paused ? 'paused' : told.session_left_s === null ? 'no limit' : clock(told.session_left_s));
+    setText(this.figures.factor, told.real_time_factor === null ? '–' : told.real_time_factor.toFixed(1));
+    setText(this.figures.late, told.late_s === null ? 'in lockstep' : `${(1000 * told.late_s).toFixed(1)} ms`);
+  }
+
+  verdicts(verdicts: Verdict[]): void {
+    this.judged = verdicts;
+    this.explain();
+  }
+
+  ended(outcome: Outcome | null): void {
+    const what = outcome ? `The run is over: ${points(outcome.score)} points, ${outcome.in_goal} in the goal (${outcome.reason.replaceAll('_', ' ')}).` : 'The run ended by a fault.';
+    this.say(`${what} The next one of this session is shown when it begins.`);
+  }
+
+  runs(): void { /* Nothing is listed here. */ }
+
+  state(state: 'connecting' | 'watching' | 'waiting'): void {
+    if (state === 'watching') return;
+    this.say(state === 'waiting' ? 'Nothing is played here now. The next run is shown when it begins.' : this.info ? 'The connection broke. Trying again …' : 'Connecting …');
+  }
+
+  refused(message: string, code: string): void {
+    this.say(message);
+    if (code !== 'not_authorized' && code !== 'forbidden') return;
+    this.tokenSays.textContent = message;
+    this.token.open = true;
+    this.token.parentElement?.prepend(this.token);
+    this.tokenField.focus();
+  }
+
+  /** A sentence in the middle of the picture. */
+  private say(text: string): void {
+    this.note.hidden = false;
+    setText(this.noteText, text);
+  }
+
+  private useToken(): void {
+    this.socket.close();
+    this.tokenSays.textContent = '';
+    this.token.open = false;
+    this.say('Connecting …');
+    this.socket = new WatchSocket(this.target, this, this.tokenField.value.trim() || null);
+    this.tokenField.value = '';
+  }
+
+  private free(): Body[] {
+    return this.info?.bodies.filter((body) => body.kind === 'object') ?? [];
+  }
+
+  private pick(id: number | null): void {
+    this.picked = id;
+    this.objects.value = id === null ? '' : String(id);
+    this.explain();
+  }
+
+  /** Why the chosen object counts or does not. */
+  private explain(): void {
+    const place = this.free().findIndex((body) => body.id === this.picked);
+    const body = this.info?.bodies.find((one) => one.id === this.picked);
+    const verdict = this.judged.find((one) => one.object === place);
+    if (!body) this.verdict.replaceChildren(el('p', { class: 'soft' }, 'Click an object, or choose one here.'));
+    else if (!verdict) this.verdict.replaceChildren(el('p', {}, name(body.name), body.kind === 'hand' ? ' is a part of the hand.' : ' is marked.'));
+    else {
+      const rules = verdict.reasons.map((reason) => el('li', { class: reason.holds ? 'ok' : 'bad' }, reason.holds ? '✓ ' : '✗ ', reason.rule, figures(reason)));
+      this.verdict.replaceChildren(el('p', {}, name(body.name), verdict.counts ? ' counts: ' : ' does not count: ', verdict.place.replaceAll('_', ' '), '.'), el('ul', {}, ...rules));
+    }
+  }
+
+  private panels(now: number): boolean {
+    if (now - this.written < PANEL_MS) return false;
+    this.written = now;
+    return true;
+  }
+}
+
+function figures(reason: { value: number | null; limit: number | null; unit: string }): string {
+  if (reason.value === null) return '';
+  const limit = reason.limit === null ? '' : `, limit ${Number(reason.limit.toPrecision(3))} ${reason.unit}`;
+  return ` (${Number(reason.value.toPrecision(3))} ${reason.unit}${limit})`;
+}

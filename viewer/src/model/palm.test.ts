@@ -1,0 +1,14 @@
+import { describe, expect, it } from 'vitest';
+import type { HandDescription } from './hand';
+import { palmOf } from './palm';
+import softhand from './testdata/softhand.json';
+
+describe('the palm', () => {
+  it('of the anthropomorphic hand looks along x, as its model says', () => {
+    const hand = softhand as unknown as HandDescription;
+    const coordinates = hand.coordinates.map((c) => ({ ...c, minimum: 0, maximum: 1.5 }));
+    const { direction, middle } = palmOf({ ...hand, coordinates });
+    expect(direction[0]).toBeGreaterThan(0.8);
+    expect(middle[2]).toBeGreaterThan(0.08);
+  });
+});

@@ -1,0 +1,63 @@
+/** What stands in a world: bodies with their shapes, and the regions that the rules speak of. SI units. */
+import type { HandDescription } from './hand';
+import type { Quat, Vec3 } from './pose';
+
+export type { Quat, Vec3 } from './pose';
+
+/** Convex, centred on its own frame; cylinders and capsules stand along z. A hull's rounding grows it, a box's does not. */
+export type Shape =
+  | { type: 'sphere'; radius: number }
+  | { type: 'capsule' | 'cylinder'; radius: number; half_length: number }
+  | { type: 'box'; half_extents: Vec3; rounding: number }
+  | { type: 'hull'; points: Vec3[]; rounding: number };
+
+/** A shape in the frame of its body. */
+export interface Part { position: Vec3; quat: Quat; shape: Shape }
+
+/** Furniture stays where it is; objects and links of the hand move. */
+export interface Body {
+  id: number;
+  name: string;
+  kind: 'object' | 'furniture' | 'hand';
+  position: Vec3;
+  quat: Quat;
+  parts: Part[];
+  /** sRGB, 0 to 1. */
+  color: Vec3;
+}
+
+export interface Region { name: string; role?: string; min: Vec3; max: Vec3 }
+
+/** Who plays what. */
+export interface RunInfo {
+  run_id: string;
+  session_id: string;
+  team: string;
+  task: string;
+  hand: string;
+  official: boolean;
+  tick_s: number;
+  time_limit_s: number;
+}
+
+/** Everything that is drawn. `moving` names the bodies of a moment's poses, in their order. */
+export interface SceneInfo { run?: RunInfo; bodies: Body[]; moving: number[]; regions: Region[]; hand?: HandDescription }
+
+/** A body as the server writes it. */
+interface WireBody extends Omit<Body, 'quat' | 'parts'> {
+  quat_xyzw: Quat;
+  parts: { position: Vec3; quat_xyzw: Quat; shape: Shape }[];
+}
+
+/** The message `scene` of the watch socket. */
+export interface WireScene { run: RunInfo; bodies: WireBody[]; moving: number[]; regions: Region[]; hand?: HandDescription }
+
+/** The scene out of its message. */
+export function sceneOf(wire: WireScene): SceneInfo {
+  const bodies = wire.bodies.map(({ quat_xyzw, parts, ...body }): Body => ({
+    ...body,
+    quat: quat_xyzw,
+    parts: parts.map((part) => ({ position: part.position, quat: part.quat_xyzw, shape: part.shape })),
+  }));
+  return { ...wire, bodies };
+}

@@ -1,0 +1,77 @@
+/** Binary frames of the subprotocol `palmares.v1.bin`: docs/protocol.md has the table of their bytes. */
+import { type Contact, type Moment, POSE, type Telemetry } from '../model/moment';
+
+const VERSION = 1;
+const KEY_FRAME = 1;
+const TELEMETRY = 2;
+const CONTACTS = 4;
+
+/** Three numbers of 10 bits and which of the four is left out, the largest. */
+export function unpackQuaternion(packed: number): [number, number, number, number] {
+  const largest = packed >>> 30;
+  const value = (shift: number): number => ((((packed >>> shift) & 1023) / 1023) * 2 - 1) / Math.SQRT2;
+  const others = [value(20), value(10), value(0)];
+  const rest = Math.sqrt(Math.max(0, 1 - others.reduce((sum, x) => sum + x * x, 0)));
+  others.splice(largest, 0, rest);
+  return [others[0] ?? 0, others[1] ?? 0, others[2] ?? 0, others[3] ?? 1];
+}
+
+/** Reads numbers one after the other, little endian. */
+class Cursor {
+  private at = 0;
+  constructor(private readonly view: DataView) {}
+  u8(): number { this.at += 1; return this.view.getUint8(this.at - 1); }
+  u16(): number { this.at += 2; return this.view.getUint16(this.at - 2, true); }
+  u32(): number { this.at += 4; return this.view.getUint32(this.at - 4, true); }
+  f32(): number { this.at += 4; return this.view.getFloat32(this.at - 4, true); }
+  floats(count: number): number[] { return Array.from({ length: count }, () => this.f32()); }
+  vec(): [number, number, number] { return [this.f32(), this.f32(), this.f32()]; }
+}
+
+function telemetry(cursor: Cursor): Telemetry {
+  const motors = Array.from({ length: cursor.u8() }, () => ({ command: cursor.f32(), position: cursor.f32(), tension: cursor.f32() }));
+  const tension = cursor.floats(cursor.u8());
+  const joints = cursor.u8();
+  const q = cursor.floats(joints);
+  return { motors, tension, q, predicted: cursor.u8() === 1 ? cursor.floats(joints) : null };
+}
+
+function contacts(cursor: Cursor): Contact[] {
+  return Array.from({ length: cursor.u16() }, () => ({
+    a: cursor.u16(), b: cursor.u16(), position: cursor.vec(), force: cursor.vec(), use: cursor.u8() / 255,
+  }));
+}
+
+/** Frames of one run: each tells of the bodies that have moved, and the others stay where they were. */
+export class FrameReader {
+  private poses: Float32Array;
+  private whole = false;
+
+  /** `moving`: how many bodies move; `tickS`: length of a tick, s. */
+  constructor(moving: number, private readonly tickS: number) {
+    this.poses = new Float32Array(POSE * moving);
+  }
+
+  /** The moment that a frame tells of; null before the first whole one. Throws what is no such frame. */
+  read(data: ArrayBuffer): Moment | null {
+    const cursor = new Cursor(new DataView(data));
+    const version = cursor.u8();
+    if (version !== VERSION) throw new Error(`a frame of version ${version}; this page knows ${VERSION}: reload it`);
+    const flags = cursor.u8();
+    const count = cursor.u16();
+    const tick = cursor.u32();
+    const score = cursor.f32();
+    this.whole ||= (flags & KEY_FRAME) !== 0;
+    // Of its own: who shows the last one may still be on the way from it to this.
+    this.poses = this.poses.slice();
+    for (let k = 0; k < count; k += 1) {
+      const row = cursor.u16() * POSE;
+      this.poses.set(cursor.vec(), row);
+      this.poses.set(unpackQuaternion(cursor.u32()), row + 3);
+    }
+    const moment: Moment = { tick, time: tick * this.tickS, score, poses: this.poses };
+    if (flags & TELEMETRY) moment.telemetry = telemetry(cursor);
+    if (flags & CONTACTS) moment.contacts = contacts(cursor);
+    return this.whole ? moment : null;
+  }
+}

@@ -1,0 +1,170 @@
+/** The watch socket: what spectators are told of a run, opened again when it breaks. docs/protocol.md describes it. */
+import { type Moment, POSE } from '../model/moment';
+import { type RunInfo, type SceneInfo, type WireScene, sceneOf } from '../model/scene';
+import { FrameReader } from './decode';
+
+/** What to show. */
+export type Target = { session_id: string } | { run_id: string } | { featured: true };
+
+export interface SessionClock {
+  session_left_s: number | null;
+  elapsed_s: number | null;
+  paused: boolean;
+  real_time_factor: number | null;
+  late_s: number | null;
+}
+export interface RunEvent { tick: number; kind: string; object?: number }
+export interface Outcome { score: number; in_goal: number; outside: number; reason: string; ticks: number; sim_time_s: number }
+
+/** One rule of the referee for one object. */
+export interface Reason { rule: string; holds: boolean; value: number | null; limit: number | null; unit: string }
+export interface Verdict { object: number; counts: boolean; place: string; reasons: Reason[] }
+
+/** What happens; all are called in the order in which the server tells it. */
+export interface Listener {
+  scene(scene: SceneInfo): void;
+  moment(moment: Moment, at: number): void;
+  score(score: number): void;
+  events(events: RunEvent[]): void;
+  clock(clock: SessionClock): void;
+  verdicts(verdicts: Verdict[]): void;
+  ended(outcome: Outcome | null): void;
+  runs(runs: RunInfo[]): void;
+  /** `waiting`: nothing is played there now. */
+  state(state: 'connecting' | 'watching' | 'waiting'): void;
+  /** Refused, and not tried again: what the server says, and its code. */
+  refused(message: string, code: string): void;
+}
+
+interface WirePoses { tick: number; sim_time_s: number; poses: number[][] }
+type Message = Record<string, unknown> & { op?: string; id?: number };
+
+const LONGEST_WAIT_MS = 10_000;
+const SUBSCRIBE = 1;
+const LIST = 2;
+/** Codes after which trying again changes nothing. */
+const FINAL = new Set(['not_authorized', 'forbidden', 'not_found']);
+
+export class WatchSocket {
+  private socket: WebSocket | null = null;
+  private scene: SceneInfo | null = null;
+  private frames: FrameReader | null = null;
+  private wait = 500;
+  private timer = 0;
+  private over = false;
+  /** Bytes that have come, for those who measure. */
+  received = 0;
+
+  constructor(private readonly target: Target | null, private readonly listener: Listener, private token: string | null = null) {
+    this.open();
+  }
+
+  /** Asks for the open runs; the answer goes to `runs`. */
+  list(): void {
+    this.send({ op: 'list', id: LIST });
+  }
+
+  close(): void {
+    this.over = true;
+    window.clearTimeout(this.timer);
+    this.socket?.close();
+  }
+
+  private open(): void {
+    this.listener.state('connecting');
+    const address = new URL('/v1/watch', location.href);
+    address.protocol = address.protocol.replace('http', 'ws');
+    const protocols = ['palmares.v1.bin', 'palmares.v1.json'];
+    // A page cannot send a header with a socket.
+    if (this.token) protocols.push(`palmares.token.${this.token}`);
+    const socket = new WebSocket(address, protocols);
+    socket.binaryType = 'arraybuffer';
+    this.socket = socket;
+    let opened = false;
+    socket.onopen = () => {
+      opened = true;
+      this.wait = 500;
+      if (!this.target) return this.list();
+      // The text protocol of older servers knows no overlays.
+      const overlays = socket.protocol === 'palmares.v1.bin' ? { overlays: ['telemetry', 'contacts', 'verdicts'] } : {};
+      this.send({ op: 'subscribe', id: SUBSCRIBE, ...this.target, ...overlays });
+    };
+    socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => {
+      if (typeof event.data === 'string') {
+        this.received += event.data.length;
+        this.take(JSON.parse(event.data) as Message);
+      } else {
+        this.received += event.data.byteLength;
+        this.frame(event.data);
+      }
+    };
+    socket.onclose = (event) => {
+      if (this.over) return;
+      if (event.code === 4401) return this.giveUp('The token was revoked.', 'not_authorized');
+      // A browser does not tell why a handshake was refused: the token may be no good.
+      if (this.token && !opened) void this.examine(this.token);
+      this.listener.state('connecting');
+      this.timer = window.setTimeout(() => { this.open(); }, this.wait * (0.75 + Math.random() / 2));
+      this.wait = Math.min(2 * this.wait, LONGEST_WAIT_MS);
+    };
+  }
+
+  /** Asks over HTTP whether the server knows the token at all. */
+  private async examine(token: string): Promise<void> {
+    try {
+      const answer = await fetch('/v1/sessions', { headers: { Authorization: `Bearer ${token}` }, cache: 'no-store', credentials: 'omit' });
+      if (answer.status === 401 && !this.over) this.giveUp('The server does not know this token, or it was revoked.', 'not_authorized');
+    } catch { /* Nobody answers: the socket is tried again. */ }
+  }
+
+  private giveUp(message: string, code: string): void {
+    this.close();
+    this.listener.refused(message, code);
+  }
+
+  private frame(data: ArrayBuffer): void {
+    try {
+      const moment = this.frames?.read(data);
+      if (moment) this.listener.moment(moment, performance.now());
+    } catch (error) {
+      this.giveUp(error instanceof Error ? error.message : String(error), 'bad_frame');
+    }
+  }
+
+  private send(message: object): void {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+
+  private take(message: Message): void {
+    const { listener } = this;
+    switch (message.op) {
+      case 'subscribed': listener.state(message['run_id'] === null ? 'waiting' : 'watching'); break;
+      case 'runs': listener.runs(message['runs'] as RunInfo[]); break;
+      case 'scene':
+        this.scene = sceneOf(message as unknown as WireScene);
+        this.frames = new FrameReader(this.scene.moving.length, this.scene.run?.tick_s ?? 0.01);
+        listener.state('watching');
+        listener.scene(this.scene);
+        break;
+      case 'poses': this.poses(message as unknown as WirePoses); break;
+      case 'score': listener.score(message['score'] as number); break;
+      case 'events': listener.events(message['events'] as RunEvent[]); break;
+      case 'clock': listener.clock(message as unknown as SessionClock); break;
+      case 'verdicts': listener.verdicts(message['objects'] as Verdict[]); break;
+      case 'ended': listener.ended(message['outcome'] as Outcome | null); break;
+      case 'error': this.refused(message); break;
+    }
+  }
+
+  private poses(message: WirePoses): void {
+    const poses = new Float32Array(POSE * message.poses.length);
+    message.poses.forEach((pose, row) => { poses.set(pose, POSE * row); });
+    this.listener.moment({ tick: message.tick, time: message.sim_time_s, score: null, poses }, performance.now());
+  }
+
+  private refused(message: Message): void {
+    const code = String(message['code']);
+    if (FINAL.has(code)) this.giveUp(String(message['message']), code);
+    else this.listener.refused(String(message['message']), code);
+  }
+}

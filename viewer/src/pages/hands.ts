@@ -1,1 +1,0 @@
-import '../style/base.css';

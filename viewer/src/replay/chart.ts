@@ -1,0 +1,163 @@
+/** A chart over the time of a run: it follows the replay's cursor, and sets it where it is clicked or dragged. */
+import uPlot from 'uplot';
+import 'uplot/dist/uPlot.min.css';
+import { figure } from '../board/format';
+import { el, setText } from '../board/kit';
+import { type Line, valueAt } from './series';
+
+/** A colour of the palette: safe for the colour-blind, and each on both grounds. */
+export type Paint = 's1' | 's2' | 's3' | 's4' | 's5' | 's6' | 's7' | 's8';
+/** How a line is drawn; `scale` names its axis. */
+export interface Drawn { line: Line; paint: Paint; run?: string; scale?: string }
+export interface AxisWanted { scale: string; label: string; side: 'left' | 'right'; range?: [number, number] }
+
+/** A choice of how much of the run charts show. */
+export function spanChoice(id: string, zoom: (span: number | null) => void): HTMLElement {
+  const choice = el('select', { id }, ...SPANS.map((span) => el('option', { value: span }, span === 0 ? 'the whole run' : `${span} s around now`)));
+  choice.addEventListener('change', () => { zoom(Number(choice.value) || null); });
+  return el('div', { class: 'row' }, el('label', { for: id }, 'Show'), choice);
+}
+
+const SPANS = [0, 30, 10, 3, 1];
+const SIDE = { left: 3, right: 1 } as const;
+
+/** A colour of this page, as the theme has it now. */
+function themed(variable: string): string {
+  return getComputedStyle(document.documentElement).getPropertyValue(`--${variable}`).trim();
+}
+
+/** A value with its unit. */
+export function written(value: number | null, unit: string): string {
+  if (value === null) return '–';
+  const text = unit === '°' ? figure(Math.round(value * 10) / 10) : figure(value);
+  return unit === '°' ? `${text}°` : `${text} ${unit}`.trimEnd();
+}
+
+/** What a line is called, with its run where there are two. */
+export function called({ line, run }: Drawn): string {
+  return run ? `${run}: ${line.label}` : line.label;
+}
+
+export class Chart {
+  readonly element: HTMLElement;
+  private readonly place = el('div', { class: 'chart' });
+  private readonly legend = el('ul', { class: 'keys' });
+  private readonly marker = el('div', { class: 'now' });
+  private readonly observer = new ResizeObserver(() => { this.resize(); });
+  private readonly dark = matchMedia('(prefers-color-scheme: dark)');
+  private readonly redraw = (): void => { this.build(); };
+  private plot: uPlot | null = null;
+  private lines: Drawn[] = [];
+  private values: HTMLElement[] = [];
+  private time = 0;
+  /** Length of what is shown, s; null: the whole run. */
+  private span: number | null = null;
+
+  constructor(title: string, private readonly axes: AxisWanted[], private readonly duration: number, private readonly seek: (time: number) => void, ...controls: HTMLElement[]) {
+    this.element = el('figure', { class: 'plot' }, el('figcaption', { class: 'row' }, el('span', {}, title), ...controls), this.place, this.legend);
+    this.observer.observe(this.place);
+    this.dark.addEventListener('change', this.redraw);
+  }
+
+  /** Other lines. */
+  draw(lines: Drawn[]): void {
+    this.lines = lines;
+    this.values = lines.map(() => el('span', { class: 'num' }));
+    this.legend.replaceChildren(...lines.map((drawn, k) => el('li', {},
+      el('span', { class: `key ${drawn.paint}${drawn.line.foreseen ? ' foreseen' : ''}` }), el('bdi', {}, called(drawn)), ' ', this.values[k])));
+    this.build();
+  }
+
+  get drawn(): readonly Drawn[] { return this.lines; }
+
+  /** Where the cursor is, s. */
+  show(time: number): void {
+    this.time = time;
+    this.lines.forEach(({ line }, k) => {
+      const value = this.values[k];
+      if (value) setText(value, written(valueAt(line, time), line.unit));
+    });
+    if (!this.plot) return;
+    if (this.span !== null) {
+      const [min, max] = this.window();
+      this.plot.setScale('x', { min, max });
+    }
+    this.marker.style.transform = `translateX(${this.plot.valToPos(time, 'x')}px)`;
+  }
+
+  /** Shows so many seconds around the cursor, or with null the whole run. */
+  zoom(span: number | null): void {
+    this.span = span;
+    this.build();
+  }
+
+  dispose(): void {
+    this.observer.disconnect();
+    this.dark.removeEventListener('change', this.redraw);
+    this.plot?.destroy();
+  }
+
+  /** From where to where is shown, s. */
+  private window(): [number, number] {
+    const all = Math.max(this.duration, 1e-3);
+    if (this.span === null || this.span >= all) return [0, all];
+    const from = Math.min(Math.max(this.time - this.span / 2, 0), all - this.span);
+    return [from, from + this.span];
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.place;
+    if (width === 0 || height === 0) return;
+    if (!this.plot) this.build();
+    else if (this.plot.width !== width || this.plot.height !== height) this.plot.setSize({ width, height });
+    this.show(this.time);
+  }
+
+  private build(): void {
+    this.plot?.destroy();
+    this.plot = null;
+    const { clientWidth: width, clientHeight: height } = this.place;
+    if (width === 0 || height === 0) return;
+    const [ink, faint] = [themed('soft'), themed('line')];
+    // Narrow: the numbers stay, the words are in the legend.
+    const narrow = width < 420;
+    const axis = { stroke: ink, grid: { stroke: faint, width: 1 }, ticks: { stroke: faint, width: 1, size: 4 }, font: '11px system-ui', labelFont: '11px system-ui' };
+    const scales: uPlot.Scales = { x: { time: false, range: () => this.window() } };
+    for (const { scale, range } of this.axes) scales[scale] = range ? { range: (_, min, max) => [Math.min(min, range[0]), Math.max(max, range[1])] } : {};
+    this.plot = new uPlot({
+      width, height, scales,
+      legend: { show: false },
+      cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
+      axes: [{ ...axis, scale: 'x', size: 26, gap: 2, values: (_, splits) => splits.map((s) => `${figure(s)} s`) },
+        ...this.axes.map((wanted, k): uPlot.Axis => ({
+          ...axis, scale: wanted.scale, side: SIDE[wanted.side], size: narrow ? 34 : 42, gap: 2, values: (_, splits) => splits.map((v) => figure(v)), space: 22,
+          grid: { ...axis.grid, show: k === 0 }, ...(this.axes.length > 1 && !narrow ? { label: wanted.label, labelSize: 16 } : {}),
+        }))],
+      series: [{}, ...this.lines.map(({ line, paint, scale }): uPlot.Series => ({
+        scale: scale ?? this.axes[0]?.scale ?? 'y', stroke: themed(paint), width: line.foreseen ? 1.5 : 2, dash: line.foreseen ? [6, 4] : [], points: { show: false },
+        ...(uPlot.paths.stepped ? { paths: uPlot.paths.stepped({ align: 1 }) } : {}),
+      }))],
+    }, this.joined(), this.place);
+    this.plot.over.append(this.marker);
+    this.pointer(this.plot.over);
+    this.show(this.time);
+  }
+
+  /** All lines over one row of times. */
+  private joined(): uPlot.AlignedData {
+    if (this.lines.length === 0) return [[0, this.duration]];
+    return uPlot.join(this.lines.map(({ line }): uPlot.AlignedData => [line.times, line.values]));
+  }
+
+  private pointer(over: HTMLElement): void {
+    const to = (event: PointerEvent): void => {
+      if (this.plot) this.seek(this.plot.posToVal(event.clientX - over.getBoundingClientRect().left, 'x'));
+    };
+    over.addEventListener('pointerdown', (event) => {
+      if (event.button !== 0) return;
+      over.setPointerCapture(event.pointerId);
+      to(event);
+    });
+    over.addEventListener('pointermove', (event) => { if (over.hasPointerCapture(event.pointerId)) to(event); });
+  }
+}

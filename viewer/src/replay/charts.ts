@@ -1,0 +1,93 @@
+/** The charts below the picture, and the same values as a table. */
+import { el, fill, setText } from '../board/kit';
+import { type Drawn, type Paint, Chart, called, spanChoice, written } from './chart';
+import { type Line, type Series, valueAt } from './series';
+
+/** A run as the charts know it: `mark` tells two apart. */
+export interface Charted { series: Series; mark: string; object: number | null }
+
+const ALONE: Paint[] = ['s1', 's2', 's3', 's4', 's5', 's6', 's7', 's8'];
+const FIRST: Paint[] = ['s1', 's3', 's6', 's8'];
+const SECOND: Paint[] = ['s2', 's5', 's4', 's7'];
+/** The table is written so often, ms. */
+const TABLE_MS = 200;
+
+/** Lines of each run in its own colours; what was foreseen has the colour of what was. */
+export function coloured(runs: readonly Charted[], of: (run: Charted) => Line[], scale?: string): Drawn[] {
+  return runs.flatMap((run, place) => {
+    const paints = runs.length === 1 ? ALONE : place === 0 ? FIRST : SECOND;
+    const names: string[] = [];
+    return of(run).map((line) => {
+      const what = line.label.replace(/, (asked|reached|sensed|predicted|turned)$/, '');
+      if (!names.includes(what)) names.push(what);
+      const paint = paints[names.indexOf(what) % paints.length] ?? 's1';
+      return { line, paint, ...(runs.length > 1 ? { run: run.mark } : {}), ...(scale ? { scale } : {}) };
+    });
+  });
+}
+
+export class Charts {
+  readonly element = el('section', { class: 'charts', 'aria-label': 'Charts' });
+  private readonly grid = el('div', { class: 'plots' });
+  private readonly joint = el('select', { 'aria-label': 'Joint' });
+  private readonly about = el('bdi', {});
+  private readonly rows = el('tbody', {});
+  private readonly values = el('details', {}, el('summary', {}, 'The same as a table: values at this moment'),
+    el('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Values at this moment' }, el('table', { class: 'dense' },
+      el('thead', {}, el('tr', {}, el('th', { scope: 'col' }, 'What'), el('th', { scope: 'col' }, 'Line'), el('th', { scope: 'col', class: 'n' }, 'Value'))), this.rows)));
+  private readonly all: { title: string; chart: Chart; lines: () => Drawn[] }[] = [];
+  private written = 0;
+  private time = 0;
+
+  constructor(runs: Charted[], duration: number, seek: (time: number) => void) {
+    const felt = runs.some(({ series }) => series.felt);
+    const add = (title: string, unit: string, lines: () => Drawn[], range?: [number, number], ...controls: HTMLElement[]): void => {
+      const chart = new Chart(title, [{ scale: 'y', label: unit, side: 'left', ...(range ? { range } : {}) }], duration, seek, ...controls);
+      this.all.push({ title, chart, lines });
+      this.grid.append(chart.element);
+    };
+    fill(this.joint, ...[...new Set(runs.flatMap(({ series }) => series.joints()))].map((name) => el('option', { value: name }, name)));
+    this.joint.addEventListener('change', () => { this.redraw(); });
+    add(felt ? 'Motors, σ' : 'Motors, σ asked for', 'σ', () => coloured(runs, ({ series }) => series.motors()), [0, 1]);
+    add(felt ? 'Joint angle' : 'Turn of a link, from its poses', '°', () => coloured(runs, ({ series }) => series.joint(this.joint.value)), undefined, this.joint);
+    if (felt) {
+      add('Tension of the tendons, in the hand’s unit', 'tension', () => coloured(runs, ({ series }) => series.tensions()), [0, 1]);
+      add('Contact force, N, on', 'N', () => coloured(runs, ({ series, object }) => (object === null ? [] : series.forces(object))), [0, 1], this.about);
+      add('Score', 'points', () => coloured(runs, ({ series }) => series.score()), [0, 1]);
+    }
+    this.element.append(spanChoice('span', (span) => { for (const { chart } of this.all) chart.zoom(span); }), this.grid);
+    if (!runs.every(({ series }) => series.felt)) {
+      this.element.append(el('p', { class: 'notice' }, `${felt ? 'One of the files' : 'This file'} has no telemetry: it was recorded by an older server. `,
+        'Motors as reached, tensions, contacts, the score over time and the prediction are missing; how far links turned is taken from the poses.'));
+    }
+    this.element.append(this.values);
+    this.values.addEventListener('toggle', () => { this.table(); });
+  }
+
+  /** After another object or joint was chosen. */
+  redraw(objectName?: string): void {
+    if (objectName !== undefined) setText(this.about, objectName);
+    for (const { chart, lines } of this.all) chart.draw(lines());
+    this.show(this.time);
+    this.table();
+  }
+
+  show(time: number): void {
+    this.time = time;
+    for (const { chart } of this.all) chart.show(time);
+    const now = performance.now();
+    if (!this.values.open || now - this.written < TABLE_MS) return;
+    this.written = now;
+    this.table();
+  }
+
+  dispose(): void {
+    for (const { chart } of this.all) chart.dispose();
+  }
+
+  private table(): void {
+    if (!this.values.open) return;
+    this.rows.replaceChildren(...this.all.flatMap(({ title, chart }) => chart.drawn.map((drawn) => el('tr', {},
+      el('td', {}, title), el('th', { scope: 'row' }, el('bdi', {}, called(drawn))), el('td', { class: 'n' }, written(valueAt(drawn.line, this.time), drawn.line.unit))))));
+  }
+}

@@ -1,0 +1,25 @@
+import { describe, expect, it } from 'vitest';
+import { record, recorded } from './fixture';
+import { momentAt } from './moments';
+
+describe('a moment of a replay', () => {
+  const recording = recorded([
+    record(10, { score: 1, command: [0.5], position: [0.25], motorTension: [3], tension: [4], q: [0.1], predicted: [0.2] }),
+    record(40, { score: 2, contactA: [0], contactB: [3], contactPosition: [1, 2, 3], contactForce: [0, 3, 4], contactUse: [0.5] }),
+  ]);
+
+  it('has what was recorded last, and nothing before it', () => {
+    expect(momentAt(recording, 0.09, true).telemetry).toBeUndefined();
+    expect(momentAt(recording, 0.09, true).score).toBeNull();
+    expect(momentAt(recording, 0.39, true).score).toBe(1);
+    expect(momentAt(recording, 0.1, true).telemetry).toEqual({ motors: [{ command: 0.5, position: 0.25, tension: 3 }], tension: [4], q: [0.1], predicted: [0.2] });
+    expect(momentAt(recording, 0.4, true).telemetry?.predicted).toBeNull();
+    expect(momentAt(recording, 9, true).contacts).toEqual([{ a: 0, b: 3, position: [1, 2, 3], force: [0, 3, 4], use: 0.5 }]);
+  });
+
+  it('is as recorded where a person chose it, and between two pictures while it plays', () => {
+    expect(momentAt(recording, 0.06, true).poses[0]).toBeCloseTo(0.04);
+    expect(momentAt(recording, 0.06, false).poses[0]).toBeCloseTo(0.06);
+    expect(momentAt(recording, 0.06, true).tick).toBe(6);
+  });
+});

@@ -1,0 +1,44 @@
+/** What a replay shows at a time. */
+import type { Contact, Moment, Telemetry } from '../model/moment';
+import type { TelemetryRecord } from './protobuf';
+import type { Recording } from './recording';
+
+/** The last record that is not after a tick; the first may be after it: then there is none. */
+function recordAt(records: readonly TelemetryRecord[], tick: number): TelemetryRecord | undefined {
+  let [low, high] = [0, records.length];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if ((records[middle]?.tick ?? Infinity) <= tick) low = middle;
+    else high = middle;
+  }
+  const found = records[low];
+  return found && found.tick <= tick ? found : undefined;
+}
+
+function telemetryOf(record: TelemetryRecord): Telemetry {
+  return {
+    motors: record.position.map((position, k) => ({ command: record.command[k] ?? position, position, tension: record.motorTension[k] ?? 0 })),
+    tension: record.tension,
+    q: record.q,
+    predicted: record.predicted.length > 0 ? record.predicted : null,
+  };
+}
+
+function contactsOf(record: TelemetryRecord): Contact[] {
+  const triple = (of: number[], k: number): [number, number, number] => [of[3 * k] ?? 0, of[3 * k + 1] ?? 0, of[3 * k + 2] ?? 0];
+  return record.contactA.map((a, k) => ({
+    a, b: record.contactB[k] ?? 0, position: triple(record.contactPosition, k), force: triple(record.contactForce, k), use: record.contactUse[k] ?? 0,
+  }));
+}
+
+/** The moment at `time`, s; `exact`: as recorded, else between two records. */
+export function momentAt(recording: Recording, time: number, exact: boolean): Moment {
+  const tick = Math.round(time / recording.tickS);
+  const record = recordAt(recording.telemetry, tick);
+  const moment: Moment = { tick, time, score: record?.score ?? null, poses: exact ? recording.poses.at(time) : recording.poses.between(time) };
+  if (record) {
+    moment.telemetry = telemetryOf(record);
+    moment.contacts = contactsOf(record);
+  }
+  return moment;
+}

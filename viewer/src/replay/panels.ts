@@ -1,0 +1,61 @@
+/** Beside the picture: what the file says of its run, what the referee noted, and how to put another run beside it. */
+import { clock, figure, points } from '../board/format';
+import { button, el, facts, name } from '../board/kit';
+import type { Body } from '../model/scene';
+import type { RecordedEvent, Recording } from './recording';
+import type { Loaded } from './source';
+import { EVENTS } from './timeline';
+
+/** The object that an event speaks of. */
+export function objectOf(recording: Recording, event: RecordedEvent): Body | undefined {
+  if (event.object === undefined) return undefined;
+  return recording.scene.bodies.filter((body) => body.kind === 'object')[event.object];
+}
+
+/** Who, what, with which hand, and what came of it. */
+export function about({ recording, run, file }: Loaded, mark: string): HTMLElement {
+  const { info, outcome, signed, duration } = recording;
+  const said = (key: string): string => info.get(key) ?? '–';
+  const count = (n: number): string => `${n} ${n === 1 ? 'object' : 'objects'}`;
+  return el('section', { class: 'panel' },
+    el('h2', {}, mark ? `${mark}: ` : null, name(said('team')), ', ', name(said('task'))),
+    facts([
+      ['Score', outcome ? el('b', {}, points(outcome.score)) : 'none: the file was not finished'],
+      ['Ended', outcome ? `${outcome.reason.replaceAll('_', ' ')}, ${count(outcome.in_goal)} in the goal, ${count(outcome.outside)} outside` : '–'],
+      ['Hand', name(said('hand'))],
+      ['Length', `${clock(duration)} (${figure(Math.round(duration * 100) / 100)} s, tick ${figure(recording.tickS * 1000)} ms)`],
+      ['Kind', [said('kind'), said('pacing'), said('sensing')].join(', ')],
+      ['Run', name(said('run_id'))],
+      ['Signed', signed ? 'yes' : 'no'],
+    ]),
+    el('details', {}, el('summary', {}, 'Is it true?'),
+      el('p', {}, 'This page shows what the file says. That these actions lead to this score, this proves:'),
+      el('pre', { tabindex: 0 }, `palmares verify ${file}`),
+      el('p', {}, signed ? 'It checks the signature, too; this page does not.' : 'Nobody has signed this file.')),
+    run ? el('p', {}, el('a', { href: `/v1/runs/${encodeURIComponent(run)}/replay`, download: file }, 'The file')) : null);
+}
+
+/** Every event as a button that goes there. */
+export function eventList(recording: Recording, go: (time: number) => void, mark: string): HTMLElement {
+  const line = (event: RecordedEvent): HTMLElement => {
+    const body = objectOf(recording, event);
+    return el('li', {}, button(`${event.time.toFixed(2)} s`, () => { go(event.time); }, { class: 'small quiet num' }),
+      el('span', {}, body ? name(body.name) : null, ' ', EVENTS[event.kind]?.[0] ?? event.kind.replaceAll('_', ' ')));
+  };
+  const list = recording.events.length > 0 ? el('ol', { class: 'log' }, ...recording.events.map(line)) : el('p', { class: 'soft' }, 'The referee noted nothing.');
+  return el('section', { class: 'panel' }, el('h2', {}, mark ? `Events of ${mark}` : 'Events'), list);
+}
+
+/** What can be done about a second run. */
+export interface Comparing { addRun(run: string): void; addFile(file: File): void; remove: (() => void) | null }
+
+export function comparePanel({ addRun, addFile, remove }: Comparing): HTMLElement {
+  const run = el('input', { type: 'text', id: 'with', autocomplete: 'off', spellcheck: 'false', placeholder: 'run_…' });
+  const file = el('input', { type: 'file', id: 'with-file', accept: '.mcap' });
+  file.addEventListener('change', () => { if (file.files?.[0]) addFile(file.files[0]); });
+  return el('details', { class: 'panel' }, el('summary', {}, remove ? 'Two runs side by side' : 'Put another run beside it'),
+    el('form', { on: { submit: (event) => { event.preventDefault(); if (run.value.trim()) addRun(run.value.trim()); } } },
+      el('div', { class: 'field' }, el('label', { for: 'with' }, 'A run of this server'), run), el('button', { type: 'submit' }, 'Show it')),
+    el('div', { class: 'field' }, el('label', { for: 'with-file' }, 'Or a file, which stays on this computer'), file),
+    remove ? button('Only the first run', remove) : null);
+}

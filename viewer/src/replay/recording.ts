@@ -1,0 +1,126 @@
+/** A replay in memory: who played, what stood there, and where everything was, 30 times a second. */
+import { McapIndexedReader } from '@mcap/core';
+import { decompress } from 'fzstd';
+import type { SceneInfo } from '../model/scene';
+import { type Entity, bodiesOf } from './scene';
+import { type FrameTransform, type TelemetryRecord, frameTransforms, telemetry } from './protobuf';
+import { PoseTable } from './poses';
+
+/** What the referee noted; `time` in s since the beginning. */
+export interface RecordedEvent { tick: number; time: number; kind: string; object?: number }
+
+/** The action as applied in a tick. */
+export interface RecordedAction { tick: number; hand: number[]; base: number[] }
+
+/** What a run gave, as its file says. */
+export interface RecordedOutcome { score: number; in_goal: number; outside: number; reason: string; ticks: number }
+
+/** A whole replay. Times are in s since the run began. */
+export interface Recording {
+  info: Map<string, string>;
+  outcome: RecordedOutcome | null;
+  signed: boolean;
+  scene: SceneInfo;
+  tickS: number;
+  duration: number;
+  poses: PoseTable;
+  events: RecordedEvent[];
+  actions: RecordedAction[];
+  telemetry: TelemetryRecord[];
+}
+
+/** Why a file is no replay, in words for people. */
+export class NotAReplay extends Error {}
+
+interface ActionMessage { tick: number; action: { base?: { position: number[]; quat_xyzw: number[] }; hand: number[] } }
+
+const text = new TextDecoder();
+const json = <T>(data: Uint8Array): T => JSON.parse(text.decode(data)) as T;
+
+async function open(bytes: Uint8Array): Promise<McapIndexedReader> {
+  try {
+    return await McapIndexedReader.Initialize({
+      readable: {
+        size: () => Promise.resolve(BigInt(bytes.length)),
+        read: (offset, length) => Promise.resolve(bytes.subarray(Number(offset), Number(offset) + Number(length))),
+      },
+      decompressHandlers: { zstd: (data) => decompress(data) },
+    });
+  } catch (error) {
+    const why = error instanceof Error ? error.message : String(error);
+    throw new NotAReplay(`This is not a finished MCAP file: ${why}`);
+  }
+}
+
+/** Reads a file; `progress` is told how much of it is done, 0 to 1. */
+export async function readRecording(bytes: Uint8Array, progress: (done: number) => void = () => undefined): Promise<Recording> {
+  const reader = await open(bytes);
+  const records = new Map<string, Map<string, string>>();
+  for await (const record of reader.readMetadata()) records.set(record.name, record.metadata);
+  const info = records.get('palmares.run');
+  if (!info) throw new NotAReplay('This MCAP file was not recorded by Palmares: it has no record palmares.run.');
+  const begun = reader.statistics?.messageStartTime ?? 0n;
+  const ended = reader.statistics?.messageEndTime ?? begun;
+  const span = Math.max(Number(ended - begun) / 1e9, 1e-3);
+  const tickS = Number(info.get('tick_s') ?? '0.01');
+
+  let entities: Entity[] = [];
+  const frames: { time: number; transforms: FrameTransform[] }[] = [];
+  const events: RecordedEvent[] = [];
+  const actions: RecordedAction[] = [];
+  const telemetries: TelemetryRecord[] = [];
+  let count = 0;
+  for await (const message of reader.readMessages()) {
+    const topic = reader.channelsById.get(message.channelId)?.topic;
+    const time = Number(message.logTime - begun) / 1e9;
+    if (topic === '/tf') frames.push({ time, transforms: frameTransforms(message.data) });
+    else if (topic === '/telemetry') telemetries.push(telemetry(message.data));
+    else if (topic === '/scene') entities = json<{ entities: Entity[] }>(message.data).entities;
+    else if (topic === '/event') {
+      const event = json<{ tick: number; kind: string; object?: number }>(message.data);
+      events.push({ ...event, time: event.tick * tickS });
+    } else if (topic === '/action') {
+      const { tick, action } = json<ActionMessage>(message.data);
+      actions.push({ tick, hand: action.hand, base: [...(action.base?.position ?? []), ...(action.base?.quat_xyzw ?? [])] });
+    }
+    count += 1;
+    if (count % 2000 === 0) {
+      progress(Math.min(time / span, 1));
+      // Lets the page draw: a long run takes a second or two.
+      await new Promise((resolve) => setTimeout(resolve));
+    }
+  }
+  if (entities.length === 0) throw new NotAReplay('This replay has no /scene: there is nothing to draw.');
+
+  const framed = bodiesOf(entities);
+  const moving = framed.filter(({ frame }) => frame !== 'world');
+  const poses = new PoseTable(moving.map(({ frame }) => frame), frames);
+  const start = poses.at(0);
+  moving.forEach(({ body }, row) => {
+    const at = start.subarray(7 * row, 7 * row + 7);
+    body.position = [at[0] ?? 0, at[1] ?? 0, at[2] ?? 0];
+    body.quat = [at[3] ?? 0, at[4] ?? 0, at[5] ?? 0, at[6] ?? 1];
+  });
+  const regions = records.get('palmares.scene')?.get('regions');
+  const hand = records.get('palmares.hand')?.get('description');
+  const outcome = records.get('palmares.result')?.get('outcome');
+  const scene: SceneInfo = {
+    bodies: framed.map(({ body }) => body),
+    moving: moving.map(({ body }) => body.id),
+    regions: regions ? (JSON.parse(regions) as SceneInfo['regions']) : [],
+  };
+  if (hand) scene.hand = JSON.parse(hand) as NonNullable<SceneInfo['hand']>;
+  const last = frames.at(-1)?.time ?? 0;
+  return {
+    info,
+    outcome: outcome ? (JSON.parse(outcome) as RecordedOutcome) : null,
+    signed: records.has('palmares.signature'),
+    scene,
+    tickS,
+    duration: Math.max(last, (actions.at(-1)?.tick ?? 0) * tickS),
+    poses,
+    events,
+    actions,
+    telemetry: telemetries,
+  };
+}

@@ -1,0 +1,162 @@
+/** Lines for the charts, out of a recording: each a value that holds from its time on. Times in s, angles in degrees, forces in N, tensions in the hand's own unit. */
+import type { HandDescription } from '../model/hand';
+import type { TelemetryRecord } from './protobuf';
+import type { Recording } from './recording';
+import { type Turn, turns } from './turns';
+
+/** A quantity over time. Lines of the same record share their `times`. */
+export interface Line {
+  label: string;
+  unit: string;
+  times: number[];
+  values: (number | null)[];
+  /** What was asked for or foreseen, beside what was. */
+  foreseen?: boolean;
+}
+
+const DEGREES = 180 / Math.PI;
+
+/** Place of the last of ascending times that is not after `time`; -1 where all are. */
+export function placeAt(times: ArrayLike<number>, time: number): number {
+  let [low, high] = [-1, times.length];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if ((times[middle] ?? Infinity) <= time + 1e-9) low = middle;
+    else high = middle;
+  }
+  return low;
+}
+
+/** A line's value at a time. */
+export function valueAt(line: Line, time: number): number | null {
+  return line.values[placeAt(line.times, time)] ?? null;
+}
+
+/** How far a line goes, from its least to its greatest value. */
+export function range(line: Line): number {
+  let [least, most] = [Infinity, -Infinity];
+  for (const value of line.values) {
+    if (value === null) continue;
+    least = Math.min(least, value);
+    most = Math.max(most, value);
+  }
+  return most >= least ? most - least : 0;
+}
+
+/** A coordinate's unit: degrees for what turns, mm for what slides. */
+function unitOf(hand: HandDescription | undefined, coordinate: string): { unit: string; factor: number } {
+  const hinges = hand?.links.filter((link) => link.coordinate === coordinate).flatMap((link) => link.hinges) ?? [];
+  const slides = hinges.length > 0 && hinges.every((hinge) => hinge.kind === 'prismatic');
+  return slides ? { unit: 'mm', factor: 1000 } : { unit: '°', factor: DEGREES };
+}
+
+/** Everything that can be drawn of a run over time. */
+export class Series {
+  /** Times of /telemetry, with the end of the run, so that the last values reach it. */
+  private readonly times: number[];
+  private readonly records: readonly TelemetryRecord[];
+  private readonly hand: HandDescription | undefined;
+  private seen: Turn[] | null = null;
+
+  constructor(private readonly recording: Recording) {
+    this.records = recording.telemetry;
+    this.hand = recording.scene.hand;
+    this.times = this.records.map((record) => record.tick * recording.tickS);
+    if (this.records.length > 0) this.times.push(Math.max(recording.duration, this.times.at(-1) ?? 0));
+  }
+
+  get felt(): boolean { return this.records.length > 0; }
+
+  private line(label: string, unit: string, of: (record: TelemetryRecord) => number | undefined, foreseen = false): Line {
+    const values = this.records.map((record) => of(record) ?? null);
+    values.push(values.at(-1) ?? null);
+    return { label, unit, times: this.times, values, foreseen };
+  }
+
+  /** σ asked for and reached; older files have what was asked for alone. */
+  motors(): Line[] {
+    if (this.felt) {
+      const named = this.names(this.hand?.motors, this.records[0]?.position.length ?? 0, 'motor');
+      return named.flatMap((name, k) => [
+        this.line(`${name}, asked`, 'σ', (record) => record.command[k], true),
+        this.line(`${name}, reached`, 'σ', (record) => record.position[k]),
+      ]);
+    }
+    const { actions, tickS } = this.recording;
+    const times = actions.map((action) => action.tick * tickS);
+    const width = Math.max(0, ...actions.slice(0, 1).map((action) => action.hand.length));
+    return Array.from({ length: width }, (_, k) => ({
+      label: width > 1 ? `motor ${k + 1}, asked` : 'motor, asked', unit: 'σ', times, values: actions.map((action) => action.hand[k] ?? null), foreseen: true,
+    }));
+  }
+
+  /** Of each motor. */
+  motorTensions(): Line[] {
+    if (!this.felt) return [];
+    return this.names(this.hand?.motors, this.records[0]?.motorTension.length ?? 0, 'motor').map((name, k) => this.line(`${name}, tension`, '', (record) => record.motorTension[k]));
+  }
+
+  /** Of each tendon. */
+  tensions(): Line[] {
+    if (!this.felt) return [];
+    return this.names(this.hand?.tendons, this.records[0]?.tension.length ?? 0, 'tendon').map((name, k) => this.line(name, '', (record) => record.tension[k]));
+  }
+
+  /** Names of what can be chosen of the joints, those that move most first. */
+  joints(): string[] {
+    if (!this.felt) return this.turns().map((turn) => turn.link);
+    const names = this.names(this.hand?.coordinates, this.records[0]?.q.length ?? 0, 'joint');
+    const moved = new Map(names.map((name) => [name, range(this.joint(name)[0] ?? { label: '', unit: '', times: [], values: [] })]));
+    return names.sort((a, b) => (moved.get(b) ?? 0) - (moved.get(a) ?? 0));
+  }
+
+  /** A joint as sensed and, where it is known, as predicted. */
+  joint(name: string): Line[] {
+    if (!this.felt) {
+      const turn = this.turns().find((one) => one.link === name);
+      return turn ? [{ label: `${name}, turned`, unit: '°', times: turn.times, values: turn.degrees }] : [];
+    }
+    const k = this.names(this.hand?.coordinates, this.records[0]?.q.length ?? 0, 'joint').indexOf(name);
+    if (k < 0) return [];
+    const { unit, factor } = unitOf(this.hand, name);
+    const scaled = (value: number | undefined): number | undefined => (value === undefined ? undefined : value * factor);
+    const sensed = this.line(`${name}, sensed`, unit, (record) => scaled(record.q[k]));
+    const predicted = this.line(`${name}, predicted`, unit, (record) => scaled(record.predicted[k]), true);
+    return predicted.values.some((value) => value !== null) ? [sensed, predicted] : [sensed];
+  }
+
+  /** How hard a body is pressed: by the hand, and by everything else; sums of the contacts' strengths. */
+  forces(body: number): Line[] {
+    if (!this.felt) return [];
+    const links = new Set(this.recording.scene.bodies.filter((one) => one.kind === 'hand').map((one) => one.id));
+    return [
+      this.line('by the hand', 'N', (record) => pressed(record, body, (other) => links.has(other))),
+      this.line('by all else', 'N', (record) => pressed(record, body, (other) => !links.has(other))),
+    ];
+  }
+
+  score(): Line[] {
+    return this.felt ? [this.line('score', 'points', (record) => record.score)] : [];
+  }
+
+  private names(described: readonly { name: string }[] | undefined, count: number, kind: string): string[] {
+    return Array.from({ length: count }, (_, k) => described?.[k]?.name ?? (count > 1 ? `${kind} ${k + 1}` : kind));
+  }
+
+  private turns(): Turn[] {
+    this.seen ??= turns(this.recording);
+    return this.seen;
+  }
+}
+
+/** Sum of the strengths of all contacts of a body with some others, N. */
+export function pressed(record: TelemetryRecord, body: number, counts: (other: number) => boolean): number {
+  let sum = 0;
+  record.contactA.forEach((a, k) => {
+    const b = record.contactB[k] ?? -1;
+    if (a !== body && b !== body) return;
+    if (!counts(a === body ? b : a)) return;
+    sum += Math.hypot(record.contactForce[3 * k] ?? 0, record.contactForce[3 * k + 1] ?? 0, record.contactForce[3 * k + 2] ?? 0);
+  });
+  return sum;
+}

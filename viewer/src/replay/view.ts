@@ -1,0 +1,171 @@
+/** One replay on the page, or two side by side with one clock: pictures, time line, charts, and what the files say. */
+import { points } from '../board/format';
+import { button, el, fill, name, setText, toast } from '../board/kit';
+import { offerOverlays, overlaySwitches, viewButtons } from '../live/controls';
+import { Gauges } from '../live/gauges';
+import type { Moment } from '../model/moment';
+import { Stage } from '../scene/stage';
+import { type Charted, Charts } from './charts';
+import { Closing } from './closing';
+import { momentAt } from './moments';
+import { type Comparing, about, comparePanel, eventList, objectOf } from './panels';
+import { Player } from './player';
+import { Series } from './series';
+import type { Loaded } from './source';
+import { EVENTS, Timeline } from './timeline';
+
+/** A run with its picture. */
+interface Shown extends Charted { loaded: Loaded; stage: Stage; said: HTMLElement; moment: Moment | null }
+
+export class ReplayView {
+  readonly player: Player;
+  private readonly shown: Shown[];
+  private readonly timeline: Timeline;
+  private readonly charts: Charts;
+  private readonly closing: Closing;
+  private readonly gauges = new Gauges();
+  private readonly objects = el('select', { id: 'object' });
+  private readonly place = el('p', { class: 'num' });
+  private picking = false;
+
+  constructor(app: HTMLElement, loaded: Loaded[], start: number, comparing: Comparing) {
+    app.className = 'stage-page replay';
+    const pictures = el('div', { class: 'pictures' });
+    const side = el('div', { class: 'side' });
+    const dock = el('div', { class: 'dock' });
+    app.replaceChildren(el('h1', { class: 'visually-hidden' }, 'Replay'), pictures, side, dock);
+    // All of them first, so that each picture knows its size when it chooses its view.
+    const places = loaded.map(() => el('div', { class: 'stage' }));
+    pictures.append(...places);
+    this.shown = loaded.map((one, k) => this.picture(places[k] ?? pictures, one, loaded.length > 1 ? String.fromCharCode(65 + k) : ''));
+    together(this.stages);
+    const first = loaded[0]?.recording;
+    const duration = Math.max(...loaded.map(({ recording }) => recording.duration));
+    const tickS = Math.min(...loaded.map(({ recording }) => recording.tickS));
+    this.player = new Player(duration, tickS);
+    const go = (time: number): void => { this.player.seek(time); };
+    const stages = (): Stage[] => this.shown.map(({ stage }) => stage);
+    this.charts = new Charts(this.shown, duration, go);
+    this.closing = new Closing(this.shown, duration, go);
+    const marks = this.shown.flatMap(({ loaded: { recording }, mark }, row) => recording.events.map((event) => ({
+      event, row, words: [mark, objectOf(recording, event)?.name, EVENTS[event.kind]?.[0] ?? event.kind].filter(Boolean).join(' '),
+    })));
+    this.timeline = new Timeline(this.player, tickS, marks, el('span', { class: 'row end' },
+      button('Fig. 6', () => { this.closing.open(this.player.time); }, { title: 'Closing: sensed against predicted', 'aria-label': 'Fig. 6. Closing: sensed against predicted' }), button('Copy link', () => { void this.copy(loaded); }, { class: 'quiet' })));
+    dock.append(this.timeline.element, this.charts.element);
+    this.shown[0]?.stage.renderer.domElement.parentElement?.append(el('div', { class: 'hud bottom-left' }, viewButtons(stages)));
+    this.gauges.setHand(first?.scene.hand ?? null);
+    const switches = overlaySwitches(stages);
+    offerOverlays(switches, loaded.some((one) => one.recording.telemetry.length > 0));
+    for (const stage of stages()) stage.setOverlay('regions', true);
+    side.append(...this.shown.map((one) => about(one.loaded, one.mark)), this.chooser(), switches,
+      ...this.shown.map((one) => eventList(one.loaded.recording, (time) => { this.player.pause(); go(time); }, one.mark)),
+      this.gauges.element, comparePanel(comparing), el('p', {}, el('a', { href: '/replay' }, 'Open another replay')), this.closing.element);
+    this.player.onTime((time, exact) => { this.show(time, exact); });
+    this.shown[0]?.stage.onFrame(() => { this.player.advance(performance.now()); });
+    this.choose(this.shown[0]?.object ?? null, this.shown[0]);
+    this.player.seek(start);
+  }
+
+  get stages(): Stage[] { return this.shown.map(({ stage }) => stage); }
+
+  dispose(): void {
+    for (const { stage } of this.shown) stage.dispose();
+    this.charts.dispose();
+    this.closing.dispose();
+    this.timeline.dispose();
+  }
+
+  private picture(place: HTMLElement, loaded: Loaded, mark: string): Shown {
+    const { scene, info } = loaded.recording;
+    const said = el('span', { class: 'num' });
+    const stage = new Stage(place);
+    stage.setScene(scene);
+    place.append(el('div', { class: 'hud top-left' }, el('div', { class: 'card' }, mark ? el('b', {}, `${mark} `) : null, name(info.get('team') ?? '–'), said)));
+    const series = new Series(loaded.recording);
+    const object = scene.bodies.find((body) => body.kind === 'object')?.id ?? null;
+    const shown: Shown = { loaded, mark, stage, said, series, object, moment: null };
+    stage.onPick((id) => { this.choose(id, shown); });
+    return shown;
+  }
+
+  /** An object of which more is told. */
+  private chooser(): HTMLElement {
+    const objects = this.shown[0]?.loaded.recording.scene.bodies.filter((body) => body.kind === 'object') ?? [];
+    fill(this.objects, el('option', { value: '' }, 'none'), ...objects.map((body) => el('option', { value: body.id }, body.name)));
+    this.objects.addEventListener('change', () => { this.choose(this.objects.value === '' ? null : Number(this.objects.value), this.shown[0]); });
+    return el('section', { class: 'panel' }, el('h2', {}, 'An object'),
+      el('div', { class: 'field' }, el('label', { for: 'object' }, 'Click one, or choose one here'), this.objects), this.place);
+  }
+
+  /** The same object, by its name, in every picture. */
+  private choose(id: number | null, from: Shown | undefined): void {
+    if (this.picking || !from) return;
+    this.picking = true;
+    const chosen = from.loaded.recording.scene.bodies.find((body) => body.id === id);
+    for (const one of this.shown) {
+      const same = one.loaded.recording.scene.bodies.find((body) => body.name === chosen?.name && body.kind === chosen.kind);
+      one.object = same?.id ?? null;
+      one.stage.pick(one.object);
+    }
+    this.picking = false;
+    this.objects.value = chosen?.kind === 'object' ? String(this.shown[0]?.object ?? '') : '';
+    this.charts.redraw(chosen?.name ?? 'no object is chosen');
+    this.where();
+  }
+
+  private show(time: number, exact: boolean): void {
+    for (const one of this.shown) {
+      const { recording } = one.loaded;
+      one.moment = momentAt(recording, time, exact);
+      one.stage.show(one.moment);
+      const score = one.moment.score === null ? '' : `${points(one.moment.score)} points`;
+      setText(one.said, ['', score, time > recording.duration ? `ended at ${recording.duration.toFixed(2)} s` : ''].filter((words, k) => k === 0 || words !== '').join(', '));
+    }
+    const felt = this.shown[0]?.moment?.telemetry;
+    if (felt) this.gauges.show(felt);
+    this.timeline.show(time);
+    this.charts.show(time);
+    this.closing.show(time);
+    this.where();
+  }
+
+  private where(): void {
+    const told = this.shown.map(({ stage, object, mark }) => {
+      const at = object === null ? null : stage.placeOf(object);
+      return at ? `${mark ? `${mark}: ` : ''}x ${at[0].toFixed(3)}, y ${at[1].toFixed(3)}, z ${at[2].toFixed(3)} m` : '';
+    });
+    setText(this.place, told.filter(Boolean).join('; '));
+  }
+
+  private async copy(loaded: Loaded[]): Promise<void> {
+    const link = new URL(location.href);
+    link.hash = `t=${this.player.time.toFixed(2)}`;
+    history.replaceState(null, '', link);
+    const needs = loaded.some(({ run }) => run === null) ? ' Who opens it has to open the file there, too.' : '';
+    try {
+      await navigator.clipboard.writeText(link.href);
+      toast(`The link is copied.${needs}`);
+    } catch {
+      toast(`The link is in the address bar.${needs}`);
+    }
+  }
+}
+
+/** Two pictures are looked at from the same place: what a hand does to one camera, the other does, too. */
+function together(stages: Stage[]): void {
+  for (const stage of stages) {
+    let moved = false;
+    stage.controls.addEventListener('start', () => { moved = true; });
+    stage.controls.addEventListener('end', () => { moved = false; });
+    stage.controls.addEventListener('change', () => {
+      if (!moved) return;
+      for (const other of stages) {
+        if (other === stage) continue;
+        other.camera.position.copy(stage.camera.position);
+        other.controls.target.copy(stage.controls.target);
+        other.controls.update();
+      }
+    });
+  }
+}

@@ -1,0 +1,74 @@
+/** What a person sees: a world that moves, a ranking that changes by itself, a replay that shows what its file says. */
+import { expect, type Page } from '@playwright/test';
+import { drive, test } from './server';
+
+interface Driven { driven: { stop: boolean; result: { run_id: string; score: number } | null } }
+
+/** Fails with everything that a page complained of. */
+function complaints(page: Page): string[] {
+  const heard: string[] = [];
+  page.on('pageerror', (error) => { heard.push(error.message); });
+  page.on('console', (message) => { if (message.type() === 'error') heard.push(message.text()); });
+  page.on('request', (request) => {
+    const { protocol, origin } = new URL(request.url());
+    if (protocol !== 'data:' && protocol !== 'blob:' && origin !== new URL(page.url()).origin && page.url() !== 'about:blank') heard.push(`left the server: ${request.url()}`);
+  });
+  return heard;
+}
+
+/** Place of a link of the hand in the live picture, px. */
+const handOnScreen = (page: Page): Promise<{ x: number; y: number }> => page.evaluate(() => {
+  const { stage, live } = window.palmares as { stage: { screenPosition(id: number): { x: number; y: number } }; live: { info: { bodies: { id: number; kind: string }[] } } };
+  return stage.screenPosition(live.info.bodies.find((body) => body.kind === 'hand')?.id ?? -1);
+});
+
+test('a world moves, the ranking follows, and the replay shows it again', async ({ browser, server }) => {
+  const driver = await browser.newPage();
+  await driver.goto(`${server.url}/`);
+  const board = await browser.newPage();
+  const wrong = complaints(board);
+  await board.goto(`${server.url}/`);
+  await expect(board.getByText('No finished run yet')).toBeVisible();
+  await driver.evaluate(drive, 'crabs');
+
+  const live = await browser.newPage();
+  wrong.push(...complaints(live));
+  await live.goto(`${server.url}/live`);
+  await live.getByRole('link', { name: 'Watch crabs' }).click();
+  await expect(live.getByRole('heading', { name: /crabs/ })).toBeVisible();
+  await live.waitForFunction(() => ((window.palmares?.['live'] as { newest?: { tick: number } } | undefined)?.newest?.tick ?? 0) > 0);
+  const before = await handOnScreen(live);
+  await expect.poll(async () => { const now = await handOnScreen(live); return Math.hypot(now.x - before.x, now.y - before.y); }, { timeout: 20_000 }).toBeGreaterThan(10);
+  await live.screenshot({ path: '../target/viewer-tests/live.png' });
+
+  await driver.evaluate(() => { (window as unknown as Driven).driven.stop = true; });
+  await driver.waitForFunction(() => (window as unknown as Driven).driven.result !== null);
+  const told = Date.now();
+  await expect(board.getByRole('rowheader', { name: 'crabs' })).toBeVisible();
+  // Nothing is asserted of the time; it is printed for whoever reads.
+  console.warn(`the ranking showed it after ${Date.now() - told} ms`);
+  const run = await driver.evaluate(() => (window as unknown as Driven).driven.result?.run_id ?? '');
+
+  const replay = await browser.newPage();
+  wrong.push(...complaints(replay));
+  await replay.goto(`${server.url}/replay/${run}`);
+  await expect(replay.getByRole('heading', { name: /crabs/ })).toBeVisible();
+  const apart = await replay.evaluate(async () => {
+    const { stage, recording, player } = window.palmares as {
+      stage: { placeOf(id: number): number[] | null }; recording: { scene: { moving: number[] }; duration: number; poses: { at(time: number): Float32Array } }; player: { seek(time: number): void };
+    };
+    const time = recording.duration / 2;
+    player.seek(time);
+    const wanted = recording.poses.at(time);
+    return Math.max(...recording.scene.moving.map((id, row) => Math.hypot(...(stage.placeOf(id) ?? [9, 9, 9]).map((x, k) => x - (wanted[7 * row + k] ?? 0)))));
+  });
+  expect(apart).toBeLessThan(1e-6);
+  await replay.screenshot({ path: '../target/viewer-tests/replay.png' });
+  expect(wrong).toEqual([]);
+});
+
+test('a file that is no replay is told so', async ({ page, server }) => {
+  await page.goto(`${server.url}/replay`);
+  await page.setInputFiles('#file', { name: 'a.mcap', mimeType: 'application/octet-stream', buffer: Buffer.from('not a replay') });
+  await expect(page.getByText('This is not a finished MCAP file')).toBeVisible();
+});
