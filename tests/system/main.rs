@@ -34,3 +34,4 @@ mod session_time;
 mod store_trouble;
 mod watch;
 mod watch_official;
+mod web;

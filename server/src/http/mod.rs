@@ -1,8 +1,10 @@
 //! Everything that is not a stream: JSON over HTTP, and the leaderboard as a page.
 
 mod admin;
+mod announcements;
 mod competition;
 mod csv;
+mod equilibrium;
 mod extract;
 mod hands;
 mod health;
@@ -21,7 +23,7 @@ use axum::http::Method;
 use axum::http::header::CONTENT_TYPE;
 use axum::middleware::from_fn_with_state;
 use axum::response::IntoResponse;
-use openapi::operation::{CSV, Content, Operation, TEXT, Token, ZIP, get, get_json, of, post};
+use openapi::operation::{CSV, Content, Operation, TEXT, Token, ZIP, get, get_json, of, post, post_json};
 use openapi::routes::Routes;
 use palmares_models::hand::describe::HandDescription;
 use serde_json::Value;
@@ -100,8 +102,24 @@ fn routes() -> Routes<App> {
                 .token(Token::Optional),
             hands::describe,
         )
+        .add(
+            post_json::<equilibrium::Asked, equilibrium::Answer>(
+                "/v1/hands/{name}/equilibrium",
+                "Where a hand rests, without a world: by its model, under forces, with points held",
+            )
+            .query("team", WHOSE)
+            .token(Token::Optional),
+            equilibrium::equilibrium,
+        )
         .add(get_json::<leaderboard::Leaderboard>("/v1/leaderboard", "The ranking"), leaderboard::json)
         .add(get("/v1/leaderboard.csv", "The ranking as a table", CSV), leaderboard::csv)
+        .add(
+            get_json::<announcements::Announcements>(
+                "/v1/announcements",
+                "What organizers told everybody, the newest first",
+            ),
+            announcements::list,
+        )
         .add(
             get_json::<runs::Sessions>("/v1/sessions", "The sessions: a team's own, for organizers all")
                 .token(Token::Required),

@@ -4,6 +4,7 @@ use super::access::{Watched, Watcher};
 use super::frame::{self, Frame};
 use super::messages::{Ended, Events, Final, WatchReply, WatchRun};
 use super::request::Target;
+use crate::store::Announcement;
 use crate::world::Witness;
 use axum::extract::ws::Utf8Bytes;
 use palmares_tasks::{Outcome, Run, Sensing};
@@ -88,6 +89,8 @@ pub(crate) struct Hub {
     changed: watch::Sender<u64>,
     /// Counts changes of the ranking.
     ranking: watch::Sender<u64>,
+    /// The newest announcement.
+    announced: watch::Sender<Option<Announcement>>,
     places: Arc<Semaphore>,
     since: Instant,
 }
@@ -98,6 +101,7 @@ impl Default for Hub {
             open: Mutex::default(),
             changed: watch::Sender::new(0),
             ranking: watch::Sender::new(0),
+            announced: watch::Sender::default(),
             places: Arc::new(Semaphore::new(MAX_VIEWERS)),
             since: Instant::now(),
         }
@@ -144,6 +148,17 @@ impl Hub {
         self.ranking.send_modify(|count| *count += 1);
     }
 
+    /// An organizer told everybody something: viewers get it.
+    pub(crate) fn announce_text(&self, told: &Announcement) {
+        self.announced.send_if_modified(|newest| {
+            let newer = newest.as_ref().is_none_or(|newest| newest.id < told.id);
+            if newer {
+                *newest = Some(told.clone());
+            }
+            newer
+        });
+    }
+
     /// A place for another viewer.
     pub(super) fn place(&self) -> Option<OwnedSemaphorePermit> {
         self.places.clone().try_acquire_owned().ok()
@@ -162,6 +177,11 @@ impl Hub {
     /// Changes whenever the ranking does.
     pub(super) fn ranking_changes(&self) -> watch::Receiver<u64> {
         self.ranking.subscribe()
+    }
+
+    /// Changes with every announcement.
+    pub(super) fn announcements(&self) -> watch::Receiver<Option<Announcement>> {
+        self.announced.subscribe()
     }
 
     /// The open runs that this watcher may see.

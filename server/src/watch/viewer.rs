@@ -10,6 +10,7 @@ use crate::auth::{Identity, Role};
 use crate::config::settings::MESSAGE_BYTES;
 use crate::metrics::METRICS;
 use crate::problem::Problem;
+use crate::store::Announcement;
 use crate::transport::farewell;
 use axum::body::Bytes;
 use axum::extract::State;
@@ -87,6 +88,7 @@ struct Viewer {
     told: Option<(String, f64)>,
     changes: watch::Receiver<u64>,
     ranking: watch::Receiver<u64>,
+    announced: watch::Receiver<Option<Announcement>>,
     next_frame: Instant,
     next_ranking: Instant,
     heard: Instant,
@@ -117,8 +119,8 @@ async fn next(following: &mut Option<Following>, not_before: Instant) -> Next {
     }
 }
 
-/// Returns when the ranking is to be sent.
-async fn ranking(changes: &mut watch::Receiver<u64>, not_before: Instant) {
+/// Returns when there is something new, and not before a certain time.
+async fn fresh<T>(changes: &mut watch::Receiver<T>, not_before: Instant) {
     sleep_until(not_before).await;
     if changes.changed().await.is_err() {
         pending::<()>().await;
@@ -129,8 +131,10 @@ impl Viewer {
     fn new(socket: WebSocket, app: App, watcher: Watcher) -> Self {
         let now = Instant::now();
         let (changes, mut ranking) = (app.hub.changes(), app.hub.ranking_changes());
-        // The first one is for everybody who comes.
+        let mut announced = app.hub.announcements();
+        // The first ones are for everybody who comes.
         ranking.mark_changed();
+        announced.mark_changed();
         Viewer {
             socket,
             app,
@@ -140,6 +144,7 @@ impl Viewer {
             told: None,
             changes,
             ranking,
+            announced,
             next_frame: now,
             next_ranking: now,
             heard: now,
@@ -171,7 +176,8 @@ impl Viewer {
                         Err(_) => ControlFlow::Break(None),
                     }
                 }
-                () = ranking(&mut self.ranking, self.next_ranking), if self.target.is_some() => self.rank().await,
+                () = fresh(&mut self.ranking, self.next_ranking), if self.target.is_some() => self.rank().await,
+                () = fresh(&mut self.announced, Instant::now()), if self.target.is_some() => self.announce().await,
                 next = next(&mut self.following, self.next_frame) => match next {
                     Next::News(news) => self.tell(news).await,
                     Next::Frame => self.show().await,
@@ -322,6 +328,14 @@ impl Viewer {
                 tracing::error!(%error, "store failed");
                 ControlFlow::Continue(())
             }
+        }
+    }
+
+    async fn announce(&mut self) -> ControlFlow<End> {
+        let told = self.announced.borrow_and_update().clone();
+        match told {
+            Some(told) => self.send(&WatchReply::Announcement(told)).await,
+            None => ControlFlow::Continue(()),
         }
     }
 

@@ -1,6 +1,7 @@
 //! The pages for people. What happens in them is in `viewer/`; here are their frames, and the leaderboard as plain HTML.
 
 mod assets;
+mod beside;
 pub(super) mod leaderboard;
 mod shell;
 
