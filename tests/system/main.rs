@@ -35,3 +35,4 @@ mod store_trouble;
 mod watch;
 mod watch_binary;
 mod watch_official;
+mod web;

@@ -48,6 +48,8 @@ pub(super) struct Channel {
     pub(super) wanted: Wanted,
     /// When it last moved, ms since the hub exists.
     pub(super) moved: AtomicU64,
+    /// When the referee last noted something in it, ms since the hub exists; 0: never.
+    pub(super) noted: AtomicU64,
     pub(super) pumping: AtomicBool,
 }
 

@@ -6,6 +6,7 @@ use super::frame::{self, Frame};
 use super::messages::{Ended, Events, Final, WatchReply, WatchRun};
 use super::request::Target;
 use super::snapshot::{Overlays, Snapshot};
+use crate::store::Announcement;
 use crate::world::Witness;
 use palmares_tasks::{Outcome, Run, Sensing};
 use std::collections::{BTreeMap, VecDeque};
@@ -22,6 +23,8 @@ const QUEUE: usize = 256;
 const UNWATCHED_PERIOD: Duration = Duration::from_millis(100);
 /// Over so much time the greatest lateness is told, twice.
 const LATENESS_PERIOD: Duration = Duration::from_millis(500);
+/// A world in which the referee noted something is worth watching for so long, ms.
+const EXCITING_MS: u64 = 10_000;
 /// Sessions that are remembered after their runs ended.
 const REMEMBERED: usize = 4096;
 
@@ -52,6 +55,8 @@ pub(crate) struct Hub {
     changed: watch::Sender<u64>,
     /// Counts changes of the ranking.
     ranking: watch::Sender<u64>,
+    /// The newest announcement.
+    announced: watch::Sender<Option<Announcement>>,
     places: Arc<Semaphore>,
     since: Instant,
 }
@@ -62,6 +67,7 @@ impl Default for Hub {
             open: Mutex::default(),
             changed: watch::Sender::new(0),
             ranking: watch::Sender::new(0),
+            announced: watch::Sender::default(),
             places: Arc::new(Semaphore::new(MAX_VIEWERS)),
             since: Instant::now(),
         }
@@ -100,6 +106,7 @@ impl Hub {
             pumping: AtomicBool::new(false),
             news: broadcast::Sender::new(QUEUE),
             moved: AtomicU64::new(self.now_ms()),
+            noted: AtomicU64::new(0),
             info,
         });
         {
@@ -121,6 +128,17 @@ impl Hub {
         self.ranking.send_modify(|count| *count += 1);
     }
 
+    /// An organizer told everybody something: viewers get it.
+    pub(crate) fn announce_text(&self, told: &Announcement) {
+        self.announced.send_if_modified(|newest| {
+            let newer = newest.as_ref().is_none_or(|newest| newest.id < told.id);
+            if newer {
+                *newest = Some(told.clone());
+            }
+            newer
+        });
+    }
+
     /// A place for another viewer.
     pub(super) fn place(&self) -> Option<OwnedSemaphorePermit> {
         self.places.clone().try_acquire_owned().ok()
@@ -139,6 +157,11 @@ impl Hub {
     /// Changes whenever the ranking does.
     pub(super) fn ranking_changes(&self) -> watch::Receiver<u64> {
         self.ranking.subscribe()
+    }
+
+    /// Changes with every announcement.
+    pub(super) fn announcements(&self) -> watch::Receiver<Option<Announcement>> {
+        self.announced.subscribe()
     }
 
     /// The open runs that this watcher may see.
@@ -163,10 +186,15 @@ impl Hub {
             }
             Target::Featured => {
                 let best = open.channels.values().filter(|channel| allowed(channel));
-                let worth =
-                    |channel: &&Arc<Channel>| (channel.info.official, channel.moved.load(Ordering::Relaxed));
+                let now_ms = self.now_ms();
+                let worth = |channel: &&Arc<Channel>| {
+                    let [moved, noted] =
+                        [&channel.moved, &channel.noted].map(|ms| ms.load(Ordering::Relaxed));
+                    (channel.info.official, noted > 0 && now_ms < noted + EXCITING_MS, moved)
+                };
                 best.max_by_key(worth).ok_or(Nothing::Waiting)?
             }
+            Target::Leaderboard => return Err(Nothing::Waiting),
         };
         if !allowed(channel) {
             return Err(Nothing::Forbidden);
@@ -245,6 +273,9 @@ impl Witness for Publisher {
     fn ticked(&mut self, run: &Run) {
         let Some(Published { channel, .. }) = &self.open else { return };
         let watched = channel.frames.receiver_count() > 0;
+        if !run.events().is_empty() {
+            channel.noted.store(self.hub.now_ms(), Ordering::Relaxed);
+        }
         if watched && !run.events().is_empty() {
             let (run_id, events) = (channel.info.run_id.clone(), run.events().to_vec());
             let message = frame::text(&WatchReply::Events(Events { run_id, events }));

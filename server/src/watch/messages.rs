@@ -1,6 +1,6 @@
 //! What spectators are told. No message carries a seed.
 
-use crate::store::LeaderboardRow;
+use crate::store::{Announcement, LeaderboardRow};
 use palmares_models::hand::describe::HandDescription;
 use palmares_protocol::reply::ErrorReply;
 use palmares_tasks::referee::Verdict;
@@ -34,6 +34,8 @@ pub(crate) enum WatchReply {
     Verdicts(Verdicts),
     /// The ranking: at the beginning and whenever a result is stored.
     Leaderboard(Ranking),
+    /// An organizer told everybody something: the newest at the beginning, and whenever there is another.
+    Announcement(Announcement),
     /// Reply to a request that failed, or why the socket closes.
     Error(ErrorReply),
 }

@@ -26,8 +26,11 @@ pub(super) enum Target {
     Session(String),
     /// One run.
     Run(String),
-    /// Whatever is worth watching most: official runs before practice, then the one that moved last.
+    /// Whatever is worth watching most: official runs before practice, then one of which the referee has just noted
+    /// something, then the one that moved last.
     Featured,
+    /// No world: rankings and announcements alone.
+    Leaderboard,
 }
 
 /// `subscribe`: what to show; exactly one of the fields. A second one replaces the first.
@@ -38,8 +41,11 @@ pub(crate) struct Subscribe {
     session_id: Option<String>,
     /// One run.
     run_id: Option<String>,
-    /// `true`: official runs before practice, then the one that moved last; when it ends, the next.
+    /// `true`: official runs before practice, then one in which something happened in the last 10 s, then the one that
+    /// moved last; when it ends, the next.
     featured: Option<bool>,
+    /// `true`: no world, but the ranking and announcements.
+    leaderboard: Option<bool>,
     /// What is to be told beside the poses. With this field, empty or not, `clock` is told once a second.
     overlays: Option<Vec<Overlay>>,
 }
@@ -78,13 +84,14 @@ impl Subscribe {
     }
 
     fn target(self) -> Result<Target, Refusal> {
-        match (self.session_id, self.run_id, self.featured) {
-            (Some(id), None, None) => Ok(Target::Session(id)),
-            (None, Some(id), None) => Ok(Target::Run(id)),
-            (None, None, Some(true)) => Ok(Target::Featured),
+        match (self.session_id, self.run_id, self.featured, self.leaderboard) {
+            (Some(id), None, None, None) => Ok(Target::Session(id)),
+            (None, Some(id), None, None) => Ok(Target::Run(id)),
+            (None, None, Some(true), None) => Ok(Target::Featured),
+            (None, None, None, Some(true)) => Ok(Target::Leaderboard),
             _ => {
-                let message =
-                    "subscribe: expected exactly one of \"session_id\": …, \"run_id\": …, \"featured\": true";
+                let message = "subscribe: expected exactly one of \"session_id\": …, \"run_id\": …, \"featured\": true, \
+                               \"leaderboard\": true";
                 Err(Refusal::new(Code::BadRequest, message))
             }
         }
@@ -148,6 +155,8 @@ mod tests {
         assert_eq!(run, (Some(3), Ok(Request::Subscribe(Target::Run("run_1".into()), None))));
         let featured = parse(r#"{"op":"subscribe","id":4,"featured":true}"#);
         assert_eq!(featured, (Some(4), Ok(Request::Subscribe(Target::Featured, None))));
+        let leaderboard = parse(r#"{"op":"subscribe","id":4,"leaderboard":true}"#);
+        assert_eq!(leaderboard, (Some(4), Ok(Request::Subscribe(Target::Leaderboard, None))));
         let with = parse(r#"{"op":"subscribe","id":4,"featured":true,"overlays":["verdicts","telemetry"]}"#);
         let overlays = Overlays { contacts: false, ..Overlays::ALL };
         assert_eq!(with, (Some(4), Ok(Request::Subscribe(Target::Featured, Some(overlays)))));
@@ -155,6 +164,7 @@ mod tests {
             r#"{"op":"subscribe","id":3}"#,
             r#"{"op":"subscribe","id":3,"featured":false}"#,
             r#"{"op":"subscribe","id":3,"run_id":"a","session_id":"b"}"#,
+            r#"{"op":"subscribe","id":3,"featured":true,"leaderboard":true}"#,
             r#"{"op":"subscribe","id":3,"run":"a"}"#,
             r#"{"op":"subscribe","id":3,"run_id":7}"#,
             r#"{"op":"subscribe","id":3,"featured":true,"overlays":["seeds"]}"#,

@@ -11,6 +11,7 @@ use super::snapshot::Overlays;
 use crate::app::App;
 use crate::auth::Identity;
 use crate::metrics::METRICS;
+use crate::store::Announcement;
 use crate::transport::farewell;
 use axum::body::Bytes;
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
@@ -53,6 +54,7 @@ pub(super) struct Viewer {
     told: Option<(String, f64)>,
     changes: watch::Receiver<u64>,
     ranking: watch::Receiver<u64>,
+    announced: watch::Receiver<Option<Announcement>>,
     /// Whether poses are binary frames.
     binary: bool,
     /// What it wants to see; none if it never said.
@@ -97,8 +99,8 @@ async fn next(following: &mut Option<Following>, not_before: Instant) -> Next {
     }
 }
 
-/// Returns when the ranking is to be sent.
-async fn ranking(changes: &mut watch::Receiver<u64>, not_before: Instant) {
+/// Returns when there is something new, and not before a certain time.
+async fn fresh<T>(changes: &mut watch::Receiver<T>, not_before: Instant) {
     sleep_until(not_before).await;
     if changes.changed().await.is_err() {
         pending::<()>().await;
@@ -109,8 +111,10 @@ impl Viewer {
     pub(super) fn new(socket: WebSocket, app: App, watcher: Watcher, binary: bool) -> Self {
         let now = Instant::now();
         let (changes, mut ranking) = (app.hub.changes(), app.hub.ranking_changes());
-        // The first one is for everybody who comes.
+        let mut announced = app.hub.announcements();
+        // The first ones are for everybody who comes.
         ranking.mark_changed();
+        announced.mark_changed();
         Viewer {
             socket,
             app,
@@ -120,6 +124,7 @@ impl Viewer {
             told: None,
             changes,
             ranking,
+            announced,
             binary,
             overlays: None,
             sent: Vec::new(),
@@ -160,7 +165,8 @@ impl Viewer {
                         Err(_) => ControlFlow::Break(None),
                     }
                 }
-                () = ranking(&mut self.ranking, self.next_ranking), if self.target.is_some() => self.rank().await,
+                () = fresh(&mut self.ranking, self.next_ranking), if self.target.is_some() => self.rank().await,
+                () = fresh(&mut self.announced, Instant::now()), if self.target.is_some() => self.announce().await,
                 () = sleep_until(self.next_clock), if self.following.is_some() && self.is_told_more() => self.clock().await,
                 () = sleep_until(self.next_verdicts), if self.unjudged => self.judge().await,
                 next = next(&mut self.following, self.next_frame) => match next {
@@ -233,7 +239,7 @@ impl Viewer {
                 );
                 return self.refuse(Some(id), &Refusal::new(Code::NotFound, message)).await;
             }
-            (Err(Nothing::Unknown), Target::Featured) => None,
+            (Err(Nothing::Unknown), Target::Featured | Target::Leaderboard) => None,
         };
         if self.target.is_none() {
             self.ranking.mark_changed();
@@ -384,6 +390,14 @@ impl Viewer {
                 tracing::error!(%error, "store failed");
                 ControlFlow::Continue(())
             }
+        }
+    }
+
+    async fn announce(&mut self) -> ControlFlow<End> {
+        let told = self.announced.borrow_and_update().clone();
+        match told {
+            Some(told) => self.send(&WatchReply::Announcement(told)).await,
+            None => ControlFlow::Continue(()),
         }
     }
 
