@@ -5,6 +5,7 @@ mod command;
 mod driven;
 mod evidence;
 mod hand_body;
+mod inside;
 mod observe;
 mod outcome;
 mod predictor;

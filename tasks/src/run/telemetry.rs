@@ -3,7 +3,6 @@
 //! Where the world is stepped it is copied as it stands ([`Readings`]); [`Instruments`], which outlive no run but may be
 //! shared with any thread, make of it what is shown.
 
-use super::Run;
 use super::predictor::Predictor;
 use crate::scene::Scene;
 use palmares_models::Pose;
@@ -18,11 +17,11 @@ use std::sync::Arc;
 /// A copy of what the readers of a moment need.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Readings {
-    motors: Vec<MotorState>,
-    tension: Vec<f64>,
-    q: Vec<f64>,
+    pub(super) motors: Vec<MotorState>,
+    pub(super) tension: Vec<f64>,
+    pub(super) q: Vec<f64>,
     /// None if they were not wanted.
-    contacts: Option<Vec<ContactForce>>,
+    pub(super) contacts: Option<Vec<ContactForce>>,
 }
 
 impl Readings {
@@ -109,7 +108,7 @@ impl Instruments {
         &self.hand
     }
 
-    /// World poses of the bodies that can move, in the order of [`Run::poses`]: the objects as given, then the hand's
+    /// World poses of the bodies that can move, in the order of [`crate::Run::poses`]: the objects as given, then the hand's
     /// links.
     pub fn poses(&self, base: Pose, q: &[f64], objects: &[Pose]) -> Vec<(usize, Pose)> {
         let links = self.hand.base_from_links(q).into_iter().map(|base_from_link| base * base_from_link);
@@ -167,111 +166,8 @@ pub(super) fn motor_tension(hand: &Hand, motor: usize, tension: &[f64]) -> f64 {
 const MOST_USE: f64 = 1e3;
 
 /// |f_t| / (μ f_n), at most [`MOST_USE`]; 0 without a force across.
-fn friction_use(contact: &ContactForce, friction: f64) -> f64 {
+pub(super) fn friction_use(contact: &ContactForce, friction: f64) -> f64 {
     let along = contact.force.dot(contact.normal);
     let across = (contact.force - contact.normal * along).length();
     if across == 0.0 { 0.0 } else { (across / (friction * along.max(0.0))).min(MOST_USE) }
-}
-
-impl Run {
-    /// What [`Run::readings`] are read with.
-    pub fn instruments(&self) -> &Arc<Instruments> {
-        &self.instruments
-    }
-
-    /// A copy of what watchers may ask about this moment; the contacts only if they are wanted.
-    pub fn readings(&self, contacts: bool) -> Readings {
-        let state = self.world.state();
-        Readings {
-            motors: state.motors.clone(),
-            tension: state.tension.clone(),
-            q: state.q.clone(),
-            contacts: contacts.then(|| self.world.contact_forces().to_vec()),
-        }
-    }
-
-    /// What goes on in the hand.
-    pub fn telemetry(&self) -> Telemetry {
-        self.instruments.telemetry(&self.readings(false))
-    }
-
-    /// Every touching contact.
-    pub fn contacts(&self) -> Vec<Contact> {
-        self.instruments.contacts(&self.readings(true))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::observation::Sensing;
-    use crate::{Action, BaseTarget, Seed, Task};
-    use palmares_sim::model::pair_friction;
-
-    fn run() -> Run {
-        let task = Task::builtin().into_iter().find(|task| task.name == "balls").expect("balls");
-        let mut run =
-            Run::new(task, Hand::builtin("softhand").expect("built in"), Seed::from_u64(3)).expect("a scene");
-        for tick in 0..150 {
-            let z = (0.6 - 0.004 * f64::from(tick)).max(0.2);
-            let base = BaseTarget::Pose { position: [0.0, 0.0, z], quat_xyzw: [0.0, 1.0, 0.0, 0.0] };
-            run.step(&Action { base: Some(base), hand: Some(vec![0.5]) }).expect("valid");
-        }
-        run
-    }
-
-    #[test]
-    fn it_tells_what_the_controller_is_told_with_the_bodies_ids() {
-        let run = run();
-        let seen = run.observe(Sensing::Truth);
-        let truth = seen.truth.expect("the truth");
-        let told = run.telemetry();
-        assert_eq!((&told.q, &told.predicted), (&truth.joints.position.0, &truth.predicted_equilibrium.0));
-        for (motor, seen) in told.motors.iter().zip(&seen.hand.actuators) {
-            assert_eq!(
-                (motor.command, motor.position, motor.tension),
-                (seen.command, seen.position, seen.tension)
-            );
-        }
-        let names: Vec<String> = run
-            .scene()
-            .bodies
-            .iter()
-            .map(|body| body.name.clone())
-            .chain(run.hand_bodies().into_iter().map(|link| link.name))
-            .collect();
-        let contacts = run.contacts();
-        assert_eq!(contacts.len(), truth.contacts.a.len());
-        assert!(contacts.len() > 10, "the balls lie in a box");
-        for (k, contact) in contacts.iter().enumerate() {
-            assert_eq!((&names[contact.a], &names[contact.b]), (&truth.contacts.a[k], &truth.contacts.b[k]));
-            assert_eq!(contact.force, truth.contacts.force.0[k]);
-            assert!(contact.friction_use >= 0.0 && contact.friction_use < 1.001, "{contact:?}");
-        }
-    }
-
-    #[test]
-    fn the_poses_are_those_of_the_run() {
-        let run = run();
-        let (model, state) = (run.world().model(), run.world().state());
-        let objects: Vec<Pose> = (0..state.objects.len()).map(|k| state.object_pose(model, k)).collect();
-        let told = run.instruments().poses(state.base, &state.q, &objects);
-        assert_eq!(told, run.poses().collect::<Vec<_>>());
-    }
-
-    #[test]
-    fn half_of_the_friction_is_a_half() {
-        let run = run();
-        let (colliders, touching) = (run.world().model().colliders(), run.world().contact_forces());
-        let contact = touching[0];
-        let friction =
-            pair_friction(&colliders[contact.colliders.0 as usize], &colliders[contact.colliders.1 as usize]);
-        let across = contact.normal.any_orthonormal_vector() * 0.5 * friction * 8.0;
-        let pressed = ContactForce { force: contact.normal * 8.0 + across, ..contact };
-        let readings = Readings { contacts: Some(vec![pressed]), ..run.readings(false) };
-        let used = run.instruments().contacts(&readings)[0].friction_use;
-        assert!((used - 0.5).abs() < 1e-12, "{used}");
-        let free = ContactForce { force: contact.normal * 0.0, ..contact };
-        assert_eq!(friction_use(&free, friction), 0.0);
-    }
 }
