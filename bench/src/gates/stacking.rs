@@ -1,6 +1,6 @@
 //! Bodies at rest on each other.
 
-use super::at_most;
+use super::{at_most, converged, report, within};
 use crate::report::Report;
 
 /// Newton stops at 1e-6 of the impulses; the contact at the top of fifteen has a hundredth of their sum.
