@@ -1,16 +1,18 @@
 /** Bundles every page of src/pages into dist/, with a manifest from which the server takes the hashed names. */
 import { type Plugin, defineConfig } from 'vite';
 import { readFileSync, readdirSync, writeFileSync } from 'node:fs';
-import { gzipSync } from 'node:zlib';
+import { brotliCompressSync, gzipSync } from 'node:zlib';
 
 const pages = readdirSync(new URL('./src/pages/', import.meta.url)).filter((name) => name.endsWith('.ts'));
 
-/** Beside every script and style sheet the same compressed, as the server sends it: of the files as they were written. */
+/** Beside every script, style sheet and drawing the same compressed, as the server sends it: of the files as they were written. */
 const compressed: Plugin = {
   name: 'compressed',
   writeBundle({ dir = 'dist/bundle' }, bundle) {
-    for (const name of Object.keys(bundle).filter((file) => /\.(js|css)$/.test(file))) {
-      writeFileSync(`${dir}/${name}.gz`, gzipSync(readFileSync(`${dir}/${name}`), { level: 9 }));
+    for (const name of Object.keys(bundle).filter((file) => /\.(js|css|svg)$/.test(file))) {
+      const text = readFileSync(`${dir}/${name}`);
+      writeFileSync(`${dir}/${name}.gz`, gzipSync(text, { level: 9 }));
+      writeFileSync(`${dir}/${name}.br`, brotliCompressSync(text));
     }
   },
 };

@@ -60,11 +60,12 @@ fn summary(replay: &Replay) -> std::io::Result<()> {
     line(
         "length",
         format!(
-            "{} ticks, {} s, {} states, {} pictures",
+            "{} ticks, {} s, {} states, {} pictures, {} of the hand's telemetry",
             outcome.ticks,
             outcome.sim_time_s,
             replay.states(),
-            replay.pictures
+            replay.pictures,
+            replay.telemetry
         ),
     )?;
     line(

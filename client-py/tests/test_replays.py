@@ -46,7 +46,7 @@ def test_foxglove_finds_what_it_knows(tmp_path: Path) -> None:
         factories = [protobuf.DecoderFactory()]
         reader = mcap_reader.make_reader(stream, validate_crcs=True, decoder_factories=factories)
         for schema, channel, message in reader.iter_messages():
-            if channel.topic == "/tf":
+            if channel.topic in ("/tf", "/telemetry"):
                 assert (schema.encoding, channel.message_encoding) == ("protobuf", "protobuf")
             else:
                 assert (schema.encoding, channel.message_encoding) == ("jsonschema", "json")
@@ -54,13 +54,14 @@ def test_foxglove_finds_what_it_knows(tmp_path: Path) -> None:
                 messages[channel.topic].append((message.log_time, json.loads(message.data)))
             assert message.log_time == message.publish_time
             schemas[channel.topic] = schema.name
-        for _, _, message, picture in reader.iter_decoded_messages(topics=["/tf"]):
-            messages["/tf"].append((message.log_time, picture))
+        for _, channel, message, picture in reader.iter_decoded_messages(topics=["/tf", "/telemetry"]):
+            messages[channel.topic].append((message.log_time, picture))
         summary = reader.get_summary()
     assert schemas == {
         "/action": "palmares.Action",
         "/hash": "palmares.Hash",
         "/scene": "foxglove.SceneUpdate",
+        "/telemetry": "palmares.Telemetry",
         "/tf": "foxglove.FrameTransforms",
     }
     assert summary.statistics.message_count == sum(len(found) for found in messages.values())
@@ -99,6 +100,13 @@ def test_foxglove_finds_what_it_knows(tmp_path: Path) -> None:
     times = [when for when, _ in messages["/tf"][:12]]
     assert {after - before for before, after in pairwise(times)} == {30_000_000, 40_000_000}
     assert not any("ball" in t.child_frame_id for picture in moving for t in picture.transforms)
+
+    telemetry = [message for _, message in messages["/telemetry"]]
+    assert len(telemetry) >= len(moving)
+    assert telemetry[0].tick == 0 and telemetry[-1].command == pytest.approx([0.6], abs=1e-4)
+    for message in telemetry:
+        assert len(message.q) == len(message.predicted) > len(message.tension) > 0
+        assert len(message.contact_force) == 3 * len(message.contact_a) == 3 * len(message.contact_use)
 
 
 def test_messages_follow_their_schemas(tmp_path: Path) -> None:

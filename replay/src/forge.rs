@@ -1,7 +1,7 @@
 //! Writes replays anew, as somebody would who wants to be believed. For tests.
 
 use crate::chain::Chain;
-use crate::format::{ACTION, EVENT, HASH, POSES, RESULT_RECORD, RUN_RECORD};
+use crate::format::{ACTION, EVENT, HASH, POSES, RESULT_RECORD, RUN_RECORD, SIGNATURE_RECORD, TELEMETRY};
 use crate::key::Signer;
 use crate::{reader, records};
 use mcap::records::{MessageHeader, Metadata, Record, op};
@@ -13,6 +13,15 @@ pub type Change = dyn Fn(&str, &str) -> String;
 
 /// Writes a replay anew with other messages and signs it; `honest` also makes the chain fit again.
 pub fn rewritten(bytes: &[u8], change: &Change, honest: bool, signer: &Signer) -> Vec<u8> {
+    written(bytes, change, honest, true, signer)
+}
+
+/// Writes a replay as programs did before there was telemetry.
+pub fn earlier(bytes: &[u8], signer: &Signer) -> Vec<u8> {
+    written(bytes, &|_: &str, text: &str| text.to_owned(), true, false, signer)
+}
+
+fn written(bytes: &[u8], change: &Change, honest: bool, telemetry: bool, signer: &Signer) -> Vec<u8> {
     let options = mcap::WriteOptions::new().calculate_data_section_crc(false).compression_threads(0);
     let mut out = options.create(Cursor::new(Vec::new())).expect("writer");
     let (mut topics, mut schemas) = (BTreeMap::new(), BTreeMap::new());
@@ -30,7 +39,7 @@ pub fn rewritten(bytes: &[u8], change: &Change, honest: bool, signer: &Signer) -
                         chain.as_mut().expect("header").extend(RESULT_RECORD, outcome.as_bytes());
                         metadata.metadata.insert("outcome".into(), outcome);
                     }
-                    _ => {
+                    SIGNATURE_RECORD => {
                         let mut put = |key: &str, value| metadata.metadata.insert(key.into(), value);
                         put("signature", "0".repeat(128));
                         put("public_key", signer.public().to_string());
@@ -38,6 +47,8 @@ pub fn rewritten(bytes: &[u8], change: &Change, honest: bool, signer: &Signer) -
                             put("chain", chain.as_ref().expect("header").to_hex());
                         }
                     }
+                    _ if !telemetry => continue,
+                    _ => {}
                 }
                 let Metadata { name, metadata } = metadata;
                 out.write_metadata(&Metadata { name, metadata }).expect("metadata");
@@ -49,6 +60,7 @@ pub fn rewritten(bytes: &[u8], change: &Change, honest: bool, signer: &Signer) -
                             let id = out.add_schema(&header.name, &header.encoding, &data).expect("schema");
                             schemas.insert(header.id, id);
                         }
+                        Record::Channel(channel) if channel.topic == TELEMETRY && !telemetry => {}
                         Record::Channel(channel) => {
                             let schema = schemas[&channel.schema_id];
                             let id = out.add_channel(
@@ -60,9 +72,9 @@ pub fn rewritten(bytes: &[u8], change: &Change, honest: bool, signer: &Signer) -
                             topics.insert(channel.id, (channel.topic.clone(), id.expect("channel")));
                         }
                         Record::Message { header, data } => {
-                            let (topic, id) = &topics[&header.channel_id];
+                            let Some((topic, id)) = topics.get(&header.channel_id) else { return Ok(()) };
                             let header = MessageHeader { channel_id: *id, ..header };
-                            if topic == POSES {
+                            if [POSES, TELEMETRY].contains(&topic.as_str()) {
                                 out.write_to_known_channel(&header, &data).expect("message");
                                 return Ok(());
                             }

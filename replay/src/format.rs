@@ -11,12 +11,19 @@ pub(crate) const SCENE: &str = "/scene";
 /// Topic of the bodies' poses.
 pub(crate) const POSES: &str = "/tf";
 
+/// Topic of what goes on in the hand.
+pub(crate) const TELEMETRY: &str = "/telemetry";
+
 /// Name of the metadata record with the header.
 pub(crate) const RUN_RECORD: &str = "palmares.run";
 /// Name of the metadata record with the outcome.
 pub(crate) const RESULT_RECORD: &str = "palmares.result";
 /// Name of the metadata record with the signature.
 pub(crate) const SIGNATURE_RECORD: &str = "palmares.signature";
+/// Name of the metadata record with the hand's description.
+pub(crate) const HAND_RECORD: &str = "palmares.hand";
+/// Name of the metadata record with the scene's regions and the bodies' names.
+pub(crate) const SCENE_RECORD: &str = "palmares.scene";
 /// Hexadecimal digits of a signature.
 pub(crate) const SIGNATURE_DIGITS: usize = 128;
 /// Name of the attachment with a hand's files.

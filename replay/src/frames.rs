@@ -1,12 +1,13 @@
 //! Poses as Foxglove shows them: `foxglove.FrameTransforms`, written as protobuf. They are nine tenths of a replay, and
 //! JSON takes several times as long to write and to pack.
 
+use crate::descriptors::{self, TIME, TIMESTAMP, field, file, list, message};
 use palmares_models::hand::Link;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_tasks::Run;
 use prost::{EncodeError, Message};
-use prost_types::field_descriptor_proto::{Label, Type};
-use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet, Timestamp};
+use prost_types::field_descriptor_proto::Type;
+use prost_types::{FileDescriptorSet, Timestamp};
 use serde::Serialize;
 
 /// The frame everything else stands in.
@@ -113,8 +114,7 @@ impl Frames {
         poses: &[(usize, Pose)],
         buffer: &mut Vec<u8>,
     ) -> Result<(), EncodeError> {
-        let timestamp =
-            Timestamp { seconds: (time_ns / 1_000_000_000) as i64, nanos: (time_ns % 1_000_000_000) as i32 };
+        let timestamp = descriptors::timestamp(time_ns);
         // Names are lent to the message: there are thousands of them a second.
         let lent = poses.iter().map(|(k, pose)| FrameTransform {
             timestamp,
@@ -146,34 +146,22 @@ impl FrameTransforms {
 /// The `FileDescriptorSet` that readers of `foxglove.FrameTransforms` need. Its fields are those of the published
 /// definition (<https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove>).
 pub(crate) fn schema() -> Vec<u8> {
-    let file =
-        |name: &str, package: &str, dependencies: &[&str], message: DescriptorProto| FileDescriptorProto {
-            name: Some(name.into()),
-            package: Some(package.into()),
-            dependency: dependencies.iter().map(ToString::to_string).collect(),
-            message_type: vec![message],
-            syntax: Some("proto3".into()),
-            ..FileDescriptorProto::default()
-        };
     let coordinates = |name: &str, axes: &[&str]| {
         message(name, axes.iter().map(|axis| field(axis, Type::Double, None)).collect())
     };
-    let time = vec![field("seconds", Type::Int64, None), field("nanos", Type::Int32, None)];
     let transform = vec![
-        field("timestamp", Type::Message, Some(".google.protobuf.Timestamp")),
+        field("timestamp", Type::Message, Some(TIMESTAMP)),
         field("parent_frame_id", Type::String, None),
         field("child_frame_id", Type::String, None),
         field("translation", Type::Message, Some(".foxglove.Vector3")),
         field("rotation", Type::Message, Some(".foxglove.Quaternion")),
     ];
-    let mut transforms = field("transforms", Type::Message, Some(".foxglove.FrameTransform"));
-    transforms.label = Some(Label::Repeated.into());
-    const TIME: &str = "google/protobuf/timestamp.proto";
+    let transforms = list("transforms", Type::Message, Some(".foxglove.FrameTransform"));
     const VECTOR: &str = "foxglove/Vector3.proto";
     const QUATERNION: &str = "foxglove/Quaternion.proto";
     const TRANSFORM: &str = "foxglove/FrameTransform.proto";
     let files = vec![
-        file(TIME, "google.protobuf", &[], message("Timestamp", time)),
+        descriptors::time(),
         file(VECTOR, "foxglove", &[], coordinates("Vector3", &["x", "y", "z"])),
         file(QUATERNION, "foxglove", &[], coordinates("Quaternion", &["x", "y", "z", "w"])),
         file(TRANSFORM, "foxglove", &[TIME, VECTOR, QUATERNION], message("FrameTransform", transform)),
@@ -185,22 +173,4 @@ pub(crate) fn schema() -> Vec<u8> {
         ),
     ];
     FileDescriptorSet { file: files }.encode_to_vec()
-}
-
-/// A message whose fields are numbered from 1 on.
-fn message(name: &str, mut fields: Vec<FieldDescriptorProto>) -> DescriptorProto {
-    for (field, number) in fields.iter_mut().zip(1..) {
-        field.number = Some(number);
-    }
-    DescriptorProto { name: Some(name.into()), field: fields, ..DescriptorProto::default() }
-}
-
-fn field(name: &str, kind: Type, type_name: Option<&str>) -> FieldDescriptorProto {
-    FieldDescriptorProto {
-        name: Some(name.into()),
-        label: Some(Label::Optional.into()),
-        r#type: Some(kind.into()),
-        type_name: type_name.map(Into::into),
-        ..FieldDescriptorProto::default()
-    }
 }

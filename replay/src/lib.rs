@@ -4,6 +4,7 @@
 //! [`verify()`] simulates it again. The format is described in `docs/replays.md`.
 
 mod chain;
+mod descriptors;
 #[cfg(any(test, feature = "forge"))]
 pub mod forge;
 mod format;
@@ -23,6 +24,7 @@ mod recorder;
 mod records;
 mod schema;
 mod signed_file;
+mod telemetry;
 mod trajectory;
 mod verify;
 mod verify_error;

@@ -2,6 +2,7 @@
 
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Rotation};
+use palmares_tasks::run::Readings;
 use std::sync::Arc;
 
 /// Poses are shown this often per simulated second.
@@ -22,6 +23,10 @@ pub(crate) struct Picture {
     pub(crate) q: Vec<f64>,
     /// Poses of the free objects.
     pub(crate) objects: Vec<Pose>,
+    /// What the run would be worth if it ended now.
+    pub(crate) score: f64,
+    /// What goes on in the hand.
+    pub(crate) readings: Readings,
 }
 
 /// Remembers what was shown.

@@ -6,7 +6,7 @@
 use crate::chain::Chain;
 use crate::format::{
     ACTION, EVENT, HAND_FILES, HASH, POSES, RESULT_RECORD, RUN_RECORD, SCENE, SIGNATURE_DIGITS,
-    SIGNATURE_RECORD,
+    SIGNATURE_RECORD, TELEMETRY,
 };
 use crate::header::Header;
 use crate::key::PublicKey;
@@ -60,6 +60,8 @@ pub struct Replay {
     pub bytes: usize,
     /// Messages with poses.
     pub pictures: u64,
+    /// Messages with what went on in the hand; early files have none.
+    pub telemetry: u64,
 }
 
 impl Replay {
@@ -138,6 +140,15 @@ pub(crate) fn read_all(bytes: &[u8]) -> Result<Replay, VerifyError> {
 
 /// Calls `see` with every pose message: the bytes of a `foxglove.FrameTransforms`.
 pub fn each_picture(bytes: &[u8], see: &mut dyn FnMut(u64, &[u8])) -> Result<(), VerifyError> {
+    each_message(bytes, POSES, see)
+}
+
+/// Calls `see` with every message of a topic and its time.
+pub(crate) fn each_message(
+    bytes: &[u8],
+    wanted: &str,
+    see: &mut dyn FnMut(u64, &[u8]),
+) -> Result<(), VerifyError> {
     let mut channels = BTreeMap::new();
     for frame in records::frames(bytes)?.iter().filter(|frame| frame.opcode == op::CHUNK) {
         records::each_of_chunk(frame, &mut |record| {
@@ -146,7 +157,7 @@ pub fn each_picture(bytes: &[u8], see: &mut dyn FnMut(u64, &[u8])) -> Result<(),
                     channels.insert(channel.id, channel.topic);
                 }
                 Record::Message { header, data }
-                    if channels.get(&header.channel_id).is_some_and(|topic| topic == POSES) =>
+                    if channels.get(&header.channel_id).is_some_and(|topic| topic == wanted) =>
                 {
                     see(header.log_time, &data);
                 }
@@ -186,6 +197,7 @@ struct Reading {
     hand_files: Option<Vec<u8>>,
     signature: Option<BTreeMap<String, String>>,
     pictures: u64,
+    telemetry: u64,
     summary: bool,
 }
 
@@ -246,6 +258,10 @@ impl Reading {
                     HASH => self.hash(at, &data),
                     POSES => {
                         self.pictures += 1;
+                        Ok(())
+                    }
+                    TELEMETRY => {
+                        self.telemetry += 1;
                         Ok(())
                     }
                     SCENE => Ok(()),
@@ -340,6 +356,7 @@ impl Reading {
             sha256: hex::encode(Sha256::digest(bytes)),
             bytes: bytes.len(),
             pictures: self.pictures,
+            telemetry: self.telemetry,
         })
     }
 }

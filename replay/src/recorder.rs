@@ -179,5 +179,12 @@ impl Recorder {
 pub(crate) fn picture(run: &Run) -> Picture {
     let (model, state) = (run.world().model(), run.world().state());
     let objects = (0..state.objects.len()).map(|k| state.object_pose(model, k)).collect();
-    Picture { tick: run.tick(), base: state.base, q: state.q.clone(), objects }
+    Picture {
+        tick: run.tick(),
+        base: state.base,
+        q: state.q.clone(),
+        objects,
+        score: run.score(),
+        readings: run.readings(true),
+    }
 }

@@ -2,8 +2,8 @@
 
 use crate::chain::Chain;
 use crate::format::{
-    ACTION, EVENT, HAND_FILES, HASH, POSES, RESULT_RECORD, RUN_RECORD, SCENE, SIGNATURE_DIGITS,
-    SIGNATURE_RECORD,
+    ACTION, EVENT, HAND_FILES, HAND_RECORD, HASH, POSES, RESULT_RECORD, RUN_RECORD, SCENE, SCENE_RECORD,
+    SIGNATURE_DIGITS, SIGNATURE_RECORD, TELEMETRY,
 };
 use crate::foxglove::{SceneUpdate, Time, scene};
 use crate::frames::{self, Frames};
@@ -14,10 +14,12 @@ use crate::messages::HashMessage;
 use crate::poses::{Picture, Shown};
 use crate::schema;
 use crate::signed_file::{Sealed, Written};
+use crate::telemetry::{self, Telemeter};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, WriteOptions};
 use palmares_tasks::{Outcome, Run};
+use prost::Message;
 use serde::Serialize;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -39,6 +41,8 @@ pub(crate) struct Plan {
     scene: SceneUpdate,
     frames: Frames,
     shown: Shown,
+    telemeter: Telemeter,
+    about: Vec<Metadata>,
     signer: Arc<Signer>,
     hand_files: Option<Arc<Vec<u8>>>,
 }
@@ -55,8 +59,32 @@ impl Plan {
         let start = Time::from_ns(start_ns(&header));
         let shown = Shown::new(run.hand().clone());
         let (scene, frames) = (scene(run, start), Frames::of(run));
-        Plan { file, scene, frames, shown, header, signer, hand_files }
+        let telemeter = Telemeter::new(run.instruments().clone());
+        Plan { file, scene, frames, shown, telemeter, about: about(run), header, signer, hand_files }
     }
+}
+
+/// What viewers want to know of a run beside its shapes.
+fn about(run: &Run) -> Vec<Metadata> {
+    // Plain structs of numbers and strings: writing them cannot fail.
+    let json = |value: serde_json::Result<String>| value.unwrap_or_default();
+    let record = |name: &str, fields: &[(&str, String)]| Metadata {
+        name: name.into(),
+        metadata: fields.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect(),
+    };
+    let scene = run.scene();
+    let bodies = scene.bodies.iter().map(|body| body.name.clone());
+    let names: Vec<String> = bodies.chain(run.hand_bodies().into_iter().map(|link| link.name)).collect();
+    vec![
+        record(HAND_RECORD, &[("description", json(serde_json::to_string(&run.hand().describe())))]),
+        record(
+            SCENE_RECORD,
+            &[
+                ("regions", json(serde_json::to_string(&scene.regions))),
+                ("names", json(serde_json::to_string(&names))),
+            ],
+        ),
+    ]
 }
 
 fn start_ns(header: &Header) -> u64 {
@@ -66,8 +94,8 @@ fn start_ns(header: &Header) -> u64 {
 /// Writes until the outcome has come, then signs. When nobody sends any more before that, the file stays without an
 /// end: the run was cut off.
 pub(crate) fn write(plan: Plan, inbox: &Receiver<Vec<Item>>) -> Result<Written> {
-    let Plan { file, header, scene, frames, shown, signer, hand_files } = plan;
-    let mut log = Log::begin(file, &header, frames, shown, hand_files)?;
+    let Plan { file, header, scene, frames, shown, telemeter, about, signer, hand_files } = plan;
+    let mut log = Log::begin(file, &header, (frames, shown, telemeter), &about, hand_files)?;
     log.message(SCENE, 0, &scene)?;
     while let Ok(items) = inbox.recv() {
         for item in items {
@@ -96,6 +124,7 @@ struct Log {
     chain: Chain,
     frames: Frames,
     shown: Shown,
+    telemeter: Telemeter,
     start_ns: u64,
     tick_s: f64,
     buffer: Vec<u8>,
@@ -105,8 +134,8 @@ impl Log {
     fn begin(
         file: File,
         header: &Header,
-        frames: Frames,
-        shown: Shown,
+        (frames, shown, telemeter): (Frames, Shown, Telemeter),
+        about: &[Metadata],
         hand_files: Option<Arc<Vec<u8>>>,
     ) -> Result<Self> {
         // The signature is filled in at the end; a checksum of the whole data section would not fit it any more.
@@ -123,6 +152,9 @@ impl Log {
         let metadata = header.to_map();
         let chain = Chain::start(metadata.iter());
         mcap.write_metadata(&Metadata { name: RUN_RECORD.into(), metadata }).map_err(Error::other)?;
+        for record in about {
+            mcap.write_metadata(record).map_err(Error::other)?;
+        }
         let start_ns = start_ns(header);
         if let Some(files) = hand_files {
             mcap.attach(&Attachment {
@@ -150,10 +182,22 @@ impl Log {
             open(topic, name, ["jsonschema", "json"], schema.to_string().as_bytes())?;
         }
         open(POSES, "foxglove.FrameTransforms", ["protobuf", "protobuf"], &frames::schema())?;
+        open(TELEMETRY, "palmares.Telemetry", ["protobuf", "protobuf"], &telemetry::schema())?;
         // A file that a crash cuts off tells whose it was.
         mcap.flush().map_err(Error::other)?;
         let tick_s = header.tick_s;
-        Ok(Log { mcap, file, channels, chain, frames, shown, start_ns, tick_s, buffer: Vec::new() })
+        Ok(Log {
+            mcap,
+            file,
+            channels,
+            chain,
+            frames,
+            shown,
+            telemeter,
+            start_ns,
+            tick_s,
+            buffer: Vec::new(),
+        })
     }
 
     fn time_ns(&self, tick: u64) -> u64 {
@@ -191,14 +235,18 @@ impl Log {
     }
 
     fn picture(&mut self, picture: &Picture) -> Result<()> {
-        let changes = self.shown.changes(picture);
-        if changes.is_empty() {
-            return Ok(());
-        }
         let time_ns = self.time_ns(picture.tick);
+        let changes = self.shown.changes(picture);
+        if !changes.is_empty() {
+            self.buffer.clear();
+            self.frames.write(time_ns, &changes, &mut self.buffer).map_err(Error::other)?;
+            self.write_buffer(POSES, picture.tick)?;
+        }
+        let Picture { tick, score, readings, .. } = picture;
+        let Some(message) = self.telemeter.message(time_ns, *tick, *score, readings) else { return Ok(()) };
         self.buffer.clear();
-        self.frames.write(time_ns, &changes, &mut self.buffer).map_err(Error::other)?;
-        self.write_buffer(POSES, picture.tick)
+        message.encode(&mut self.buffer).map_err(Error::other)?;
+        self.write_buffer(TELEMETRY, *tick)
     }
 
     fn end(mut self, outcome: &Outcome, signer: &Signer) -> Result<Written> {

@@ -6,7 +6,7 @@
 use crate::store::{NewAuditEntry, NewToken, Store};
 use anyhow::Context;
 use axum::http::HeaderMap;
-use axum::http::header::AUTHORIZATION;
+use axum::http::header::{AUTHORIZATION, SEC_WEBSOCKET_PROTOCOL};
 use palmares_protocol::{Code, Refusal};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
@@ -19,6 +19,8 @@ const PREFIX: &str = "plm";
 const ID_DIGITS: usize = 16;
 /// Digits of its secret half: 256 random bits.
 const SECRET_DIGITS: usize = 64;
+/// What stands before a token that is offered as a subprotocol.
+const TOKEN_PROTOCOL: &str = "palmares.token.";
 /// Compared where no hash is stored; as long as one.
 const DUMMY_HASH: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
@@ -121,6 +123,35 @@ fn refused() -> Refusal {
     Refusal::new(Code::NotAuthorized, message)
 }
 
+/// The token of the header; none without one.
+fn bearer(headers: &HeaderMap) -> Result<Option<Token>, Refusal> {
+    let mut values = headers.get_all(AUTHORIZATION).iter();
+    let Some(value) = values.next() else { return Ok(None) };
+    if values.next().is_some() {
+        return Err(refused());
+    }
+    let text = value.to_str().map_err(|_| refused())?;
+    let (scheme, token) = text.split_once(' ').ok_or_else(refused)?;
+    if !scheme.eq_ignore_ascii_case("bearer") {
+        return Err(refused());
+    }
+    Token::parse(token.trim()).ok_or_else(refused).map(Some)
+}
+
+/// The token that is offered as a subprotocol; none without one.
+fn offered(headers: &HeaderMap) -> Result<Option<Token>, Refusal> {
+    let mut token = None;
+    for value in headers.get_all(SEC_WEBSOCKET_PROTOCOL) {
+        let text = value.to_str().map_err(|_| refused())?;
+        for offer in text.split(',').filter_map(|offer| offer.trim().strip_prefix(TOKEN_PROTOCOL)) {
+            if token.replace(Token::parse(offer).ok_or_else(refused)?).is_some() {
+                return Err(refused());
+            }
+        }
+    }
+    Ok(token)
+}
+
 impl Auth {
     /// Who sends these headers; none without a token.
     ///
@@ -131,22 +162,32 @@ impl Auth {
         store: &Store,
         headers: &HeaderMap,
     ) -> Result<Option<Identity>, Refusal> {
-        let mut values = headers.get_all(AUTHORIZATION).iter();
-        let Some(value) = values.next() else { return Ok(None) };
-        if values.next().is_some() {
-            return Err(refused());
+        match bearer(headers)? {
+            Some(token) => Self::holder(store, token).await.map(Some),
+            None => Ok(None),
         }
-        let text = value.to_str().map_err(|_| refused())?;
-        let (scheme, token) = text.split_once(' ').ok_or_else(refused)?;
-        if !scheme.eq_ignore_ascii_case("bearer") {
-            return Err(refused());
+    }
+
+    /// The same where a browser may ask: it cannot send that header with a WebSocket, and offers the token as one more
+    /// subprotocol instead.
+    pub(crate) async fn identify_browser(
+        &self,
+        store: &Store,
+        headers: &HeaderMap,
+    ) -> Result<Option<Identity>, Refusal> {
+        match (bearer(headers)?, offered(headers)?) {
+            (Some(token), None) | (None, Some(token)) => Self::holder(store, token).await.map(Some),
+            (None, None) => Ok(None),
+            (Some(_), Some(_)) => Err(refused()),
         }
-        let token = Token::parse(token.trim()).ok_or_else(refused)?;
+    }
+
+    async fn holder(store: &Store, token: Token) -> Result<Identity, Refusal> {
         let row = store.token(&token.id).await?;
         let same = token.has_hash(row.as_ref().map(|row| row.secret_hash.as_str()));
         let row = row.filter(|row| same && row.revoked_unix_ms.is_none()).ok_or_else(refused)?;
         let role = row.role.parse().map_err(|_| refused())?;
-        Ok(Some(Identity { token_id: row.token_id, role, team: row.team }))
+        Ok(Identity { token_id: row.token_id, role, team: row.team })
     }
 
     /// The same, for what nobody may do without a token.
@@ -224,6 +265,27 @@ mod tests {
         assert!(token.has_hash(Some(&token.secret_hash())));
         assert!(!token.has_hash(Some(&other.secret_hash())) && !token.has_hash(Some(DUMMY_HASH)));
         assert!(!token.has_hash(None) && !token.has_hash(Some("")));
+    }
+
+    #[test]
+    fn a_browser_offers_its_token_as_a_subprotocol_and_only_one() {
+        let token = Token::random().expect("randomness");
+        let text = token.reveal();
+        let headers = |values: &[String]| {
+            let mut headers = HeaderMap::new();
+            for value in values {
+                headers.append(SEC_WEBSOCKET_PROTOCOL, value.parse().expect("a value"));
+            }
+            headers
+        };
+        let told = offered(&headers(&[format!("palmares.v1.bin, palmares.token.{text}")]));
+        assert_eq!(told.expect("valid").map(|token| token.id), Some(token.id));
+        assert!(matches!(offered(&headers(&["palmares.v1.bin".into()])), Ok(None)));
+        let twice = format!("palmares.token.{text},palmares.token.{text}");
+        let apart = [format!("palmares.token.{text}"), format!("palmares.token.{text}")];
+        for wrong in [&[twice][..], &apart, &["palmares.token.".into()], &["palmares.token.plm_1_2".into()]] {
+            assert!(offered(&headers(wrong)).is_err());
+        }
     }
 
     #[test]

@@ -9,6 +9,7 @@ use crate::store::{HandRow, NewHand, Store, StoreError};
 use crate::transport::Received;
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
+use palmares_models::hand::describe::HandDescription;
 use palmares_models::measure::HandLimits;
 use palmares_models::read::{self, Files, Limits, LoadOptions, Loaded};
 use palmares_protocol::text::shortened;
@@ -95,6 +96,8 @@ pub(crate) struct Inspection {
     pub(crate) figures: Vec<FigureRow>,
     /// What the hand would touch where it starts; with the tasks of this server.
     pub(crate) in_the_way: Vec<String>,
+    /// The hand in full.
+    pub(crate) description: HandDescription,
 }
 
 /// Whether a team may play a hand: in official sessions an approved one; a rejected one never.
@@ -259,7 +262,8 @@ impl OwnHands {
             let Loaded { hand, sources, .. } = read(&bytes?)?;
             let hand = Arc::new(hand);
             let figures = inspect::figures(&hand, &sources, &limits);
-            Ok(Inspection { figures, in_the_way: inspect::in_the_way(&hand, &tasks) })
+            let (in_the_way, description) = (inspect::in_the_way(&hand, &tasks), hand.describe());
+            Ok(Inspection { figures, in_the_way, description })
         });
         inspected
             .await

@@ -33,6 +33,8 @@ pub fn watch() -> Value {
         "score": fields::<told::Score>(),
         "events": fields::<told::Events>(),
         "ended": fields::<told::Ended>(),
+        "clock": fields::<told::Clock>(),
+        "verdicts": fields::<told::Verdicts>(),
         "leaderboard": fields::<told::Ranking>(),
         "error": fields::<ErrorReply>(),
     });

@@ -33,4 +33,6 @@ mod roles;
 mod session_time;
 mod store_trouble;
 mod watch;
+mod watch_binary;
 mod watch_official;
+mod web;

@@ -8,7 +8,7 @@ fn expected(needs: &str, credential: &str) -> Option<u16> {
     match (needs, credential) {
         (_, "broken" | "unknown" | "revoked" | "other scheme") => Some(401),
         ("organizer" | "required" | "team", "none") => Some(401),
-        ("organizer", "team" | "viewer") | ("required", "viewer") => Some(403),
+        ("organizer", "team" | "viewer") => Some(403),
         ("team", "organizer" | "viewer") => Some(403),
         _ => None,
     }

@@ -1,6 +1,6 @@
 //! Bodies at rest on each other.
 
-use super::at_most;
+use super::{at_most, converged, report, within};
 use crate::report::Report;
 
 /// Newton stops at 1e-6 of the impulses; the contact at the top of fifteen has a hundredth of their sum.
@@ -28,4 +28,11 @@ fn a_cube_a_million_times_heavier_stands_on_a_light_one_and_is_not_dragged_off()
 fn columns_of_up_to_fifteen_spheres_stand_at_every_step() {
     // 15 m g/k = 0.029 µm; ten percent for what has not come to rest.
     forces_are_right(&at_most("sphere_stack", &[0.25e-3, 1e-3, 4e-3, 10e-3, 16e-3].map(|dt| (dt, 3.2e-5))));
+}
+
+#[test]
+fn a_tower_of_a_hundred_planks_stays_within_what_a_step_may_compute() {
+    let report = report("kapla", 16e-3);
+    converged(&report);
+    within(&report);
 }

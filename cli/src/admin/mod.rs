@@ -44,6 +44,13 @@ enum AdminCommand {
         #[command(flatten)]
         reason: Reason,
     },
+    /// Tell everybody something: it stands on the pages. An empty text takes the last one off them
+    Announce {
+        /// What, at most 500 characters
+        text: String,
+        #[command(flatten)]
+        reason: Reason,
+    },
     /// Teams and their tokens
     #[command(subcommand)]
     Team(Team),
@@ -272,6 +279,9 @@ impl AdminCommand {
             AdminCommand::Open(reason) => post("competition/open", why(reason)),
             AdminCommand::Close(reason) => post("competition/close", why(reason)),
             AdminCommand::Reveal { reason, .. } => post("competition/reveal", why(reason)),
+            AdminCommand::Announce { text, reason } => {
+                post("announcement", json!({"text": text, "reason": reason.reason}))
+            }
             AdminCommand::Team(Team::Add(name)) => post("team/add", by_name(name)),
             AdminCommand::Team(Team::List) => get("/v1/admin/teams"),
             AdminCommand::Team(Team::Rotate(name)) => post("team/rotate", by_name(name)),

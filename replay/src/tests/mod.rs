@@ -3,6 +3,7 @@
 mod extremes;
 mod forged;
 mod hostile;
+mod telemetry;
 
 use super::*;
 use crate::lower_hex::from_hex;

@@ -42,6 +42,9 @@ pub(super) async fn app(
     let own_hands = OwnHands::new(&config.data_dir, config.hand_limits.clone(), tasks.clone());
     let competition = Arc::new(Competition { rules, tasks, hands, own_hands, settings });
     let (hub, lifecycle) = (Arc::<Hub>::default(), Arc::<Lifecycle>::default());
+    for newest in store.announcements(1).await? {
+        hub.announce_text(&newest);
+    }
     let sessions = Arc::new(Sessions {
         store: store.clone(),
         competition: competition.clone(),

@@ -5,7 +5,9 @@ use super::background::Background;
 use super::pacer::Pacer;
 use super::scheduler::Scheduler;
 use palmares_protocol::{Code, Mode, Refusal};
+use std::sync::Arc;
 use std::time::Instant;
+use tokio::sync::Semaphore;
 
 /// Its cores, and who may use them.
 #[derive(Debug)]
@@ -14,6 +16,8 @@ pub(crate) struct Compute {
     pub(crate) scheduler: Scheduler,
     /// Where scenes are built and runs settle.
     pub(crate) background: Background,
+    /// One hand at a time is looked at for somebody who plays nothing.
+    pub(crate) statics: Arc<Semaphore>,
     /// Keeps realtime worlds on the clock.
     pub(crate) pacer: Pacer,
     /// Which worlds are open.
@@ -27,6 +31,7 @@ impl Compute {
         Compute {
             scheduler: Scheduler::new(cores),
             background: Background::new(cores),
+            statics: Arc::new(Semaphore::new(1)),
             pacer: Pacer::start(cores),
             admission: Admission::default(),
             max_worlds,

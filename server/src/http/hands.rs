@@ -12,12 +12,14 @@ use axum::body::Body;
 use axum::extract::{ConnectInfo, State};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
+use palmares_models::hand::Hand;
 use palmares_models::hand::describe::HandDescription;
 use palmares_protocol::Code;
 use palmares_protocol::reply::HandInfo;
 use palmares_protocol::text::shortened;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Whose hands, on a practice server.
 #[derive(Deserialize)]
@@ -70,17 +72,27 @@ pub(super) async fn describe(
     Asking(whose): Asking<Whose>,
     headers: HeaderMap,
 ) -> Result<Json<HandDescription>, Problem> {
-    if let Some(hand) = app.competition.hand(&name) {
-        return Ok(Json(hand.describe()));
+    Ok(Json(find(&app, &headers, whose, &name).await?.describe()))
+}
+
+/// The hand of that name, for whoever asks: everybody's, or its team's own.
+pub(super) async fn find(
+    app: &App,
+    headers: &HeaderMap,
+    whose: Whose,
+    name: &str,
+) -> Result<Arc<Hand>, Problem> {
+    if let Some(hand) = app.competition.hand(name) {
+        return Ok(hand.clone());
     }
-    if let Some(team) = team(&app, &headers, whose).await? {
+    if let Some(team) = team(app, headers, whose).await? {
         let own =
-            app.competition.own_hands.find(&app.store, &app.compute.background, &team, &name, false).await;
+            app.competition.own_hands.find(&app.store, &app.compute.background, &team, name, false).await;
         if let Some((hand, _)) = own? {
-            return Ok(Json(hand.describe()));
+            return Ok(hand);
         }
     }
-    let message = format!("no hand `{}`; GET /v1/hands lists them", shortened(&name));
+    let message = format!("no hand `{}`; GET /v1/hands lists them", shortened(name));
     Err(Problem::new(Code::UnknownHand, message))
 }
 

@@ -1,8 +1,10 @@
 //! Everything that is not a stream: JSON over HTTP, and the leaderboard as a page.
 
 mod admin;
+mod announcements;
 mod competition;
 mod csv;
+mod equilibrium;
 mod extract;
 mod hands;
 mod health;
@@ -21,7 +23,7 @@ use axum::http::Method;
 use axum::http::header::CONTENT_TYPE;
 use axum::middleware::from_fn_with_state;
 use axum::response::IntoResponse;
-use openapi::operation::{CSV, Content, Operation, TEXT, Token, ZIP, get, get_json, of, post};
+use openapi::operation::{CSV, Content, Operation, TEXT, Token, ZIP, get, get_json, of, post, post_json};
 use openapi::routes::Routes;
 use palmares_models::hand::describe::HandDescription;
 use serde_json::Value;
@@ -43,6 +45,9 @@ fn routes() -> Routes<App> {
         .add(html("/live/{session}", "A world as it is played, as a page"), pages::live_session)
         .add(html("/replay", "A replay file of one's own, as a page"), pages::replay)
         .add(html("/replay/{run}", "A run's replay, as a page"), pages::replay_run)
+        .add(html("/drive", "Moving a hand by hand, on practice servers, as a page"), pages::drive)
+        .add(html("/hands", "The hands, as a page"), pages::hands)
+        .add(html("/hands/{name}", "A hand that closes without a world, as a page"), pages::hand)
         .add(html("/wall", "What a hall's projector shows, as a page"), pages::wall)
         .add(html("/admin", "What organizers do, as a page"), pages::admin)
         .add(
@@ -100,11 +105,30 @@ fn routes() -> Routes<App> {
                 .token(Token::Optional),
             hands::describe,
         )
+        .add(
+            post_json::<equilibrium::Asked, equilibrium::Answer>(
+                "/v1/hands/{name}/equilibrium",
+                "Where a hand rests, without a world: by its model, under forces, with points held",
+            )
+            .query("team", WHOSE)
+            .token(Token::Optional),
+            equilibrium::equilibrium,
+        )
         .add(get_json::<leaderboard::Leaderboard>("/v1/leaderboard", "The ranking"), leaderboard::json)
         .add(get("/v1/leaderboard.csv", "The ranking as a table", CSV), leaderboard::csv)
         .add(
-            get_json::<runs::Sessions>("/v1/sessions", "The sessions: a team's own, for organizers all")
-                .token(Token::Required),
+            get_json::<announcements::Announcements>(
+                "/v1/announcements",
+                "What organizers told everybody, the newest first",
+            ),
+            announcements::list,
+        )
+        .add(
+            get_json::<runs::Sessions>(
+                "/v1/sessions",
+                "The sessions: a team's own, for organizers and viewers all",
+            )
+            .token(Token::Optional),
             runs::sessions,
         )
         .add(get_json::<RunRecord>("/v1/runs/{id}", "A run as stored").token(Token::Optional), runs::run)

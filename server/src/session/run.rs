@@ -128,7 +128,7 @@ impl Session {
         origin::provide(&self.shared, hand, new.hand_sha256.as_deref())?;
         let hub = &self.shared.hub;
         let mut witnesses: Vec<Box<dyn Witness>> =
-            vec![Box::new(hub.publisher(self.shown(new), new.sensing))];
+            vec![Box::new(hub.publisher(self.shown(new), new.sensing, new.hand_sha256.is_some()))];
         let recorded = self.shared.archive.as_ref().map(|archive| archive.record(self.header(new)));
         let recording = recorded.map(|(scribe, recording)| {
             witnesses.push(Box::new(scribe));

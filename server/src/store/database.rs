@@ -11,11 +11,12 @@ use std::time::Duration;
 use tokio::sync::Mutex;
 
 /// Version, name, statements. Embedded, so that the program needs no files beside it.
-const MIGRATIONS: [(i64, &str, &str); 4] = [
+const MIGRATIONS: [(i64, &str, &str); 5] = [
     (1, "sessions and runs", include_str!("../../migrations/0001_sessions_and_runs.sql")),
     (2, "competition", include_str!("../../migrations/0002_competition.sql")),
     (3, "time given back", include_str!("../../migrations/0003_time_given_back.sql")),
     (4, "likeness of runs", include_str!("../../migrations/0004_likeness.sql")),
+    (5, "announcements", include_str!("../../migrations/0005_announcements.sql")),
 ];
 
 /// The database.

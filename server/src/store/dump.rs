@@ -7,12 +7,13 @@ use sqlx::any::{AnyRow, AnyTypeInfoKind};
 use sqlx::{AssertSqlSafe, Column, Row, TypeInfo, ValueRef};
 
 /// The tables, each after those it refers to.
-const TABLES: [&str; 10] = [
+const TABLES: [&str; 11] = [
     "teams",
     "tokens",
     "hands",
     "audit",
     "settings",
+    "announcements",
     "run_counters",
     "sessions",
     "runs",

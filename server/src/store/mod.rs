@@ -19,6 +19,7 @@ macro_rules! from_row {
     (@column $field:ident $column:literal) => { $column };
 }
 
+mod announcements;
 mod audit;
 mod clocks;
 mod database;
@@ -36,6 +37,7 @@ mod teams;
 mod tokens;
 mod verdicts;
 
+pub(crate) use announcements::Announcement;
 pub(crate) use audit::{AuditEntry, NewAuditEntry};
 pub(crate) use clocks::{ClockState, Paid, Taken};
 pub(crate) use database::Store;

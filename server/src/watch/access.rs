@@ -38,6 +38,17 @@ impl Watcher {
     }
 }
 
+impl Watcher {
+    /// What is told of a hand in full: one that a team sent in is for that team and the organizers.
+    pub(crate) fn may_know_hand(&self, team: &str, own_hand: bool) -> bool {
+        match self {
+            Watcher::Organizer => true,
+            Watcher::Team(watcher) if watcher == team => true,
+            _ => !own_hand,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -56,5 +67,15 @@ mod tests {
         assert!(own.may_watch(&run(true, "own", Sensing::Truth)));
         assert!(!own.may_watch(&run(true, "own", Sensing::Sensors)));
         assert!(!own.may_watch(&run(true, "other", Sensing::Truth)));
+    }
+
+    #[test]
+    fn a_hand_that_a_team_sent_in_is_told_to_that_team_and_to_organizers() {
+        let own = Watcher::Team("own".into());
+        for watcher in [own.clone(), Watcher::Anybody, Watcher::Spectator, Watcher::Organizer] {
+            assert!(watcher.may_know_hand("other", false));
+            assert_eq!(watcher.may_know_hand("other", true), watcher == Watcher::Organizer, "{watcher:?}");
+        }
+        assert!(own.may_know_hand("own", true));
     }
 }

@@ -1,44 +1,119 @@
-//! A moment of a run, written as JSON once for all who watch.
+//! A moment of a run as it is shown: computed and written once for all who watch, and not where the world is stepped.
 
-use super::messages::{BodyKind, Poses, WatchBody, WatchReply, WatchRun, WatchScene};
+use super::binary::{self, Seven, Whole};
+use super::messages::{BodyKind, Poses, Verdicts, WatchBody, WatchReply, WatchRun, WatchScene};
+use super::snapshot::{Overlays, Snapshot};
 use axum::extract::ws::Utf8Bytes;
 use palmares_models::Pose;
 use palmares_tasks::Run;
-use std::sync::OnceLock;
+use palmares_tasks::referee::Verdict;
+use palmares_tasks::run::{Contact, Instruments, Telemetry};
+use std::sync::{Arc, OnceLock};
 
 /// Colour of a hand's links, sRGB.
 const HAND_COLOR: [f64; 3] = [0.72, 0.74, 0.78];
 
+/// Steps of a verdict's values: finer ones change all the time.
+const VERDICT_STEPS: f64 = 1e3;
+
 /// A moment of a run.
 #[derive(Debug)]
 pub(super) struct Frame {
-    /// What the run would be worth if it ended now.
-    pub(super) score: f64,
-    /// Where everything that moves is.
-    pub(super) poses: Poses,
-    text: OnceLock<Utf8Bytes>,
+    /// What it shows.
+    pub(super) snapshot: Arc<Snapshot>,
+    run_id: String,
+    instruments: Arc<Instruments>,
+    poses: Vec<Seven>,
+    /// The message `poses` without overlays, with telemetry, with contacts, with both.
+    texts: [OnceLock<Utf8Bytes>; 4],
+    telemetry: OnceLock<Option<(Telemetry, Vec<u8>)>>,
+    contacts: OnceLock<Option<(Vec<Contact>, Vec<u8>)>>,
+    verdicts: OnceLock<Option<Vec<Verdict>>>,
 }
 
 impl Frame {
-    /// The run as it stands.
-    pub(super) fn of(run_id: &str, run: &Run) -> Self {
-        let poses = Poses {
+    /// The run as it stood.
+    pub(super) fn new(run_id: &str, instruments: &Arc<Instruments>, snapshot: Arc<Snapshot>) -> Self {
+        let Snapshot { base, q, objects, .. } = &*snapshot;
+        Frame {
             run_id: run_id.to_owned(),
-            tick: run.tick(),
-            sim_time_s: run.sim_time_s(),
-            poses: run.poses().map(|(_, pose)| seven(pose)).collect(),
-        };
-        Frame { score: run.score(), poses, text: OnceLock::new() }
+            poses: instruments.poses(*base, q, objects).into_iter().map(|(_, pose)| seven(pose)).collect(),
+            instruments: instruments.clone(),
+            snapshot,
+            texts: Default::default(),
+            telemetry: OnceLock::new(),
+            contacts: OnceLock::new(),
+            verdicts: OnceLock::new(),
+        }
+    }
+
+    fn telemetry(&self) -> Option<&(Telemetry, Vec<u8>)> {
+        let seen = || self.snapshot.readings.as_ref().map(|readings| self.instruments.telemetry(readings));
+        let both = || seen().map(|seen| (binary::telemetry(&seen), seen)).map(|(bytes, seen)| (seen, bytes));
+        self.telemetry.get_or_init(both).as_ref()
+    }
+
+    fn contacts(&self) -> Option<&(Vec<Contact>, Vec<u8>)> {
+        let readings = || self.snapshot.readings.as_ref().filter(|readings| readings.with_contacts());
+        let seen = || readings().map(|readings| self.instruments.contacts(readings));
+        let both = || seen().map(|seen| (binary::contacts(&seen), seen)).map(|(bytes, seen)| (seen, bytes));
+        self.contacts.get_or_init(both).as_ref()
     }
 
     /// The message `poses`.
-    pub(super) fn text(&self) -> Utf8Bytes {
-        self.text.get_or_init(|| text(&WatchReply::Poses(self.poses.clone()))).clone()
+    pub(super) fn text(&self, overlays: Overlays) -> Utf8Bytes {
+        let Overlays { telemetry, contacts, .. } = overlays;
+        let written = || {
+            // What nobody asks for is not computed.
+            let telemetry = if telemetry { self.telemetry() } else { None };
+            let contacts = if contacts { self.contacts() } else { None };
+            text(&WatchReply::Poses(Poses {
+                run_id: self.run_id.clone(),
+                tick: self.snapshot.tick,
+                sim_time_s: self.snapshot.sim_time_s,
+                poses: self.poses.clone(),
+                telemetry: telemetry.map(|(seen, _)| seen.clone()),
+                contacts: contacts.map(|(seen, _)| seen.clone()),
+            }))
+        };
+        self.texts[usize::from(telemetry) + 2 * usize::from(contacts)].get_or_init(written).clone()
+    }
+
+    /// The same as a binary frame, for a viewer that was `sent` this.
+    pub(super) fn bytes(&self, overlays: Overlays, sent: &mut Vec<Seven>, key: bool) -> Vec<u8> {
+        let telemetry = if overlays.telemetry { self.telemetry() } else { None };
+        let contacts = if overlays.contacts { self.contacts() } else { None };
+        let whole = Whole {
+            tick: self.snapshot.tick,
+            score: self.snapshot.score,
+            poses: &self.poses,
+            telemetry: telemetry.map(|(_, bytes)| bytes.as_slice()),
+            contacts: contacts.map(|(_, bytes)| bytes.as_slice()),
+        };
+        binary::encode(&whole, sent, key)
+    }
+
+    /// The referee's verdicts, if somebody wanted them in time.
+    pub(super) fn verdicts(&self) -> Option<&Vec<Verdict>> {
+        let explained = || {
+            let mut told = self.snapshot.evidence.as_ref()?.explain();
+            for rule in told.iter_mut().flat_map(|verdict| &mut verdict.reasons) {
+                rule.value = rule.value.map(|value| (value * VERDICT_STEPS).round() / VERDICT_STEPS);
+            }
+            Some(told)
+        };
+        self.verdicts.get_or_init(explained).as_ref()
+    }
+
+    /// The message `verdicts`.
+    pub(super) fn verdicts_text(&self, objects: &[Verdict]) -> Utf8Bytes {
+        let (run_id, tick) = (self.run_id.clone(), self.snapshot.tick);
+        text(&WatchReply::Verdicts(Verdicts { run_id, tick, objects: objects.to_vec() }))
     }
 }
 
 /// Single precision: a tenth of a micrometre, and half the bytes.
-fn seven(pose: Pose) -> [f32; 7] {
+fn seven(pose: Pose) -> Seven {
     let ([x, y, z], [i, j, k, w]) = (pose.translation.to_array(), pose.rotation.to_array());
     [x, y, z, i, j, k, w].map(|number| number as f32)
 }
@@ -49,8 +124,8 @@ pub(super) fn text(message: &WatchReply) -> Utf8Bytes {
     serde_json::to_string(message).unwrap_or_default().into()
 }
 
-/// The message `scene` of a run at tick 0.
-pub(super) fn scene(info: WatchRun, run: &Run) -> Utf8Bytes {
+/// The message `scene` of a run at tick 0: for those who may know all of the hand, and for the others.
+pub(super) fn scene(info: WatchRun, run: &Run) -> [Utf8Bytes; 2] {
     let scene = run.scene();
     let mut bodies: Vec<WatchBody> = scene
         .bodies
@@ -81,5 +156,8 @@ pub(super) fn scene(info: WatchRun, run: &Run) -> Utf8Bytes {
     }
     let moving = poses.iter().map(|(id, _)| *id).collect();
     let regions = scene.regions.clone();
-    text(&WatchReply::Scene(Box::new(WatchScene { run: info, bodies, moving, regions })))
+    let mut scene = WatchScene { run: info, bodies, moving, regions, hand: None };
+    let bare = text(&WatchReply::Scene(Box::new(scene.clone())));
+    scene.hand = Some(Box::new(run.hand().describe()));
+    [text(&WatchReply::Scene(Box::new(scene))), bare]
 }

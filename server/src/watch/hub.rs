@@ -1,14 +1,16 @@
 //! Where runs publish and viewers find them.
 
-use super::access::{Watched, Watcher};
+use super::access::Watcher;
+use super::channel::{Channel, Following, News};
 use super::frame::{self, Frame};
 use super::messages::{Ended, Events, Final, WatchReply, WatchRun};
 use super::request::Target;
+use super::snapshot::{Overlays, Snapshot};
+use crate::store::Announcement;
 use crate::world::Witness;
-use axum::extract::ws::Utf8Bytes;
 use palmares_tasks::{Outcome, Run, Sensing};
 use std::collections::{BTreeMap, VecDeque};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, broadcast, watch};
@@ -19,47 +21,12 @@ const MAX_VIEWERS: usize = 256;
 const QUEUE: usize = 256;
 /// How often a run that nobody watches shows itself, for whoever comes next while its world stands still.
 const UNWATCHED_PERIOD: Duration = Duration::from_millis(100);
+/// Over so much time the greatest lateness is told, twice.
+const LATENESS_PERIOD: Duration = Duration::from_millis(500);
+/// A world in which the referee noted something is worth watching for so long, ms.
+const EXCITING_MS: u64 = 10_000;
 /// Sessions that are remembered after their runs ended.
 const REMEMBERED: usize = 4096;
-
-/// A message that must not be skipped.
-#[derive(Clone, Debug)]
-pub(super) enum News {
-    /// To be sent as it is.
-    Message(Utf8Bytes),
-    /// The last one of a run.
-    Ended(Utf8Bytes),
-}
-
-/// What a run publishes.
-#[derive(Debug)]
-pub(super) struct Channel {
-    /// The run, as spectators may know it.
-    pub(super) info: WatchRun,
-    sensing: Sensing,
-    /// The message `scene`.
-    pub(super) scene: Utf8Bytes,
-    frames: watch::Sender<Arc<Frame>>,
-    news: broadcast::Sender<News>,
-    /// When it last moved, ms since the hub exists.
-    moved: AtomicU64,
-}
-
-impl Channel {
-    fn watched(&self) -> Watched<'_> {
-        Watched { team: &self.info.team, official: self.info.official, sensing: self.sensing }
-    }
-}
-
-/// A run that a viewer follows.
-#[derive(Debug)]
-pub(super) struct Following {
-    pub(super) channel: Arc<Channel>,
-    /// The newest frame.
-    pub(super) frames: watch::Receiver<Arc<Frame>>,
-    /// What must not be skipped.
-    pub(super) news: broadcast::Receiver<News>,
-}
 
 /// Why there is nothing to follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +55,8 @@ pub(crate) struct Hub {
     changed: watch::Sender<u64>,
     /// Counts changes of the ranking.
     ranking: watch::Sender<u64>,
+    /// The newest announcement.
+    announced: watch::Sender<Option<Announcement>>,
     places: Arc<Semaphore>,
     since: Instant,
 }
@@ -98,6 +67,7 @@ impl Default for Hub {
             open: Mutex::default(),
             changed: watch::Sender::new(0),
             ranking: watch::Sender::new(0),
+            announced: watch::Sender::default(),
             places: Arc::new(Semaphore::new(MAX_VIEWERS)),
             since: Instant::now(),
         }
@@ -111,18 +81,32 @@ impl Hub {
     }
 
     /// Who announces a run and is to see every tick of it.
-    pub(crate) fn publisher(self: &Arc<Self>, info: WatchRun, sensing: Sensing) -> Publisher {
-        Publisher { hub: self.clone(), unopened: Some((info, sensing)), channel: None, due: Instant::now() }
+    /// `own_hand`: the team sent the hand in.
+    pub(crate) fn publisher(self: &Arc<Self>, info: WatchRun, sensing: Sensing, own_hand: bool) -> Publisher {
+        let now = Instant::now();
+        let lateness = Lateness { since: now, now: None, before: None };
+        let unopened = Some(Unopened { info, sensing, own_hand });
+        Publisher { hub: self.clone(), unopened, open: None, due: now, lateness }
     }
 
     /// Announces a run at tick 0.
-    fn announce(&self, info: WatchRun, sensing: Sensing, run: &Run) -> Arc<Channel> {
+    fn announce(&self, unopened: Unopened, run: &Run) -> Published {
+        let Unopened { info, sensing, own_hand } = unopened;
+        let snapshots = watch::Sender::new(Arc::new(Snapshot::of(run, Overlays::ALL, None)));
+        let first = snapshots.borrow().clone();
+        let instruments = run.instruments().clone();
         let channel = Arc::new(Channel {
-            scene: frame::scene(info.clone(), run),
+            scenes: frame::scene(info.clone(), run),
             sensing,
-            frames: watch::Sender::new(Arc::new(Frame::of(&info.run_id, run))),
+            own_hand,
+            frames: watch::Sender::new(Arc::new(Frame::new(&info.run_id, &instruments, first))),
+            instruments,
+            snapshots: snapshots.subscribe(),
+            wanted: Default::default(),
+            pumping: AtomicBool::new(false),
             news: broadcast::Sender::new(QUEUE),
             moved: AtomicU64::new(self.now_ms()),
+            noted: AtomicU64::new(0),
             info,
         });
         {
@@ -136,12 +120,23 @@ impl Hub {
             }
         }
         self.changed.send_modify(|count| *count += 1);
-        channel
+        Published { channel, snapshots }
     }
 
     /// The ranking may have changed: viewers get it anew.
     pub(crate) fn ranking_changed(&self) {
         self.ranking.send_modify(|count| *count += 1);
+    }
+
+    /// An organizer told everybody something: viewers get it.
+    pub(crate) fn announce_text(&self, told: &Announcement) {
+        self.announced.send_if_modified(|newest| {
+            let newer = newest.as_ref().is_none_or(|newest| newest.id < told.id);
+            if newer {
+                *newest = Some(told.clone());
+            }
+            newer
+        });
     }
 
     /// A place for another viewer.
@@ -162,6 +157,11 @@ impl Hub {
     /// Changes whenever the ranking does.
     pub(super) fn ranking_changes(&self) -> watch::Receiver<u64> {
         self.ranking.subscribe()
+    }
+
+    /// Changes with every announcement.
+    pub(super) fn announcements(&self) -> watch::Receiver<Option<Announcement>> {
+        self.announced.subscribe()
     }
 
     /// The open runs that this watcher may see.
@@ -186,20 +186,21 @@ impl Hub {
             }
             Target::Featured => {
                 let best = open.channels.values().filter(|channel| allowed(channel));
-                let worth =
-                    |channel: &&Arc<Channel>| (channel.info.official, channel.moved.load(Ordering::Relaxed));
+                let now_ms = self.now_ms();
+                let worth = |channel: &&Arc<Channel>| {
+                    let [moved, noted] =
+                        [&channel.moved, &channel.noted].map(|ms| ms.load(Ordering::Relaxed));
+                    (channel.info.official, noted > 0 && now_ms < noted + EXCITING_MS, moved)
+                };
                 best.max_by_key(worth).ok_or(Nothing::Waiting)?
             }
+            Target::Leaderboard => return Err(Nothing::Waiting),
         };
         if !allowed(channel) {
             return Err(Nothing::Forbidden);
         }
         // Under the lock: a run leaves the map before it says its last word.
-        Ok(Following {
-            channel: channel.clone(),
-            frames: channel.frames.subscribe(),
-            news: channel.news.subscribe(),
-        })
+        Ok(Following::new(channel))
     }
 
     fn now_ms(&self) -> u64 {
@@ -212,25 +213,69 @@ impl Hub {
 pub(crate) struct Publisher {
     hub: Arc<Hub>,
     /// What is announced when the run is there.
-    unopened: Option<(WatchRun, Sensing)>,
+    unopened: Option<Unopened>,
     /// None before the run is there and after its end.
-    channel: Option<Arc<Channel>>,
+    open: Option<Published>,
     /// When a run that nobody watches shows itself next.
     due: Instant,
+    lateness: Lateness,
+}
+
+/// A run that is to be announced.
+#[derive(Debug)]
+struct Unopened {
+    info: WatchRun,
+    sensing: Sensing,
+    own_hand: bool,
+}
+
+/// A run's end of its channel.
+#[derive(Debug)]
+struct Published {
+    channel: Arc<Channel>,
+    snapshots: watch::Sender<Arc<Snapshot>>,
+}
+
+/// How late ticks begin: the greatest of the present half second and of the one before.
+#[derive(Debug)]
+struct Lateness {
+    since: Instant,
+    now: Option<Duration>,
+    before: Option<Duration>,
+}
+
+impl Lateness {
+    fn begins(&mut self, now: Instant, late: Duration) {
+        if now >= self.since + LATENESS_PERIOD {
+            *self = Lateness { since: now, now: None, before: self.now };
+        }
+        self.now = self.now.max(Some(late));
+    }
+
+    fn most_s(&self) -> Option<f64> {
+        self.now.max(self.before).map(|late| late.as_secs_f64())
+    }
 }
 
 impl Witness for Publisher {
     fn opened(&mut self, run: &Run) {
-        if let Some((info, sensing)) = self.unopened.take() {
-            self.channel = Some(self.hub.announce(info, sensing, run));
+        if let Some(unopened) = self.unopened.take() {
+            self.open = Some(self.hub.announce(unopened, run));
             self.due = Instant::now();
         }
     }
 
+    fn began(&mut self, late: Duration) {
+        self.lateness.begins(Instant::now(), late);
+    }
+
     /// Costs a look at the clock when nobody watches.
     fn ticked(&mut self, run: &Run) {
-        let Some(channel) = &self.channel else { return };
+        let Some(Published { channel, .. }) = &self.open else { return };
         let watched = channel.frames.receiver_count() > 0;
+        if !run.events().is_empty() {
+            channel.noted.store(self.hub.now_ms(), Ordering::Relaxed);
+        }
         if watched && !run.events().is_empty() {
             let (run_id, events) = (channel.info.run_id.clone(), run.events().to_vec());
             let message = frame::text(&WatchReply::Events(Events { run_id, events }));
@@ -238,27 +283,33 @@ impl Witness for Publisher {
             let _ = channel.news.send(News::Message(message));
         }
         let now = Instant::now();
-        if watched || now >= self.due {
-            self.show(run);
+        let due = now >= self.due;
+        if watched || due {
+            // Whoever comes next finds everything there, also while the world stands still.
+            let overlays = if due { Overlays::ALL } else { channel.wanted.now() };
+            self.show(run, overlays);
+        }
+        if due {
             self.due = now + UNWATCHED_PERIOD;
         }
     }
 
     fn finished(&mut self, run: &Run, outcome: &Outcome) {
-        self.show(run);
+        self.show(run, Overlays::ALL);
         self.end(Some(Final::of(outcome)));
     }
 }
 
 impl Publisher {
-    fn show(&self, run: &Run) {
-        let Some(channel) = &self.channel else { return };
-        channel.frames.send_replace(Arc::new(Frame::of(&channel.info.run_id, run)));
+    fn show(&self, run: &Run, overlays: Overlays) {
+        let Some(Published { channel, snapshots }) = &self.open else { return };
+        let snapshot = Snapshot::of(run, overlays, self.lateness.most_s());
+        snapshots.send_replace(Arc::new(snapshot));
         channel.moved.store(self.hub.now_ms(), Ordering::Relaxed);
     }
 
     fn end(&mut self, outcome: Option<Final>) {
-        let Some(channel) = self.channel.take() else { return };
+        let Some(Published { channel, .. }) = self.open.take() else { return };
         let run_id = channel.info.run_id.clone();
         self.hub.open().channels.remove(&run_id);
         let message = frame::text(&WatchReply::Ended(Ended { run_id, outcome }));
@@ -300,7 +351,7 @@ mod tests {
     }
 
     fn published(hub: &Arc<Hub>, info: WatchRun, run: &Run) -> Publisher {
-        let mut publisher = hub.publisher(info, Sensing::Truth);
+        let mut publisher = hub.publisher(info, Sensing::Truth, false);
         publisher.opened(run);
         publisher
     }
@@ -310,14 +361,19 @@ mod tests {
         let (hub, mut run) = (Arc::new(Hub::default()), run());
         let mut publisher = published(&hub, info("r", "s", false), &run);
         let mut following = hub.find(&Target::Run("r".into()), &Watcher::Anybody).expect("there");
-        assert_eq!(following.frames.borrow_and_update().poses.tick, 0);
+        assert_eq!(following.frames.borrow_and_update().snapshot.tick, 0);
         for _ in 0..3 {
             run.step(&Action::default()).expect("steps");
             publisher.ticked(&run);
         }
+        following.channel.refresh();
         let frame = following.frames.borrow_and_update().clone();
-        assert_eq!(frame.poses.tick, 3);
-        assert_eq!(frame.poses.poses.len(), run.poses().count());
+        assert_eq!(frame.snapshot.tick, 3);
+        let told: serde_json::Value = serde_json::from_str(&frame.text(Overlays::default())).expect("JSON");
+        assert_eq!(
+            (&told["tick"], told["poses"].as_array().map(Vec::len)),
+            (&3.into(), Some(run.poses().count()))
+        );
         let outcome = run.finish(Reason::Stopped);
         publisher.finished(&run, &outcome);
         drop(publisher);
@@ -354,7 +410,7 @@ mod tests {
         let publisher = published(&hub, info("r", "s", false), &run);
         let mut following = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
         for _ in 0..=QUEUE {
-            let _ = publisher.channel.as_ref().expect("open").news.send(News::Message("{}".into()));
+            let _ = publisher.open.as_ref().expect("open").channel.news.send(News::Message("{}".into()));
         }
         assert_eq!(following.news.try_recv().err(), Some(TryRecvError::Lagged(1)));
     }
@@ -373,5 +429,41 @@ mod tests {
         assert_eq!(hub.list(&Watcher::Anybody).len(), 1);
         let strange = Watcher::Team("other".into());
         assert_eq!(hub.find(&Target::Session("s1".into()), &strange).err(), Some(Nothing::Forbidden));
+    }
+
+    #[test]
+    fn what_nobody_wants_to_see_is_not_copied() {
+        let (hub, mut run) = (Arc::new(Hub::default()), run());
+        let mut publisher = published(&hub, info("r", "s", false), &run);
+        let mut following = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
+        let copied = |publisher: &mut Publisher, run: &mut Run| {
+            publisher.due = Instant::now() + UNWATCHED_PERIOD;
+            run.step(&Action::default()).expect("steps");
+            publisher.ticked(run);
+            let open = publisher.open.as_ref().expect("open");
+            let newest = open.snapshots.borrow().clone();
+            (newest.readings.is_some(), newest.evidence.is_some())
+        };
+        assert_eq!(copied(&mut publisher, &mut run), (false, false));
+        following.want(Overlays { verdicts: true, ..Overlays::default() });
+        assert_eq!(copied(&mut publisher, &mut run), (false, true));
+        following.want(Overlays { contacts: true, ..Overlays::default() });
+        assert_eq!(copied(&mut publisher, &mut run), (true, false));
+        let other = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
+        drop(following);
+        assert_eq!(copied(&mut publisher, &mut run), (false, false));
+        drop(other);
+    }
+
+    #[test]
+    fn the_greatest_lateness_of_a_second_is_told() {
+        let start = Instant::now();
+        let mut lateness = Lateness { since: start, now: None, before: None };
+        assert_eq!(lateness.most_s(), None);
+        lateness.begins(start, Duration::from_millis(8));
+        lateness.begins(start + LATENESS_PERIOD, Duration::from_millis(2));
+        assert_eq!(lateness.most_s(), Some(0.008));
+        lateness.begins(start + 2 * LATENESS_PERIOD, Duration::from_millis(1));
+        assert_eq!(lateness.most_s(), Some(0.002));
     }
 }

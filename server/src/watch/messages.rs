@@ -1,7 +1,10 @@
 //! What spectators are told. No message carries a seed.
 
-use crate::store::LeaderboardRow;
+use crate::store::{Announcement, LeaderboardRow};
+use palmares_models::hand::describe::HandDescription;
 use palmares_protocol::reply::ErrorReply;
+use palmares_tasks::referee::Verdict;
+use palmares_tasks::run::{Contact, Telemetry};
 use palmares_tasks::scene::{Region, ScenePart};
 use palmares_tasks::{Event, Outcome, Reason};
 use schemars::JsonSchema;
@@ -25,8 +28,14 @@ pub(crate) enum WatchReply {
     Events(Events),
     /// The run has ended.
     Ended(Ended),
+    /// How time goes on, once a second.
+    Clock(Clock),
+    /// Why objects count or do not, when it has changed.
+    Verdicts(Verdicts),
     /// The ranking: at the beginning and whenever a result is stored.
     Leaderboard(Ranking),
+    /// An organizer told everybody something: the newest at the beginning, and whenever there is another.
+    Announcement(Announcement),
     /// Reply to a request that failed, or why the socket closes.
     Error(ErrorReply),
 }
@@ -82,6 +91,10 @@ pub(crate) struct WatchScene {
     pub(crate) moving: Vec<usize>,
     /// Named regions the rules speak of.
     pub(crate) regions: Vec<Region>,
+    /// The hand in full, as `GET /v1/hands/{name}` tells it; left out where the viewer may not know it: a hand that a team
+    /// sent in is told to that team and to organizers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) hand: Option<Box<HandDescription>>,
 }
 
 /// What a body is.
@@ -126,6 +139,40 @@ pub(crate) struct Poses {
     pub(crate) sim_time_s: f64,
     /// For every body of `scene.moving`: position x, y, z in m, orientation x, y, z, w. In single precision.
     pub(crate) poses: Vec<[f32; 7]>,
+    /// What goes on in the hand, for those who subscribed with the overlay `telemetry`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) telemetry: Option<Telemetry>,
+    /// Every touching contact, for those who subscribed with the overlay `contacts`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) contacts: Option<Vec<Contact>>,
+}
+
+/// `clock`: how time goes on, once a second.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct Clock {
+    /// The run.
+    pub(crate) run_id: String,
+    /// What is left of the session, s; null when it has no limit.
+    pub(crate) session_left_s: Option<f64>,
+    /// What the session has spent, s; null when its clock is not known.
+    pub(crate) elapsed_s: Option<f64>,
+    /// Whether an organizer has stopped the session's clock.
+    pub(crate) paused: Option<bool>,
+    /// Simulated s per s in the last second; null in the first.
+    pub(crate) real_time_factor: Option<f64>,
+    /// How late a tick began at most in the last second, s; null where the run does not follow the clock.
+    pub(crate) late_s: Option<f64>,
+}
+
+/// `verdicts`: why objects count or do not, at most twice a second when it has changed.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(crate) struct Verdicts {
+    /// The run.
+    pub(crate) run_id: String,
+    /// Ticks since reset.
+    pub(crate) tick: u64,
+    /// In scene order.
+    pub(crate) objects: Vec<Verdict>,
 }
 
 /// `score`: what the run would be worth if it ended now.

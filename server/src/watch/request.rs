@@ -1,5 +1,6 @@
 //! What a spectator asks.
 
+use super::snapshot::Overlays;
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, MAX_SAFE_INTEGER, Refusal};
 use schemars::JsonSchema;
@@ -11,7 +12,7 @@ use serde_json::{Map, Value};
 #[derive(Debug, PartialEq)]
 pub(super) enum Request {
     /// What to show.
-    Subscribe(Target),
+    Subscribe(Target, Option<Overlays>),
     /// What there is.
     List,
     /// Goodbye.
@@ -25,8 +26,11 @@ pub(super) enum Target {
     Session(String),
     /// One run.
     Run(String),
-    /// Whatever is worth watching most: official runs before practice, then the one that moved last.
+    /// Whatever is worth watching most: official runs before practice, then one of which the referee has just noted
+    /// something, then the one that moved last.
     Featured,
+    /// No world: rankings and announcements alone.
+    Leaderboard,
 }
 
 /// `subscribe`: what to show; exactly one of the fields. A second one replaces the first.
@@ -37,8 +41,25 @@ pub(crate) struct Subscribe {
     session_id: Option<String>,
     /// One run.
     run_id: Option<String>,
-    /// `true`: official runs before practice, then the one that moved last; when it ends, the next.
+    /// `true`: official runs before practice, then one in which something happened in the last 10 s, then the one that
+    /// moved last; when it ends, the next.
     featured: Option<bool>,
+    /// `true`: no world, but the ranking and announcements.
+    leaderboard: Option<bool>,
+    /// What is to be told beside the poses. With this field, empty or not, `clock` is told once a second.
+    overlays: Option<Vec<Overlay>>,
+}
+
+/// What may be told beside the poses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum Overlay {
+    /// Motors, tendons, joints, and where the hand would rest.
+    Telemetry,
+    /// Contacts.
+    Contacts,
+    /// Why objects count or do not.
+    Verdicts,
 }
 
 /// `list`: which runs are open.
@@ -52,14 +73,25 @@ pub(crate) struct List {}
 pub(crate) struct WatchBye {}
 
 impl Subscribe {
+    fn overlays(&self) -> Option<Overlays> {
+        let asked = self.overlays.as_ref()?;
+        let wants = |overlay| asked.contains(&overlay);
+        Some(Overlays {
+            telemetry: wants(Overlay::Telemetry),
+            contacts: wants(Overlay::Contacts),
+            verdicts: wants(Overlay::Verdicts),
+        })
+    }
+
     fn target(self) -> Result<Target, Refusal> {
-        match (self.session_id, self.run_id, self.featured) {
-            (Some(id), None, None) => Ok(Target::Session(id)),
-            (None, Some(id), None) => Ok(Target::Run(id)),
-            (None, None, Some(true)) => Ok(Target::Featured),
+        match (self.session_id, self.run_id, self.featured, self.leaderboard) {
+            (Some(id), None, None, None) => Ok(Target::Session(id)),
+            (None, Some(id), None, None) => Ok(Target::Run(id)),
+            (None, None, Some(true), None) => Ok(Target::Featured),
+            (None, None, None, Some(true)) => Ok(Target::Leaderboard),
             _ => {
-                let message =
-                    "subscribe: expected exactly one of \"session_id\": …, \"run_id\": …, \"featured\": true";
+                let message = "subscribe: expected exactly one of \"session_id\": …, \"run_id\": …, \"featured\": true, \
+                               \"leaderboard\": true";
                 Err(Refusal::new(Code::BadRequest, message))
             }
         }
@@ -89,7 +121,11 @@ fn parse_op(mut fields: Map<String, Value>) -> Result<Request, Refusal> {
         return Err(Refusal::new(Code::BadRequest, "op: expected a string: subscribe, list or bye"));
     };
     match op.as_str() {
-        "subscribe" => typed::<Subscribe>("subscribe", fields)?.target().map(Request::Subscribe),
+        "subscribe" => {
+            let asked = typed::<Subscribe>("subscribe", fields)?;
+            let overlays = asked.overlays();
+            Ok(Request::Subscribe(asked.target()?, overlays))
+        }
         "list" => typed::<List>("list", fields).map(|_| Request::List),
         "bye" => typed::<WatchBye>("bye", fields).map(|_| Request::Bye),
         _ => {
@@ -116,15 +152,22 @@ mod tests {
     #[test]
     fn one_thing_is_watched() {
         let run = parse(r#"{"op":"subscribe","id":3,"run_id":"run_1"}"#);
-        assert_eq!(run, (Some(3), Ok(Request::Subscribe(Target::Run("run_1".into())))));
+        assert_eq!(run, (Some(3), Ok(Request::Subscribe(Target::Run("run_1".into()), None))));
         let featured = parse(r#"{"op":"subscribe","id":4,"featured":true}"#);
-        assert_eq!(featured, (Some(4), Ok(Request::Subscribe(Target::Featured))));
+        assert_eq!(featured, (Some(4), Ok(Request::Subscribe(Target::Featured, None))));
+        let leaderboard = parse(r#"{"op":"subscribe","id":4,"leaderboard":true}"#);
+        assert_eq!(leaderboard, (Some(4), Ok(Request::Subscribe(Target::Leaderboard, None))));
+        let with = parse(r#"{"op":"subscribe","id":4,"featured":true,"overlays":["verdicts","telemetry"]}"#);
+        let overlays = Overlays { contacts: false, ..Overlays::ALL };
+        assert_eq!(with, (Some(4), Ok(Request::Subscribe(Target::Featured, Some(overlays)))));
         for wrong in [
             r#"{"op":"subscribe","id":3}"#,
             r#"{"op":"subscribe","id":3,"featured":false}"#,
             r#"{"op":"subscribe","id":3,"run_id":"a","session_id":"b"}"#,
+            r#"{"op":"subscribe","id":3,"featured":true,"leaderboard":true}"#,
             r#"{"op":"subscribe","id":3,"run":"a"}"#,
             r#"{"op":"subscribe","id":3,"run_id":7}"#,
+            r#"{"op":"subscribe","id":3,"featured":true,"overlays":["seeds"]}"#,
             r#"{"op":"list","id":3,"all":true}"#,
             r#"{"op":7,"id":3}"#,
         ] {

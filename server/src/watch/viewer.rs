@@ -1,25 +1,24 @@
 //! One viewer's connection.
 
 use super::access::Watcher;
+use super::binary::Seven;
+use super::channel::{Following, News};
 use super::frame::text;
-use super::hub::{Following, News, Nothing};
-use super::messages::{Ranking, Runs, Score, Subscribed, WatchReply};
+use super::hub::Nothing;
+use super::messages::{Clock, Ranking, Runs, Score, Subscribed, WatchReply};
 use super::request::{Request, Target, parse};
+use super::snapshot::Overlays;
 use crate::app::App;
-use crate::auth::{Identity, Role};
-use crate::config::settings::MESSAGE_BYTES;
+use crate::auth::Identity;
 use crate::metrics::METRICS;
-use crate::problem::Problem;
+use crate::store::Announcement;
 use crate::transport::farewell;
 use axum::body::Bytes;
-use axum::extract::State;
-use axum::extract::ws::rejection::WebSocketUpgradeRejection;
-use axum::extract::ws::{Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
-use axum::http::HeaderMap;
-use axum::response::{IntoResponse, Response};
+use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
 use palmares_protocol::reply::ErrorReply;
 use palmares_protocol::text::shortened;
-use palmares_protocol::{Code, Encoding, Refusal};
+use palmares_protocol::{Code, Refusal};
+use palmares_tasks::referee::Verdict;
 use std::future::pending;
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -27,57 +26,25 @@ use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::watch;
 use tokio::time::{Instant, MissedTickBehavior, interval_at, sleep_until, timeout};
 
-/// Least time between two frames: 30 Hz.
-const FRAME_PERIOD: Duration = Duration::from_micros(33_334);
+/// Least time between two frames of a viewer. The run shows itself 30 times a second; a viewer that waits as long by itself
+/// would miss a frame now and then.
+const FRAME_PERIOD: Duration = Duration::from_millis(25);
+/// Time between two frames that show all bodies.
+const KEY_PERIOD: Duration = Duration::from_secs(10);
+/// Time between two clocks.
+const CLOCK_PERIOD: Duration = Duration::from_secs(1);
+/// Least time between two verdicts.
+const VERDICTS_PERIOD: Duration = Duration::from_millis(500);
 /// Least time between two rankings.
 const RANKING_PERIOD: Duration = Duration::from_secs(1);
 /// How long a viewer may take to accept a message.
 const SEND_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// `GET /v1/watch`.
-pub(crate) async fn watch(
-    State(app): State<App>,
-    headers: HeaderMap,
-    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
-) -> Response {
-    let refuse = |refusal: Refusal| Problem(refusal).into_response();
-    let upgrade = match upgrade {
-        Ok(upgrade) => upgrade.protocols([Encoding::Json.subprotocol()]),
-        Err(rejection) => {
-            let message = format!("this address speaks WebSocket: {}", rejection.body_text());
-            return refuse(Refusal::new(Code::BadRequest, message));
-        }
-    };
-    if upgrade.selected_protocol().is_none() {
-        let known = Encoding::Json.subprotocol();
-        let message = format!("offer the WebSocket subprotocol {known} (Sec-WebSocket-Protocol)");
-        return refuse(Refusal::new(Code::BadRequest, message));
-    }
-    let identity = match app.auth.identify(&app.store, &headers).await {
-        Ok(identity) => identity,
-        Err(refusal) => return refuse(refusal),
-    };
-    let Some(place) = app.hub.place() else {
-        let message = "all places for viewers are taken";
-        return refuse(Refusal::new(Code::Capacity, message).retry_after(5.0));
-    };
-    let watcher = match &identity {
-        None => Watcher::Anybody,
-        Some(Identity { role: Role::Organizer, .. }) => Watcher::Organizer,
-        Some(Identity { role: Role::Viewer, .. }) => Watcher::Spectator,
-        Some(Identity { role: Role::Team, team, .. }) => Watcher::Team(team.clone().unwrap_or_default()),
-    };
-    upgrade.max_message_size(MESSAGE_BYTES).max_frame_size(MESSAGE_BYTES).on_upgrade(async move |socket| {
-        let _place = place;
-        let _alive = app.lifecycle.alive();
-        Viewer::new(socket, app.clone(), watcher).serve(identity.as_ref()).await;
-    })
-}
-
 /// Why a connection ends: with a close code and a reason, or because the viewer is gone.
 type End = Option<(u16, &'static str)>;
 
-struct Viewer {
+/// One viewer's connection.
+pub(super) struct Viewer {
     socket: WebSocket,
     app: App,
     watcher: Watcher,
@@ -87,6 +54,21 @@ struct Viewer {
     told: Option<(String, f64)>,
     changes: watch::Receiver<u64>,
     ranking: watch::Receiver<u64>,
+    announced: watch::Receiver<Option<Announcement>>,
+    /// Whether poses are binary frames.
+    binary: bool,
+    /// What it wants to see; none if it never said.
+    overlays: Option<Overlays>,
+    /// Where bodies were when they were last sent, and when all are sent again.
+    sent: Vec<Seven>,
+    next_key: Instant,
+    /// Tick and time of the last clock.
+    clocked: Option<(u64, Instant)>,
+    next_clock: Instant,
+    /// The verdicts that were told last, and whether there may be newer ones.
+    judged: Option<Vec<Verdict>>,
+    unjudged: bool,
+    next_verdicts: Instant,
     next_frame: Instant,
     next_ranking: Instant,
     heard: Instant,
@@ -117,8 +99,8 @@ async fn next(following: &mut Option<Following>, not_before: Instant) -> Next {
     }
 }
 
-/// Returns when the ranking is to be sent.
-async fn ranking(changes: &mut watch::Receiver<u64>, not_before: Instant) {
+/// Returns when there is something new, and not before a certain time.
+async fn fresh<T>(changes: &mut watch::Receiver<T>, not_before: Instant) {
     sleep_until(not_before).await;
     if changes.changed().await.is_err() {
         pending::<()>().await;
@@ -126,11 +108,13 @@ async fn ranking(changes: &mut watch::Receiver<u64>, not_before: Instant) {
 }
 
 impl Viewer {
-    fn new(socket: WebSocket, app: App, watcher: Watcher) -> Self {
+    pub(super) fn new(socket: WebSocket, app: App, watcher: Watcher, binary: bool) -> Self {
         let now = Instant::now();
         let (changes, mut ranking) = (app.hub.changes(), app.hub.ranking_changes());
-        // The first one is for everybody who comes.
+        let mut announced = app.hub.announcements();
+        // The first ones are for everybody who comes.
         ranking.mark_changed();
+        announced.mark_changed();
         Viewer {
             socket,
             app,
@@ -140,13 +124,23 @@ impl Viewer {
             told: None,
             changes,
             ranking,
+            announced,
+            binary,
+            overlays: None,
+            sent: Vec::new(),
+            next_key: now,
+            clocked: None,
+            next_clock: now,
+            judged: None,
+            unjudged: false,
+            next_verdicts: now,
             next_frame: now,
             next_ranking: now,
             heard: now,
         }
     }
 
-    async fn serve(mut self, identity: Option<&Identity>) {
+    pub(super) async fn serve(mut self, identity: Option<&Identity>) {
         let app = self.app.clone();
         let revoked = app.auth.revoked(identity);
         tokio::pin!(revoked);
@@ -171,7 +165,10 @@ impl Viewer {
                         Err(_) => ControlFlow::Break(None),
                     }
                 }
-                () = ranking(&mut self.ranking, self.next_ranking), if self.target.is_some() => self.rank().await,
+                () = fresh(&mut self.ranking, self.next_ranking), if self.target.is_some() => self.rank().await,
+                () = fresh(&mut self.announced, Instant::now()), if self.target.is_some() => self.announce().await,
+                () = sleep_until(self.next_clock), if self.following.is_some() && self.is_told_more() => self.clock().await,
+                () = sleep_until(self.next_verdicts), if self.unjudged => self.judge().await,
                 next = next(&mut self.following, self.next_frame) => match next {
                     Next::News(news) => self.tell(news).await,
                     Next::Frame => self.show().await,
@@ -199,13 +196,15 @@ impl Viewer {
             None | Some(Ok(Message::Close(_)) | Err(_)) => return ControlFlow::Break(None),
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => return ControlFlow::Continue(()),
             Some(Ok(Message::Binary(_))) => {
-                let message = "palmares.v1.json has text frames only";
+                let message = "requests are text frames, in JSON";
                 return self.refuse(None, &Refusal::new(Code::BadJson, message)).await;
             }
             Some(Ok(Message::Text(text))) => text,
         };
         match parse(&text) {
-            (Some(id), Ok(Request::Subscribe(target))) => self.subscribe(id, target).await,
+            (Some(id), Ok(Request::Subscribe(target, overlays))) => {
+                self.subscribe(id, target, overlays).await
+            }
             (Some(id), Ok(Request::List)) => {
                 let runs = self.app.hub.list(&self.watcher);
                 self.send(&WatchReply::Runs(Runs { id, runs })).await
@@ -217,7 +216,7 @@ impl Viewer {
         }
     }
 
-    async fn subscribe(&mut self, id: u64, target: Target) -> ControlFlow<End> {
+    async fn subscribe(&mut self, id: u64, target: Target, overlays: Option<Overlays>) -> ControlFlow<End> {
         // What opens from here on is looked at again.
         self.changes.mark_unchanged();
         let found = match (self.app.hub.find(&target, &self.watcher), &target) {
@@ -240,12 +239,13 @@ impl Viewer {
                 );
                 return self.refuse(Some(id), &Refusal::new(Code::NotFound, message)).await;
             }
-            (Err(Nothing::Unknown), Target::Featured) => None,
+            (Err(Nothing::Unknown), Target::Featured | Target::Leaderboard) => None,
         };
         if self.target.is_none() {
             self.ranking.mark_changed();
         }
         self.target = Some(target);
+        self.overlays = overlays;
         let run_id = found.as_ref().map(|following| following.channel.info.run_id.clone());
         self.send(&WatchReply::Subscribed(Subscribed { id, run_id })).await?;
         self.start(found).await
@@ -261,8 +261,14 @@ impl Viewer {
     async fn start(&mut self, found: Option<Following>) -> ControlFlow<End> {
         self.following = found;
         self.told = None;
-        if let Some(following) = &self.following {
-            let scene = following.channel.scene.clone();
+        self.sent.clear();
+        self.clocked = None;
+        self.next_clock = Instant::now();
+        (self.judged, self.unjudged) = (None, false);
+        if let Some(following) = &mut self.following {
+            following.want(self.overlays.unwrap_or_default());
+            following.channel.pump();
+            let scene = following.channel.scene(&self.watcher);
             self.send_text(scene).await?;
             self.show().await?;
         }
@@ -273,8 +279,21 @@ impl Viewer {
     async fn show(&mut self) -> ControlFlow<End> {
         let Some(following) = &mut self.following else { return ControlFlow::Continue(()) };
         let frame = following.frames.borrow_and_update().clone();
-        self.send_text(frame.text()).await?;
-        let (run_id, tick, score) = (frame.poses.run_id.clone(), frame.poses.tick, frame.score);
+        let run_id = following.channel.info.run_id.clone();
+        let overlays = self.overlays.unwrap_or_default();
+        self.unjudged = overlays.verdicts;
+        if self.binary {
+            let now = Instant::now();
+            let key = self.sent.is_empty() || now >= self.next_key;
+            if key {
+                self.next_key = now + KEY_PERIOD;
+            }
+            let bytes = frame.bytes(overlays, &mut self.sent, key);
+            self.send_message(Message::Binary(bytes.into())).await?;
+        } else {
+            self.send_text(frame.text(overlays)).await?;
+        }
+        let (tick, score) = (frame.snapshot.tick, frame.snapshot.score);
         if self.told.as_ref().is_none_or(|told| *told != (run_id.clone(), score)) {
             self.told = Some((run_id.clone(), score));
             self.send(&WatchReply::Score(Score { run_id, tick, score })).await?;
@@ -284,17 +303,66 @@ impl Viewer {
         ControlFlow::Continue(())
     }
 
+    /// Whether it is told what early viewers do not know of.
+    fn is_told_more(&self) -> bool {
+        self.binary || self.overlays.is_some()
+    }
+
+    /// Tells how time goes on.
+    async fn clock(&mut self) -> ControlFlow<End> {
+        let Some(following) = &self.following else { return ControlFlow::Continue(()) };
+        let info = &following.channel.info;
+        let newest = following.channel.snapshots.borrow().clone();
+        let (now, session_now) = (Instant::now(), self.app.lifecycle.now());
+        let before = self.clocked.replace((newest.tick, now));
+        let real_time_factor = before.map(|(tick, then)| {
+            newest.tick.saturating_sub(tick) as f64 * info.tick_s / (now - then).as_secs_f64()
+        });
+        let clock = self.app.sessions.registry.clock(&info.session_id);
+        let message = Clock {
+            run_id: info.run_id.clone(),
+            session_left_s: clock.as_ref().and_then(|clock| clock.left_s(session_now)),
+            elapsed_s: clock.as_ref().map(|clock| clock.elapsed_s(session_now)),
+            paused: clock.as_ref().map(|clock| clock.is_paused()),
+            real_time_factor: real_time_factor.filter(|factor| factor.is_finite()),
+            late_s: newest.late_s,
+        };
+        self.next_clock = now + CLOCK_PERIOD;
+        self.send(&WatchReply::Clock(message)).await
+    }
+
+    /// Tells why objects count, if it has changed.
+    async fn judge(&mut self) -> ControlFlow<End> {
+        self.unjudged = false;
+        let Some(following) = &self.following else { return ControlFlow::Continue(()) };
+        let frame = following.frames.borrow().clone();
+        let Some(verdicts) = frame.verdicts() else { return ControlFlow::Continue(()) };
+        if self.judged.as_ref() == Some(verdicts) {
+            return ControlFlow::Continue(());
+        }
+        self.judged = Some(verdicts.clone());
+        self.next_verdicts = Instant::now() + VERDICTS_PERIOD;
+        self.send_text(frame.verdicts_text(verdicts)).await
+    }
+
     async fn tell(&mut self, news: Result<News, RecvError>) -> ControlFlow<End> {
         match news {
             Ok(News::Message(text)) => self.send_text(text).await,
             Ok(News::Ended(text)) => {
                 // The last frame, which may still wait for its time.
+                if let Some(following) = &self.following {
+                    following.channel.refresh();
+                }
                 let fresh = |following: &Following| following.frames.has_changed().unwrap_or(true);
                 if self.following.as_ref().is_some_and(fresh) {
                     self.show().await?;
                 }
+                if self.unjudged {
+                    self.judge().await?;
+                }
                 self.send_text(text).await?;
                 self.following = None;
+                self.unjudged = false;
                 if matches!(self.target, Some(Target::Run(_))) {
                     self.target = None;
                     return ControlFlow::Continue(());
@@ -322,6 +390,14 @@ impl Viewer {
                 tracing::error!(%error, "store failed");
                 ControlFlow::Continue(())
             }
+        }
+    }
+
+    async fn announce(&mut self) -> ControlFlow<End> {
+        let told = self.announced.borrow_and_update().clone();
+        match told {
+            Some(told) => self.send(&WatchReply::Announcement(told)).await,
+            None => ControlFlow::Continue(()),
         }
     }
 

@@ -269,6 +269,7 @@ impl Paced for Live {
         let (late, part) = pace.begin(now, fresh.is_some());
         self.scheduler.load().was_late(now, late);
         METRICS.began(late, part == Part::Fresh);
+        world.begins(late);
         let action = match part {
             Part::Still => Self::still(world),
             Part::Fresh | Part::Repeat => Ok(fresh.unwrap_or_default()),

@@ -203,6 +203,11 @@ impl World {
         self.fault_ends_it(ticked)
     }
 
+    /// A tick that follows the clock begins so late.
+    pub(crate) fn begins(&mut self, late: Duration) {
+        self.witnesses.iter_mut().for_each(|witness| witness.began(late));
+    }
+
     /// What the controller sees now.
     pub(crate) fn observe(&mut self) -> Result<Observation, StepError> {
         let game = self.game.as_ref().map_err(|fault| StepError::Fault(*fault))?;

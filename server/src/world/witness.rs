@@ -2,11 +2,16 @@
 
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::{Outcome, Run};
+use std::time::Duration;
 
 /// Sees every tick of a world. It must not wait for anything: the world waits for it.
 pub(crate) trait Witness: Send {
     /// The run is there, at tick 0.
     fn opened(&mut self, run: &Run);
+    /// Before a tick of a realtime run, which begins so late.
+    fn began(&mut self, late: Duration) {
+        let _ = late;
+    }
     /// After each tick.
     fn ticked(&mut self, run: &Run);
     /// Before the tick in which a push begins.

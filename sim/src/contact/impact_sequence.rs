@@ -17,7 +17,7 @@ use std::ops::Range;
 const MOST: usize = 16;
 
 /// So much computing, in the unit of [`crate::bounds`], and it is given up too.
-const MOST_WORK: u64 = STEP_WORK / 4;
+const MOST_WORK: u64 = STEP_WORK / 20;
 
 /// The points between two bodies share their impulse in so many sweeps at most ...
 const SWEEPS: usize = 200;

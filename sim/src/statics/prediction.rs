@@ -80,13 +80,7 @@ pub fn predicted_equilibrium(
     }
     let mut found = held_at_limits(hand, limit_stiffness, s_ref, tau)?;
     let why = &mut found.beyond_closed_form;
-    for (t, &f) in hand.tendons.iter().zip(&found.tension) {
-        if f.abs() >= t.force_limit {
-            why.push(format!("tendon '{}' is at its limit of {}", t.name, t.force_limit));
-        } else if f <= 0.0 && !t.both_ways {
-            why.push(format!("tendon '{}' is slack", t.name));
-        }
-    }
+    why.extend(beyond_tendons(hand, &found.tension));
     if let Err(NoClosedForm::VaryingArms { .. }) = form {
         why.retain(|reason| !reason.ends_with("is slack"));
         why.push("moment arms vary with the configuration".to_owned());
@@ -94,8 +88,21 @@ pub fn predicted_equilibrium(
     Ok(found)
 }
 
+/// Which tendons are slack or at their limits.
+pub(super) fn beyond_tendons(hand: &Hand, tension: &[f64]) -> impl Iterator<Item = String> {
+    hand.tendons.iter().zip(tension).filter_map(|(t, &f)| {
+        if f.abs() >= t.force_limit {
+            Some(format!("tendon '{}' is at its limit of {}", t.name, t.force_limit))
+        } else if f <= 0.0 && !t.both_ways {
+            Some(format!("tendon '{}' is slack", t.name))
+        } else {
+            None
+        }
+    })
+}
+
 /// The first joint that neither a spring holds nor a drive of its own, which pushes and pulls.
-fn loose(hand: &Hand) -> Option<&str> {
+pub(super) fn loose(hand: &Hand) -> Option<&str> {
     let springless = |i: usize| hand.coordinates[i].stiffness < LOOSE;
     let driven = |i: usize| {
         hand.tendons.iter().any(|t| {
@@ -196,8 +203,8 @@ pub fn settled(
     if last < NEARLY_SETTLED { Ok(found) } else { Err(NoPrediction::Unsettled) }
 }
 
-/// Jᵀ of pushes and of uncompensated weight at coordinates q.
-fn torques(config: &Config, hand: &Hand, base: Pose, q: &[f64], pushes: &[Push]) -> Vec<f64> {
+/// Jᵀ of pushes and of uncompensated weight at coordinates q: a torque on each coordinate.
+pub fn torques(config: &Config, hand: &Hand, base: Pose, q: &[f64], pushes: &[Push]) -> Vec<f64> {
     let mut kin = Kinematics::default();
     kin.update(hand, base, q);
     let mut tau = vec![0.0; 6 + hand.coordinates.len()];

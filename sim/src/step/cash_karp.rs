@@ -72,7 +72,7 @@ const STANDS: f64 = 1e-12;
 const MOST_PARTS: u32 = 1024;
 
 /// ... or more computing, is stiff, and a case for implicit Euler.
-const MOST_WORK: u64 = STEP_WORK / 2;
+const MOST_WORK: u64 = STEP_WORK / 10;
 
 /// Memory of the method.
 #[derive(Default)]

@@ -1,9 +1,11 @@
 //! Bringing objects from one region to another.
 
-use super::snapshot::ObjectSnapshot;
+use super::snapshot::{ObjectSnapshot, REST_SPEED};
+use super::verdict::{Measured, Verdict};
 use crate::observation::Event;
 use crate::score::{Count, score};
 use crate::task::{Collect, Task};
+use std::sync::Arc;
 
 /// Where an object is, as far as the rules care.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,7 +21,7 @@ enum Place {
 /// Watches the objects of a run.
 #[derive(Clone, Debug)]
 pub struct CollectReferee {
-    rules: Collect,
+    rules: Arc<Collect>,
     goal: ([f64; 3], [f64; 3]),
     start: ([f64; 3], [f64; 3]),
     places: Vec<Place>,
@@ -33,7 +35,7 @@ impl CollectReferee {
             goal: volume(&rules.goal),
             start: volume(&rules.start),
             places: vec![Place::Start; objects],
-            rules: rules.clone(),
+            rules: Arc::new(rules.clone()),
         }
     }
 
@@ -75,6 +77,30 @@ impl CollectReferee {
         Count { in_goal: number(Place::Goal), outside: number(Place::Outside) }
     }
 
+    /// Why each object counts or does not, by what has been noted so far.
+    pub fn explain(&self, objects: &[ObjectSnapshot], speeds: &[f64]) -> Vec<Verdict> {
+        let each = objects.iter().zip(speeds).zip(&self.places).enumerate();
+        each.map(|(object, ((seen, speed), place))| {
+            let (to_goal, to_start) = (away(self.goal, seen.position), away(self.start, seen.position));
+            let in_start = contains(self.start, seen.position);
+            let counts = *place == Place::Goal;
+            let place = match place {
+                Place::Goal => "goal",
+                Place::Outside => "outside",
+                Place::Start if in_start => "start",
+                Place::Start => "on_the_way",
+            };
+            let reasons = vec![
+                Measured::new("in_goal", contains(self.goal, seen.position), Some(to_goal), 0.0, "m"),
+                // What has arrived may be nudged.
+                Measured::new("at_rest", seen.at_rest || counts, Some(*speed), REST_SPEED, "m/s"),
+                Measured::new("in_start", in_start, Some(to_start), 0.0, "m"),
+            ];
+            Verdict { object, counts, place: place.to_owned(), reasons }
+        })
+        .collect()
+    }
+
     /// Points of a count.
     pub fn score(&self, count: Count) -> f64 {
         score(&self.rules, count)
@@ -101,6 +127,12 @@ impl CollectReferee {
 
 fn contains((low, high): ([f64; 3], [f64; 3]), p: [f64; 3]) -> bool {
     (0..3).all(|k| p[k] >= low[k] && p[k] <= high[k])
+}
+
+/// How far a point is from a region, m; 0 in it.
+fn away((low, high): ([f64; 3], [f64; 3]), p: [f64; 3]) -> f64 {
+    let beyond = |k: usize| (low[k] - p[k]).max(p[k] - high[k]).max(0.0);
+    (0..3).map(|k| beyond(k) * beyond(k)).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]
@@ -145,6 +177,47 @@ mod tests {
         assert!(referee.watch(5, &seen).is_empty(), "a nudge takes nothing away");
         seen[4] = ObjectSnapshot { position: ABOVE, ..moving };
         assert_eq!(kinds(&referee.watch(6, &seen)), ["left_goal"]);
+    }
+
+    #[test]
+    fn it_says_why_a_ball_counts_or_does_not() {
+        let mut referee = start();
+        let mut seen = all(IN_A, true);
+        seen[1].position = IN_B;
+        seen[2] = ObjectSnapshot { position: IN_B, at_rest: false, ..seen[2] };
+        seen[3].position = GROUND;
+        seen[4] = ObjectSnapshot { position: ABOVE, at_rest: false, ..seen[4] };
+        let _ = referee.watch(1, &seen);
+        let mut speeds = [0.0; 10];
+        (speeds[2], speeds[4]) = (0.2, 0.3);
+        let told = referee.explain(&seen, &speeds);
+        let short = |verdict: &Verdict| (verdict.counts, verdict.place.clone());
+        let expected = [
+            (false, "start"),
+            (true, "goal"),
+            (false, "on_the_way"),
+            (false, "outside"),
+            (false, "on_the_way"),
+        ];
+        for (verdict, (counts, place)) in told.iter().zip(expected) {
+            assert_eq!(short(verdict), (counts, place.to_owned()), "{verdict:?}");
+        }
+        let fast = &told[2].reasons[1];
+        assert_eq!(
+            (fast.rule.as_str(), fast.holds, fast.value, fast.limit, fast.unit.as_str()),
+            ("at_rest", false, Some(0.2), REST_SPEED, "m/s")
+        );
+        assert!(told[2].reasons[0].holds && told[2].reasons[0].value == Some(0.0));
+        let far = &told[3].reasons[0];
+        assert!(!far.holds && far.value.is_some_and(|away| away > 0.1 && away < 1.0), "{far:?}");
+        // Nudged, it still counts.
+        let nudged = ObjectSnapshot { position: IN_B, at_rest: false, ..seen[1] };
+        seen[1] = nudged;
+        let _ = referee.watch(2, &seen);
+        speeds[1] = 0.1;
+        let told = &referee.explain(&seen, &speeds)[1];
+        assert!(told.counts && told.reasons[1].holds && told.reasons[1].value == Some(0.1), "{told:?}");
+        assert_eq!(told.counts, referee.count().in_goal == 1);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Lifting, holding and shaking one object.
 
 use super::snapshot::ObjectSnapshot;
+use super::verdict::{Measured, Verdict};
 use crate::observation::Event;
 use crate::score::Count;
 use crate::task::Hold;
@@ -142,6 +143,39 @@ impl HoldReferee {
         sum
     }
 
+    /// Why the object counts or does not at a tick.
+    pub fn explain(&self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Verdict> {
+        let Some(seen) = objects.first() else { return Vec::new() };
+        let rules = &self.rules;
+        let risen = seen.position[2] - self.start_m;
+        let since_s = |since: u64| (tick.saturating_sub(since)) as f64 * self.tick_s;
+        let shake_s = 3.0 * rules.shake.axis_s;
+        let (place, held_s, slip, shaken_s) = match self.stage {
+            Stage::Down => ("down", None, None, None),
+            Stage::Up { since, slip } => ("up", Some(since_s(since)), Some(slip), None),
+            Stage::Shaking { since, slip } => {
+                ("shaking", Some(rules.hold_s), Some(slip), Some(since_s(since)))
+            }
+            Stage::Lost => ("lost", Some(rules.hold_s), None, None),
+            Stage::Kept { slip } => ("kept", Some(rules.hold_s), Some(slip), Some(shake_s)),
+        };
+        let slip_m = slip.map(|slip| slip.most);
+        let kept = matches!(self.stage, Stage::Kept { .. });
+        let reasons = vec![
+            Measured::new("lifted", risen >= rules.lift_m || kept, Some(risen), rules.lift_m, "m"),
+            Measured::new("held", self.held.is_some(), held_s, rules.hold_s, "s"),
+            Measured::new(
+                "no_slip",
+                slip_m.is_some_and(|slip| slip < rules.slip_m),
+                slip_m,
+                rules.slip_m,
+                "m",
+            ),
+            Measured::new("shaken", kept, shaken_s, shake_s, "s"),
+        ];
+        vec![Verdict { object: 0, counts: kept, place: place.to_owned(), reasons }]
+    }
+
     /// Whether the shake has been.
     pub fn complete(&self) -> bool {
         matches!(self.stage, Stage::Lost | Stage::Kept { .. })
@@ -199,6 +233,24 @@ mod tests {
         assert_eq!(referee.count(), Count { in_goal: 1, outside: 0 });
         // Half of the points for firmness, and 25 of 30 s left.
         assert!((referee.score() - (7.0 + 1.0 + 25.0 / 30.0)).abs() < 1e-12, "{}", referee.score());
+    }
+
+    #[test]
+    fn it_says_how_far_the_object_has_got() {
+        let mut referee = start();
+        let told = |referee: &HoldReferee, tick, seen| referee.explain(tick, &[seen]).remove(0);
+        let holds = |verdict: &Verdict| verdict.reasons.iter().map(|rule| rule.holds).collect::<Vec<_>>();
+        let down = told(&referee, 0, at(0.05, 0.0));
+        assert_eq!((down.place.as_str(), holds(&down)), ("down", vec![false; 4]));
+        let _ = play(&mut referee, 1..101, at(0.16, 0.01));
+        let up = told(&referee, 100, at(0.16, 0.01));
+        assert_eq!((up.place.as_str(), holds(&up)), ("up", vec![true, false, true, false]));
+        let held = &up.reasons[1];
+        assert_eq!((held.value, held.limit, held.unit.as_str()), (Some(0.99), 2.0, "s"));
+        let _ = play(&mut referee, 101..900, at(0.16, 0.015));
+        let kept = told(&referee, 900, at(0.16, 0.015));
+        assert_eq!((kept.place.as_str(), kept.counts, holds(&kept)), ("kept", true, vec![true; 4]));
+        assert!(kept.reasons[2].value.is_some_and(|slip| (slip - 0.005).abs() < 1e-12), "{kept:?}");
     }
 
     #[test]

@@ -3,10 +3,13 @@
 mod collect;
 mod hold;
 mod snapshot;
+mod verdict;
 
 pub use collect::CollectReferee;
 pub use hold::{HoldReferee, Slip};
 pub use snapshot::ObjectSnapshot;
+pub(crate) use snapshot::REST_SPEED;
+pub use verdict::{Measured, Verdict};
 
 use crate::observation::Event;
 use crate::score::Count;
@@ -62,6 +65,14 @@ impl Referee {
                 (count, referee.score(count))
             }
             Referee::Hold(referee) => (referee.count(), referee.score()),
+        }
+    }
+
+    /// Why each object counts or does not at a tick, when they move at these speeds, m/s.
+    pub fn explain(&self, tick: u64, objects: &[ObjectSnapshot], speeds: &[f64]) -> Vec<Verdict> {
+        match self {
+            Referee::Collect(referee) => referee.explain(objects, speeds),
+            Referee::Hold(referee) => referee.explain(tick, objects),
         }
     }
 

@@ -1,5 +1,8 @@
 //! What a referee sees.
 
+/// Slower than this an object counts as at rest, m/s; carried objects move with the hand.
+pub(crate) const REST_SPEED: f64 = 5e-3;
+
 /// What the referee is shown of an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObjectSnapshot {

@@ -3,20 +3,26 @@
 mod bodies;
 mod command;
 mod driven;
+mod evidence;
 mod hand_body;
+mod inside;
 mod observe;
 mod outcome;
+mod predictor;
 mod push;
 mod push_error;
+mod telemetry;
 
+pub use evidence::Evidence;
 pub use hand_body::HandBody;
 pub use outcome::{Outcome, Reason};
 pub use push_error::PushError;
+pub use telemetry::{Contact, Instruments, Motor, Readings, Telemetry};
 
 use crate::action::{Action, ActionError, BaseTarget};
 use crate::build::build;
 use crate::observation::Event;
-use crate::referee::{ObjectSnapshot, Referee};
+use crate::referee::{ObjectSnapshot, REST_SPEED, Referee};
 use crate::scene::Scene;
 use crate::score::Count;
 use crate::seed::Seed;
@@ -26,16 +32,12 @@ use crate::task::Task;
 use driven::{Pushing, Target};
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
-use palmares_sim::statics::equilibrium::ClosedForm;
 use palmares_sim::{Fault, World};
 use std::sync::Arc;
 
 /// The most that the settling after a run may compute, in the unit of [`palmares_sim::bounds`]: some seconds. Then the
 /// referee counts what it sees.
 pub const SETTLING_WORK: u64 = 2_000_000_000;
-
-/// Slower than this an object counts as at rest, m/s; carried objects move with the hand.
-const REST_SPEED: f64 = 5e-3;
 
 /// One world, one task, one hand.
 pub struct Run {
@@ -45,7 +47,7 @@ pub struct Run {
     scene: Scene,
     body_names: Vec<String>,
     world: World,
-    closed_form: Option<ClosedForm>,
+    instruments: Arc<Instruments>,
     referee: Referee,
     tick: u64,
     target: Target,
@@ -75,9 +77,11 @@ impl Run {
             hand: Some(vec![0.0; hand.motors.len()]),
         };
         let sightings = sightings(&built.world);
+        let instruments =
+            Instruments::new(hand.clone(), built.world.model(), &built.scene, &built.body_names);
         Ok(Run {
             referee: Referee::new(&task, &sightings),
-            closed_form: ClosedForm::new(&hand).ok(),
+            instruments: Arc::new(instruments),
             scene: built.scene,
             body_names: built.body_names,
             world: built.world,

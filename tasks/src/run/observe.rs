@@ -1,13 +1,12 @@
 //! What a controller is shown of a run.
 
+use super::telemetry::motor_tension;
 use super::{Reason, Run};
 use crate::observation::{
     ActuatorObservation, BodyState, Contacts, HandObservation, Joints, Objects, Observation, Sensing, Truth,
     Wrench,
 };
 use crate::table::{Numbers, Table};
-use palmares_sim::actuation::motor::wound;
-use palmares_sim::statics::equilibrium::rest;
 
 impl Run {
     /// What a controller sees now. `events` are those of the last [`Run::step`].
@@ -45,14 +44,7 @@ impl Run {
                     command: reached.command,
                     position: reached.position,
                     velocity: reached.velocity,
-                    tension: self
-                        .hand
-                        .tendons
-                        .iter()
-                        .zip(&state.tension)
-                        .filter(|(tendon, _)| tendon.motor == k)
-                        .map(|(_, f)| f)
-                        .sum(),
+                    tension: motor_tension(&self.hand, k, &state.tension),
                 })
                 .collect(),
             wrist: Wrench { force, torque },
@@ -69,7 +61,7 @@ impl Run {
                 velocity: Numbers(state.v[6..6 + n].to_vec()),
             },
             contacts: self.observe_contacts(),
-            predicted_equilibrium: Numbers(self.predicted_equilibrium()),
+            predicted_equilibrium: Numbers(self.instruments.predict(&state.motors)),
         }
     }
 
@@ -103,32 +95,5 @@ impl Run {
             position: Table(seen.iter().map(|contact| contact.position.to_array()).collect()),
             force: Table(seen.iter().map(|contact| contact.force.to_array()).collect()),
         }
-    }
-
-    /// Equilibrium of the free hand at the present motor position, kept within the joint limits: the closed form
-    /// where there is one.
-    fn predicted_equilibrium(&self) -> Vec<f64> {
-        let motors = &self.world.state().motors;
-        let s: Vec<f64> = self
-            .hand
-            .tendons
-            .iter()
-            .map(|tendon| wound(&self.hand.motors[tendon.motor], motors[tendon.motor].position))
-            .collect();
-        let free = vec![0.0; self.hand.coordinates.len()];
-        let q = match &self.closed_form {
-            Some(form) => form.solve(&s, &free).0,
-            None => {
-                let open: Vec<f64> = self.hand.coordinates.iter().map(|c| c.rest).collect();
-                match rest(&self.hand, &s, &free, &open) {
-                    Ok(rest) => rest.q,
-                    Err(_) => return Vec::new(),
-                }
-            }
-        };
-        if q.iter().any(|q| q.is_nan()) {
-            return Vec::new();
-        }
-        q.iter().zip(&self.hand.coordinates).map(|(q, c)| q.clamp(c.lower, c.upper)).collect()
     }
 }

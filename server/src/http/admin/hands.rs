@@ -11,6 +11,7 @@ use axum::Json;
 use axum::extract::State;
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::IntoResponse;
+use palmares_models::hand::describe::HandDescription;
 use palmares_protocol::Code;
 use palmares_protocol::text::shortened;
 use palmares_tasks::inspect::FigureRow;
@@ -57,6 +58,8 @@ pub(in crate::http) struct Shown {
     figures: Vec<FigureRow>,
     /// What the hand would touch where it starts, in words.
     in_the_way: Vec<String>,
+    /// The hand in full: what an organizer turns and closes before deciding.
+    description: HandDescription,
 }
 
 async fn stored(app: &App, id: &str) -> Result<HandRow, Problem> {
@@ -67,9 +70,9 @@ async fn stored(app: &App, id: &str) -> Result<HandRow, Problem> {
 /// A hand with its figures.
 pub(super) async fn show(State(app): State<App>, Segment(id): Segment) -> Result<Json<Shown>, Problem> {
     let hand = stored(&app, &id).await?;
-    let Inspection { figures, in_the_way } =
+    let Inspection { figures, in_the_way, description } =
         app.competition.own_hands.inspect(&app.compute.background, &hand).await?;
-    Ok(Json(Shown { hand, figures, in_the_way }))
+    Ok(Json(Shown { hand, figures, in_the_way, description }))
 }
 
 /// A hand's archive, as it was sent in.

@@ -3,6 +3,7 @@
 //! Every address is `POST /v1/admin/<noun>/<verb>` with a JSON body, or a GET for what only looks. The ids
 //! of what is acted on stand in bodies, not in paths. Every action leaves an audit entry with its reason.
 
+mod announcement;
 mod competition;
 mod export;
 mod hands;
@@ -16,7 +17,7 @@ use super::openapi::routes::Routes;
 use crate::app::App;
 use crate::auth::Auth;
 use crate::problem::Problem;
-use crate::store::Store;
+use crate::store::{Announcement, Store};
 use axum::extract::{Request, State};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
@@ -35,6 +36,13 @@ pub(super) fn routes() -> Routes<App> {
             )
             .words(&["open", "close", "reveal"]),
             competition::enter,
+        )
+        .add(
+            post_json::<announcement::Body, Announcement>(
+                "/v1/admin/announcement",
+                "Tell everybody something, on the pages and on the watch socket",
+            ),
+            announcement::announce,
         )
         .add(post_json::<TeamBody, Issued>("/v1/admin/team/add", "Add a team; answers its token"), teams::add)
         .add(

@@ -27,8 +27,6 @@ pub(in crate::http) enum Token {
     None,
     /// Anybody; a token shows more, or is needed in a competition.
     Optional,
-    /// Whoever has a token.
-    Required,
     /// Organizers.
     Organizer,
 }
@@ -141,7 +139,6 @@ impl Operation {
         match self.token {
             Token::None => {}
             Token::Optional => operation["security"] = json!([{}, {"token": []}]),
-            Token::Required => operation["security"] = json!([{"token": []}]),
             Token::Organizer => {
                 operation["security"] = json!([{"token": []}]);
                 operation["description"] = "For organizers.".into();

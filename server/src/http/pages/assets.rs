@@ -17,6 +17,9 @@ use std::sync::LazyLock;
 /// Names carry a hash of what is in the file: it never changes.
 const FOR_EVER: &str = "public, max-age=31536000, immutable";
 
+/// How a file may be compressed, the smallest first, and how the compressed one is called.
+const PACKED: [(&str, &str); 2] = [("br", "br"), ("gzip", "gz")];
+
 #[derive(RustEmbed)]
 #[folder = "../viewer/dist"]
 #[include = "bundle/*"]
@@ -56,6 +59,11 @@ pub(super) fn files_of(page: &str) -> Option<PageFiles> {
     Some(files)
 }
 
+/// Whether the server was compiled with this page's script.
+pub(super) fn is_built(page: &str) -> bool {
+    MANIFEST.contains_key(&format!("src/pages/{page}.ts"))
+}
+
 /// What a chunk imports comes before what it brings itself.
 fn collect(chunk: &Chunk, files: &mut PageFiles) {
     for import in &chunk.imports {
@@ -84,10 +92,13 @@ pub(in crate::http) async fn asset(Path(name): Path<String>, headers: HeaderMap)
         );
         return Problem::new(Code::NotFound, message).into_response();
     };
-    let packed = Bundle::get(&format!("{path}.gz")).filter(|_| takes_gzip(&headers));
+    let packed = PACKED
+        .iter()
+        .filter(|(coding, _)| takes(&headers, coding))
+        .find_map(|(coding, ending)| Some((*coding, Bundle::get(&format!("{path}.{ending}"))?)));
     let kind = HeaderValue::from_str(file.metadata.mimetype());
     let mut response = match packed {
-        Some(packed) => ([(CONTENT_ENCODING, "gzip")], bytes(packed)).into_response(),
+        Some((coding, packed)) => ([(CONTENT_ENCODING, coding)], bytes(packed)).into_response(),
         None => bytes(file).into_response(),
     };
     let headers = response.headers_mut();
@@ -102,11 +113,12 @@ fn bytes(file: EmbeddedFile) -> (StatusCode, Vec<u8>) {
     (StatusCode::OK, file.data.into_owned())
 }
 
-fn takes_gzip(headers: &HeaderMap) -> bool {
+fn takes(headers: &HeaderMap, coding: &str) -> bool {
     let codings = headers.get_all(ACCEPT_ENCODING).iter().filter_map(|value| value.to_str().ok());
-    codings.flat_map(|value| value.split(',')).any(|coding| {
-        let mut parts = coding.split(';').map(str::trim);
-        parts.next().is_some_and(|name| name == "gzip") && !parts.any(|q| q == "q=0" || q == "q=0.0")
+    codings.flat_map(|value| value.split(',')).any(|taken| {
+        let mut parts = taken.split(';').map(str::trim);
+        let no = |q: &str| q.strip_prefix("q=").is_some_and(|q| q.parse() == Ok(0.0));
+        parts.next().is_some_and(|name| name.eq_ignore_ascii_case(coding)) && !parts.any(no)
     })
 }
 
@@ -115,12 +127,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gzip_is_for_those_who_take_it() {
-        let takes = |value: &'static str| {
-            takes_gzip(&[(ACCEPT_ENCODING, HeaderValue::from_static(value))].into_iter().collect())
+    fn what_is_compressed_is_for_those_who_take_it() {
+        let taken = |value: &'static str| {
+            let headers = [(ACCEPT_ENCODING, HeaderValue::from_static(value))].into_iter().collect();
+            PACKED.map(|(coding, _)| takes(&headers, coding))
         };
-        assert!(takes("gzip, deflate, br") && takes("br;q=1.0, gzip;q=0.8"));
-        assert!(!takes("br") && !takes("gzip;q=0") && !takes_gzip(&HeaderMap::new()));
+        assert_eq!(taken("gzip, deflate, br"), [true, true]);
+        assert_eq!(taken("br;q=0.000, GZIP;q=0.8"), [false, true]);
+        assert_eq!(taken("br, gzip;q=0"), [true, false]);
+        assert!(!takes(&HeaderMap::new(), "gzip"));
     }
 
     #[test]

@@ -1,34 +1,60 @@
 //! The leaderboard as plain HTML, which a script keeps up to date where there is one.
 
+use super::assets::is_built;
+use super::beside::{connect, in_words, legend, rules_of};
 use super::shell::{Page, answer};
+use crate::archive::Archive;
+use crate::auth::sha256_hex;
 use crate::competition::Competition;
 use crate::names::printable;
 use crate::problem::Problem;
 use crate::rules::Phase;
 use crate::store::{LeaderboardRow, Store, TaskBest};
 use axum::extract::State;
-use axum::http::HeaderMap;
-use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, HOST};
-use axum::response::IntoResponse;
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, HOST, IF_NONE_MATCH, X_CONTENT_TYPE_OPTIONS};
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::{IntoResponse, Response};
 use maud::{Markup, html};
+use palmares_protocol::reply::TaskInfo;
 use std::collections::BTreeSet;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 /// Address of the style sheet of a server without its viewer.
 pub(super) const PLAIN: &str = "/assets/plain.css";
 
+const STYLE: &str = include_str!("plain.css");
+
+/// What the page shows.
+struct Shown<'a> {
+    rows: &'a [LeaderboardRow],
+    tasks: &'a [TaskInfo],
+    /// Name and port under which the reader found the server.
+    here: &'a str,
+    title: &'a str,
+    /// Of an official competition.
+    phase: Option<Phase>,
+    /// Whether the reader may see replays, and the server has a page for them.
+    replays: bool,
+}
+
 /// `GET /`.
 pub(in crate::http) async fn leaderboard(
+    State(archive): State<Option<Arc<Archive>>>,
     State(competition): State<Arc<Competition>>,
     State(store): State<Store>,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, Problem> {
-    let rows = store.leaderboard(competition.rules.official()).await?;
-    let here = headers.get(HOST).and_then(|value| value.to_str().ok()).unwrap_or("127.0.0.1:8080");
-    let tasks: Vec<&str> = competition.tasks.iter().map(|task| task.name.as_str()).collect();
-    let phase = competition.rules.official().then(|| competition.rules.phase());
-    let title = if phase.is_some() { competition.rules.name.as_str() } else { "Practice leaderboard" };
-    let body = render(&rows, &tasks, here, title, phase);
+    let rules = &competition.rules;
+    let rows = store.leaderboard(rules.official()).await?;
+    let phase = rules.official().then(|| rules.phase());
+    let body = render(&Shown {
+        rows: &rows,
+        tasks: &competition.task_infos(),
+        here: headers.get(HOST).and_then(|value| value.to_str().ok()).unwrap_or("127.0.0.1:8080"),
+        title: if phase.is_some() { rules.name.as_str() } else { "Practice leaderboard" },
+        phase,
+        replays: matches!(phase, None | Some(Phase::Revealed)) && archive.is_some() && is_built("replay"),
+    });
     let page = Page {
         name: "leaderboard",
         argument: "",
@@ -41,79 +67,55 @@ pub(in crate::http) async fn leaderboard(
 }
 
 /// `GET /assets/plain.css`.
-pub(in crate::http) async fn plain_style() -> impl IntoResponse {
-    ([(CONTENT_TYPE, "text/css"), (CACHE_CONTROL, "no-cache")], include_str!("plain.css"))
+pub(in crate::http) async fn plain_style(headers: HeaderMap) -> Response {
+    static TAG: LazyLock<String> = LazyLock::new(|| format!("\"{}\"", sha256_hex(STYLE.as_bytes())));
+    let known = headers.get(IF_NONE_MATCH).is_some_and(|tag| tag.as_bytes() == TAG.as_bytes());
+    let head = [
+        (CONTENT_TYPE, "text/css"),
+        (CACHE_CONTROL, "no-cache"),
+        (ETAG, TAG.as_str()),
+        (X_CONTENT_TYPE_OPTIONS, "nosniff"),
+    ];
+    if known { (StatusCode::NOT_MODIFIED, head).into_response() } else { (head, STYLE).into_response() }
 }
 
-/// `phase`: of an official competition.
-fn render(rows: &[LeaderboardRow], tasks: &[&str], here: &str, title: &str, phase: Option<Phase>) -> Markup {
+/// The viewer's script replaces what is in `board` and `tasks`, and the footer.
+fn render(shown: &Shown<'_>) -> Markup {
     html! {
-        div.title { h1 { "Leaderboard" } p.lead { (name(title)) } }
-        @match (rows.is_empty(), phase) {
-            (false, _) => (table(rows, tasks)),
-            (true, None) => (empty(here)),
-            (true, Some(phase)) => (empty_official(here, phase)),
+        div.title { h1 { "Leaderboard" } p.lead { (name(shown.title)) } }
+        div id="board" {
+            @if let Some(phase) = shown.phase { p.board-line { (in_words(phase)) } }
+            @if shown.rows.is_empty() {
+                section.empty {
+                    h2 { "No finished run yet" }
+                    p { "Start a client and close a run, and its team appears here. How to connect stands on this page." }
+                }
+            } @else {
+                (table(shown))
+            }
+        }
+        section id="tasks" {
+            h2 { "Tasks" }
+            @for task in shown.tasks { (rules_of(task)) }
+            (connect(shown.here, shown.phase))
         }
         footer {
-            p {
-                "Best score of each task; equal totals: the earlier first. A score marked … is not verified yet. Sensors: \
-                 place among the teams that never saw the true state of the world. "
-                a href="/v1/leaderboard" { "as JSON" } " " a href="/v1/leaderboard.csv" { "as CSV" }
-            }
+            (legend(shown.phase, shown.replays))
+            p { a href="/v1/leaderboard" { "as JSON" } " " a href="/v1/leaderboard.csv" { "as CSV" } }
         }
     }
 }
 
-fn empty(here: &str) -> Markup {
-    html! {
-        section.empty {
-            h2 { "No finished run yet" }
-            p { "Start a client and close a run, and its team appears here:" }
-            pre {
-                "pip install ./client-py\npython client-py/examples/balls_softhand.py --url http://" (here)
-            }
-            p {
-                "or connect a WebSocket of your own to " code { "ws://" (here) "/v1/control" }
-                " with the subprotocol " code { "palmares.v1.json" } "."
-            }
-        }
-    }
-}
-
-fn empty_official(here: &str, phase: Phase) -> Markup {
-    let now = match phase {
-        Phase::Closed => "The competition is not open: sessions can begin when the organizer opens it.",
-        Phase::Open => "The competition is open.",
-        Phase::Revealed => "The competition is over.",
-    };
-    html! {
-        section.empty {
-            h2 { "No finished run yet" }
-            p { (now) }
-            p {
-                "A team needs its token: the organizer makes it and gives it to the team. Keep it out of programs and \
-                 addresses; the Python client reads it from the environment:"
-            }
-            pre {
-                "export PALMARES_TOKEN=plm_…   # your team's\n\
-                 python client-py/examples/balls_softhand.py --url http://" (here)
-            }
-            p {
-                "A WebSocket of your own to " code { "ws://" (here) "/v1/control" } ", subprotocol "
-                code { "palmares.v1.json" } ", sends it in the header " code { "Authorization: Bearer plm_…" } "."
-            }
-        }
-    }
-}
-
-fn table(rows: &[LeaderboardRow], tasks: &[&str]) -> Markup {
+fn table(shown: &Shown<'_>) -> Markup {
     // Tasks of today first, then those that only old runs know.
-    let old: BTreeSet<&str> = rows.iter().flat_map(|row| row.tasks.keys().map(String::as_str)).collect();
+    let today: Vec<&str> = shown.tasks.iter().map(|task| task.name.as_str()).collect();
+    let old: BTreeSet<&str> =
+        shown.rows.iter().flat_map(|row| row.tasks.keys().map(String::as_str)).collect();
     let columns: Vec<&str> =
-        tasks.iter().copied().chain(old.into_iter().filter(|name| !tasks.contains(name))).collect();
+        today.iter().copied().chain(old.into_iter().filter(|name| !today.contains(name))).collect();
     html! {
         div.scroll {
-            table {
+            table.cards.board {
                 thead {
                     tr {
                         th.n scope="col" { "Rank" }
@@ -125,12 +127,12 @@ fn table(rows: &[LeaderboardRow], tasks: &[&str]) -> Markup {
                     }
                 }
                 tbody {
-                    @for row in rows {
+                    @for row in shown.rows {
                         tr {
                             td.n.rank { (row.rank) }
                             th scope="row" { (name(&row.team)) }
                             td.n.total { (points(row.total)) }
-                            @for task in &columns { (cell(task, row.tasks.get(*task))) }
+                            @for task in &columns { (cell(task, row.tasks.get(*task), shown.replays)) }
                             td.n data-label="Sensors" {
                                 @if let Some(rank) = row.sensors_rank { (rank) } @else { "–" }
                             }
@@ -143,18 +145,27 @@ fn table(rows: &[LeaderboardRow], tasks: &[&str]) -> Markup {
     }
 }
 
-/// A team's best score of a task.
-fn cell(task: &str, best: Option<&TaskBest>) -> Markup {
+/// A team's best score of a task, which leads to its replay or to what is stored of the run.
+fn cell(task: &str, best: Option<&TaskBest>, replays: bool) -> Markup {
     html! {
         @if let Some(best) = best {
             td.n data-label=(task) {
-                a href={ "/v1/runs/" (best.run_id) } title=(best.status) {
-                    (points(best.score)) @if best.status == "provisional" { " …" }
+                a href={ (if replays { "/replay/" } else { "/v1/runs/" }) (best.run_id) } title=(best.status) {
+                    (points(best.score)) (mark(&best.status))
                 }
             }
         } @else {
             td.n.none data-label=(task) { "–" }
         }
+    }
+}
+
+/// Whether a score is verified.
+fn mark(status: &str) -> &'static str {
+    match status {
+        "verified" => " ✓",
+        "provisional" => " …",
+        _ => "",
     }
 }
 
@@ -188,16 +199,32 @@ mod tests {
         }
     }
 
+    fn task(name: &str) -> TaskInfo {
+        let description = format!("Do {name}.");
+        TaskInfo { name: name.into(), description, tick_s: 0.01, step_s: 0.001, time_limit_s: 600.0 }
+    }
+
+    fn shown(
+        rows: &[LeaderboardRow],
+        tasks: &[&str],
+        here: &str,
+        title: &str,
+        phase: Option<Phase>,
+    ) -> String {
+        let tasks: Vec<TaskInfo> = tasks.iter().map(|name| task(name)).collect();
+        render(&Shown { rows, tasks: &tasks, here, title, phase, replays: false }).into_string()
+    }
+
     #[test]
     fn what_a_team_calls_itself_is_text() {
-        let page = render(&[row("<script>alert('x')</script>\"&")], &["balls"], "h", "t", None).into_string();
+        let page = shown(&[row("<script>alert('x')</script>\"&")], &["balls"], "h", "t", None);
         assert!(page.contains("&lt;script&gt;alert('x')&lt;/script&gt;&quot;&amp;"));
         assert!(!page.contains("<script"));
     }
 
     #[test]
     fn every_task_has_a_column_also_when_only_old_runs_know_it() {
-        let page = render(&[row("a")], &["shelf"], "h", "t", None).into_string();
+        let page = shown(&[row("a")], &["shelf"], "h", "t", None);
         assert!(page.contains(">shelf</th>") && page.contains(">balls</th>"));
         assert!(page.contains("class=\"n none\" data-label=\"shelf\">–<") && page.contains("−0.5"));
     }
@@ -210,13 +237,38 @@ mod tests {
             "shelf".into(),
             TaskBest { status: "provisional".into(), ..early.tasks["balls"].clone() },
         );
-        let page = render(&[early], &["balls", "shelf"], "h", "t", None).into_string();
+        let page = shown(&[early], &["balls", "shelf"], "h", "t", None);
         assert!(page.contains("title=\"provisional\">3.5 …<") && page.contains(">7</td>"), "{page}");
     }
 
     #[test]
+    fn a_score_opens_its_replay_where_the_rules_allow() {
+        let (rows, tasks) = ([row("a")], [task("balls")]);
+        let mut shown =
+            Shown { rows: &rows, tasks: &tasks, here: "h", title: "t", phase: None, replays: false };
+        let leads_to = |shown: &Shown<'_>, address: &str| {
+            render(shown)
+                .into_string()
+                .contains(&format!("<a href=\"{address}/run_1\" title=\"practice\">3.5</a>"))
+        };
+        assert!(leads_to(&shown, "/v1/runs"));
+        shown.replays = true;
+        assert!(leads_to(&shown, "/replay"));
+    }
+
+    #[test]
+    fn the_rules_stand_beside_it_in_words() {
+        let page = shown(&[row("a")], &["balls", "shelf"], "h", "t", Some(Phase::Open));
+        for part in
+            ["Do balls.", "Do shelf.", "at most 10:00 of simulated time", "✓ verified", "… provisional"]
+        {
+            assert!(page.contains(part), "{part}: {page}");
+        }
+    }
+
+    #[test]
     fn an_empty_leaderboard_tells_how_to_fill_it() {
-        let page = render(&[], &["balls"], "app:1\"><script>", "<i>", None).into_string();
+        let page = shown(&[], &["balls"], "app:1\"><script>", "<i>", None);
         assert!(page.contains("ws://app:1&quot;&gt;&lt;script&gt;/v1/control"));
         assert!(page.contains("<p class=\"lead\"><bdi>&lt;i&gt;</bdi></p>"));
         assert!(!page.contains("PALMARES_TOKEN"));
@@ -226,7 +278,7 @@ mod tests {
     fn an_empty_official_one_says_that_a_token_is_needed_and_whether_it_is_open() {
         let said = [(Phase::Closed, "is not open"), (Phase::Open, "is open."), (Phase::Revealed, "is over")];
         for (phase, words) in said {
-            let page = render(&[], &["balls"], "app:1", "Cup", Some(phase)).into_string();
+            let page = shown(&[], &["balls"], "app:1", "Cup", Some(phase));
             for part in [words, "PALMARES_TOKEN=", "Authorization: Bearer"] {
                 assert!(page.contains(part), "{part}: {page}");
             }
@@ -235,7 +287,7 @@ mod tests {
 
     #[test]
     fn a_name_keeps_its_direction_to_itself_and_hides_nothing() {
-        let page = render(&[row("\u{202e}sbarc"), row("\u{200b}")], &["balls"], "h", "t", None).into_string();
+        let page = shown(&[row("\u{202e}sbarc"), row("\u{200b}")], &["balls"], "h", "t", None);
         assert!(
             page.contains("<bdi>\\u{202E}sbarc</bdi>") && page.contains("<bdi>\\u{200B}</bdi>"),
             "{page}"

@@ -1,6 +1,7 @@
 //! The pages for people. What happens in them is in `viewer/`; here are their frames, and the leaderboard as plain HTML.
 
 mod assets;
+mod beside;
 pub(super) mod leaderboard;
 mod shell;
 
@@ -45,6 +46,24 @@ pub(super) async fn replay_run(
     Path(run): Path<String>,
 ) -> impl IntoResponse {
     page("replay", "Replay", &run, &competition)
+}
+
+/// `GET /drive`.
+pub(super) async fn drive(State(competition): State<Arc<Competition>>) -> impl IntoResponse {
+    page("drive", "Drive", "", &competition)
+}
+
+/// `GET /hands`.
+pub(super) async fn hands(State(competition): State<Arc<Competition>>) -> impl IntoResponse {
+    page("hands", "Hands", "", &competition)
+}
+
+/// `GET /hands/{name}`.
+pub(super) async fn hand(
+    State(competition): State<Arc<Competition>>,
+    Path(name): Path<String>,
+) -> impl IntoResponse {
+    page("hands", "Hands", &name, &competition)
 }
 
 /// `GET /wall`.

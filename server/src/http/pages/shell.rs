@@ -91,6 +91,8 @@ fn navigation(page: &str, official: bool) -> Markup {
                 (link("leaderboard", "/", "Leaderboard"))
                 (link("live", "/live", "Live"))
                 (link("replay", "/replay", "Replay"))
+                (link("hands", "/hands", "Hands"))
+                @if !official { (link("drive", "/drive", "Drive")) }
                 (link("wall", "/wall", "Wall"))
                 @if official {
                     a.apart href="/admin" aria-current=[(page == "admin").then_some("page")] { "Organizers" }

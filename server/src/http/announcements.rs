@@ -1,0 +1,25 @@
+//! What organizers told everybody.
+
+use crate::problem::Problem;
+use crate::store::{Announcement, Store};
+use axum::Json;
+use axum::extract::State;
+use axum::http::header::CACHE_CONTROL;
+use axum::response::IntoResponse;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// So many are listed.
+const LISTED: u32 = 100;
+
+/// The newest first.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Announcements {
+    announcements: Vec<Announcement>,
+}
+
+/// What organizers told everybody, the newest first.
+pub(super) async fn list(State(store): State<Store>) -> Result<impl IntoResponse, Problem> {
+    let announcements = store.announcements(LISTED).await?;
+    Ok(([(CACHE_CONTROL, "no-store")], Json(Announcements { announcements })))
+}

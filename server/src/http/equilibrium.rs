@@ -1,0 +1,366 @@
+//! Where a hand rests, without a world.
+
+use super::extract::{Asking, Segment};
+use super::hands::{Whose, find};
+use crate::app::App;
+use crate::compute::Level;
+use crate::problem::Problem;
+use crate::transport::Caller;
+use axum::Json;
+use axum::body::Body;
+use axum::extract::{ConnectInfo, State};
+use axum::http::HeaderMap;
+use palmares_models::hand::Hand;
+use palmares_models::{Pose, Rotation, Vec3};
+use palmares_protocol::text::shortened;
+use palmares_protocol::{Code, Refusal};
+use palmares_sim::dynamics::tree::Kinematics;
+use palmares_sim::statics::held::{Held, Hold, held};
+use palmares_sim::statics::prediction::{Law, settled, torques};
+use palmares_sim::{Config, Push};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::time::Duration;
+use tokio::time::timeout;
+
+/// Largest body, bytes.
+const BODY: usize = 32 << 10;
+/// Forces, and contacts.
+const MOST: usize = 32;
+/// Largest force, N, as in `perturb`.
+const FORCE: f64 = 200.0;
+/// Farthest from the origin of a link, and of the world, m.
+const FAR: (f64, f64) = (1.0, 10.0);
+/// How long a request waits for those before it.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// What acts on the hand.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "EquilibriumRequest")]
+pub(super) struct Asked {
+    /// σ of every motor, 0 to 1.
+    motors: Vec<f64>,
+    /// Where the base is held; at the origin if left out.
+    #[serde(default)]
+    base: Option<Base>,
+    /// Forces that keep their direction; at most 32.
+    #[serde(default)]
+    forces: Vec<Force>,
+    /// Points that are held; at most 32.
+    #[serde(default)]
+    contacts: Vec<Contact>,
+}
+
+/// Pose of the base in the world frame.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "EquilibriumBase")]
+struct Base {
+    /// m
+    position: [f64; 3],
+    /// Unit quaternion.
+    quat_xyzw: [f64; 4],
+}
+
+/// A force on a link.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "EquilibriumForce")]
+struct Force {
+    /// Name of the link.
+    link: String,
+    /// Where it acts, in the link frame, m.
+    point: [f64; 3],
+    /// In the world frame, N; at most 200.
+    force: [f64; 3],
+}
+
+/// A point of a link that is held at a place.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "EquilibriumContact")]
+struct Contact {
+    /// Name of the link.
+    link: String,
+    /// The point, in the link frame, m.
+    point: [f64; 3],
+    /// Where it is held, in the world frame, m.
+    position: [f64; 3],
+}
+
+/// The hand at rest.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "Equilibrium")]
+pub(super) struct Answer {
+    /// Joint coordinates, rad or m.
+    q: Vec<f64>,
+    /// Of every tendon, in its own unit.
+    tension: Vec<f64>,
+    /// `closed_form` or `newton`.
+    law: &'static str,
+    /// What the closed form does not know of: joints at limits, slack tendons, varying moment arms, held points. Empty
+    /// where it holds.
+    beyond_closed_form: Vec<String>,
+    /// Every link in the world frame.
+    links: Vec<LinkPose>,
+    /// What holds each of `contacts`.
+    reactions: Vec<Reaction>,
+    /// What forces, contacts and weight exert on each joint coordinate, N·m or N.
+    torque: Vec<f64>,
+}
+
+/// Where a link is.
+#[derive(Debug, Serialize, JsonSchema)]
+struct LinkPose {
+    /// Its name.
+    name: String,
+    /// m
+    position: [f64; 3],
+    /// Unit quaternion.
+    quat_xyzw: [f64; 4],
+}
+
+/// What holds a point.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "EquilibriumReaction")]
+struct Reaction {
+    /// On the link, in the world frame, N; at most 100.
+    force: [f64; 3],
+    /// How far the point is from its place, m: 0.01 mm for each N, and more where it cannot get there.
+    gap: f64,
+}
+
+/// What acts, as the physics takes it.
+#[derive(Debug, PartialEq)]
+struct Loads {
+    sigma: Vec<f64>,
+    base: Pose,
+    pushes: Vec<Push>,
+    holds: Vec<Hold>,
+}
+
+fn bad(field: &str, why: &str) -> Refusal {
+    Refusal::new(Code::BadRequest, format!("{field}: {why}"))
+}
+
+fn vector(field: &str, [x, y, z]: [f64; 3], most: f64, unit: &str) -> Result<Vec3, Refusal> {
+    let vector = Vec3::new(x, y, z);
+    if vector.length() <= most {
+        Ok(vector)
+    } else {
+        Err(bad(field, &format!("expected at most {most} {unit}")))
+    }
+}
+
+impl Asked {
+    /// Checks everything that was sent.
+    fn checked(&self, hand: &Hand) -> Result<Loads, Refusal> {
+        let motors = hand.motors.len();
+        if self.motors.len() != motors {
+            let why = format!("expected one number for each of {motors} motors, got {}", self.motors.len());
+            return Err(bad("motors", &why));
+        }
+        if let Some(i) = self.motors.iter().position(|sigma| !(0.0..=1.0).contains(sigma)) {
+            return Err(bad(&format!("motors[{i}]"), "expected 0 to 1"));
+        }
+        for (field, many) in [("forces", self.forces.len()), ("contacts", self.contacts.len())] {
+            if many > MOST {
+                return Err(bad(field, &format!("expected at most {MOST}, got {many}")));
+            }
+        }
+        let link = |field: String, name: &str| {
+            let known = || hand.links.iter().map(|link| link.name.as_str()).collect::<Vec<_>>().join(", ");
+            hand.link(name)
+                .ok_or_else(|| bad(&field, &format!("no link `{}`; there are {}", shortened(name), known())))
+        };
+        let pushes = self.forces.iter().enumerate().map(|(i, force)| {
+            Ok(Push {
+                link: link(format!("forces[{i}].link"), &force.link)?,
+                point: vector(&format!("forces[{i}].point"), force.point, FAR.0, "m")?,
+                force: vector(&format!("forces[{i}].force"), force.force, FORCE, "N")?,
+            })
+        });
+        let holds = self.contacts.iter().enumerate().map(|(i, contact)| {
+            Ok(Hold {
+                link: link(format!("contacts[{i}].link"), &contact.link)?,
+                point: vector(&format!("contacts[{i}].point"), contact.point, FAR.0, "m")?,
+                place: vector(&format!("contacts[{i}].position"), contact.position, FAR.1, "m")?,
+            })
+        });
+        Ok(Loads {
+            sigma: self.motors.clone(),
+            base: self.base.as_ref().map_or(Ok(Pose::IDENTITY), Base::checked)?,
+            pushes: pushes.collect::<Result<_, Refusal>>()?,
+            holds: holds.collect::<Result<_, Refusal>>()?,
+        })
+    }
+}
+
+impl Base {
+    fn checked(&self) -> Result<Pose, Refusal> {
+        let position = vector("base.position", self.position, FAR.1, "m")?;
+        let [x, y, z, w] = self.quat_xyzw;
+        let rotation = Rotation::from_xyzw(x, y, z, w);
+        // Somebody who rounds to three digits is understood.
+        if (rotation.length() - 1.0).abs() > 1e-2 {
+            return Err(bad("base.quat_xyzw", "expected a unit quaternion"));
+        }
+        Ok(Pose::from_parts(position, rotation.normalize()))
+    }
+}
+
+/// Finds where the hand rests. Takes milliseconds, and a bounded time.
+fn solve(hand: &Hand, loads: &Loads) -> Result<Answer, Refusal> {
+    let config = Config::default();
+    let Loads { sigma, base, pushes, holds } = loads;
+    let found = if holds.is_empty() {
+        let free = settled(&config, hand, *base, sigma, pushes);
+        free.map(|equilibrium| Held { equilibrium, reactions: Vec::new() })
+    } else {
+        held(&config, hand, *base, sigma, pushes, holds)
+    };
+    let Held { equilibrium, reactions } =
+        found.map_err(|why| Refusal::new(Code::WrongState, format!("the hand does not rest so: {why}")))?;
+    let mut kin = Kinematics::default();
+    kin.update(hand, *base, &equilibrium.q);
+    let links = hand.links.iter().zip(&kin.pose).map(|(link, pose)| LinkPose {
+        name: link.name.clone(),
+        position: pose.translation.to_array(),
+        quat_xyzw: pose.rotation.to_array(),
+    });
+    let holding = holds.iter().zip(&reactions).map(|(hold, reaction)| hold.as_push(reaction));
+    let all: Vec<Push> = pushes.iter().copied().chain(holding).collect();
+    Ok(Answer {
+        links: links.collect(),
+        torque: torques(&config, hand, *base, &equilibrium.q, &all),
+        law: match equilibrium.law {
+            Law::ClosedForm => "closed_form",
+            Law::Newton => "newton",
+        },
+        reactions: reactions
+            .iter()
+            .map(|reaction| Reaction { force: reaction.force.to_array(), gap: reaction.gap })
+            .collect(),
+        q: equilibrium.q,
+        tension: equilibrium.tension,
+        beyond_closed_form: equilibrium.beyond_closed_form,
+    })
+}
+
+/// Where a hand rests.
+pub(super) async fn equilibrium(
+    State(app): State<App>,
+    Segment(name): Segment,
+    Asking(whose): Asking<Whose>,
+    ConnectInfo(caller): ConnectInfo<Caller>,
+    headers: HeaderMap,
+    body: Body,
+) -> Result<Json<Answer>, Problem> {
+    let hand = find(&app, &headers, whose, &name).await?;
+    let received = app.entrance.bodies.read(caller.address, &headers, body, BODY).await?;
+    let mut json = serde_json::Deserializer::from_slice(&received.bytes);
+    let asked: Asked = serde_path_to_error::deserialize(&mut json)
+        .map_err(|error| Problem(bad("body", &error.to_string())))?;
+    let loads = asked.checked(&hand)?;
+    let busy = || Refusal::new(Code::Capacity, "others look at hands just now; try again").retry_after(1.0);
+    let Ok(Ok(turn)) = timeout(PATIENCE, app.compute.statics.clone().acquire_owned()).await else {
+        return Err(Problem(busy()));
+    };
+    let job = move || {
+        // Also where nobody waits any more the next one begins after this one.
+        let _turn = turn;
+        solve(&hand, &loads)
+    };
+    let solved = app.compute.background.run(Level::Awaited, job).await;
+    let solved = solved.map_err(|error| {
+        tracing::error!(%error, "an equilibrium could not be computed");
+        Problem::new(Code::Internal, "the equilibrium could not be computed")
+    })?;
+    Ok(Json(solved?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use palmares_sim::statics::equilibrium::ClosedForm;
+    use palmares_sim::statics::prediction::wound_lengths;
+    use serde_json::{Value, json};
+    use std::sync::Arc;
+
+    fn softhand() -> Arc<Hand> {
+        Hand::builtin("softhand").expect("it is built in")
+    }
+
+    fn asked(body: Value) -> Result<Answer, String> {
+        let hand = softhand();
+        let asked: Asked = serde_json::from_value(body).map_err(|error| error.to_string())?;
+        let loads = asked.checked(&hand).map_err(|refusal| refusal.message)?;
+        solve(&hand, &loads).map_err(|refusal| refusal.message)
+    }
+
+    fn close(a: &[f64], b: &[f64], by: f64) -> bool {
+        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < by)
+    }
+
+    #[test]
+    fn a_free_hand_rests_where_the_closed_form_says() {
+        let hand = softhand();
+        let found = asked(json!({"motors": [0.4]})).expect("a rest");
+        let form = ClosedForm::new(&hand).expect("it has one");
+        let (q, tension) = form.solve(&wound_lengths(&hand, &[0.4]), &vec![0.0; hand.coordinates.len()]);
+        assert!(close(&found.q, &q, 1e-12) && close(&found.tension, &tension, 1e-12));
+        assert_eq!((found.law, found.beyond_closed_form.len(), found.reactions.len()), ("closed_form", 0, 0));
+        assert_eq!(found.links.len(), hand.links.len());
+    }
+
+    #[test]
+    fn under_a_force_it_rests_where_the_closed_form_says_of_its_torques() {
+        let hand = softhand();
+        let link = hand.links.last().expect("links").name.clone();
+        let force = json!({"link": link, "point": [0.0, 0.0, 0.01], "force": [0.02, 0.03, -0.01]});
+        let found = asked(json!({"motors": [0.4], "forces": [force]})).expect("a rest");
+        assert_eq!(found.law, "closed_form");
+        let form = ClosedForm::new(&hand).expect("it has one");
+        let (q, tension) = form.solve(&wound_lengths(&hand, &[0.4]), &found.torque);
+        assert!(found.torque.iter().any(|torque| torque.abs() > 1e-5), "{:?}", found.torque);
+        assert!(close(&found.q, &q, 1e-8) && close(&found.tension, &tension, 1e-8));
+    }
+
+    #[test]
+    fn a_held_point_stays_where_it_was_while_the_hand_closes() {
+        let before = asked(json!({"motors": [0.2]})).expect("a rest");
+        let tip = before.links.last().expect("links");
+        let contact = json!({"link": tip.name, "point": [0, 0, 0], "position": tip.position});
+        let found = asked(json!({"motors": [0.4], "contacts": [contact]})).expect("a rest");
+        let there = &found.links.last().expect("links").position;
+        assert!(close(there, &tip.position, 1e-3), "{there:?} {:?}", tip.position);
+        let pushed = found.reactions[0].force.iter().map(|x| x * x).sum::<f64>().sqrt();
+        assert!(pushed > 1e-3 && found.law == "newton", "{pushed}");
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let contact = json!({"link": "palm", "point": [0, 0, 0], "position": [0, 0, 11]});
+        let force = json!({"link": "paw", "point": [0, 0, 0], "force": [0, 0, 1]});
+        let cases = [
+            (json!({"motors": [0.1, 0.2]}), "motors: expected one number for each of 1 motors, got 2"),
+            (json!({"motors": [1.5]}), "motors[0]: expected 0 to 1"),
+            (json!({"motors": [0.5], "forces": [force]}), "forces[0].link: no link `paw`; there are "),
+            (
+                json!({"motors": [0.5], "base": {"position": [0, 0, 0], "quat_xyzw": [0, 0, 0, 0]}}),
+                "base.quat_xyzw: ",
+            ),
+            (json!({"motors": [0.5], "speed": 1}), "unknown field `speed`"),
+            (json!({"motors": [0.5], "forces": vec![force; 33]}), "forces: expected at most 32, got 33"),
+        ];
+        for (body, why) in cases {
+            let error = asked(body).expect_err(why);
+            assert!(error.contains(why), "{error}");
+        }
+        let hand = softhand();
+        let name = hand.links[0].name.clone();
+        let far = json!({"motors": [0.5], "contacts": [{"link": name, "point": contact["point"], "position": contact["position"]}]});
+        assert!(asked(far).expect_err("far").contains("contacts[0].position: expected at most 10 m"));
+    }
+}

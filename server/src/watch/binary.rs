@@ -1,0 +1,244 @@
+//! The binary frames of `palmares.v1.bin`: what has moved, in single precision, little endian.
+
+use palmares_tasks::run::{Contact, Telemetry};
+
+/// Version of the frames.
+const VERSION: u8 = 1;
+/// Every moving body is in it.
+const KEY: u8 = 1;
+/// Telemetry follows.
+const TELEMETRY: u8 = 2;
+/// Contacts follow.
+const CONTACTS: u8 = 4;
+/// A body that is this far from where it was last sent has moved, m.
+const MOVED_M: f32 = 5e-5;
+/// The same for its orientation, a tenth of a degree, rad.
+const TURNED_RAD: f32 = 1.745_329_3e-3;
+
+/// Position x, y, z in m and orientation x, y, z, w.
+pub(super) type Seven = [f32; 7];
+
+/// A frame without what each viewer gets of its own.
+pub(super) struct Whole<'a> {
+    /// Ticks since reset.
+    pub(super) tick: u64,
+    /// Points.
+    pub(super) score: f64,
+    /// Every moving body.
+    pub(super) poses: &'a [Seven],
+    /// By [`telemetry`], for those who want it.
+    pub(super) telemetry: Option<&'a [u8]>,
+    /// By [`contacts`], for those who want them.
+    pub(super) contacts: Option<&'a [u8]>,
+}
+
+/// Writes a frame: of all bodies those that have moved since `sent`, which is brought up to date; all if `key`.
+pub(super) fn encode(whole: &Whole<'_>, sent: &mut Vec<Seven>, key: bool) -> Vec<u8> {
+    let key = key || sent.len() != whole.poses.len();
+    sent.resize(whole.poses.len(), [0.0; 7]);
+    let extra = |bytes: Option<&[u8]>| bytes.map_or(0, <[u8]>::len);
+    let size = 12 + 18 * whole.poses.len() + extra(whole.telemetry) + extra(whole.contacts);
+    let mut out = Vec::with_capacity(size);
+    let flags = if key { KEY } else { 0 }
+        | if whole.telemetry.is_some() { TELEMETRY } else { 0 }
+        | if whole.contacts.is_some() { CONTACTS } else { 0 };
+    out.extend([VERSION, flags, 0, 0]);
+    out.extend((whole.tick as u32).to_le_bytes());
+    put(&mut out, whole.score);
+    let mut bodies: u16 = 0;
+    for (k, (pose, sent)) in whole.poses.iter().zip(sent).enumerate().take(usize::from(u16::MAX)) {
+        if key || moved(sent, pose) {
+            *sent = *pose;
+            bodies += 1;
+            out.extend((k as u16).to_le_bytes());
+            let [x, y, z, i, j, k, w] = *pose;
+            [x, y, z].iter().for_each(|x| out.extend(x.to_le_bytes()));
+            out.extend(packed([i, j, k, w]).to_le_bytes());
+        }
+    }
+    out[2..4].copy_from_slice(&bodies.to_le_bytes());
+    [whole.telemetry, whole.contacts].into_iter().flatten().for_each(|bytes| out.extend(bytes));
+    out
+}
+
+fn put(out: &mut Vec<u8>, number: f64) {
+    out.extend((number as f32).to_le_bytes());
+}
+
+/// How many there are, in one byte, and those many.
+fn counted<T>(out: &mut Vec<u8>, all: &[T]) -> usize {
+    let count = u8::try_from(all.len()).unwrap_or(u8::MAX);
+    out.push(count);
+    usize::from(count)
+}
+
+/// Motors, tendons, joints and the predicted equilibrium.
+pub(super) fn telemetry(seen: &Telemetry) -> Vec<u8> {
+    let mut out = Vec::new();
+    let motors = counted(&mut out, &seen.motors);
+    for motor in &seen.motors[..motors] {
+        [motor.command, motor.position, motor.tension].iter().for_each(|x| put(&mut out, *x));
+    }
+    let tendons = counted(&mut out, &seen.tension);
+    seen.tension[..tendons].iter().for_each(|x| put(&mut out, *x));
+    let joints = counted(&mut out, &seen.q);
+    seen.q[..joints].iter().for_each(|x| put(&mut out, *x));
+    let predicted = seen.predicted.len() == seen.q.len() && !seen.q.is_empty();
+    out.push(u8::from(predicted));
+    if predicted {
+        seen.predicted[..joints].iter().for_each(|x| put(&mut out, *x));
+    }
+    out
+}
+
+/// Contacts.
+pub(super) fn contacts(all: &[Contact]) -> Vec<u8> {
+    let count = u16::try_from(all.len()).unwrap_or(u16::MAX);
+    let mut out = Vec::with_capacity(2 + 29 * usize::from(count));
+    out.extend(count.to_le_bytes());
+    for contact in &all[..usize::from(count)] {
+        out.extend((contact.a as u16).to_le_bytes());
+        out.extend((contact.b as u16).to_le_bytes());
+        contact.position.iter().chain(&contact.force).for_each(|x| put(&mut out, *x));
+        // Conversion from float to integer saturates.
+        out.push((255.0 * contact.friction_use).round() as u8);
+    }
+    out
+}
+
+fn moved(a: &Seven, b: &Seven) -> bool {
+    let square = |x: f32| x * x;
+    let away = (0..3).map(|k| square(a[k] - b[k])).sum::<f32>();
+    // The chord between unit quaternions is half of the angle; q and -q are the same orientation.
+    let [same, opposite] = [1.0, -1.0].map(|sign| (3..7).map(|k| square(a[k] - sign * b[k])).sum::<f32>());
+    away > square(MOVED_M) || same.min(opposite) > square(0.5 * TURNED_RAD)
+}
+
+/// A unit quaternion x, y, z, w in 32 bits: which of its parts is the largest, made positive, and the other three in
+/// order, 10 bits each from high to low.
+fn packed(q: [f32; 4]) -> u32 {
+    let mut largest = 0;
+    for k in 1..4 {
+        if q[k].abs() > q[largest].abs() {
+            largest = k;
+        }
+    }
+    let sign = if q[largest] < 0.0 { -1.0 } else { 1.0 };
+    let bits = |x: f32| ((sign * x * std::f32::consts::SQRT_2 + 1.0) * 0.5 * 1023.0).round() as u32;
+    let others = (0..4).filter(|k| *k != largest).map(|k| bits(q[k]).min(1023));
+    others.fold(largest as u32, |packed, bits| (packed << 10) | bits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use palmares_tasks::run::Motor;
+
+    const REST: Seven = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+
+    fn unpacked(packed: u32) -> [f32; 4] {
+        let largest = (packed >> 30) as usize;
+        let part = |shift: u32| {
+            (((packed >> shift) & 1023) as f32 / 1023.0 * 2.0 - 1.0) * std::f32::consts::FRAC_1_SQRT_2
+        };
+        let mut others = [part(20), part(10), part(0)].into_iter();
+        let rest: f32 = [part(20), part(10), part(0)].iter().map(|x| x * x).sum();
+        std::array::from_fn(|k| {
+            if k == largest { (1.0 - rest).max(0.0).sqrt() } else { others.next().unwrap_or_default() }
+        })
+    }
+
+    fn whole(poses: &[Seven]) -> Whole<'_> {
+        Whole { tick: 0x0102_0304, score: 1.5, poses, telemetry: None, contacts: None }
+    }
+
+    #[test]
+    fn a_key_frame_byte_by_byte() {
+        let poses = [[1.0, -2.0, 0.5, 0.0, 0.0, 0.0, 1.0], REST];
+        let frame = encode(&whole(&poses), &mut Vec::new(), true);
+        let mut expected = vec![1, 1, 2, 0, 4, 3, 2, 1, 0, 0, 0xc0, 0x3f];
+        expected.extend([0, 0, 0, 0, 0x80, 0x3f, 0, 0, 0, 0xc0, 0, 0, 0, 0x3f]);
+        // w is the largest (3), the others are 0: 511.5 is rounded up.
+        let identity = (3 << 30) | (512 << 20) | (512 << 10) | 512_u32;
+        expected.extend(identity.to_le_bytes());
+        expected.extend([1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]);
+        expected.extend(identity.to_le_bytes());
+        assert_eq!(frame, expected);
+    }
+
+    #[test]
+    fn telemetry_and_contacts_byte_by_byte() {
+        let seen = Telemetry {
+            motors: vec![Motor { command: 1.0, position: 0.5, tension: 2.0 }],
+            tension: vec![-1.0],
+            q: vec![0.25, 0.0],
+            predicted: vec![],
+        };
+        let one = [0, 0, 0x80, 0x3f];
+        let mut expected = vec![1];
+        expected.extend([one, [0, 0, 0, 0x3f], [0, 0, 0, 0x40]].concat());
+        expected.extend([1, 0, 0, 0x80, 0xbf, 2, 0, 0, 0x80, 0x3e, 0, 0, 0, 0, 0]);
+        assert_eq!(telemetry(&seen), expected);
+        let predicted = telemetry(&Telemetry { predicted: vec![1.0, 1.0], ..seen });
+        let end = expected.len() - 1;
+        assert_eq!(predicted[..end], expected[..end]);
+        assert_eq!(predicted[end..], [&[1][..], &one, &one].concat());
+
+        let contact =
+            Contact { a: 258, b: 3, position: [1.0, 0.0, 0.0], force: [0.0, 0.0, -1.0], friction_use: 0.5 };
+        let slipping = Contact { friction_use: 7.0, ..contact };
+        let bytes = contacts(&[contact, slipping]);
+        assert_eq!(bytes[..6], [2, 0, 2, 1, 3, 0]);
+        assert_eq!(bytes[6..10], one);
+        assert_eq!(bytes[10..30], [&[0; 16][..], &[0, 0, 0x80, 0xbf]].concat());
+        assert_eq!((bytes[30], bytes.len(), bytes[bytes.len() - 1]), (128, 2 + 2 * 29, 255));
+        let poses = [REST];
+        let with = Whole { telemetry: Some(&[7]), contacts: Some(&[8, 9]), ..whole(&poses) };
+        let frame = encode(&with, &mut vec![REST], false);
+        assert_eq!((frame[1], &frame[12..]), (6, &[7, 8, 9][..]));
+    }
+
+    #[test]
+    fn only_what_moved_since_it_was_sent_is_sent() {
+        let turned = |angle: f32| [0.0, 0.0, 0.0, (angle / 2.0).sin(), 0.0, 0.0, (angle / 2.0).cos()];
+        let at = |x: f32| [x, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+        let (mut sent, degree) = (Vec::new(), 1.0_f32.to_radians());
+        let count = |frame: Vec<u8>| (frame[1], u16::from_le_bytes([frame[2], frame[3]]));
+        assert_eq!(
+            count(encode(&whole(&[REST, REST]), &mut sent, false)),
+            (1, 2),
+            "the first is a key frame"
+        );
+        assert_eq!(count(encode(&whole(&[at(4e-5), turned(0.08 * degree)]), &mut sent, false)), (0, 0));
+        // Counted from what was sent: slow drifts are shown, too.
+        assert_eq!(count(encode(&whole(&[at(8e-5), turned(0.16 * degree)]), &mut sent, false)), (0, 2));
+        assert_eq!(count(encode(&whole(&[at(8e-5), turned(0.16 * degree)]), &mut sent, false)), (0, 0));
+        let opposite = turned(0.16 * degree).map(|x| -x);
+        assert_eq!(count(encode(&whole(&[at(8e-5), opposite]), &mut sent, false)), (0, 0));
+        assert_eq!(count(encode(&whole(&[at(8e-5), opposite]), &mut sent, true)), (1, 2));
+    }
+
+    #[test]
+    fn an_orientation_survives_its_packing_to_three_tenths_of_a_degree() {
+        let mut worst: f32 = 0.0;
+        for seed in 0..2000_u32 {
+            let part = |k: u32| ((seed * 4 + k) as f32 * 12.9898).sin();
+            let q = [part(0), part(1), part(2), part(3)];
+            let length = q.iter().map(|x| x * x).sum::<f32>().sqrt();
+            let q = q.map(|x| x / length);
+            let back = unpacked(packed(q));
+            let dot: f32 = q.iter().zip(&back).map(|(a, b)| a * b).sum();
+            let sign = dot.signum();
+            let chord = q.iter().zip(&back).map(|(a, b)| (a - sign * b).powi(2)).sum::<f32>().sqrt();
+            worst = worst.max(2.0 * chord);
+        }
+        // Each of the three parts is off by at most √2 / 1023 / 2, and where all four are alike, the fourth by their sum.
+        assert!(worst < 0.28_f32.to_radians(), "{} degrees", worst.to_degrees());
+    }
+
+    #[test]
+    fn fifty_moving_bodies_take_less_than_a_kilobyte() {
+        let poses = [REST; 50];
+        assert_eq!(encode(&whole(&poses), &mut Vec::new(), true).len(), 12 + 50 * 18);
+    }
+}

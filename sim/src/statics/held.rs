@@ -1,0 +1,343 @@
+//! Where a hand rests some points of which are held at places in the world, as by contacts that do not slip.
+//!
+//! All that acts derives from an energy: springs, tendons at wound lengths, the springs that joint limits are, weight,
+//! pushes that keep their direction, and for each held point a stiff spring to its place whose force is bounded. Newton's
+//! method finds the minimum of it. A place that cannot be reached does no harm: the point comes as near as the bound on the
+//! force lets it.
+
+use crate::command::Push;
+use crate::config::Config;
+use crate::dynamics::tree::Kinematics;
+use crate::statics::equilibrium::{NoRest, elastic_energy};
+use crate::statics::prediction::{
+    Equilibrium, Law, NoPrediction, beyond_tendons, loose, torques, wound_lengths,
+};
+use nalgebra::{DMatrix, DVector};
+use palmares_models::hand::Hand;
+use palmares_models::{Pose, Vec3};
+
+/// Stiffness of what holds a point, N/m: at 1 N the point is 0.01 mm off.
+const STIFFNESS: f64 = 1e5;
+/// The most that holds a point, N: more than any hand here closes with.
+const MOST_FORCE: f64 = 100.0;
+/// Newton's method ends when the torques balance to this part of their sizes.
+const BALANCE: f64 = 1e-11;
+/// What is left unbalanced is no more than this part of them.
+const BALANCED: f64 = 1e-7;
+/// Newton's method takes at most so many steps, each of as many evaluations as twice the coordinates.
+const STEPS: usize = 200;
+/// Half the difference of two evaluations for a derivative, rad or m.
+const DIFFERENCE: f64 = 1e-6;
+
+/// A point of a link that is held at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hold {
+    /// Which link.
+    pub link: usize,
+    /// Where on it, in the link frame, m.
+    pub point: Vec3,
+    /// Where that point is held, in the world frame, m.
+    pub place: Vec3,
+}
+
+/// What holds a point at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reaction {
+    /// Force on the link, in the world frame, N.
+    pub force: Vec3,
+    /// How far the point is from its place, m.
+    pub gap: f64,
+}
+
+/// A hand at rest with points of it held.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Held {
+    /// Coordinates and tensions.
+    pub equilibrium: Equilibrium,
+    /// One per hold.
+    pub reactions: Vec<Reaction>,
+}
+
+/// All that acts on a hand but the springs and tendons in it.
+struct Scene<'a> {
+    config: &'a Config,
+    hand: &'a Hand,
+    base: Pose,
+    s_ref: Vec<f64>,
+    pushes: &'a [Push],
+    holds: &'a [Hold],
+}
+
+/// The equilibrium at motor positions σ under pushes and, where the hand does not cancel it, under its own weight, with
+/// points held.
+///
+/// # Errors
+/// No balance was reached, or a joint that nothing holds.
+pub fn held(
+    config: &Config,
+    hand: &Hand,
+    base: Pose,
+    sigma: &[f64],
+    pushes: &[Push],
+    holds: &[Hold],
+) -> Result<Held, NoPrediction> {
+    if let Some(loose) = loose(hand) {
+        return Err(NoPrediction::Loose(loose.to_owned()));
+    }
+    let scene = Scene { config, hand, base, s_ref: wound_lengths(hand, sigma), pushes, holds };
+    let q = scene.minimum()?;
+    let tension = scene.tension(&q);
+    let mut why: Vec<String> = scene.limits(&q).collect();
+    why.extend(beyond_tendons(hand, &tension));
+    why.extend(holds.iter().map(|hold| format!("link '{}' is held", hand.links[hold.link].name)));
+    let reactions = scene.reactions(&scene.kinematics(&q));
+    let equilibrium = Equilibrium { q, tension, law: Law::Newton, beyond_closed_form: why };
+    Ok(Held { equilibrium, reactions })
+}
+
+impl Hold {
+    /// What holds the point, as a push.
+    pub fn as_push(&self, reaction: &Reaction) -> Push {
+        Push { link: self.link, point: self.point, force: reaction.force }
+    }
+}
+
+/// Energy of a spring whose force is bounded: a parabola, straight on where it is.
+fn spring_energy(gap: f64) -> f64 {
+    let most = MOST_FORCE / STIFFNESS;
+    if gap <= most { 0.5 * STIFFNESS * gap * gap } else { MOST_FORCE * (gap - 0.5 * most) }
+}
+
+impl Scene<'_> {
+    fn kinematics(&self, q: &[f64]) -> Kinematics {
+        let mut kin = Kinematics::default();
+        kin.update(self.hand, self.base, q);
+        kin
+    }
+
+    fn reactions(&self, kin: &Kinematics) -> Vec<Reaction> {
+        let of = |hold: &Hold| {
+            let off = hold.place - kin.pose[hold.link].transform_point(hold.point);
+            let gap = off.length();
+            let stiffness = if gap * STIFFNESS > MOST_FORCE { MOST_FORCE / gap } else { STIFFNESS };
+            Reaction { force: off * stiffness, gap }
+        };
+        self.holds.iter().map(of).collect()
+    }
+
+    /// How far each coordinate is beyond a limit, with its sign.
+    fn excess(&self, q: &[f64]) -> Vec<f64> {
+        let beyond = |(c, q): (&palmares_models::hand::Coordinate, &f64)| q - q.clamp(c.lower, c.upper);
+        self.hand.coordinates.iter().zip(q).map(beyond).collect()
+    }
+
+    fn limits(&self, q: &[f64]) -> impl Iterator<Item = String> {
+        let all = self.hand.coordinates.iter().zip(self.excess(q));
+        all.filter(|(_, excess)| *excess != 0.0).map(|(c, excess)| {
+            let (side, limit) = if excess < 0.0 { ("lower", c.lower) } else { ("upper", c.upper) };
+            format!("joint '{}' is at its {side} limit {limit:.4}", c.name)
+        })
+    }
+
+    fn tension(&self, q: &[f64]) -> Vec<f64> {
+        let of = |(t, s): (&palmares_models::hand::Tendon, &f64)| {
+            let least = if t.both_ways { -t.force_limit } else { 0.0 };
+            (t.stiffness * (s - t.length(q))).clamp(least, t.force_limit)
+        };
+        self.hand.tendons.iter().zip(&self.s_ref).map(of).collect()
+    }
+
+    fn energy(&self, q: &[f64]) -> f64 {
+        let kin = self.kinematics(q);
+        let mut energy = elastic_energy(self.hand, &self.s_ref, q);
+        energy += self.excess(q).iter().map(|x| 0.5 * self.config.limit_stiffness * x * x).sum::<f64>();
+        for push in self.pushes {
+            energy -= push.force.dot(kin.pose[push.link].transform_point(push.point) - kin.origin);
+        }
+        if !self.hand.gravity_compensation {
+            for (link, pose) in self.hand.links.iter().zip(&kin.pose) {
+                let at = pose.transform_point(link.inertia.com) - kin.origin;
+                energy -= link.inertia.mass * self.config.gravity.dot(at);
+            }
+        }
+        energy + self.reactions(&kin).iter().map(|reaction| spring_energy(reaction.gap)).sum::<f64>()
+    }
+
+    /// Derivative of the energy: the unbalanced torque on each coordinate; and the largest torque that takes part.
+    fn gradient(&self, q: &[f64]) -> (DVector<f64>, f64) {
+        let n = q.len();
+        let reactions = self.reactions(&self.kinematics(q));
+        let holding = self.holds.iter().zip(&reactions).map(|(hold, reaction)| hold.as_push(reaction));
+        let all: Vec<Push> = self.pushes.iter().copied().chain(holding).collect();
+        let outer = torques(self.config, self.hand, self.base, q, &all);
+        let excess = self.excess(q);
+        let mut size = f64::MIN_POSITIVE;
+        let mut gradient = DVector::zeros(n);
+        let mut add = |gradient: &mut DVector<f64>, i: usize, torque: f64| {
+            gradient[i] -= torque;
+            size = size.max(torque.abs());
+        };
+        for (i, c) in self.hand.coordinates.iter().enumerate() {
+            add(&mut gradient, i, outer[i]);
+            add(&mut gradient, i, -c.stiffness * (q[i] - c.rest));
+            add(&mut gradient, i, -self.config.limit_stiffness * excess[i]);
+        }
+        for (tendon, f) in self.hand.tendons.iter().zip(self.tension(q)) {
+            tendon.gradient(q, |c, r| add(&mut gradient, c, f * r));
+        }
+        (gradient, size)
+    }
+
+    /// Second derivative of the energy, by differences of the first.
+    fn hessian(&self, q: &[f64]) -> DMatrix<f64> {
+        let n = q.len();
+        let mut hessian = DMatrix::zeros(n, n);
+        let mut moved = q.to_vec();
+        for k in 0..n {
+            let mut at = |x: f64| {
+                moved[k] = x;
+                self.gradient(&moved).0
+            };
+            let column = (at(q[k] + DIFFERENCE) - at(q[k] - DIFFERENCE)) / (2.0 * DIFFERENCE);
+            moved[k] = q[k];
+            hessian.set_column(k, &column);
+        }
+        let transposed = hessian.transpose();
+        (hessian + transposed) * 0.5
+    }
+
+    /// The minimum of the energy that lies downhill from where the springs rest.
+    fn minimum(&self) -> Result<Vec<f64>, NoPrediction> {
+        let mut q: Vec<f64> = self.hand.coordinates.iter().map(|c| c.rest.clamp(c.lower, c.upper)).collect();
+        let (mut gradient, mut size) = self.gradient(&q);
+        let mut energy = self.energy(&q);
+        for _ in 0..STEPS {
+            if gradient.amax() <= BALANCE * size {
+                break;
+            }
+            let Some(step) = downhill(self.hessian(&q), &gradient) else { break };
+            let slope = gradient.dot(&step);
+            let mut part = 1.0;
+            let moved = loop {
+                let there: Vec<f64> = q.iter().zip(step.iter()).map(|(q, d)| q - part * d).collect();
+                let next = self.energy(&there);
+                // Near the minimum the energy is all rounding; the torques still tell.
+                if next <= energy - 1e-4 * part * slope {
+                    break Some((there, next));
+                }
+                if part == 1.0 && self.gradient(&there).0.amax() < 0.5 * gradient.amax() {
+                    break Some((there, next));
+                }
+                part *= 0.5;
+                if part < 1e-12 {
+                    break None;
+                }
+            };
+            let Some((there, next)) = moved else { break };
+            (q, energy) = (there, next);
+            (gradient, size) = self.gradient(&q);
+        }
+        let residual = gradient.amax();
+        if residual <= BALANCED * size.max(1e-3) { Ok(q) } else { Err(NoRest { residual }.into()) }
+    }
+}
+
+/// `H⁻¹ g`, with H stiffened until it is positive definite; none when no stiffening helps.
+fn downhill(hessian: DMatrix<f64>, gradient: &DVector<f64>) -> Option<DVector<f64>> {
+    let mut stiffening = 0.0;
+    while stiffening < 1e9 {
+        let mut h = hessian.clone();
+        for i in 0..h.nrows() {
+            h[(i, i)] += stiffening;
+        }
+        if let Some(l) = h.cholesky() {
+            return Some(l.solve(gradient));
+        }
+        stiffening = f64::max(4.0 * stiffening, 1e-3);
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::statics::prediction::settled;
+    use std::sync::Arc;
+
+    fn hand(name: &str) -> Arc<Hand> {
+        Hand::builtin(name).expect("it is built in")
+    }
+
+    fn closed(hand: &Hand, sigma: f64) -> Vec<f64> {
+        vec![sigma; hand.motors.len()]
+    }
+
+    /// A fingertip: the last link that a coordinate moves.
+    fn tip(hand: &Hand) -> usize {
+        (0..hand.links.len()).rev().find(|&i| hand.links[i].joint.is_some()).expect("a link that moves")
+    }
+
+    #[test]
+    fn nothing_held_is_the_closed_form() {
+        let (config, hand) = (Config::default(), hand("softhand"));
+        let sigma = closed(&hand, 0.4);
+        let expected = settled(&config, &hand, Pose::IDENTITY, &sigma, &[]).expect("a rest");
+        assert_eq!(expected.law, Law::ClosedForm);
+        let found = held(&config, &hand, Pose::IDENTITY, &sigma, &[], &[]).expect("a rest").equilibrium;
+        for (a, b) in found.q.iter().zip(&expected.q).chain(found.tension.iter().zip(&expected.tension)) {
+            assert!((a - b).abs() < 1e-8, "{a} {b}");
+        }
+    }
+
+    /// Every hand, pushed and held: each coordinate's torques balance, and the point is where it is held.
+    #[test]
+    fn what_holds_a_point_balances_what_moves_it() {
+        let config = Config::default();
+        for hand in palmares_models::builtin::builtin_hands() {
+            let sigma = closed(hand, 0.3);
+            let free = held(&config, hand, Pose::IDENTITY, &sigma, &[], &[]).expect("a rest");
+            let (link, point) = (tip(hand), Vec3::new(0.0, 0.005, 0.01));
+            let mut kin = Kinematics::default();
+            // Somewhere it can be: where it is at another closure.
+            let other = held(&config, hand, Pose::IDENTITY, &closed(hand, 0.2), &[], &[]).expect("a rest");
+            kin.update(hand, Pose::IDENTITY, &other.equilibrium.q);
+            let place = kin.pose[link].transform_point(point);
+            let holds = [Hold { link, point, place }];
+            let pushes = [Push { link, point: Vec3::ZERO, force: Vec3::new(0.0, 0.05, -0.05) }];
+            let found = held(&config, hand, Pose::IDENTITY, &sigma, &pushes, &holds).expect("a rest");
+            let reaction = found.reactions[0];
+            assert!(reaction.gap < 5e-4, "{}: {reaction:?}", hand.name);
+            assert!((reaction.force.length() - STIFFNESS * reaction.gap).abs() < 1e-9);
+            let q = &found.equilibrium.q;
+            assert!(q.iter().zip(&free.equilibrium.q).any(|(a, b)| (a - b).abs() > 1e-4), "{}", hand.name);
+            let all = [pushes[0], holds[0].as_push(&reaction)];
+            let tau = torques(&config, hand, Pose::IDENTITY, q, &all);
+            let mut balance: Vec<f64> = hand
+                .coordinates
+                .iter()
+                .enumerate()
+                .map(|(i, c)| {
+                    let limit = config.limit_stiffness * (q[i] - q[i].clamp(c.lower, c.upper));
+                    tau[i] - c.stiffness * (q[i] - c.rest) - limit
+                })
+                .collect();
+            for (tendon, f) in hand.tendons.iter().zip(&found.equilibrium.tension) {
+                tendon.gradient(q, |c, r| balance[c] += f * r);
+            }
+            let worst = balance.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            assert!(worst < 1e-7, "{}: {worst}", hand.name);
+            let told = &found.equilibrium.beyond_closed_form;
+            assert!(told.iter().any(|why| why.ends_with("is held")), "{told:?}");
+        }
+    }
+
+    #[test]
+    fn a_place_out_of_reach_pulls_with_a_bounded_force() {
+        let (config, hand) = (Config::default(), hand("softhand"));
+        let link = tip(&hand);
+        let hold = Hold { link, point: Vec3::ZERO, place: Vec3::new(5.0, 0.0, 0.0) };
+        let found = held(&config, &hand, Pose::IDENTITY, &closed(&hand, 0.3), &[], &[hold]).expect("a rest");
+        let reaction = found.reactions[0];
+        assert!((reaction.force.length() - MOST_FORCE).abs() < 1e-9 && reaction.gap > 4.0, "{reaction:?}");
+    }
+}

@@ -1,0 +1,171 @@
+//! What is asked of a run by those who look into it. Where its world is stepped nothing but copies are made.
+
+use super::Run;
+use super::evidence::Evidence;
+use super::telemetry::{Contact, Instruments, Readings, Telemetry};
+use crate::referee::Verdict;
+use std::sync::Arc;
+
+impl Run {
+    /// What [`Run::readings`] are read with.
+    pub fn instruments(&self) -> &Arc<Instruments> {
+        &self.instruments
+    }
+
+    /// A copy of what watchers may ask about this moment; the contacts only if they are wanted.
+    pub fn readings(&self, contacts: bool) -> Readings {
+        let state = self.world.state();
+        Readings {
+            motors: state.motors.clone(),
+            tension: state.tension.clone(),
+            q: state.q.clone(),
+            contacts: contacts.then(|| self.world.contact_forces().to_vec()),
+        }
+    }
+
+    /// What goes on in the hand.
+    pub fn telemetry(&self) -> Telemetry {
+        self.instruments.telemetry(&self.readings(false))
+    }
+
+    /// Every touching contact.
+    pub fn contacts(&self) -> Vec<Contact> {
+        self.instruments.contacts(&self.readings(true))
+    }
+
+    /// What the referee knows now.
+    pub fn evidence(&self) -> Evidence {
+        let (model, state) = (self.world.model(), self.world.state());
+        let speeds = (0..state.objects.len()).map(|k| state.object_velocity(model, k).0.length());
+        Evidence {
+            tick: self.tick,
+            referee: self.referee.clone(),
+            objects: self.sightings(),
+            speeds: speeds.collect(),
+        }
+    }
+
+    /// Why each object counts or does not, if the run ended now, without the settling.
+    pub fn explain(&self) -> Vec<Verdict> {
+        self.evidence().explain()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::observation::Sensing;
+    use crate::run::telemetry::friction_use;
+    use crate::{Action, BaseTarget, Seed, Task};
+    use palmares_models::Pose;
+    use palmares_models::hand::Hand;
+    use palmares_sim::ContactForce;
+    use palmares_sim::model::pair_friction;
+
+    fn run() -> Run {
+        let task = Task::builtin().into_iter().find(|task| task.name == "balls").expect("balls");
+        let mut run =
+            Run::new(task, Hand::builtin("softhand").expect("built in"), Seed::from_u64(3)).expect("a scene");
+        for tick in 0..150 {
+            let z = (0.6 - 0.004 * f64::from(tick)).max(0.2);
+            let base = BaseTarget::Pose { position: [0.0, 0.0, z], quat_xyzw: [0.0, 1.0, 0.0, 0.0] };
+            run.step(&Action { base: Some(base), hand: Some(vec![0.5]) }).expect("valid");
+        }
+        run
+    }
+
+    #[test]
+    fn it_tells_what_the_controller_is_told_with_the_bodies_ids() {
+        let run = run();
+        let seen = run.observe(Sensing::Truth);
+        let truth = seen.truth.expect("the truth");
+        let told = run.telemetry();
+        assert_eq!((&told.q, &told.predicted), (&truth.joints.position.0, &truth.predicted_equilibrium.0));
+        for (motor, seen) in told.motors.iter().zip(&seen.hand.actuators) {
+            assert_eq!(
+                (motor.command, motor.position, motor.tension),
+                (seen.command, seen.position, seen.tension)
+            );
+        }
+        let names: Vec<String> = run
+            .scene()
+            .bodies
+            .iter()
+            .map(|body| body.name.clone())
+            .chain(run.hand_bodies().into_iter().map(|link| link.name))
+            .collect();
+        let contacts = run.contacts();
+        assert_eq!(contacts.len(), truth.contacts.a.len());
+        assert!(contacts.len() > 10, "the balls lie in a box");
+        for (k, contact) in contacts.iter().enumerate() {
+            assert_eq!((&names[contact.a], &names[contact.b]), (&truth.contacts.a[k], &truth.contacts.b[k]));
+            assert_eq!(contact.force, truth.contacts.force.0[k]);
+            assert!(contact.friction_use >= 0.0 && contact.friction_use < 1.001, "{contact:?}");
+        }
+    }
+
+    #[test]
+    fn the_poses_are_those_of_the_run() {
+        let run = run();
+        let (model, state) = (run.world().model(), run.world().state());
+        let objects: Vec<Pose> = (0..state.objects.len()).map(|k| state.object_pose(model, k)).collect();
+        let told = run.instruments().poses(state.base, &state.q, &objects);
+        assert_eq!(told, run.poses().collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn half_of_the_friction_is_a_half() {
+        let run = run();
+        let (colliders, touching) = (run.world().model().colliders(), run.world().contact_forces());
+        let contact = touching[0];
+        let friction =
+            pair_friction(&colliders[contact.colliders.0 as usize], &colliders[contact.colliders.1 as usize]);
+        let across = contact.normal.any_orthonormal_vector() * 0.5 * friction * 8.0;
+        let pressed = ContactForce { force: contact.normal * 8.0 + across, ..contact };
+        let readings = Readings { contacts: Some(vec![pressed]), ..run.readings(false) };
+        let used = run.instruments().contacts(&readings)[0].friction_use;
+        assert!((used - 0.5).abs() < 1e-12, "{used}");
+        let free = ContactForce { force: contact.normal * 0.0, ..contact };
+        assert_eq!(friction_use(&free, friction), 0.0);
+    }
+
+    #[test]
+    fn every_object_has_a_verdict_from_the_first_tick_on() {
+        for task in Task::builtin() {
+            let hand = Hand::builtin("softhand").expect("built in");
+            let mut run = Run::new(task, hand, Seed::from_u64(1)).expect("a scene");
+            for _ in 0..2 {
+                let told = run.explain();
+                assert_eq!(told.len(), run.scene().bodies.iter().filter(|body| body.free).count());
+                assert!(told.iter().all(|verdict| !verdict.counts && verdict.reasons.len() > 2), "{told:?}");
+                run.step(&Action::default()).expect("valid");
+            }
+        }
+    }
+
+    #[test]
+    fn a_ball_that_is_put_into_the_box_counts_when_it_rests() {
+        let task = Task::builtin().into_iter().find(|task| task.name == "balls").expect("balls");
+        let hand = Hand::builtin("softhand").expect("built in");
+        let mut run = Run::new(task.clone(), hand, Seed::from_u64(1)).expect("a scene");
+        let goal = run.scene().regions.iter().find(|region| region.role.as_deref() == Some("goal"));
+        let (low, high) = goal.map(|region| (region.min, region.max)).expect("a goal");
+        let mut state = run.world.state().clone();
+        let middle = |k: usize| 0.5 * (low[k] + high[k]);
+        state.objects[0].translation = palmares_models::Vec3::new(middle(0), middle(1), low[2] + 0.12);
+        state.sleep[0] = Default::default();
+        run.world.restore(state);
+        run.step(&Action::default()).expect("valid");
+        let falling = run.explain().remove(0);
+        assert!(!falling.counts && falling.place == "on_the_way", "{falling:?}");
+        let holds = |told: &Verdict| told.reasons.iter().map(|rule| rule.holds).collect::<Vec<_>>();
+        assert_eq!(holds(&falling), [true, false, false]);
+        for _ in 0..500 {
+            run.step(&Action::default()).expect("valid");
+        }
+        let rests = run.explain().remove(0);
+        assert!(rests.counts && rests.place == "goal", "{rests:?}");
+        assert_eq!(holds(&rests), [true, true, false]);
+        assert_eq!(run.score(), 1.0);
+    }
+}

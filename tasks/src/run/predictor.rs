@@ -1,0 +1,46 @@
+//! Where the free hand would rest: a function of the motors' positions alone, so that whoever shows it computes it
+//! where no world waits.
+
+use palmares_models::hand::Hand;
+use palmares_sim::actuation::motor::wound;
+use palmares_sim::statics::equilibrium::{ClosedForm, rest};
+use std::sync::Arc;
+
+/// Predicts the equilibrium of a hand.
+#[derive(Clone, Debug)]
+pub(super) struct Predictor {
+    hand: Arc<Hand>,
+    closed_form: Option<ClosedForm>,
+}
+
+impl Predictor {
+    pub(super) fn new(hand: Arc<Hand>) -> Self {
+        Predictor { closed_form: ClosedForm::new(&hand).ok(), hand }
+    }
+
+    /// Equilibrium of the free hand at these positions of the motors, σ, kept within the joint limits: the closed form
+    /// where there is one. Empty if it is not defined.
+    pub(super) fn predict(&self, positions: impl Fn(usize) -> f64) -> Vec<f64> {
+        let s: Vec<f64> = self
+            .hand
+            .tendons
+            .iter()
+            .map(|tendon| wound(&self.hand.motors[tendon.motor], positions(tendon.motor)))
+            .collect();
+        let free = vec![0.0; self.hand.coordinates.len()];
+        let q = match &self.closed_form {
+            Some(form) => form.solve(&s, &free).0,
+            None => {
+                let open: Vec<f64> = self.hand.coordinates.iter().map(|c| c.rest).collect();
+                match rest(&self.hand, &s, &free, &open) {
+                    Ok(rest) => rest.q,
+                    Err(_) => return Vec::new(),
+                }
+            }
+        };
+        if q.iter().any(|q| q.is_nan()) {
+            return Vec::new();
+        }
+        q.iter().zip(&self.hand.coordinates).map(|(q, c)| q.clamp(c.lower, c.upper)).collect()
+    }
+}

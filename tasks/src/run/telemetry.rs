@@ -1,0 +1,173 @@
+//! What a run looks like from inside, for those who watch: motors, tendons, contacts, and the predicted equilibrium.
+//!
+//! Where the world is stepped it is copied as it stands ([`Readings`]); [`Instruments`], which outlive no run but may be
+//! shared with any thread, make of it what is shown.
+
+use super::predictor::Predictor;
+use crate::scene::Scene;
+use palmares_models::Pose;
+use palmares_models::hand::Hand;
+use palmares_sim::state::MotorState;
+use palmares_sim::{ContactForce, Model, Owner};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// A copy of what the readers of a moment need.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Readings {
+    pub(super) motors: Vec<MotorState>,
+    pub(super) tension: Vec<f64>,
+    pub(super) q: Vec<f64>,
+    /// None if they were not wanted.
+    pub(super) contacts: Option<Vec<ContactForce>>,
+}
+
+impl Readings {
+    /// Whether the contacts were wanted when they were taken.
+    pub fn with_contacts(&self) -> bool {
+        self.contacts.is_some()
+    }
+}
+
+/// What a motor is told and does.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Motor {
+    /// Commanded σ.
+    pub command: f64,
+    /// σ the motor has reached.
+    pub position: f64,
+    /// Tension of its tendons, in the tendon's unit (hand.toml); negative where a drive pushes.
+    pub tension: f64,
+}
+
+/// What goes on in a hand.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Telemetry {
+    /// Every motor, in the hand's order.
+    pub motors: Vec<Motor>,
+    /// Tension of every tendon, in the tendon's unit (hand.toml).
+    pub tension: Vec<f64>,
+    /// The hand's coordinates, rad.
+    pub q: Vec<f64>,
+    /// Where the free hand would rest at the present motor position, rad; empty if that is not defined.
+    pub predicted: Vec<f64>,
+}
+
+/// A touching contact.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct Contact {
+    /// Id of the first body: those of the scene, then the hand's links.
+    pub a: usize,
+    /// Id of the second body.
+    pub b: usize,
+    /// Place in the world, m.
+    pub position: [f64; 3],
+    /// Force on `b`, N.
+    pub force: [f64; 3],
+    /// How much of its friction is used, |f_t| / (μ f_n): at 1 it slips.
+    #[serde(rename = "use")]
+    pub friction_use: f64,
+}
+
+/// What does not change in a run and is needed to read its [`Readings`].
+#[derive(Debug)]
+pub struct Instruments {
+    hand: Arc<Hand>,
+    predictor: Predictor,
+    /// Id of the first link's body.
+    first_link: usize,
+    /// Body and friction coefficient by collider.
+    colliders: Vec<(usize, f64)>,
+}
+
+impl Instruments {
+    pub(super) fn new(hand: Arc<Hand>, model: &Model, scene: &Scene, names: &[String]) -> Self {
+        let first_link = scene.bodies.len();
+        let furniture: BTreeMap<&str, usize> =
+            scene.bodies.iter().filter(|body| !body.free).map(|body| (body.name.as_str(), body.id)).collect();
+        let colliders = model.colliders().iter().zip(names).map(|(collider, name)| {
+            let body = match collider.owner {
+                Owner::Link(link) => first_link + link,
+                Owner::Object(object) => object,
+                Owner::Static => furniture.get(name.as_str()).copied().unwrap_or_default(),
+            };
+            (body, collider.friction)
+        });
+        Instruments {
+            colliders: colliders.collect(),
+            first_link,
+            predictor: Predictor::new(hand.clone()),
+            hand,
+        }
+    }
+
+    /// The hand.
+    pub fn hand(&self) -> &Arc<Hand> {
+        &self.hand
+    }
+
+    /// World poses of the bodies that can move, in the order of [`crate::Run::poses`]: the objects as given, then the hand's
+    /// links.
+    pub fn poses(&self, base: Pose, q: &[f64], objects: &[Pose]) -> Vec<(usize, Pose)> {
+        let links = self.hand.base_from_links(q).into_iter().map(|base_from_link| base * base_from_link);
+        let links = links.enumerate().map(|(k, pose)| (self.first_link + k, pose));
+        objects.iter().copied().enumerate().chain(links).collect()
+    }
+
+    /// What goes on in the hand.
+    pub fn telemetry(&self, seen: &Readings) -> Telemetry {
+        let motors = seen.motors.iter().enumerate().map(|(k, reached)| Motor {
+            command: reached.command,
+            position: reached.position,
+            tension: motor_tension(&self.hand, k, &seen.tension),
+        });
+        Telemetry {
+            motors: motors.collect(),
+            tension: seen.tension.clone(),
+            q: seen.q.clone(),
+            predicted: self.predict(&seen.motors),
+        }
+    }
+
+    /// Every touching contact.
+    pub fn contacts(&self, seen: &Readings) -> Vec<Contact> {
+        let side = |collider: u32| self.colliders.get(collider as usize).copied().unwrap_or_default();
+        seen.contacts
+            .iter()
+            .flatten()
+            .map(|contact| {
+                let ((a, friction_a), (b, friction_b)) =
+                    (side(contact.colliders.0), side(contact.colliders.1));
+                Contact {
+                    a,
+                    b,
+                    position: contact.position.to_array(),
+                    force: contact.force.to_array(),
+                    friction_use: friction_use(contact, (friction_a * friction_b).sqrt()),
+                }
+            })
+            .collect()
+    }
+
+    /// Where the free hand would rest.
+    pub(super) fn predict(&self, motors: &[MotorState]) -> Vec<f64> {
+        self.predictor.predict(|motor| motors[motor].position)
+    }
+}
+
+/// Tension of a motor's tendons together.
+pub(super) fn motor_tension(hand: &Hand, motor: usize, tension: &[f64]) -> f64 {
+    hand.tendons.iter().zip(tension).filter(|(tendon, _)| tendon.motor == motor).map(|(_, f)| f).sum()
+}
+
+/// What is beyond all measure is told as this.
+const MOST_USE: f64 = 1e3;
+
+/// |f_t| / (μ f_n), at most [`MOST_USE`]; 0 without a force across.
+pub(super) fn friction_use(contact: &ContactForce, friction: f64) -> f64 {
+    let along = contact.force.dot(contact.normal);
+    let across = (contact.force - contact.normal * along).length();
+    if across == 0.0 { 0.0 } else { (across / (friction * along.max(0.0))).min(MOST_USE) }
+}
