@@ -29,7 +29,7 @@ export class BasePanel {
       el('div', { class: 'slider' }, el('label', { for: 'speed' }, 'Speed'), this.speed, this.speedShown),
       el('div', { class: 'check' }, this.keysOn, el('label', { for: 'keys-on' }, 'Keys drive the hand')),
       keyList(),
-      el('h3', {}, 'Gamepad'), this.pad,
+      el('h2', {}, 'Gamepad'), this.pad,
       el('p', { class: 'hint' }, 'Left stick moves; right stick lifts and turns; shoulders roll; the cross tips; triggers close and open the motors; start pauses.'));
     this.write();
   }

@@ -5,10 +5,10 @@ import { pythonOf } from './python';
 import type { Recording } from './recording';
 
 export class Takes {
-  private readonly list = el('ol', { class: 'takes', reversed: true });
+  private readonly list = el('ul', { class: 'takes' });
   private readonly empty = el('p', { class: 'hint' }, 'What you drive is kept here until the page is closed.');
   readonly element = el('section', { class: 'panel' }, el('h2', {}, 'Recordings'), this.empty, this.list);
-  private readonly rows = new Map<Recording, HTMLElement>();
+  private readonly rows = new WeakMap<Recording, HTMLElement>();
 
   /** Writes what is known of a recording now. */
   show(recording: Recording): void {

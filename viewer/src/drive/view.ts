@@ -27,6 +27,8 @@ import { momentOf, sceneOfReset } from './world';
 const CLOSING = 1;
 /** Panels are written so often, ms: the picture is what moves. */
 const PANEL_MS = 200;
+/** How much farther than to see the scene the camera stands at first. */
+const AIR = 0.22;
 /** m at which the base has come to where it was told to go. */
 const ARRIVED_M = 0.002;
 
@@ -54,6 +56,7 @@ export class DriveView implements Told {
   private readonly base: BasePanel;
   private readonly motors: Motors;
   private readonly start: StartForm;
+  private readonly runForm = el('details', { class: 'panel', open: true }, el('summary', {}, 'Start a run'));
   private readonly takes = new Takes();
   private readonly transport: Transport;
   private readonly witness = new Witness();
@@ -96,6 +99,7 @@ export class DriveView implements Told {
 
   private build(app: HTMLElement): void {
     const stages = (): Stage[] => [this.stage];
+    this.runForm.append(this.start.element);
     const switches = overlaySwitches(stages);
     offerOverlays(switches, true);
     const contacts = switches.querySelector<HTMLInputElement>('#overlay-contacts');
@@ -112,8 +116,7 @@ export class DriveView implements Told {
     this.place.append(this.note, el('div', { class: 'hud top-left' }, tools), el('div', { class: 'hud bottom-left' }, viewButtons(stages)));
     app.append(this.transport.element, el('div', { class: 'side' },
       el('section', { class: 'panel' }, this.title, facts([['Score', this.figures.score], ['Run', this.figures.time], ['Times real time', this.figures.factor], ['Seed', this.figures.seed]])),
-      el('section', { class: 'panel' }, el('h2', {}, 'A run'), this.start.element),
-      this.motors.element, this.base.element,
+      this.runForm, this.motors.element, this.base.element,
       el('details', { class: 'panel', open: true }, el('summary', {}, 'Push a link'),
         el('p', { class: 'hint' }, 'With Push above the picture, drag an arrow away from a link: it is pushed while you hold. Or push it once:'), this.pushForm.element,
         el('div', { class: 'slider' }, el('label', { for: 'push-gain' }, '10 cm of arrow'), gain, gainShown)),
@@ -136,8 +139,12 @@ export class DriveView implements Told {
     if (!hand) return;
     const specs = this.driver.welcome?.specs.action ?? [];
     const spec = (of: string): Spec | undefined => specs.find((one) => one.name === of);
+    const before = this.scene;
     this.scene = sceneOfReset(scene, hand);
     this.stage.setScene(this.scene);
+    // Room for the hand's handles, and to fly.
+    if (JSON.stringify(before?.regions) !== JSON.stringify(this.scene.regions)) this.stage.camera.position.lerp(this.stage.controls.target, -AIR);
+    this.runForm.open = false;
     this.arrow.setScene(this.scene);
     this.gizmo.limit(spec('base.position'));
     this.base.limit(spec('base.linear'), spec('base.angular'));
@@ -181,9 +188,11 @@ export class DriveView implements Told {
     if (lost) {
       this.say(`${message} The run is lost, what was recorded is not: start again when you like.`);
       this.start.fail(message);
+      this.runForm.open = true;
     } else if (this.driver.phase === 'closed' || this.driver.phase === 'over') {
       this.say(message);
       this.start.fail(message);
+      this.runForm.open = true;
     } else {
       toast(message, true);
     }
@@ -293,6 +302,7 @@ export class DriveView implements Told {
     setText(this.figures.time, `${observation.sim_time_s.toFixed(1)} s, tick ${observation.tick}`);
     setText(this.figures.factor, this.wrote.at > 0 && this.driver.phase === 'running' ? ((observation.sim_time_s - this.wrote.time) / seconds).toFixed(2) : '–');
     this.motors.show(observation.hand.actuators);
+    if (this.driver.recording) this.takes.show(this.driver.recording);
     this.wrote = { at: now, time: observation.sim_time_s };
   }
 
