@@ -7,6 +7,8 @@ import type { Spec } from './messages';
 
 /** Share of the picture's height that the handles take. */
 const SIZE = 0.7;
+/** Of the axes x, y and z, as where frames are drawn, and of what the pointer is at. */
+const COLOURS = ['#d55e00', '#009e73', '#0072b2', '#f0e442'] as const;
 /** Digits that are sent: 0.01 mm, and about 0.0001 rad. */
 const rounded = (x: number, by: number): number => Math.round(x * by) / by + 0;
 
@@ -19,6 +21,7 @@ export class Gizmo {
   constructor(private readonly stage: Stage, moved: (position: Vec3, quat: Quat, at: number) => void) {
     this.controls = new TransformControls(stage.camera, stage.renderer.domElement);
     this.controls.setSize(SIZE);
+    this.controls.setColors(...COLOURS);
     stage.three.add(this.place, this.controls.getHelper());
     // The event is told of the drag before the page is told what it changed.
     let at = performance.now();

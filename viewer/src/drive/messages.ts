@@ -2,8 +2,9 @@
 import type { Quat, Shape, Vec3 } from '../model/scene';
 import type { RunEvent } from '../net/watch';
 
+export interface PoseTarget { position: Vec3; quat_xyzw: Quat }
 /** What the base is told: a pose to go to, or a velocity to keep. */
-export type BaseTarget = { position: Vec3; quat_xyzw: Quat } | { linear: Vec3; angular: Vec3 };
+export type BaseTarget = PoseTarget | { linear: Vec3; angular: Vec3 };
 /** What changes with a step; what is left out keeps its last target. */
 export interface Action { base?: BaseTarget; hand?: number[] }
 /** A wrench about a link's origin, in the world's frame: N, N·m. */

@@ -1,11 +1,14 @@
 /** Pushing a link by an arrow that is dragged away from it: a force as long as it is held, the longer the stronger. */
-import { ArrowHelper, type Material, Plane, Quaternion, Raycaster, Vector2, Vector3 } from 'three';
+import { ConeGeometry, CylinderGeometry, Group, Mesh, MeshBasicMaterial, Plane, Quaternion, Raycaster, Vector2, Vector3 } from 'three';
 import { POSE, type Moment } from '../model/moment';
 import type { SceneInfo, Vec3 } from '../model/scene';
 import type { Stage } from '../scene/stage';
 import type { Push } from './messages';
 
-const COLOUR = 0xd55e00;
+const COLOUR = '#d55e00';
+/** Radii of the arrow's shaft and head, and the length of the head at most, m. */
+const [SHAFT_M, HEAD_M, TIP_M] = [0.004, 0.011, 0.03];
+const UP = new Vector3(0, 1, 0);
 /** m of arrow at which a drag begins to push. */
 const LEAST_M = 0.005;
 
@@ -23,7 +26,9 @@ export class PushArrow {
   on = false;
   /** N for each m of arrow. */
   gain = 100;
-  private readonly arrow = new ArrowHelper(new Vector3(0, 0, 1), new Vector3(), 0.1, COLOUR);
+  // A shaft of unit length along y and a head whose tip is at its origin; seen through what hides them.
+  private readonly arrow = new Group();
+  private readonly parts: [Mesh, Mesh];
   private readonly raycaster = new Raycaster();
   private readonly origin = new Vector3();
   private readonly at = new Vector3();
@@ -34,12 +39,10 @@ export class PushArrow {
 
   /** `area` holds the picture; `input` is told when something is done, at its time in ms of `performance.now`. */
   constructor(private readonly stage: Stage, area: HTMLElement, private readonly input: (at: number) => void) {
-    for (const part of [this.arrow.line, this.arrow.cone]) {
-      const material = part.material as Material;
-      material.depthTest = false;
-      material.transparent = true;
-      part.renderOrder = 4;
-    }
+    const material = new MeshBasicMaterial({ color: COLOUR, depthTest: false, transparent: true, opacity: 0.9 });
+    this.parts = [new Mesh(new CylinderGeometry(SHAFT_M, SHAFT_M, 1, 12).translate(0, 0.5, 0), material), new Mesh(new ConeGeometry(HEAD_M, TIP_M, 16).translate(0, -TIP_M / 2, 0), material)];
+    for (const part of this.parts) part.renderOrder = 4;
+    this.arrow.add(...this.parts);
     this.arrow.visible = false;
     stage.three.add(this.arrow);
     // Before the camera's controls hear of it.
@@ -133,8 +136,9 @@ export class PushArrow {
     this.arrow.visible = length >= LEAST_M;
     if (this.arrow.visible) {
       this.arrow.position.copy(this.at);
-      this.arrow.setDirection(way.divideScalar(length));
-      this.arrow.setLength(length, Math.min(0.04, 0.4 * length), Math.min(0.025, 0.25 * length));
+      this.arrow.quaternion.setFromUnitVectors(UP, way.divideScalar(length));
+      this.parts[0].scale.y = Math.max(length - TIP_M, 1e-3);
+      this.parts[1].position.y = length;
     }
     this.stage.touch();
   }

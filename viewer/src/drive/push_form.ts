@@ -23,7 +23,7 @@ export class PushForm {
       push({ link: this.links.value, force: [along(0), along(1), along(2)], torque: [0, 0, 0], duration_s: Number(seconds.value) }, event.timeStamp);
     };
     this.element = el('form', { class: 'push', on: { submit } },
-      el('div', { class: 'field wide' }, el('label', { for: 'push-link' }, 'Link'), this.links),
+      el('div', { class: 'field' }, el('label', { for: 'push-link' }, 'Link'), this.links),
       el('div', { class: 'field' }, el('label', { for: 'push-way' }, 'Way'), way),
       el('div', { class: 'field' }, el('label', { for: 'push-force' }, 'Force, N'), force),
       el('div', { class: 'field' }, el('label', { for: 'push-seconds' }, 'For, s'), seconds),

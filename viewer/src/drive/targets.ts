@@ -1,5 +1,5 @@
 /** What the hand shall do: targets of base and motors as the driver wants them, and what of it has not been sent. */
-import type { Action, BaseTarget, Push } from './messages';
+import type { Action, BaseTarget, PoseTarget, Push } from './messages';
 
 const same = (a: unknown, b: unknown): boolean => JSON.stringify(a) === JSON.stringify(b);
 
@@ -27,7 +27,7 @@ export class Targets {
   }
 
   /** The pose that the base is told to go to. */
-  get pose(): BaseTarget | null {
+  get pose(): PoseTarget | null {
     return this.base && 'position' in this.base ? this.base : null;
   }
 

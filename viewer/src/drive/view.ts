@@ -1,10 +1,11 @@
 /** Driving a hand by hand: the picture, what is pressed and dragged, and what the run does. */
+import { DirectionalLight } from 'three';
 import { clock, points } from '../board/format';
 import { button, el, facts, name, setText, toast } from '../board/kit';
 import { offerOverlays, overlaySwitches, viewButtons } from '../live/controls';
 import { EVENTS } from '../model/events';
 import type { Moment } from '../model/moment';
-import type { Quat, SceneInfo, Vec3 } from '../model/scene';
+import type { SceneInfo } from '../model/scene';
 import { Stage } from '../scene/stage';
 import { BasePanel } from './base_panel';
 import { Driver, type Phase, type Told } from './driver';
@@ -28,9 +29,7 @@ const CLOSING = 1;
 /** Panels are written so often, ms: the picture is what moves. */
 const PANEL_MS = 200;
 /** How much farther than to see the scene the camera stands at first. */
-const AIR = 0.22;
-/** m at which the base has come to where it was told to go. */
-const ARRIVED_M = 0.002;
+const AIR = 0.35;
 
 type Tool = 'move' | 'turn' | 'push';
 
@@ -61,6 +60,7 @@ export class DriveView implements Told {
   private readonly transport: Transport;
   private readonly witness = new Witness();
   private readonly tools = new Map<Tool, HTMLButtonElement>();
+  private chosen: Tool = 'move';
   private choice: Choice | null = null;
   private scene: SceneInfo | null = null;
   private observation: Observation | null = null;
@@ -104,6 +104,7 @@ export class DriveView implements Told {
     offerOverlays(switches, true);
     const contacts = switches.querySelector<HTMLInputElement>('#overlay-contacts');
     contacts?.addEventListener('change', () => { this.witness.want(contacts.checked); });
+    switches.append(plainSwitch(this.stage));
     const tools = el('div', { class: 'group', role: 'group', 'aria-label': 'What the mouse does' });
     for (const [tool, label] of [['move', 'Move'], ['turn', 'Turn'], ['push', 'Push']] as const) {
       const made = button(label, () => { this.tool(tool); }, { class: 'small' });
@@ -128,6 +129,7 @@ export class DriveView implements Told {
 
   phase(phase: Phase): void {
     this.transport.show(phase);
+    this.tool(this.chosen);
     this.start.enable(phase === 'closed' || phase === 'over' || phase === 'running' || phase === 'paused');
     if (phase === 'opening') this.say('The run is being opened …');
     else if (phase === 'ending') this.say('The objects come to rest and are counted …');
@@ -228,9 +230,11 @@ export class DriveView implements Told {
   }
 
   private tool(tool: Tool): void {
+    this.chosen = tool;
     for (const [one, made] of this.tools) made.setAttribute('aria-pressed', String(one === tool));
-    this.gizmo.show(tool === 'push' ? null : tool === 'move' ? 'translate' : 'rotate');
-    this.arrow.on = tool === 'push';
+    const open = this.driver.phase === 'running' || this.driver.phase === 'paused';
+    this.gizmo.show(!open || tool === 'push' ? null : tool === 'move' ? 'translate' : 'rotate');
+    this.arrow.on = open && tool === 'push';
   }
 
   private push(push: Push, at: number): void {
@@ -276,12 +280,10 @@ export class DriveView implements Told {
 
   // What is shown.
 
-  /** The handles are where the base shall go, and with the base when it is there or keeps a velocity. */
+  /** The handles are where the base shall go; with the base while it keeps a velocity. */
   private handles({ hand: { base } }: Observation): void {
     const target = this.driver.targets.pose;
-    let [position, quat]: [Vec3, Quat] = [base.position, base.quat_xyzw];
-    if (target && 'position' in target && Math.hypot(...target.position.map((x, k) => x - (base.position[k] ?? 0))) > ARRIVED_M) [position, quat] = [target.position, target.quat_xyzw];
-    this.gizmo.put(position, quat);
+    this.gizmo.put((target ?? base).position, (target ?? base).quat_xyzw);
   }
 
   private events(observation: Observation): void {
@@ -310,4 +312,15 @@ export class DriveView implements Told {
     this.note.hidden = message === null;
     if (message !== null) setText(this.noteText, message);
   }
+}
+
+/** For machines that draw slowly: a hand is driven better with a plain picture than with a late one. */
+function plainSwitch(stage: Stage): HTMLElement {
+  const box = el('input', { type: 'checkbox', id: 'plain' });
+  box.addEventListener('change', () => {
+    stage.three.traverse((one) => { if (one instanceof DirectionalLight) one.castShadow = !box.checked; });
+    stage.renderer.setPixelRatio(box.checked ? 0.5 : Math.min(window.devicePixelRatio, 2));
+    stage.touch();
+  });
+  return el('div', { class: 'check' }, box, el('label', { for: 'plain' }, 'Plain picture, for slow machines'));
 }
