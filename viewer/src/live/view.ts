@@ -1,6 +1,7 @@
 /** A world as it is played: picture, score, events, clocks, and why an object counts or does not. */
 import { clock, points } from '../board/format';
 import { el, facts, name, setText } from '../board/kit';
+import { EVENTS } from '../model/events';
 import type { Moment } from '../model/moment';
 import type { Body, SceneInfo } from '../model/scene';
 import { type Listener, type Outcome, type RunEvent, type SessionClock, type Target, type Verdict, WatchSocket } from '../net/watch';
@@ -12,11 +13,6 @@ import { Gauges } from './gauges';
 const KEPT = 100;
 /** Panels are written so often, ms: the picture is what moves. */
 const PANEL_MS = 200;
-
-const EVENTS: Record<string, string> = {
-  in_goal: 'is in the goal', left_goal: 'left the goal', outside: 'lies outside', back_inside: 'is back inside',
-  lifted: 'is lifted', dropped: 'was dropped', slipped: 'slipped', held: 'is held', shaken: 'was held while shaken',
-};
 
 declare global {
   interface Window { palmares?: Record<string, unknown> }

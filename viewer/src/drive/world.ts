@@ -1,0 +1,59 @@
+/** Pictures out of what the controller is told: the scene of a run, and each observation. */
+import { type HandDescription, forwardKinematics } from '../model/hand';
+import { type Moment, POSE } from '../model/moment';
+import type { Body, Quat, SceneInfo, Vec3 } from '../model/scene';
+import type { Observation, ResetScene } from './messages';
+
+/** The hand's links, as the server's own pictures paint them. */
+const LINK: Vec3 = [0.72, 0.74, 0.78];
+const NOWHERE: Quat = [0, 0, 0, 1];
+
+/** Bodies, links and regions of a run that has just been opened. */
+export function sceneOfReset(scene: ResetScene, hand: HandDescription): SceneInfo {
+  const bodies = scene.bodies.map((body): Body => ({
+    id: body.id,
+    name: body.name,
+    kind: body.free ? 'object' : 'furniture',
+    position: body.position ?? [0, 0, 0],
+    quat: body.quat_xyzw ?? NOWHERE,
+    parts: body.parts.map((part) => ({ position: part.position, quat: part.quat_xyzw, shape: part.shape })),
+    color: body.color,
+  }));
+  const first = Math.max(-1, ...bodies.map((body) => body.id)) + 1;
+  const links = hand.links.map((link, k): Body => ({
+    id: first + k,
+    name: link.name,
+    kind: 'hand',
+    position: link.base_from_link_at_rest.position,
+    quat: link.base_from_link_at_rest.quat_xyzw,
+    parts: link.shapes.map((shape) => ({ position: shape.position, quat: shape.quat_xyzw, shape: shape.shape })),
+    color: LINK,
+  }));
+  const objects = bodies.filter((body) => body.kind === 'object');
+  return { bodies: [...bodies, ...links], moving: [...objects, ...links].map((body) => body.id), regions: scene.regions, hand };
+}
+
+/** Where everything is after a step: objects as told, links from the joints. */
+export function momentOf(observation: Observation, hand: HandDescription): Moment {
+  const { truth } = observation;
+  const { position, quat_xyzw: quat } = observation.hand.base;
+  const objects = truth?.objects.position ?? [];
+  const q = truth?.joints.position ?? hand.coordinates.map((coordinate) => coordinate.rest);
+  const places = forwardKinematics(hand, q, { position, quat });
+  const poses = new Float32Array(POSE * (objects.length + hand.links.length));
+  objects.forEach((at, row) => {
+    poses.set(at, POSE * row);
+    poses.set(truth?.objects.quat_xyzw[row] ?? NOWHERE, POSE * row + 3);
+  });
+  hand.links.forEach((link, k) => {
+    const at = places.get(link.name);
+    if (!at) return;
+    poses.set(at.position, POSE * (objects.length + k));
+    poses.set(at.quat, POSE * (objects.length + k) + 3);
+  });
+  const motors = observation.hand.actuators.map(({ command, position: reached, tension }) => ({ command, position: reached, tension }));
+  return {
+    tick: observation.tick, time: observation.sim_time_s, score: observation.score, poses,
+    telemetry: { motors, tension: [], q, predicted: truth?.predicted_equilibrium ?? null },
+  };
+}

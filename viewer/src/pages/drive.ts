@@ -1,0 +1,27 @@
+/** `/drive`: a person drives a hand, on practice servers. */
+import '../style/base.css';
+import '../style/drive.css';
+import { getJson } from '../board/api';
+import { el, main, name } from '../board/kit';
+import { DriveView } from '../drive/view';
+
+interface Competition { name: string; mode: string }
+
+async function open(app: HTMLElement): Promise<void> {
+  let competition: Competition;
+  try {
+    competition = await getJson<Competition>('/v1/competition');
+  } catch (error) {
+    app.replaceChildren(el('h1', {}, 'Drive'), el('p', { class: 'notice bad' }, `${error instanceof Error ? error.message : String(error)}. Load the page again when it does.`));
+    return;
+  }
+  if (competition.mode !== 'practice') {
+    app.replaceChildren(el('h1', {}, 'Drive'), el('p', { class: 'notice' }, 'Driving by hand is for practice servers; this one holds the competition ', name(competition.name), '.'),
+      el('p', {}, 'Start one of your own with ', el('code', {}, 'palmares serve'), ' and open its page ', el('code', {}, '/drive'), '.'));
+    return;
+  }
+  app.replaceChildren();
+  new DriveView(app);
+}
+
+void open(main());
