@@ -108,9 +108,9 @@ test('a hand is driven, and its recording does the same again', async ({ page, s
 
   expect(wrong).toEqual([]);
 
-  const python = process.env['PALMARES_PYTHON'];
+  const python = process.env['PALMARES_CLIENT_PYTHON'];
   if (!python) {
-    console.warn('skipped: PALMARES_PYTHON names no Python with the client, so the downloaded controller was not run');
+    console.warn('skipped: PALMARES_CLIENT_PYTHON names no Python with the client, so the downloaded controller was not run');
     return;
   }
   const said = execFileSync(python, [file, '--url', server.url], { encoding: 'utf8' });

@@ -83,6 +83,11 @@ pub(crate) fn run() -> Result<bool> {
     if let Some(program) = &server {
         steps.push(step("descriptions in docs/schema", || schema::check(program).map(|()| PASSED)));
     }
+    let mut environment = None;
+    steps.push(step("Python environment", || {
+        environment = Some(Environment::prepare()?);
+        Ok(PASSED)
+    }));
     if let (Some(viewer), Some(program)) = (&viewer, &server) {
         steps.push(step("pages in Chromium", || {
             let Some(chromium) = apt::chromium() else {
@@ -90,14 +95,12 @@ pub(crate) fn run() -> Result<bool> {
                 return or_skipped(Err(missing.to_owned()));
             };
             let mut pages = viewer.npm(&["run", "--silent", "pages"]);
+            if let Some(environment) = &environment {
+                pages.env("PALMARES_CLIENT_PYTHON", environment.interpreter());
+            }
             whole(pages.env("PALMARES_SERVER_BIN", program).env("PALMARES_CHROMIUM", chromium))
         }));
     }
-    let mut environment = None;
-    steps.push(step("Python environment", || {
-        environment = Some(Environment::prepare()?);
-        Ok(PASSED)
-    }));
     if let Some(environment) = &environment {
         let python = |arguments: &[&str]| {
             let mut command = environment.python();

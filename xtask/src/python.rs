@@ -50,9 +50,14 @@ impl Environment {
 
     /// The environment's interpreter, started in `client-py/`.
     pub(crate) fn python(&self) -> Command {
-        let mut command = Command::new(self.bin.join(if cfg!(windows) { "python.exe" } else { "python" }));
+        let mut command = Command::new(self.interpreter());
         command.current_dir(project());
         command
+    }
+
+    /// The environment's interpreter.
+    pub(crate) fn interpreter(&self) -> PathBuf {
+        self.bin.join(if cfg!(windows) { "python.exe" } else { "python" })
     }
 }
 
