@@ -43,6 +43,9 @@ struct Options {
     /// What they want to see: telemetry, contacts, verdicts
     #[arg(long, value_delimiter = ',')]
     overlays: Vec<String>,
+    /// Play nothing: watch what others play, until interrupted
+    #[arg(long)]
+    only_watch: bool,
     /// JSON instead of binary frames
     #[arg(long)]
     json: bool,
@@ -54,8 +57,8 @@ async fn connect(url: &str, protocol: &str) -> Result<Socket, Error> {
     Ok(connect_async(request).await?.0)
 }
 
-/// Ticks and the seconds they computed, as the server counts them.
-async fn computed(url: &str) -> Result<(f64, f64), Error> {
+/// Ticks, the seconds they computed, and how late they began in all, s, as the server counts them.
+async fn computed(url: &str) -> Result<[f64; 3], Error> {
     let address = url.trim_start_matches("ws://");
     let mut stream = TcpStream::connect(address).await?;
     let request = format!("GET /metrics HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n");
@@ -66,7 +69,11 @@ async fn computed(url: &str) -> Result<(f64, f64), Error> {
         let line = answer.lines().find(|line| line.starts_with(name)).ok_or("no such metric")?;
         Ok(line.rsplit(' ').next().ok_or("no value")?.parse()?)
     };
-    Ok((value("palmares_tick_compute_seconds_count ")?, value("palmares_tick_compute_seconds_sum ")?))
+    Ok([
+        value("palmares_tick_compute_seconds_count ")?,
+        value("palmares_tick_compute_seconds_sum ")?,
+        value("palmares_tick_lateness_seconds_sum ")?,
+    ])
 }
 
 /// Moves the hand about among the objects, by the clock, until told to end.
@@ -127,6 +134,11 @@ async fn view(options: Options, sent: Arc<Sent>) -> Result<(), Error> {
 #[tokio::main(flavor = "current_thread")]
 async fn main() -> Result<(), Error> {
     let options = Options::parse();
+    if options.only_watch {
+        let crowd = (0..options.viewers).map(|_| view(options.clone(), Arc::default()));
+        futures_util::future::try_join_all(crowd).await?;
+        return Ok(());
+    }
     let end = Arc::new(AtomicBool::new(false));
     let player = tokio::spawn(play(options.clone(), end.clone()));
     tokio::time::sleep(Duration::from_secs(3)).await;
@@ -144,17 +156,18 @@ async fn main() -> Result<(), Error> {
             let each = |now: &AtomicU64, then: u64| {
                 (now.load(Ordering::Relaxed) - then) as f64 / passed_s / viewers.max(1) as f64
             };
-            let tick_us = (after.1 - before.1) / (after.0 - before.0) * 1e6;
+            let ticks = after[0] - before[0];
+            let [tick_us, late_us] = [1, 2].map(|k| (after[k] - before[k]) / ticks * 1e6);
             println!(
-                "{viewers} viewers: {tick_us:.1} µs a tick over {} ticks; each viewer {:.1} KB/s in {:.1} frames/s",
-                after.0 - before.0,
+                "{viewers} viewers: {tick_us:.1} µs a tick over {ticks} ticks, {late_us:.1} µs late; each viewer {:.1} KB/s in \
+                 {:.1} frames/s",
                 each(&sent.bytes, bytes) / 1e3,
                 each(&sent.frames, frames)
             );
             if viewers == 0 {
-                without.push(tick_us)
+                without.push([tick_us, late_us])
             } else {
-                with.push(tick_us)
+                with.push([tick_us, late_us])
             }
             tasks.iter().for_each(|task| task.abort());
             if player.is_finished() {
@@ -162,9 +175,12 @@ async fn main() -> Result<(), Error> {
             }
         }
     }
-    let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
-    let (with, without) = (mean(&with), mean(&without));
-    println!("{without:.1} µs without, {with:.1} µs with viewers: {:+.2} %", 100.0 * (with / without - 1.0));
+    let mean = |all: &[[f64; 2]], k: usize| all.iter().map(|turn| turn[k]).sum::<f64>() / all.len() as f64;
+    for (k, what) in ["a tick", "late"].into_iter().enumerate() {
+        let (with, without) = (mean(&with, k), mean(&without, k));
+        let more = 100.0 * (with / without - 1.0);
+        println!("{what}: {without:.1} µs without, {with:.1} µs with viewers: {more:+.2} %");
+    }
     end.store(true, Ordering::Relaxed);
     player.await?
 }
