@@ -11,6 +11,7 @@ import type { Body, SceneInfo, Vec3 } from '../model/scene';
 import { Arrows } from './arrows';
 import { Batch } from './batch';
 import { Blend } from './blend';
+import { split } from './furniture';
 import { Labels } from './labels';
 import { light } from './lights';
 import { Centres, Frames, regionLines } from './marks';
@@ -29,7 +30,8 @@ const GHOST = new Color('#56b4e9');
 interface Shown {
   info: SceneInfo;
   solid: Batch;
-  furniture: Batch;
+  boards: Batch;
+  walls: Batch;
   ghost: Batch | null;
   regions: LineSegments;
   frames: Frames;
@@ -106,14 +108,15 @@ export class Stage {
     const same = this.shown !== null && JSON.stringify(this.shown.info.regions) === JSON.stringify(info.regions);
     this.clear();
     const solid = info.bodies.filter((body) => body.kind !== 'furniture');
-    const furniture = info.bodies.filter((body) => body.kind === 'furniture');
+    const { boards, walls } = split(info.bodies.filter((body) => body.kind === 'furniture'));
     const links = info.bodies.filter((body) => body.kind === 'hand');
     const paint = (body: Body): Color => new Color().setRGB(...body.color, 'srgb');
     const shown: Shown = {
       info,
       links,
       solid: new Batch(solid, new MeshStandardMaterial({ roughness: 0.55 }), paint),
-      furniture: new Batch(furniture, new MeshStandardMaterial({ roughness: 0.9, transparent: true, opacity: 0.38, depthWrite: false }), paint),
+      boards: new Batch(boards, new MeshStandardMaterial({ roughness: 0.9 }), paint),
+      walls: new Batch(walls, new MeshStandardMaterial({ roughness: 0.9, transparent: true, opacity: 0.38, depthWrite: false }), paint),
       // The base is where it is: only the links after it are predicted.
       ghost: info.hand ? new Batch(links.slice(1), new MeshStandardMaterial({ transparent: true, opacity: 0.35, depthWrite: false }), () => GHOST) : null,
       regions: regionLines(info.regions),
@@ -124,9 +127,11 @@ export class Stage {
     };
     shown.solid.mesh.castShadow = true;
     shown.solid.mesh.receiveShadow = true;
-    shown.furniture.mesh.receiveShadow = true;
-    shown.furniture.mesh.renderOrder = 1;
-    this.three.add(shown.furniture.mesh, shown.solid.mesh, shown.regions, shown.frames.lines, shown.centres.mesh);
+    shown.boards.mesh.castShadow = true;
+    shown.boards.mesh.receiveShadow = true;
+    shown.walls.mesh.receiveShadow = true;
+    shown.walls.mesh.renderOrder = 1;
+    this.three.add(shown.boards.mesh, shown.walls.mesh, shown.solid.mesh, shown.regions, shown.frames.lines, shown.centres.mesh);
     if (shown.ghost) this.three.add(shown.ghost.mesh);
     this.shown = shown;
     this.picked = null;
@@ -359,7 +364,7 @@ export class Stage {
   private clear(): void {
     const { shown } = this;
     if (!shown) return;
-    const gone: (Batch | null)[] = [shown.solid, shown.furniture, shown.ghost];
+    const gone: (Batch | null)[] = [shown.solid, shown.boards, shown.walls, shown.ghost];
     for (const batch of gone) {
       if (!batch) continue;
       const material = batch.mesh.material;

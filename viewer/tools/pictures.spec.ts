@@ -1,0 +1,72 @@
+/** The pictures of README and docs, taken from the running program: `cargo xtask pictures`. Each is looked at before it is committed. */
+import { fileURLToPath } from 'node:url';
+import type { Page } from '@playwright/test';
+import { Example } from '../tests/client';
+import { test } from '../tests/server';
+
+const FOLDER = fileURLToPath(new URL('../../docs/pictures/', import.meta.url));
+const WIDE = { width: 1280, height: 800 };
+
+test.use({ viewport: WIDE, colorScheme: 'light' });
+
+/** Nothing but the picture, from nearer: `near` is the share of the distance that is left. */
+async function alone(page: Page, near: number): Promise<void> {
+  await page.evaluate((share) => {
+    const { stage } = window.palmares as unknown as { stage: { camera: { position: { lerp(to: unknown, share: number): void } }; controls: { target: unknown; update(): void } } };
+    stage.camera.position.lerp(stage.controls.target, 1 - share);
+    stage.controls.update();
+    for (const card of document.querySelectorAll<HTMLElement>('.hud')) card.hidden = true;
+  }, near);
+  // Shadows and labels are there after a few frames.
+  await page.waitForTimeout(2000);
+}
+
+/** Time of an event of a kind, s; the n-th of them. */
+function timeOf(page: Page, kind: string, n: number): Promise<number> {
+  return page.evaluate(([wanted, place]) => {
+    const { recording } = window.palmares as unknown as { recording: { events: { kind: string; time: number }[]; duration: number } };
+    return recording.events.filter((event) => event.kind === wanted)[place]?.time ?? recording.duration / 2;
+  }, [kind, n] as const);
+}
+
+test('the tasks, and a replay with its charts', async ({ page, server }) => {
+  for (const [task, before] of [['balls', 1.6], ['shelf', 2.2]] as const) {
+    const { run_id: run } = await Example.start(`${task}_softhand.py`, server.url, '--seed', '1', '--team', 'crabs').played;
+    await page.goto(`${server.url}/replay/${run}`);
+    await page.waitForFunction(() => window.palmares?.['recording'] !== undefined);
+    const time = await timeOf(page, 'in_goal', 2) - before;
+    if (task === 'balls') {
+      await page.goto(`${server.url}/replay/${run}#t=${time}`);
+      for (const label of ['Contact forces', 'Predicted equilibrium']) await page.getByLabel(label).check();
+      await page.getByRole('button', { name: 'Palm', exact: true }).click();
+      await page.waitForTimeout(2000);
+      await page.screenshot({ path: `${FOLDER}replay.png` });
+    }
+    await page.setViewportSize({ width: WIDE.width, height: 1100 });
+    await page.goto('about:blank');
+    await page.goto(`${server.url}/replay/${run}#t=${time}`);
+    await page.getByRole('button', { name: 'Whole', exact: true }).click();
+    await alone(page, 0.62);
+    await page.locator('.stage canvas').screenshot({ path: `${FOLDER}${task}.png` });
+    await page.setViewportSize(WIDE);
+  }
+});
+
+test('a world as it is played', async ({ page, server }) => {
+  const example = Example.start('balls_softhand.py', server.url, '--seed', '3', '--team', 'crabs');
+  await page.goto(`${server.url}/live/featured`);
+  for (const label of ['Contact forces', 'Names']) await page.getByLabel(label).check();
+  await page.getByLabel('Mark').selectOption({ index: 4 });
+  await page.locator('.side').evaluate((side) => { side.scrollTop = 0; });
+  await page.getByText('is in the goal').nth(1).waitFor();
+  await page.screenshot({ path: `${FOLDER}live.png` });
+  example.stop();
+});
+
+test('closing on an object, sensed against predicted', async ({ page, server }) => {
+  const { run_id: run } = await Example.start('grasp_softhand.py', server.url, '--seed', '1', '--team', 'crabs').played;
+  await page.goto(`${server.url}/replay/${run}`);
+  await page.getByRole('button', { name: /^Fig\. 6/ }).click();
+  await page.waitForTimeout(1000);
+  await page.getByRole('dialog').screenshot({ path: `${FOLDER}closing.png` });
+});
