@@ -39,7 +39,8 @@ function picture(label: string): SVGElement {
   return svg('svg', { viewBox: `0 0 ${EDGE} ${EDGE}`, role: 'img', 'aria-label': label, class: 'hand-picture' });
 }
 
-function side(hand: HandPicture, title: string, view: View): HTMLElement {
+/** One picture with its title. */
+export function side(hand: HandPicture, title: string, view: View): HTMLElement {
   const made = picture(`${hand.name}, ${title}`);
   const seen = outlines(hand, view);
   draw(made, seen, frameOf(seen));

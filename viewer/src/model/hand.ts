@@ -16,7 +16,19 @@ export interface LinkDescription {
 }
 export interface Coordinate { name: string; minimum: number | null; maximum: number | null; stiffness: number; damping: number; rest: number }
 export interface Motor { name: string; scaling: number; offset: number; speed_limit: number }
-export interface TendonDescription { name: string; motor: string; moment_arms: number[]; stiffness: number; damping: number; force_limit: number }
+export interface TendonDescription {
+  name: string;
+  motor: string;
+  /** At rest; one for each coordinate. */
+  moment_arms: number[];
+  /** What makes a moment arm vary with a coordinate. */
+  elements?: { coordinate: string; kind: string }[];
+  /** It pushes as well as it pulls. */
+  both_ways?: boolean;
+  stiffness: number;
+  damping: number;
+  force_limit: number;
+}
 export interface HandDescription {
   name: string;
   description: string;
@@ -25,6 +37,8 @@ export interface HandDescription {
   coordinates: Coordinate[];
   motors: Motor[];
   tendons: TendonDescription[];
+  /** Rectangles that feel touch; m. */
+  tactile?: { name: string; link: string; size: [number, number] }[];
   gravity_compensation: boolean;
 }
 

@@ -13,7 +13,7 @@ export interface AxisWanted { scale: string; label: string; side: 'left' | 'righ
 
 /** A choice of how much of the run charts show. */
 export function spanChoice(id: string, zoom: (span: number | null) => void): HTMLElement {
-  const choice = el('select', { id }, ...SPANS.map((span) => el('option', { value: span }, span === 0 ? 'the whole run' : `${span} s around now`)));
+  const choice = el('select', { id }, ...SPANS.map((span) => el('option', { value: span }, span === 0 ? 'the whole run' : `${span} s of it`)));
   choice.addEventListener('change', () => { zoom(Number(choice.value) || null); });
   return el('div', { class: 'row' }, el('label', { for: id }, 'Show'), choice);
 }
@@ -52,6 +52,8 @@ export class Chart {
   private time = 0;
   /** Length of what is shown, s; null: the whole run. */
   private span: number | null = null;
+  /** Where it begins, s. */
+  private from = 0;
 
   constructor(title: string, private readonly axes: AxisWanted[], private readonly duration: number, private readonly seek: (time: number) => void, ...controls: HTMLElement[]) {
     this.element = el('figure', { class: 'plot' }, el('figcaption', { class: 'row' }, el('span', {}, title), ...controls), this.place, this.legend);
@@ -78,16 +80,18 @@ export class Chart {
       if (value) setText(value, written(valueAt(line, time), line.unit));
     });
     if (!this.plot) return;
-    if (this.span !== null) {
-      const [min, max] = this.window();
-      this.plot.setScale('x', { min, max });
-    }
-    this.marker.style.transform = `translateX(${this.plot.valToPos(time, 'x')}px)`;
+    const [min, max] = this.window();
+    const { x } = this.plot.scales;
+    // It takes effect after this: the cursor's place is not asked of the plot.
+    if (x?.min !== min || x.max !== max) this.plot.setScale('x', { min, max });
+    const wide = this.plot.bbox.width / devicePixelRatio;
+    this.marker.style.transform = `translateX(${((time - min) / (max - min)) * wide}px)`;
   }
 
   /** Shows so many seconds around the cursor, or with null the whole run. */
   zoom(span: number | null): void {
     this.span = span;
+    this.from = this.time - (span ?? 0) / 2;
     this.build();
   }
 
@@ -101,8 +105,12 @@ export class Chart {
   private window(): [number, number] {
     const all = Math.max(this.duration, 1e-3);
     if (this.span === null || this.span >= all) return [0, all];
-    const from = Math.min(Math.max(this.time - this.span / 2, 0), all - this.span);
-    return [from, from + this.span];
+    // It stays until the cursor comes near its edge, and then goes on by a page.
+    const margin = this.span / 20;
+    if (this.time > this.from + this.span - margin) this.from = this.time - 2 * margin;
+    else if (this.time < this.from + margin) this.from = this.time + 2 * margin - this.span;
+    this.from = Math.min(Math.max(this.from, 0), all - this.span);
+    return [this.from, this.from + this.span];
   }
 
   private resize(): void {

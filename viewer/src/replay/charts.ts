@@ -51,7 +51,7 @@ export class Charts {
     add(felt ? 'Motors, σ' : 'Motors, σ asked for', 'σ', () => coloured(runs, ({ series }) => series.motors()), [0, 1]);
     add(felt ? 'Joint angle' : 'Turn of a link, from its poses', '°', () => coloured(runs, ({ series }) => series.joint(this.joint.value)), undefined, this.joint);
     if (felt) {
-      add('Tension of the tendons, in the hand’s unit', 'tension', () => coloured(runs, ({ series }) => series.tensions()), [0, 1]);
+      add('Tension of the tendons', 'tension', () => coloured(runs, ({ series }) => series.tensions()), [0, 1]);
       add('Contact force, N, on', 'N', () => coloured(runs, ({ series, object }) => (object === null ? [] : series.forces(object))), [0, 1], this.about);
       add('Score', 'points', () => coloured(runs, ({ series }) => series.score()), [0, 1]);
     }

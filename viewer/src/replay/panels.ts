@@ -13,7 +13,7 @@ export function objectOf(recording: Recording, event: RecordedEvent): Body | und
 }
 
 /** Who, what, with which hand, and what came of it. */
-export function about({ recording, run, file }: Loaded, mark: string): HTMLElement {
+export function about({ recording, file, bytes }: Loaded, mark: string): HTMLElement {
   const { info, outcome, signed, duration } = recording;
   const said = (key: string): string => info.get(key) ?? '–';
   const count = (n: number): string => `${n} ${n === 1 ? 'object' : 'objects'}`;
@@ -30,9 +30,16 @@ export function about({ recording, run, file }: Loaded, mark: string): HTMLEleme
     ]),
     el('details', {}, el('summary', {}, 'Is it true?'),
       el('p', {}, 'This page shows what the file says. That these actions lead to this score, this proves:'),
-      el('pre', { tabindex: 0 }, `palmares verify ${file}`),
+      el('pre', { tabindex: 0 }, 'palmares verify ', name(file)),
       el('p', {}, signed ? 'It checks the signature, too; this page does not.' : 'Nobody has signed this file.')),
-    run ? el('p', {}, el('a', { href: `/v1/runs/${encodeURIComponent(run)}/replay`, download: file }, 'The file')) : null);
+    bytes ? button('Save the file', () => { save(bytes, file); }, { class: 'small' }) : null);
+}
+
+/** Hands over what came from the server already: a second request would need the token again. */
+function save(bytes: Uint8Array<ArrayBuffer>, file: string): void {
+  const address = URL.createObjectURL(new Blob([bytes], { type: 'application/octet-stream' }));
+  el('a', { href: address, download: file }).click();
+  window.setTimeout(() => { URL.revokeObjectURL(address); }, 60_000);
 }
 
 /** Every event as a button that goes there. */

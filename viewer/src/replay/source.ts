@@ -11,8 +11,8 @@ export class NotGiven extends Error {
   get wantsToken(): boolean { return this.status === 401 || this.status === 403; }
 }
 
-/** A recording and where it is from: `run` names a run of this server, a file has a name only. */
-export interface Loaded { recording: Recording; run: string | null; file: string }
+/** A recording and where it is from: `run` names a run of this server, a file has a name only; `bytes` is what came, to be kept. */
+export interface Loaded { recording: Recording; run: string | null; file: string; bytes: Uint8Array<ArrayBuffer> | null }
 
 async function refused(response: Response): Promise<NotGiven> {
   const problem: unknown = await response.json().catch(() => null);
@@ -21,7 +21,7 @@ async function refused(response: Response): Promise<NotGiven> {
 }
 
 /** Reads a body to its end and says how much of it has come. */
-async function whole(response: Response, said: (words: string) => void): Promise<Uint8Array> {
+async function whole(response: Response, said: (words: string) => void): Promise<Uint8Array<ArrayBuffer>> {
   const length = Number(response.headers.get('Content-Length') ?? 0);
   const reader = response.body?.getReader();
   if (!reader) return new Uint8Array(await response.arrayBuffer());
@@ -49,7 +49,7 @@ async function read(bytes: Uint8Array, said: (words: string) => void): Promise<R
 
 /** A run's replay from this server. */
 export async function fromServer(run: string, token: string | null, said: (words: string) => void): Promise<Loaded> {
-  let bytes: Uint8Array;
+  let bytes: Uint8Array<ArrayBuffer>;
   try {
     const response = await fetch(`/v1/runs/${encodeURIComponent(run)}/replay`, { headers: token ? { Authorization: `Bearer ${token}` } : {}, credentials: 'omit' });
     if (!response.ok) throw await refused(response);
@@ -58,13 +58,13 @@ export async function fromServer(run: string, token: string | null, said: (words
     if (error instanceof NotGiven) throw error;
     throw new NotGiven('The server does not answer. Is it still running?', 0);
   }
-  return { recording: await read(bytes, said), run, file: `${run}.mcap` };
+  return { recording: await read(bytes, said), run, file: `${run}.mcap`, bytes };
 }
 
 /** A file from this computer. It goes nowhere. */
 export async function fromFile(file: File, said: (words: string) => void): Promise<Loaded> {
   said('Reading …');
-  return { recording: await read(new Uint8Array(await file.arrayBuffer()), said), run: null, file: file.name };
+  return { recording: await read(new Uint8Array(await file.arrayBuffer()), said), run: null, file: file.name, bytes: null };
 }
 
 /** What went wrong, in words. */

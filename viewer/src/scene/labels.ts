@@ -9,12 +9,15 @@ interface Label { element: HTMLElement; width: number; x: number; y: number; see
 export class Labels {
   private readonly labels = new Map<number, Label>();
   private readonly at = new Vector3();
+  /** One that would lie farther than this below its body is left out, px. */
+  private farthest = Infinity;
 
   constructor(private readonly container: HTMLElement) {}
 
   /** Labels for bodies by id; others go. */
-  set(names: readonly { id: number; name: string }[]): void {
+  set(names: readonly { id: number; name: string }[], farthest = Infinity): void {
     this.clear();
+    this.farthest = farthest;
     for (const { id, name } of names) {
       const element = document.createElement('span');
       element.className = 'stage-label';
@@ -39,18 +42,26 @@ export class Labels {
     for (const [id, label] of this.labels) {
       const at = where(id, this.at)?.project(camera);
       label.seen = at !== undefined && at.z < 1 && Math.abs(at.x) < 1 && Math.abs(at.y) < 1;
-      if (label.element.hidden === label.seen) label.element.hidden = !label.seen;
-      if (!at || !label.seen) continue;
+      if (!at || !label.seen) {
+        label.element.hidden = true;
+        continue;
+      }
       label.x = Math.max(0, Math.min(((at.x + 1) / 2) * width, width - label.width));
       label.y = ((1 - at.y) / 2) * height;
       seen.push(label);
     }
     seen.sort((a, b) => a.y - b.y);
-    seen.forEach((label, k) => {
-      for (const other of seen.slice(0, k)) {
+    const placed: Label[] = [];
+    seen.forEach((label) => {
+      const own = label.y;
+      for (const other of placed) {
         const beside = label.x > other.x + other.width || other.x > label.x + label.width;
         if (!beside && label.y < other.y + LINE_PX && label.y > other.y - LINE_PX) label.y = other.y + LINE_PX;
       }
+      const near = label.y - own <= this.farthest;
+      if (label.element.hidden === near) label.element.hidden = !near;
+      if (!near) return;
+      placed.push(label);
       label.element.style.transform = `translate(${Math.round(label.x)}px, ${Math.round(label.y)}px)`;
     });
   }

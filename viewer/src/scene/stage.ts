@@ -281,8 +281,11 @@ export class Stage {
   }
 
   private relabel(): void {
-    const on = this.overlays.has('names') && this.shown;
-    this.labels.set(on ? this.shown?.info.bodies.filter((body) => body.kind === 'object') ?? [] : []);
+    const bodies = this.overlays.has('names') ? this.shown?.info.bodies ?? [] : [];
+    const objects = bodies.filter((body) => body.kind === 'object');
+    // A hand alone is asked about for its links; they are close together, and nearer by there is room for more names.
+    if (objects.length > 0) this.labels.set(objects);
+    else this.labels.set(bodies.filter((body) => body.kind === 'hand'), 12);
     this.dirty = true;
   }
 

@@ -1,0 +1,47 @@
+/** Who asks: a team by its token, on a practice server by its name. Kept in this page's memory alone; never in an address. */
+import { getJson, postJson, Refused } from '../board/api';
+import type { HandDescription } from '../model/hand';
+import type { Asked, Rest } from './rest';
+
+export interface Access { token: string | null; team: string | null }
+
+/** A hand in short. */
+export interface HandInfo { name: string; description: string; motors: string[]; joints: string[] }
+/** A hand that a team sent in. */
+export interface OwnHand { hand_id: string; name: string; status: string; note: string | null; warnings: string[]; sha256: string; bytes: number }
+export interface HandList { hands: HandInfo[]; own?: OwnHand[] }
+
+export const NOBODY: Access = { token: null, team: null };
+
+/** An address with whose hands are meant; the team's name is no secret. */
+function path(rest: string, { token, team }: Access): string {
+  return `/v1/hands${rest}${token === null && team !== null ? `?team=${encodeURIComponent(team)}` : ''}`;
+}
+
+export function listHands(access: Access): Promise<HandList> {
+  return getJson<HandList>(path('', access), access.token);
+}
+
+export function describeHand(name: string, access: Access): Promise<HandDescription> {
+  return getJson<HandDescription>(path(`/${encodeURIComponent(name)}`, access), access.token);
+}
+
+export function equilibrium(name: string, asked: Asked, access: Access): Promise<Rest> {
+  return postJson<Rest>(path(`/${encodeURIComponent(name)}/equilibrium`, access), asked, access.token);
+}
+
+/** Sends a hand in; what the check refuses is thrown as `Refused`. */
+export async function sendHand(archive: Uint8Array<ArrayBuffer>, access: Access): Promise<OwnHand> {
+  const headers: Record<string, string> = { 'Content-Type': 'application/zip' };
+  if (access.token !== null) headers['Authorization'] = `Bearer ${access.token}`;
+  let response: Response;
+  try {
+    response = await fetch(path('', access), { method: 'POST', headers, body: archive, credentials: 'omit' });
+  } catch {
+    throw new Refused('the server does not answer, or took no more of the file: is it larger than 32 MiB?', 0, 'unreachable');
+  }
+  const answer: unknown = await response.json().catch(() => null);
+  if (response.ok) return answer as OwnHand;
+  const problem = (answer ?? {}) as { detail?: string; code?: string };
+  throw new Refused(problem.detail ?? `the server answered ${response.status}`, response.status, problem.code ?? '');
+}

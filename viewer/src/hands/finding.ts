@@ -1,0 +1,38 @@
+/** What the check of a hand found, taken apart: the server writes `file: element: what; valid: what would be right`. */
+
+export interface Finding { file: string | null; element: string | null; text: string; valid: string | null }
+
+const FILE = /^([^\s:]+\.(?:zip(?:\/[^:]+)?|urdf|toml|stl)): /;
+const ELEMENT = /^((?:[\w. -]+ )?'[^']*'|\[+[^\]]+\]+[\w. ]*|[\w.]+): /;
+const VALID = /; (valid: .*|the limit is .*)$/s;
+const UNUSUAL = 'beyond the program\u2019s hands: ';
+
+/** One message; what has another form stays whole. */
+export function finding(message: string): Finding {
+  let text = message.trim().replace(/^beyond the program's hands: /, '');
+  const unusual = text.length < message.trim().length;
+  let file: string | null = null;
+  let element: string | null = null;
+  let valid: string | null = null;
+  const named = FILE.exec(text);
+  if (named) {
+    file = named[1] ?? null;
+    text = text.slice(named[0].length);
+    const about = ELEMENT.exec(text);
+    if (about) {
+      element = about[1] ?? null;
+      text = text.slice(about[0].length);
+    }
+  }
+  const right = VALID.exec(text);
+  if (right) {
+    valid = right[1] ?? null;
+    text = text.slice(0, right.index);
+  }
+  return { file, element, text: unusual ? UNUSUAL + text : text, valid };
+}
+
+/** A refusal may hold several, one a line. */
+export function findings(detail: string): Finding[] {
+  return detail.split('\n').filter((line) => line.trim() !== '').map(finding);
+}

@@ -1,0 +1,73 @@
+/** `/hands`: the hands that can be looked at, each with a picture; and a place to send one in. */
+import { el, name } from '../board/kit';
+import { VIEWS, turned } from '../admin/outline';
+import { side } from '../admin/sides';
+import { type Access, describeHand, type HandInfo, type HandList, listHands, type OwnHand } from './access';
+import { uploadForm } from './upload';
+import { whoForm } from './who';
+
+/** What the page around does. */
+export interface Opener {
+  access: Access;
+  readonly official: boolean;
+  open(hand: string, check?: OwnHand): void;
+}
+
+export class HandListView {
+  private readonly cards = el('div', { class: 'hand-cards' });
+  private readonly says = el('p', { class: 'soft', role: 'status' });
+  private readonly own = el('section', { class: 'panel', hidden: true });
+
+  constructor(app: HTMLElement, private readonly page: Opener) {
+    const { official } = page;
+    app.replaceChildren(
+      el('div', { class: 'title' }, el('h1', {}, 'Hands'), el('p', { class: 'lead' }, 'Close one, push it, and read what it is made of.')),
+      this.says, this.cards, this.own,
+      el('div', { class: 'columns' },
+        el('section', { class: 'panel' }, el('h2', {}, 'Your team'), whoForm(official, page.access, (access) => { page.access = access; void this.load(); })),
+        el('section', { class: 'panel' }, el('h2', {}, 'A hand of your own'),
+          el('p', { class: 'hint' }, 'It is checked, kept for your team, and turned right here. How to make one: docs/hands.md.'),
+          uploadForm(() => page.access, official, (hand) => { page.open(hand.name, hand); }))));
+    void this.load();
+  }
+
+  private async load(): Promise<void> {
+    let list: HandList;
+    try {
+      list = await listHands(this.page.access);
+    } catch (error) {
+      this.says.className = 'error';
+      this.says.textContent = error instanceof Error ? error.message : String(error);
+      return;
+    }
+    this.says.className = 'soft';
+    this.says.textContent = '';
+    const { own = [] } = list;
+    this.cards.replaceChildren(...list.hands.map((hand) => this.card(hand, own.some((one) => one.name === hand.name))));
+    this.own.hidden = own.length === 0;
+    this.own.replaceChildren(el('h2', {}, 'Sent in by your team'), el('ul', { class: 'plain' }, ...own.map((hand) => el('li', {},
+      name(hand.name), ' ', el('span', { class: `badge ${hand.status === 'approved' ? 'ok' : hand.status === 'rejected' ? 'bad' : 'warn'}` }, hand.status),
+      hand.note === null ? null : el('span', { class: 'soft' }, ' ', name(hand.note))))));
+  }
+
+  private card(hand: HandInfo, own: boolean): HTMLElement {
+    const count = (n: number, what: string): string => `${n} ${what}${n === 1 ? '' : 's'}`;
+    const link = el('a', { href: `/hands/${encodeURIComponent(hand.name)}` }, name(hand.name));
+    link.addEventListener('click', (event) => {
+      if (event.ctrlKey || event.metaKey || event.shiftKey) return;
+      event.preventDefault();
+      this.page.open(hand.name);
+    });
+    const picture = el('div', { class: 'pair' });
+    void this.draw(hand.name, picture);
+    return el('article', { class: 'card hand-card' }, picture, el('h2', {}, link, own ? el('span', { class: 'badge info' }, 'your own') : null),
+      el('p', { class: 'soft' }, `${count(hand.joints.length, 'coordinate')}, ${count(hand.motors.length, 'motor')}`), el('p', {}, name(hand.description)));
+  }
+
+  private async draw(hand: string, into: HTMLElement): Promise<void> {
+    try {
+      const description = await describeHand(hand, this.page.access);
+      into.replaceChildren(side(description, 'palm', VIEWS.palm), side(description, 'askew', turned(0.7)));
+    } catch { /* the card stands without a picture */ }
+  }
+}

@@ -1,0 +1,300 @@
+/** A hand without a world: closed by its sliders, pushed and held by the pointer, explained by its numbers. */
+import { Matrix4, Quaternion, Vector3 } from 'three';
+import { figure } from '../board/format';
+import { Refused } from '../board/api';
+import { button, el, facts, name, setText } from '../board/kit';
+import { viewButtons } from '../live/controls';
+import type { HandDescription } from '../model/hand';
+import { palmOf } from '../model/palm';
+import { composed, type Pose } from '../model/pose';
+import type { Vec3 } from '../model/scene';
+import { type OverlayName, Stage } from '../scene/stage';
+import { equilibrium, type OwnHand } from './access';
+import { closing } from './closing';
+import { Grip, type Mode } from './grip';
+import { LawPanel } from './law';
+import type { Opener } from './list';
+import { Marks } from './marks';
+import { MotorSliders } from './motors';
+import { NamedFrames } from './named_frames';
+import { Newest } from './newest';
+import { FORCES, numbersOf, usualForce } from './numbers';
+import { Points } from './points';
+import { baseTurn, type Posture, POSTURES } from './postures';
+import { asked, type Asked, bounded, inLink, inWorld, type Load, MOST_LOADS, type Rest, rounded } from './rest';
+import { graspCentre, heightOf, momentOf, placesAt, placesOf, sceneOfHand } from './scene';
+import { Tables } from './tables';
+import { Tensions } from './tensions';
+import { accepted, uploadForm } from './upload';
+import { whoForm } from './who';
+
+/** Length that the arrow's scale speaks of, m. */
+const FIVE_CM = 0.05;
+const MODES: readonly (readonly [Mode, string])[] = [['look', 'Look'], ['force', 'Push'], ['hold', 'Hold']];
+const SHOWN: readonly (readonly [OverlayName, string])[] = [['frames', 'Frames: base, palm, grasp centre, links'], ['names', 'Names of links'], ['com', 'Centres of mass']];
+
+export class HandView {
+  readonly stage: Stage;
+  readonly loads: Load[] = [];
+  /** The answer that is shown, for tests. */
+  rest: Rest | null = null;
+  readonly asking: Newest<Asked, Rest>;
+  private readonly place = el('div', { class: 'stage' });
+  private readonly picked = el('p', { class: 'card', role: 'status', hidden: true });
+  private readonly sliders: MotorSliders;
+  private readonly tensions: Tensions;
+  private readonly law: LawPanel;
+  private readonly points: Points;
+  private readonly tables: Tables;
+  private readonly marks: Marks;
+  private readonly frames: NamedFrames;
+  private readonly grip: Grip;
+  private readonly posture = el('select', { id: 'posture' }, ...POSTURES.map(([value, label]) => el('option', { value }, label)));
+  private readonly scale: HTMLSelectElement;
+  private readonly modes = el('div', { class: 'group', role: 'group', 'aria-label': 'The pointer' });
+  private readonly baseSays = el('p', { class: 'hint' });
+  private readonly says = el('p', { class: 'card', role: 'status' }, 'Asking where it rests …');
+  private base: Pose = { position: [0, 0, 0], quat: [0, 0, 0, 1] };
+  private places: Map<string, Pose>;
+  private chosen: number | null = null;
+  private next = 1;
+
+  constructor(app: HTMLElement, private readonly hand: HandDescription, private readonly page: Opener, check: OwnHand | null, title: HTMLElement) {
+    this.places = placesOf(hand, hand.coordinates.map((c) => c.rest), this.base);
+    const usual = usualForce(hand);
+    this.scale = el('select', { id: 'scale' }, ...FORCES.map((n) => el('option', { value: n, selected: n === usual }, `${n} N`)));
+    this.sliders = new MotorSliders(hand.motors, () => { this.ask(); });
+    this.tensions = new Tensions(hand.tendons);
+    this.law = new LawPanel(hand);
+    this.points = new Points(hand, {
+      add: (kind, link) => { this.add(kind, link, hand.links.find((one) => one.name === link)?.com ?? [0, 0, 0]); },
+      remove: (id) => { this.remove(id); },
+      choose: (id) => { this.choose(id); },
+      set: (id, what, axis, value) => {
+        this.change(id, (load) => {
+          const vector: Vec3 = [...load[what]];
+          vector[axis] = value;
+          load[what] = what === 'force' ? bounded(vector) : vector;
+        });
+      },
+    }, el('div', { class: 'field row nowrap' }, el('label', { for: 'scale' }, '5 cm of arrow are'), this.scale));
+    this.tables = new Tables(hand, [['Closing', () => closing(hand, page.access)]]);
+    const side = el('div', { class: 'side' });
+    app.classList.add('stage-page', 'hand-page');
+    app.replaceChildren(this.place, side, this.tables.element);
+    this.stage = new Stage(this.place);
+    this.marks = new Marks(this.stage, this.place);
+    this.frames = new NamedFrames(this.stage, this.place);
+    this.grip = new Grip(this.stage, this.marks, this.place, {
+      made: (kind, link, at) => this.made(kind, link, at),
+      taken: (id) => { this.choose(id); },
+      dragged: (id, at) => { this.dragged(id, at); },
+    });
+    this.place.append(el('div', { class: 'hud top-left' }, this.says, this.picked),
+      el('div', { class: 'hud bottom-left' }, this.modeButtons(), viewButtons(() => [this.stage])));
+    side.append(el('section', { class: 'panel' }, title, el('p', {}, name(hand.description)), button('Reset', () => { this.reset(); }, { class: 'small' })),
+      ...(check ? [accepted(check)] : []), this.sliders.element, this.tensions.element, this.points.element, this.law.element, this.held(), this.shown(), this.figures(), this.further());
+    this.posture.addEventListener('change', () => { this.hold(this.posture.value as Posture); });
+    this.scale.addEventListener('change', () => { this.draw(); });
+    this.stage.onPick((id) => { this.pick(id); });
+    this.asking = new Newest((question) => equilibrium(hand.name, question, page.access), (rest, question) => { this.answered(rest, question); },
+      (error) => { this.failed(error instanceof Error ? error.message : String(error)); }, (error) => error instanceof Refused && (error.status === 503 || error.status === 429));
+    this.hold('model');
+    if (check) document.getElementById('check')?.focus();
+    window.palmares = { stage: this.stage, hand: this };
+  }
+
+  dispose(): void {
+    this.asking.close();
+    this.stage.dispose();
+  }
+
+  /** N for each m of arrow. */
+  get gain(): number {
+    return Number(this.scale.value) / FIVE_CM;
+  }
+
+  /** Where a load's handle is in the picture, CSS px; for tests. */
+  handleOf(id: number): { x: number; y: number } | null {
+    return this.marks.handleOf(id);
+  }
+
+  // What the person does.
+
+  private ask(): void {
+    this.asking.put(asked(this.sliders.sigma, this.base, this.loads));
+  }
+
+  private add(kind: Load['kind'], link: string, point: Vec3): number | null {
+    const at = this.places.get(link);
+    if (!at || this.loads.filter((load) => load.kind === kind).length >= MOST_LOADS) return null;
+    const id = this.next;
+    this.next += 1;
+    this.loads.push({ id, kind, link, point: rounded(point, 1e5), force: [0, 0, 0], place: [0, 0, 0] });
+    const made = this.loads.at(-1);
+    // Where the point is that is sent: held a little beside it, it would take force.
+    if (made) made.place = inWorld(at, made.point);
+    this.choose(id);
+    this.ask();
+    return id;
+  }
+
+  private made(kind: 'force' | 'hold', link: number, at: Vec3): number | null {
+    const body = this.hand.links[link];
+    const pose = body && this.places.get(body.name);
+    return pose ? this.add(kind, body.name, inLink(pose, at)) : null;
+  }
+
+  private dragged(id: number, at: Vec3): void {
+    this.change(id, (load) => {
+      if (load.kind === 'hold') {
+        load.place = rounded(at, 1e4);
+        return;
+      }
+      const link = this.places.get(load.link);
+      if (!link) return;
+      const from = inWorld(link, load.point);
+      const gain = this.gain;
+      load.force = bounded([(at[0] - from[0]) * gain, (at[1] - from[1]) * gain, (at[2] - from[2]) * gain]);
+    });
+  }
+
+  private change(id: number, how: (load: Load) => void): void {
+    const load = this.loads.find((one) => one.id === id);
+    if (!load) return;
+    how(load);
+    this.draw();
+    this.ask();
+  }
+
+  private remove(id: number): void {
+    const k = this.loads.findIndex((load) => load.id === id);
+    if (k >= 0) this.loads.splice(k, 1);
+    this.draw();
+    this.ask();
+  }
+
+  private choose(id: number): void {
+    this.chosen = id;
+    this.draw();
+  }
+
+  private reset(): void {
+    this.loads.length = 0;
+    this.sliders.set(this.hand.motors.map(() => 0));
+    this.posture.value = 'model';
+    this.hold('model');
+  }
+
+  /** Holds the base another way; the picture begins anew. */
+  private hold(posture: Posture): void {
+    const quat = baseTurn(this.hand, posture);
+    this.base = { position: [0, 0, heightOf(this.hand, quat)], quat };
+    setText(this.baseSays, `The base’s origin is ${(100 * this.base.position[2]).toFixed(0)} cm above the ground. Where the palm looks is guessed from how the fingers close.`);
+    const q = this.rest?.q ?? this.hand.coordinates.map((c) => c.rest);
+    // What holds points in space is left where it was on the hand.
+    const before = this.places;
+    this.places = placesOf(this.hand, q, this.base);
+    for (const load of this.loads) {
+      const [was, is] = [before.get(load.link), this.places.get(load.link)];
+      if (was && is) load.place = inWorld(is, inLink(was, load.place));
+    }
+    this.stage.setScene(sceneOfHand(this.hand, this.base));
+    this.stage.view('free');
+    this.draw();
+    this.ask();
+  }
+
+  private pick(id: number | null): void {
+    const link = id === null ? undefined : this.hand.links[id];
+    this.picked.hidden = link === undefined;
+    if (!link) return;
+    this.points.choose(link.name);
+    this.picked.replaceChildren(name(link.name), `: ${figure(1000 * link.mass)} g`, ...(link.coordinate === null ? [] : [', moved by ', name(link.coordinate)]));
+  }
+
+  // What is shown.
+
+  private answered(rest: Rest, question: Asked): void {
+    // An answer to loads that have since been added or removed says nothing of those.
+    const same = question.contacts.length === this.loads.filter((load) => load.kind === 'hold').length;
+    this.rest = same ? rest : { ...rest, reactions: [] };
+    this.places = placesAt(rest);
+    this.tensions.show(rest.tension);
+    this.law.show(rest);
+    this.says.classList.remove('bad');
+    setText(this.says, rest.law === 'closed_form' ? 'Rests by the closed form' : 'Rests by Newton’s method');
+    this.tables.show(rest, question.motors);
+    this.draw();
+  }
+
+  private failed(message: string): void {
+    this.law.fail(message);
+    this.says.classList.add('bad');
+    setText(this.says, `${message[0]?.toUpperCase() ?? ''}${message.slice(1)}. The pose before stays.`);
+  }
+
+  private draw(): void {
+    this.stage.show(momentOf(this.hand, this.places));
+    this.marks.show(this.loads, this.places, this.rest, 1 / this.gain, this.chosen);
+    this.points.show(this.loads, this.rest, this.chosen);
+    this.drawFrames();
+  }
+
+  private drawFrames(): void {
+    const palm = palmOf(this.hand);
+    // z out of the palm, x towards the fingertips.
+    const out = new Vector3(...palm.direction);
+    const along = new Vector3(...palm.middle).addScaledVector(out, -out.dot(new Vector3(...palm.middle)));
+    if (along.length() < 1e-3) along.set(1, 0, 0).addScaledVector(out, -out.x);
+    along.normalize();
+    const turn = new Quaternion().setFromRotationMatrix(new Matrix4().makeBasis(along, new Vector3().crossVectors(out, along), out));
+    const frame = composed(this.base, { position: palm.middle, quat: [turn.x, turn.y, turn.z, turn.w] });
+    const centre = graspCentre(this.hand, this.places);
+    this.frames.show([this.base, frame, ...(centre ? [{ position: centre, quat: frame.quat }] : [])]);
+  }
+
+  private figures(): HTMLElement {
+    const { hand } = this;
+    const { shapes, size, torque, strongest } = numbersOf(hand);
+    const edges = size.map((edge) => (1000 * edge).toFixed(0)).join(' × ');
+    return el('section', { class: 'panel' }, el('h2', {}, 'In numbers'), facts([
+      ['Mass', `${figure(1000 * hand.mass)} g`], ['Size at rest', `${edges} mm`],
+      ['Links', `${hand.links.length}, with ${shapes} shapes`], ['Coordinates', hand.coordinates.length], ['Tendons', hand.tendons.length], ['Motors', hand.motors.length],
+      ['Strongest joint', el('span', {}, name(strongest), `: up to ${figure(torque)} N·m`)],
+      ['Touch', hand.tactile && hand.tactile.length > 0 ? `${hand.tactile.length} patches` : 'not felt'],
+    ]));
+  }
+
+  private modeButtons(): HTMLElement {
+    for (const [mode, label] of MODES) {
+      const made = button(label, () => {
+        this.grip.mode = mode;
+        for (const other of this.modes.children) other.setAttribute('aria-pressed', String(other === made));
+      }, { class: 'small', 'aria-pressed': String(mode === 'look') });
+      this.modes.append(made);
+    }
+    return this.modes;
+  }
+
+  private held(): HTMLElement {
+    return el('section', { class: 'panel' }, el('h2', {}, 'Base'), el('div', { class: 'field' }, el('label', { for: 'posture' }, 'Held'), this.posture, this.baseSays));
+  }
+
+  private shown(): HTMLElement {
+    return el('details', { class: 'panel', open: true }, el('summary', {}, 'Show'), ...SHOWN.map(([overlay, label]) => {
+      const box = el('input', { type: 'checkbox', id: `overlay-${overlay}` });
+      box.addEventListener('change', () => {
+        this.stage.setOverlay(overlay, box.checked);
+        if (overlay === 'frames') this.frames.visible = box.checked;
+      });
+      return el('div', { class: 'check' }, box, el('label', { for: `overlay-${overlay}` }, label));
+    }), el('p', { class: 'hint' }, 'Axes x, y, z are vermilion, green, blue. The palm’s frame is guessed, z out of it; the grasp centre lies amid the fingertips and has its axes.'));
+  }
+
+  private further(): HTMLElement {
+    return el('details', { class: 'panel' }, el('summary', {}, 'A hand of your own'),
+      whoForm(this.page.official, this.page.access, (access) => { this.page.access = access; }),
+      uploadForm(() => this.page.access, this.page.official, (hand) => { this.page.open(hand.name, hand); }), el('p', {}, el('a', { href: '/hands' }, 'All hands')));
+  }
+}

@@ -1,0 +1,84 @@
+/** `/hands`: the hands; `/hands/NAME`: one of them. Going from one to another keeps the page, so that a token stays in its memory. */
+import '../style/base.css';
+import '../style/hands.css';
+import { getJson } from '../board/api';
+import { el, main, name } from '../board/kit';
+import { type Access, describeHand, NOBODY, type OwnHand } from '../hands/access';
+import { HandListView, type Opener } from '../hands/list';
+import type { HandView } from '../hands/view';
+import { whoForm } from '../hands/who';
+import type { HandDescription } from '../model/hand';
+
+class Page implements Opener {
+  access: Access = NOBODY;
+  official = false;
+  private view: HandView | null = null;
+
+  constructor(private readonly app: HTMLElement) {}
+
+  async begin(hand: string): Promise<void> {
+    try {
+      this.official = (await getJson<{ mode: string }>('/v1/competition')).mode !== 'practice';
+    } catch (error) {
+      this.fail('Hands', error);
+      return;
+    }
+    window.addEventListener('popstate', () => { this.show(handOf(location.pathname), null); });
+    // The address of the list is followed in this page, too.
+    this.app.addEventListener('click', (event) => {
+      const link = event.target instanceof Element ? event.target.closest('a') : null;
+      if (link?.getAttribute('href') !== '/hands' || event.ctrlKey || event.metaKey || event.shiftKey) return;
+      event.preventDefault();
+      history.pushState(null, '', '/hands');
+      this.show('', null);
+    });
+    this.show(hand, null);
+  }
+
+  open(hand: string, check?: OwnHand): void {
+    history.pushState(null, '', `/hands/${encodeURIComponent(hand)}`);
+    this.show(hand, check ?? null);
+  }
+
+  private show(hand: string, check: OwnHand | null): void {
+    this.view?.dispose();
+    this.view = null;
+    this.app.classList.remove('stage-page', 'hand-page');
+    if (hand === '') {
+      document.title = 'Hands \u2013 Palmares';
+      new HandListView(this.app, this);
+    } else {
+      void this.look(hand, check);
+    }
+  }
+
+  private async look(hand: string, check: OwnHand | null): Promise<void> {
+    this.app.replaceChildren(el('p', { role: 'status' }, 'Loading …'));
+    let description: HandDescription;
+    let module: typeof import('../hands/view');
+    try {
+      [description, module] = await Promise.all([describeHand(hand, this.access), import('../hands/view')]);
+    } catch (error) {
+      this.fail(hand, error);
+      this.app.append(el('section', { class: 'panel' }, el('h2', {}, 'Is it your team’s own?'), whoForm(this.official, this.access, (access) => { this.access = access; this.show(hand, null); })));
+      return;
+    }
+    // Somebody has gone on meanwhile.
+    if (handOf(location.pathname) !== hand) return;
+    document.title = `${description.name} \u2013 Palmares`;
+    this.view = new module.HandView(this.app, description, this, check, el('h1', {}, name(description.name)));
+  }
+
+  private fail(hand: string, error: unknown): void {
+    this.app.replaceChildren(el('h1', {}, name(hand)), el('p', { class: 'notice bad', role: 'alert' }, error instanceof Error ? error.message : String(error)),
+      el('p', {}, el('a', { href: '/hands' }, 'All hands')));
+  }
+}
+
+/** The hand that an address names. */
+function handOf(path: string): string {
+  return decodeURIComponent(/^\/hands\/([^/]+)$/.exec(path)?.[1] ?? '');
+}
+
+const app = main();
+void new Page(app).begin(document.body.dataset['arg'] ?? '');
