@@ -15,13 +15,13 @@ export interface Gripped {
   made(kind: 'force' | 'hold', link: number, at: Vec3): number | null;
   /** A load's handle was taken. */
   taken(id: number): void;
-  /** Its handle is to be at this point of the world, m. */
-  dragged(id: number, at: Vec3): void;
+  /** Its handle was dragged so far from where it was taken, m, in the world. */
+  dragged(id: number, by: Vec3): void;
 }
 
 export class Grip {
   mode: Mode = 'look';
-  private hold: { id: number; plane: Plane; offset: Vector3 } | null = null;
+  private hold: { id: number; plane: Plane; from: Vector3 } | null = null;
   private readonly raycaster = new Raycaster();
 
   constructor(private readonly stage: Stage, private readonly marks: Marks, area: HTMLElement, private readonly told: Gripped) {
@@ -44,8 +44,7 @@ export class Grip {
     if (id === null || !at) return;
     this.told.taken(id);
     const plane = new Plane().setFromNormalAndCoplanarPoint(this.stage.camera.getWorldDirection(new Vector3()), at);
-    const pointer = this.on(plane, event);
-    this.hold = { id, plane, offset: pointer ? at.clone().sub(pointer) : new Vector3() };
+    this.hold = { id, plane, from: this.on(plane, event) ?? at.clone() };
     this.stage.controls.enabled = false;
     canvas.setPointerCapture(event.pointerId);
   }
@@ -54,7 +53,7 @@ export class Grip {
     const { hold } = this;
     const at = hold && this.on(hold.plane, event);
     if (!hold || !at) return;
-    at.add(hold.offset);
+    at.sub(hold.from);
     this.told.dragged(hold.id, [at.x, at.y, at.z]);
   }
 

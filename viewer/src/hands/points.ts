@@ -11,7 +11,7 @@ type Vector = 'point' | 'force' | 'place';
 const WRITTEN: Record<Vector, { title: string; unit: string; by: number; digits: number }> = {
   point: { title: 'Point, in the link’s frame', unit: 'mm', by: 1000, digits: 1 },
   force: { title: 'Force, in the world', unit: 'N', by: 1, digits: 3 },
-  place: { title: 'Held at, in the world', unit: 'mm', by: 1000, digits: 2 },
+  place: { title: 'Held at, in the world', unit: 'mm', by: 1000, digits: 1 },
 };
 
 interface Row { load: Load; element: HTMLElement; title: HTMLElement; says: HTMLElement; inputs: Map<Vector, HTMLInputElement[]> }

@@ -58,6 +58,8 @@ export class HandView {
   private places: Map<string, Pose>;
   private chosen: number | null = null;
   private next = 1;
+  /** What the load was whose handle is being dragged. */
+  private before: Pick<Load, 'force' | 'place'> = { force: [0, 0, 0], place: [0, 0, 0] };
 
   constructor(app: HTMLElement, private readonly hand: HandDescription, private readonly page: Opener, check: OwnHand | null, title: HTMLElement) {
     this.places = placesOf(hand, hand.coordinates.map((c) => c.rest), this.base);
@@ -87,8 +89,8 @@ export class HandView {
     this.frames = new NamedFrames(this.stage, this.place);
     this.grip = new Grip(this.stage, this.marks, this.place, {
       made: (kind, link, at) => this.made(kind, link, at),
-      taken: (id) => { this.choose(id); },
-      dragged: (id, at) => { this.dragged(id, at); },
+      taken: (id) => { this.taken(id); },
+      dragged: (id, by) => { this.dragged(id, by); },
     });
     this.place.append(el('div', { class: 'hud top-left' }, this.says, this.picked),
       el('div', { class: 'hud bottom-left' }, this.modeButtons(), viewButtons(() => [this.stage])));
@@ -145,17 +147,19 @@ export class HandView {
     return pose ? this.add(kind, body.name, inLink(pose, at)) : null;
   }
 
-  private dragged(id: number, at: Vec3): void {
+  private taken(id: number): void {
+    const load = this.loads.find((one) => one.id === id);
+    if (load) this.before = { force: load.force, place: load.place };
+    this.choose(id);
+  }
+
+  /** The force is what the pointer has moved, wherever the link has gone meanwhile: it would swing with it. */
+  private dragged(id: number, by: Vec3): void {
+    const { force, place } = this.before;
+    const plus = (v: Vec3, times: number): Vec3 => [v[0] + by[0] * times, v[1] + by[1] * times, v[2] + by[2] * times];
     this.change(id, (load) => {
-      if (load.kind === 'hold') {
-        load.place = rounded(at, 1e4);
-        return;
-      }
-      const link = this.places.get(load.link);
-      if (!link) return;
-      const from = inWorld(link, load.point);
-      const gain = this.gain;
-      load.force = bounded([(at[0] - from[0]) * gain, (at[1] - from[1]) * gain, (at[2] - from[2]) * gain]);
+      if (load.kind === 'hold') load.place = plus(place, 1);
+      else load.force = bounded(plus(force, this.gain));
     });
   }
 
