@@ -9,6 +9,8 @@ export default defineConfig({
   reporter: [['list']],
   outputDir: '../target/viewer-tests',
   use: {
+    // What is not there does not use up the time of the whole test.
+    actionTimeout: 20_000,
     launchOptions: {
       executablePath: process.env['PALMARES_CHROMIUM'] ?? '/usr/bin/chromium',
       args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'],

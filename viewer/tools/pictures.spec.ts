@@ -70,3 +70,14 @@ test('closing on an object, sensed against predicted', async ({ page, server }) 
   await page.waitForTimeout(1000);
   await page.getByRole('dialog').screenshot({ path: `${FOLDER}closing.png` });
 });
+
+test('each hand, half closed, with its frames and names', async ({ page, server }) => {
+  await page.setViewportSize({ width: WIDE.width, height: 1100 });
+  for (const hand of ['softhand', 'reflex', 'pinch']) {
+    await page.goto(`${server.url}/hands/${hand}`);
+    await page.getByRole('button', { name: 'Half', exact: true }).click();
+    for (const label of ['Names of links', 'Frames: base, palm']) await page.getByLabel(label).check();
+    await alone(page, 0.75);
+    await page.locator('.stage').screenshot({ path: `${FOLDER}${hand}.png` });
+  }
+});

@@ -21,8 +21,17 @@ pub(crate) fn build_server(release: bool) -> Result<PathBuf> {
 /// Builds the program of the package of the same name and returns where it is. Cargo is asked rather than guessed,
 /// since the target directory can be set in several ways.
 pub(crate) fn build(package: &str, release: bool) -> Result<PathBuf> {
+    built(package, "--bin", package, release)
+}
+
+/// Builds an example as it is meant to be measured, and returns where it is.
+pub(crate) fn build_example(package: &str, example: &str) -> Result<PathBuf> {
+    built(package, "--example", example, true)
+}
+
+fn built(package: &str, kind: &str, name: &str, release: bool) -> Result<PathBuf> {
     let mut build = cargo();
-    build.args(["build", "--package", package, "--bin", package]);
+    build.args(["build", "--package", package, kind, name]);
     build.args(["--message-format", "json-render-diagnostics"]);
     if release {
         build.arg("--release");
@@ -32,7 +41,7 @@ pub(crate) fn build(package: &str, release: bool) -> Result<PathBuf> {
     String::from_utf8_lossy(&output.stdout)
         .lines()
         .filter_map(|line| serde_json::from_str::<Value>(line).ok())
-        .filter(|message| message["target"]["name"] == package)
+        .filter(|message| message["target"]["name"] == name)
         .find_map(|message| message["executable"].as_str().map(PathBuf::from))
-        .with_context(|| format!("cargo did not say where it put the program `{package}`"))
+        .with_context(|| format!("cargo did not say where it put the program `{name}`"))
 }

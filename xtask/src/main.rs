@@ -1,4 +1,4 @@
-//! Developer commands: `cargo xtask demo`, `docker`, `report`, `schema`, `test` and `viewer`.
+//! Developer commands: `cargo xtask demo`, `docker`, `pages`, `report`, `schema`, `test` and `viewer`.
 
 mod apt;
 mod cargo;
@@ -6,6 +6,7 @@ mod check;
 mod demo;
 mod docker;
 mod instructions;
+mod pages;
 mod python;
 mod report;
 mod schema;
@@ -29,6 +30,12 @@ enum Task {
     Demo(demo::Options),
     /// Build the container image from source, start it with compose, play on it, stop and start it again.
     Docker(docker::Options),
+    /// Run the pages in a browser: take the pictures of README and docs anew, or measure what the pages cost.
+    Pages {
+        /// What is wanted.
+        #[arg(value_enum)]
+        wanted: pages::Wanted,
+    },
     /// Compare speed and error with rapier and MuJoCo over all scenes; write docs/report.
     Report(report::Options),
     /// Write the descriptions of messages and addresses in docs/schema anew.
@@ -43,6 +50,7 @@ fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Task::Demo(options) => demo::run(&options).map(|()| true),
         Task::Docker(options) => docker::run(&options).map(|()| true),
+        Task::Pages { wanted } => pages::run(wanted).map(|()| true),
         Task::Report(options) => report::run(&options).map(|()| true),
         Task::Schema => cargo::build_server(false).and_then(|program| schema::run(&program)).map(|()| true),
         Task::Test => check::run(),

@@ -1,0 +1,42 @@
+//! `cargo xtask pages`: the pictures of README and docs, and what the pages cost, from the running program.
+
+use crate::apt;
+use crate::cargo::{build_example, build_server};
+use crate::python::Environment;
+use crate::viewer::Viewer;
+use anyhow::{Context, Result, ensure};
+use clap::ValueEnum;
+
+/// What is wanted of the pages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Wanted {
+    /// Take the pictures in docs/pictures anew.
+    Pictures,
+    /// Print bytes, script time, draw calls and latency.
+    Measure,
+}
+
+/// Runs the pages in Chromium, against a server that is compiled as users compile it.
+pub(crate) fn run(wanted: Wanted) -> Result<()> {
+    let chromium = apt::chromium()
+        .context("Chromium is not installed (Debian's package `chromium`), and could not be")?;
+    let viewer = Viewer::prepare()?;
+    viewer.build()?;
+    let program = build_server(true)?;
+    let environment = Environment::prepare()?;
+    let script = match wanted {
+        Wanted::Pictures => "pictures",
+        Wanted::Measure => "measure",
+    };
+    let mut pages = viewer.npm(&["run", "--silent", "tools", "--", script]);
+    pages
+        .env("PALMARES_SERVER_BIN", program)
+        .env("PALMARES_CHROMIUM", chromium)
+        .env("PALMARES_CLIENT_PYTHON", environment.interpreter());
+    if wanted == Wanted::Measure {
+        pages.env("PALMARES_VIEWERS", build_example("palmares-tests", "viewers")?);
+    }
+    let status = pages.status().context("cannot start npm")?;
+    ensure!(status.success(), "the pages could not be run; see above");
+    Ok(())
+}
