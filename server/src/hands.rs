@@ -15,6 +15,8 @@ use palmares_models::read::{self, Files, Limits, LoadOptions, Loaded};
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use palmares_tasks::Task;
+use schemars::JsonSchema;
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::Write;
@@ -69,12 +71,8 @@ fn read_within(bytes: &[u8], limits: &HandLimits) -> Result<Loaded, String> {
 }
 
 /// Reads an archive as a hand that may be played, and tells what is odd about it, for its team and for who decides:
-/// oddities of its files, and where it goes farther than any hand of the program.
-fn examine(
-    bytes: &[u8],
-    limits: &HandLimits,
-    tasks: &[Arc<Task>],
-) -> Result<(Arc<Hand>, Vec<String>), Refusal> {
+/// oddities of its files, and its figures beside those of the program's hands.
+fn examine(bytes: &[u8], limits: &HandLimits, tasks: &[Arc<Task>]) -> Result<Examined, Refusal> {
     let within = read_within(bytes, limits).map_err(|why| Refusal::new(Code::BadRequest, why));
     let Loaded { hand, sources, warnings } = within?;
     let hand = Arc::new(hand);
@@ -83,10 +81,28 @@ fn examine(
         return Err(Refusal::new(Code::HandInTheWay, told(&in_the_way)));
     }
     let mut odd: Vec<String> = warnings.iter().map(ToString::to_string).collect();
-    let rows = inspect::figures(&hand, &sources, limits);
-    let beyond = rows.iter().filter(|row| row.beyond_others);
+    let figures = inspect::figures(&hand, &sources, limits);
+    let beyond = figures.iter().filter(|row| row.beyond_others);
     odd.extend(beyond.map(|row| format!("beyond the program's hands: {}", row.in_words())));
-    Ok((hand, odd))
+    Ok(Examined { hand, warnings: odd, figures })
+}
+
+/// A hand that may be played, and what is to be told of it.
+struct Examined {
+    hand: Arc<Hand>,
+    warnings: Vec<String>,
+    figures: Vec<FigureRow>,
+}
+
+/// What a team is told of a hand that it sent in.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "SubmittedHand")]
+pub(crate) struct Submitted {
+    /// The hand as it is kept.
+    #[serde(flatten)]
+    pub(crate) row: HandRow,
+    /// Beside the hands of the program and the limits.
+    pub(crate) figures: Vec<FigureRow>,
 }
 
 /// What an organizer looks at before deciding.
@@ -128,7 +144,7 @@ impl OwnHands {
         background: &Background,
         team: &str,
         received: Received,
-    ) -> Result<HandRow, Refusal> {
+    ) -> Result<Submitted, Refusal> {
         let _turn = self.checking.try_acquire().map_err(|_| {
             Refusal::new(Code::Capacity, "another hand is being checked; try again").retry_after(2.0)
         })?;
@@ -143,7 +159,8 @@ impl OwnHands {
             background.run(Level::Awaited, move || examine(&received.bytes, &limits, &tasks)).await
         };
         let bytes = &received.bytes;
-        let (hand, warnings) = checked.map_err(|error| failed("the hand could not be checked", &error))??;
+        let Examined { hand, warnings, figures } =
+            checked.map_err(|error| failed("the hand could not be checked", &error))??;
         names::hand(&hand.name).map_err(|error| error.of("name in hand.toml"))?;
         if let Some(known) = names::like(&hand.name, builtin_hands().iter().map(|known| known.name.as_str()))
         {
@@ -156,7 +173,7 @@ impl OwnHands {
         let sha256 = sha256_hex(bytes);
         if let Some(row) = had.into_iter().find(|row| row.sha256 == sha256) {
             // The same again changes nothing.
-            return Ok(row);
+            return Ok(Submitted { row, figures });
         }
         self.keep(&sha256, bytes).map_err(|error| failed("the hand could not be stored", &error))?;
         let hand_id = random_hex(8).map_err(|error| failed("no randomness", &error))?;
@@ -174,7 +191,7 @@ impl OwnHands {
         let row = store.hand(&hand_id).await.map_err(store_failed)?;
         let row = row.ok_or_else(|| failed("the hand could not be stored", &"it is not there"))?;
         tracing::info!(team, hand = row.name, hand_id, bytes = bytes.len(), "hand sent in");
-        Ok(row)
+        Ok(Submitted { row, figures })
     }
 
     /// The archive on the disk, whole or not at all.

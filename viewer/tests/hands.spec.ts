@@ -213,6 +213,8 @@ test('a hand that is sent in is checked and turns', async ({ page, server }) => 
   await page.getByText('A hand of your own').click();
   await page.setInputFiles('#hand-files', [file('hand.urdf', urdf), file('hand.toml', toml)]);
   await expect(check).toContainText('pending');
+  await check.getByText('Its figures').click();
+  await expect(check.getByRole('row', { name: 'number of motors' })).toContainText('≤ 24');
   await page.getByText('A hand of your own').click();
   await page.getByRole('link', { name: 'All hands' }).click();
   await expect(page.locator('.hand-card', { hasText: 'claw' })).toContainText('your own');

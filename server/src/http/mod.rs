@@ -15,8 +15,9 @@ mod replay;
 mod runs;
 
 use crate::app::App;
+use crate::hands::Submitted;
 use crate::problem;
-use crate::store::{HandRow, RunRecord};
+use crate::store::RunRecord;
 use crate::{transport, watch};
 use axum::Router;
 use axum::http::Method;
@@ -93,7 +94,7 @@ fn routes() -> Routes<App> {
             hands::list,
         )
         .add(
-            post("/v1/hands", "Send in a hand of one's own", ZIP, of::<HandRow>())
+            post("/v1/hands", "Send in a hand of one's own", ZIP, of::<Submitted>())
                 .query("team", WHOSE)
                 .token(Token::Optional)
                 .created(),

@@ -1,4 +1,5 @@
 /** What the organizers' addresses answer; the schemas are in docs/schema/openapi.json. Times in ms since 1970 UTC, lengths in s. */
+import type { Figure } from '../board/figures';
 import type { HandDescription } from '../model/hand';
 
 export interface Session {
@@ -12,10 +13,6 @@ export interface Issued { team?: string; role?: string; token_id: string; token:
 export interface Hand {
   hand_id: string; team: string; name: string; sha256: string; bytes: number; status: 'pending' | 'approved' | 'rejected' | string;
   note: string | null; warnings: string[]; created_unix_ms: number; decided_unix_ms: number | null;
-}
-export interface Figure {
-  figure: string; unit: string; what: string; value: number | null; place: string | null; others: Record<string, number>;
-  limit: number | null; bound: 'most' | 'least' | string; allowed: boolean; beyond_others: boolean;
 }
 export interface ShownHand { hand: Hand; figures: Figure[]; in_the_way: string[]; description?: HandDescription }
 export interface Similar { run_id: string; team?: string; [more: string]: unknown }

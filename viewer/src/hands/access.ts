@@ -1,4 +1,5 @@
 /** Who asks: a team by its token, on a practice server by its name. Kept in this page's memory alone; never in an address. */
+import type { Figure } from '../board/figures';
 import { getJson, postJson, Refused } from '../board/api';
 import type { HandDescription } from '../model/hand';
 import type { Asked, Rest } from './rest';
@@ -8,7 +9,7 @@ export interface Access { token: string | null; team: string | null }
 /** A hand in short. */
 export interface HandInfo { name: string; description: string; motors: string[]; joints: string[] }
 /** A hand that a team sent in. */
-export interface OwnHand { hand_id: string; name: string; status: string; note: string | null; warnings: string[]; sha256: string; bytes: number }
+export interface OwnHand { hand_id: string; name: string; status: string; note: string | null; warnings: string[]; sha256: string; bytes: number; figures?: Figure[] }
 export interface HandList { hands: HandInfo[]; own?: OwnHand[] }
 
 export const NOBODY: Access = { token: null, team: null };

@@ -1,5 +1,6 @@
 /** A hand of one's own: sent in as the server takes it, answered with what the check says. */
 import { Refused } from '../board/api';
+import { figureTable } from '../board/figures';
 import { el, facts, name } from '../board/kit';
 import { type Access, type OwnHand, sendHand } from './access';
 import { type Finding, findings } from './finding';
@@ -29,7 +30,9 @@ export function accepted(hand: OwnHand): HTMLElement {
     el('h2', {}, 'Check: ', el('span', { class: many > 0 ? 'badge warn' : 'badge ok' }, many === 0 ? 'usable' : `usable, ${many} ${many === 1 ? 'warning' : 'warnings'}`)),
     many > 0 ? findingList(hand.warnings.flatMap(findings)) : null,
     facts([['State', hand.status === 'pending' ? 'pending: waits for the organizers' : hand.status], ['Archive', `${hand.bytes} bytes`], ['SHA-256', el('code', {}, hand.sha256)]]),
-    hand.note === null ? null : el('p', {}, 'The organizers say: ', name(hand.note)));
+    hand.note === null ? null : el('p', {}, 'The organizers say: ', name(hand.note)),
+    hand.figures === undefined ? null : el('details', {}, el('summary', {}, 'Its figures, beside those of the other hands and the limits'),
+      el('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': 'Figures' }, figureTable(hand.figures))));
 }
 
 /** The form; `sent` is told of a hand that was taken. */
