@@ -11,7 +11,7 @@ use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
 use palmares_models::hand::describe::HandDescription;
 use palmares_models::measure::HandLimits;
-use palmares_models::read::{self, Files, Limits, LoadOptions, Loaded};
+use palmares_models::read::{self, Files, Limits, LoadOptions, Loaded, Visual};
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use palmares_tasks::Task;
@@ -284,6 +284,29 @@ impl OwnHands {
         });
         inspected
             .await
+            .map_err(|error| failed("the hand could not be looked at", &error))?
+            .map_err(|error: String| failed("the hand could not be looked at", &error))
+    }
+
+    /// How the links of a team's own hand look, of the one that [`OwnHands::find`] finds; nothing of no such hand.
+    pub(crate) async fn visuals(
+        &self,
+        store: &Store,
+        background: &Background,
+        team: &str,
+        name: &str,
+    ) -> Result<Vec<Visual>, Refusal> {
+        let Some((_, sha256)) = self.find(store, background, team, name, false).await? else {
+            return Ok(Vec::new());
+        };
+        let path = self.path(&sha256);
+        let seen = background.run(Level::Awaited, move || {
+            let options = LoadOptions::default();
+            let bytes = fs::read(path).map_err(|error| error.to_string())?;
+            let files = Files::archive(Path::new("hand.zip"), &bytes, &options.limits);
+            files.and_then(|files| read::visuals(files, &options)).map_err(|error| error.to_string())
+        });
+        seen.await
             .map_err(|error| failed("the hand could not be looked at", &error))?
             .map_err(|error: String| failed("the hand could not be looked at", &error))
     }

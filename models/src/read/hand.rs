@@ -15,6 +15,7 @@ use super::tactile;
 use super::urdf::link::LinkReader;
 use super::urdf::reduce;
 use super::urdf::tree::{self, Urdf};
+use super::visual::{self, Visual};
 use crate::error::{LoadWarning, ModelError};
 use crate::hand::Hand;
 use crate::measure::{Sources, oddities};
@@ -131,6 +132,22 @@ pub fn from_text(
     warnings.extend(oddities(&hand, &report.file));
     let sources = Sources { urdf: report.file, settings: at.file, stated: settings.stated() };
     Ok(Loaded { hand, sources, warnings })
+}
+
+/// How the links of a hand look, by what its URDF says: parts that can be read, on the links that [`from_files`] gives.
+///
+/// # Errors
+/// The URDF cannot be read as a hand.
+pub fn visuals(mut files: Files, options: &LoadOptions) -> Result<Vec<Visual>, ModelError> {
+    let urdf = files.find_urdf()?;
+    let urdf_file = files.display(&urdf);
+    let text = read_text(files.read(&urdf, "URDF", options.limits.text_bytes)?, &urdf_file)?;
+    let mut report = Report::new(&urdf_file);
+    let tree = tree::parse(&text, &options.limits, &mut report)?;
+    let settings = Settings::default();
+    let mut reader = LinkReader::new(&settings, options, Some(&files));
+    let reduced = reduce::reduce(&tree, &mut reader, &mut report)?;
+    Ok(visual::visuals(&tree, &reduced.merged_into, &files, &options.limits))
 }
 
 /// A hand's name stands in addresses, on pages and in file names.

@@ -80,7 +80,7 @@ impl<'a> MeshReader<'a> {
 }
 
 /// `package://name/path` and relative paths lie in the URDF's folder, and never outside it.
-fn mesh_path(name: &str, element: &str, report: &Report) -> Result<PathBuf, ModelError> {
+pub(crate) fn mesh_path(name: &str, element: &str, report: &Report) -> Result<PathBuf, ModelError> {
     let relative = match name.strip_prefix("package://") {
         Some(rest) => rest.split_once('/').map_or(rest, |(_, path)| path),
         None => name.strip_prefix("file://").unwrap_or(name),

@@ -4,6 +4,7 @@
 //! 2. `urdf/` makes the URDF a checked tree, folds mimic joints and merges what does not move; `mesh.rs` and `stl.rs`
 //!    make meshes rounded hulls. `settings.rs` reads and checks `hand.toml`.
 //! 3. `coordinates.rs`, `actuation.rs` and `tactile.rs` build from both what the hand has beside its links.
+//!    `visual.rs` tells how links look, for those who draw them.
 //! 4. `hand.rs` goes through these in order. `objects.rs` reads the catalogue's objects.
 //!
 //! What is odd is a warning, what cannot be meant an error (`report.rs`).
@@ -21,8 +22,10 @@ mod settings;
 pub(crate) mod stl;
 mod tactile;
 pub(crate) mod urdf;
+mod visual;
 
 pub use self::files::Files;
-pub use self::hand::{Loaded, from_files, from_text, hand};
+pub use self::hand::{Loaded, from_files, from_text, hand, visuals};
 pub use self::limits::Limits;
 pub use self::options::{InertiaPolicy, LoadOptions};
+pub use self::visual::{Look, Visual};

@@ -39,6 +39,24 @@ pub(crate) fn vertices(
     Ok(points)
 }
 
+/// The triangles of an STL file's bytes, scaled to metres; none if it is not STL, or a corner is not finite or too far away.
+pub(crate) fn triangles(bytes: &[u8], scale: Vec3, length_m: f64) -> Option<Vec<[[f32; 3]; 3]>> {
+    check_count(bytes).ok()?;
+    let scene = mesh_loader::stl::from_slice(bytes).ok()?;
+    let mut triangles = Vec::new();
+    for mesh in &scene.meshes {
+        let corner = |&index: &u32| {
+            let [x, y, z] = *mesh.vertices.get(index as usize)?;
+            let at = (Vec3::new(f64::from(x), f64::from(y), f64::from(z)) * scale).to_array();
+            at.iter().all(|x| x.abs() <= length_m).then(|| at.map(|x| x as f32))
+        };
+        for [a, b, c] in &mesh.faces {
+            triangles.push([corner(a)?, corner(b)?, corner(c)?]);
+        }
+    }
+    Some(triangles)
+}
+
 /// A binary STL states how many triangles follow; what it states must be there. Parsers trust one or the other.
 fn check_count(bytes: &[u8]) -> Result<(), String> {
     const HEADER: usize = 80;

@@ -13,3 +13,4 @@ mod reference;
 mod reference_reflex;
 mod reflex;
 mod softhand;
+mod visual;

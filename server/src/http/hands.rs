@@ -22,14 +22,14 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Whose hands, on a practice server.
-#[derive(Deserialize)]
+#[derive(Clone, Deserialize)]
 pub(super) struct Whose {
     #[serde(default)]
     team: Option<String>,
 }
 
 /// The team that asks: by its token, on a practice server also by its name.
-async fn team(app: &App, headers: &HeaderMap, whose: Whose) -> Result<Option<String>, Problem> {
+pub(super) async fn team(app: &App, headers: &HeaderMap, whose: Whose) -> Result<Option<String>, Problem> {
     let identity = app.auth.identify(&app.store, headers).await?;
     match identity {
         Some(Identity { role: Role::Team, team, .. }) => Ok(team),

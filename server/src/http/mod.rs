@@ -13,6 +13,7 @@ mod openapi;
 mod pages;
 mod replay;
 mod runs;
+mod visuals;
 
 use crate::app::App;
 use crate::hands::Submitted;
@@ -114,6 +115,15 @@ fn routes() -> Routes<App> {
             .query("team", WHOSE)
             .token(Token::Optional),
             equilibrium::equilibrium,
+        )
+        .add(
+            get_json::<visuals::Visuals>(
+                "/v1/hands/{name}/visuals",
+                "How the links of a hand look, where that is not what they touch with",
+            )
+            .query("team", WHOSE)
+            .token(Token::Optional),
+            visuals::visuals,
         )
         .add(get_json::<leaderboard::Leaderboard>("/v1/leaderboard", "The ranking"), leaderboard::json)
         .add(get("/v1/leaderboard.csv", "The ranking as a table", CSV), leaderboard::csv)

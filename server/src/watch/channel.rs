@@ -62,7 +62,12 @@ impl Channel {
     /// The message `scene` for a watcher.
     pub(super) fn scene(&self, watcher: &Watcher) -> Utf8Bytes {
         let [with_hand, bare] = &self.scenes;
-        if watcher.may_know_hand(&self.info.team, self.own_hand) { with_hand.clone() } else { bare.clone() }
+        // In practice everybody can ask for any team's hand.
+        if watcher.may_know_hand(&self.info.team, self.own_hand && self.info.official) {
+            with_hand.clone()
+        } else {
+            bare.clone()
+        }
     }
 
     /// Makes a frame of the newest copy, unless there is one.

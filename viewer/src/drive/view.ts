@@ -6,6 +6,7 @@ import { offerOverlays, overlaySwitches, viewButtons } from '../live/controls';
 import { EVENTS } from '../model/events';
 import type { Moment } from '../model/moment';
 import type { SceneInfo } from '../model/scene';
+import { dressed, visualsOf } from '../net/visuals';
 import { Stage } from '../scene/stage';
 import { BasePanel } from './base_panel';
 import { Driver, type Phase, type Told } from './driver';
@@ -144,6 +145,7 @@ export class DriveView implements Told {
     const before = this.scene;
     this.scene = sceneOfReset(scene, hand);
     this.stage.setScene(this.scene);
+    void this.dress(this.scene, hand.name);
     // Room for the hand's handles, and to fly.
     if (JSON.stringify(before?.regions) !== JSON.stringify(this.scene.regions)) this.stage.camera.position.lerp(this.stage.controls.target, -AIR);
     this.runForm.open = false;
@@ -205,6 +207,14 @@ export class DriveView implements Told {
   }
 
   // What the person does.
+
+  /** The hand as its own files show it, where they do. */
+  private async dress(scene: SceneInfo, hand: string): Promise<void> {
+    const seen = dressed(scene, await visualsOf(hand, this.choice?.team ?? null, this.choice?.token ?? null));
+    if (seen === scene || this.scene !== scene) return;
+    this.stage.setScene(seen);
+    if (this.newest) this.stage.show(this.newest);
+  }
 
   private async begin(choice: Choice): Promise<void> {
     const before = this.choice;

@@ -7,7 +7,8 @@ import { viewButtons } from '../live/controls';
 import type { HandDescription } from '../model/hand';
 import { palmOf } from '../model/palm';
 import { composed, type Pose } from '../model/pose';
-import type { Vec3 } from '../model/scene';
+import type { Part, Vec3 } from '../model/scene';
+import { dressed, visualsOf } from '../net/visuals';
 import { type OverlayName, Stage } from '../scene/stage';
 import { equilibrium, type OwnHand } from './access';
 import { closing } from './closing';
@@ -58,6 +59,8 @@ export class HandView {
   private places: Map<string, Pose>;
   private chosen: number | null = null;
   private next = 1;
+  /** How its links look, where its files say so. */
+  private looks: ReadonlyMap<string, Part[]> = new Map();
   /** What the load was whose handle is being dragged. */
   private before: Pick<Load, 'force' | 'place'> = { force: [0, 0, 0], place: [0, 0, 0] };
 
@@ -102,6 +105,11 @@ export class HandView {
     this.asking = new Newest((question) => equilibrium(hand.name, question, page.access), (rest, question) => { this.answered(rest, question); },
       (error) => { this.failed(error instanceof Error ? error.message : String(error)); }, (error) => error instanceof Refused && (error.status === 503 || error.status === 429));
     this.hold('model');
+    void visualsOf(hand.name, page.access.team, page.access.token).then((looks) => {
+      if (looks.size === 0) return;
+      this.looks = looks;
+      this.hold(this.posture.value as Posture);
+    });
     if (check) document.getElementById('check')?.focus();
     window.palmares = { stage: this.stage, hand: this };
   }
@@ -203,7 +211,7 @@ export class HandView {
       const [was, is] = [before.get(load.link), this.places.get(load.link)];
       if (was && is) load.place = inWorld(is, inLink(was, load.place));
     }
-    this.stage.setScene(sceneOfHand(this.hand, this.base));
+    this.stage.setScene(dressed(sceneOfHand(this.hand, this.base), this.looks));
     this.stage.view('free');
     this.draw();
     this.ask();

@@ -5,6 +5,7 @@ import { EVENTS } from '../model/events';
 import type { Moment } from '../model/moment';
 import type { Body, SceneInfo } from '../model/scene';
 import { type Listener, type Outcome, type RunEvent, type SessionClock, type Target, type Verdict, WatchSocket } from '../net/watch';
+import { dressed, visualsOf } from '../net/visuals';
 import { Stage } from '../scene/stage';
 import { offerOverlays, overlaySwitches, viewButtons } from './controls';
 import { Gauges } from './gauges';
@@ -43,6 +44,8 @@ export class LiveView implements Listener {
   private info: SceneInfo | null = null;
   private judged: Verdict[] = [];
   private picked: number | null = null;
+  /** The token that is used. */
+  private held: string | null = null;
   private written = 0;
   /** The newest moment, for tests. */
   newest: Moment | null = null;
@@ -77,10 +80,20 @@ export class LiveView implements Listener {
     this.log.replaceChildren();
     this.stage.setScene(scene);
     this.gauges.setHand(scene.hand ?? null);
+    void this.dress(scene);
     this.explain();
     setText(this.figures.score, '–');
     if (scene.run) this.who.replaceChildren(name(scene.run.team), ` \u2013 ${scene.run.task}, `, name(scene.run.hand));
     this.objects.replaceChildren(el('option', { value: '' }, 'none'), ...this.free().map((body) => el('option', { value: body.id }, body.name)));
+  }
+
+  /** The hand as its own files show it, where they do. */
+  private async dress(scene: SceneInfo): Promise<void> {
+    if (!scene.run || !scene.hand) return;
+    const seen = dressed(scene, await visualsOf(scene.hand.name, scene.run.team, this.held));
+    if (seen === scene || this.info !== scene) return;
+    this.stage.setScene(seen);
+    if (this.newest) this.stage.show(this.newest);
   }
 
   moment(moment: Moment, at: number): void {
@@ -150,7 +163,8 @@ export class LiveView implements Listener {
     this.tokenSays.textContent = '';
     this.token.open = false;
     this.say('Connecting …');
-    this.socket = new WatchSocket(this.target, this, this.tokenField.value.trim() || null);
+    this.held = this.tokenField.value.trim() || null;
+    this.socket = new WatchSocket(this.target, this, this.held);
     this.tokenField.value = '';
   }
 

@@ -11,8 +11,11 @@ export type Shape =
   | { type: 'box'; half_extents: Vec3; rounding: number }
   | { type: 'hull'; points: Vec3[]; rounding: number };
 
+/** How a part looks that is nothing to the physics: x, y, z of the three corners of each triangle. */
+export interface Mesh { type: 'mesh'; corners: Float32Array }
+
 /** A shape in the frame of its body. */
-export interface Part { position: Vec3; quat: Quat; shape: Shape }
+export interface Part { position: Vec3; quat: Quat; shape: Shape | Mesh }
 
 /** Furniture stays where it is; objects and links of the hand move. */
 export interface Body {

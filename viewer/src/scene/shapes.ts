@@ -1,9 +1,9 @@
 /** Triangles of bodies: all parts of a body are one geometry, without an index, with normals. */
-import { BoxGeometry, BufferGeometry, CapsuleGeometry, CylinderGeometry, Matrix4, Quaternion, SphereGeometry, Vector3 } from 'three';
+import { BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, CylinderGeometry, Matrix4, Quaternion, SphereGeometry, Vector3 } from 'three';
 import { ConvexGeometry } from 'three/addons/geometries/ConvexGeometry.js';
 import { RoundedBoxGeometry } from 'three/addons/geometries/RoundedBoxGeometry.js';
 import { mergeGeometries } from 'three/addons/utils/BufferGeometryUtils.js';
-import type { Part, Shape, Vec3 } from '../model/scene';
+import type { Mesh, Part, Shape, Vec3 } from '../model/scene';
 
 /** More points than this are taken as they are: rounding multiplies them by twelve. */
 const ROUNDED_POINTS = 150;
@@ -24,7 +24,7 @@ function hull(points: Vec3[], rounding: number): BufferGeometry {
   return new ConvexGeometry(grown);
 }
 
-function solid(shape: Shape): BufferGeometry {
+function solid(shape: Shape | Mesh): BufferGeometry {
   switch (shape.type) {
     case 'sphere':
       return new SphereGeometry(shape.radius, 28, 18);
@@ -39,6 +39,11 @@ function solid(shape: Shape): BufferGeometry {
     }
     case 'hull':
       return hull(shape.points, shape.rounding);
+    case 'mesh': {
+      const made = new BufferGeometry().setAttribute('position', new BufferAttribute(shape.corners.slice(), 3));
+      made.computeVertexNormals();
+      return made;
+    }
   }
 }
 

@@ -1,0 +1,40 @@
+/** How the links of a hand look, where its own files say more than what they touch with. */
+import { getJson } from '../board/api';
+import type { Mesh, Part, SceneInfo, Shape } from '../model/scene';
+import type { Quat, Vec3 } from '../model/pose';
+
+type WireShape = Shape | { type: 'mesh'; triangles: string };
+interface WirePart { link: string; position: Vec3; quat_xyzw: Quat; shape: WireShape }
+
+/** Numbers out of base64, little endian. */
+function numbers(text: string): Float32Array {
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const view = new DataView(bytes.buffer);
+  return Float32Array.from({ length: bytes.length >> 2 }, (_, k) => view.getFloat32(4 * k, true));
+}
+
+/** The parts of each link, by its name. */
+export function partsOf(wire: readonly WirePart[]): Map<string, Part[]> {
+  const links = new Map<string, Part[]>();
+  for (const { link, position, quat_xyzw: quat, shape } of wire) {
+    const form: Shape | Mesh = shape.type === 'mesh' ? { type: 'mesh', corners: numbers(shape.triangles) } : shape;
+    links.set(link, [...links.get(link) ?? [], { position, quat, shape: form }]);
+  }
+  return links;
+}
+
+/** The scene with the links of its hand as they look; the same scene where nothing more is known. */
+export function dressed(scene: SceneInfo, links: ReadonlyMap<string, Part[]>): SceneInfo {
+  if (links.size === 0) return scene;
+  return { ...scene, bodies: scene.bodies.map((body) => body.kind === 'hand' ? { ...body, parts: links.get(body.name) ?? body.parts } : body) };
+}
+
+/** Asks for the looks of a hand; nothing is known of one that may not be known. */
+export async function visualsOf(hand: string, team: string | null, token: string | null): Promise<Map<string, Part[]>> {
+  const whose = team === null ? '' : `?team=${encodeURIComponent(team)}`;
+  try {
+    return partsOf((await getJson<{ parts: WirePart[] }>(`/v1/hands/${encodeURIComponent(hand)}/visuals${whose}`, token)).parts);
+  } catch {
+    return new Map();
+  }
+}
