@@ -1,20 +1,9 @@
 /** What a person sees: a world that moves, a ranking that changes by itself, a replay that shows what its file says. */
 import { expect, type Page } from '@playwright/test';
+import { complaints } from './looks';
 import { drive, test } from './server';
 
 interface Driven { driven: { stop: boolean; result: { run_id: string; score: number } | null } }
-
-/** Fails with everything that a page complained of. */
-function complaints(page: Page): string[] {
-  const heard: string[] = [];
-  page.on('pageerror', (error) => { heard.push(error.message); });
-  page.on('console', (message) => { if (message.type() === 'error') heard.push(message.text()); });
-  page.on('request', (request) => {
-    const { protocol, origin } = new URL(request.url());
-    if (protocol !== 'data:' && protocol !== 'blob:' && origin !== new URL(page.url()).origin && page.url() !== 'about:blank') heard.push(`left the server: ${request.url()}`);
-  });
-  return heard;
-}
 
 /** Place of a link of the hand in the live picture, px. */
 const handOnScreen = (page: Page): Promise<{ x: number; y: number }> => page.evaluate(() => {
@@ -25,14 +14,14 @@ const handOnScreen = (page: Page): Promise<{ x: number; y: number }> => page.eva
 test('a world moves, the ranking follows, and the replay shows it again', async ({ browser, server }) => {
   const driver = await browser.newPage();
   await driver.goto(`${server.url}/`);
-  const board = await browser.newPage();
-  const wrong = complaints(board);
+  const [board, live, replay] = [await browser.newPage(), await browser.newPage(), await browser.newPage()];
+  const wrong = complaints(board, live, replay);
   await board.goto(`${server.url}/`);
-  await expect(board.getByText('No finished run yet')).toBeVisible();
+  await expect(board.getByText('Live.')).toBeVisible();
+  await expect(board.getByRole('rowheader', { name: 'crabs', exact: true })).toHaveCount(0);
   await driver.evaluate(drive, 'crabs');
 
-  const live = await browser.newPage();
-  wrong.push(...complaints(live));
+  await live.bringToFront();
   await live.goto(`${server.url}/live`);
   await live.getByRole('link', { name: 'Watch crabs' }).click();
   await expect(live.getByRole('heading', { name: /crabs/ })).toBeVisible();
@@ -49,8 +38,7 @@ test('a world moves, the ranking follows, and the replay shows it again', async 
   console.warn(`the ranking showed it after ${Date.now() - told} ms`);
   const run = await driver.evaluate(() => (window as unknown as Driven).driven.result?.run_id ?? '');
 
-  const replay = await browser.newPage();
-  wrong.push(...complaints(replay));
+  await replay.bringToFront();
   await replay.goto(`${server.url}/replay/${run}`);
   await expect(replay.getByRole('heading', { name: /crabs/ })).toBeVisible();
   const apart = await replay.evaluate(async () => {

@@ -1,18 +1,27 @@
-/** A practice server on a free port with a folder of its own, and a controller that a page runs. */
+/** Servers on free ports with folders of their own, and a controller that a page runs. */
 import { type ChildProcess, spawn } from 'node:child_process';
-import { mkdtempSync, rmSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { createInterface } from 'node:readline';
 import { test as base } from '@playwright/test';
+import { APPLE, Control, grasp } from './control';
 
 export interface Server { url: string }
 
+/** A competition, and what its organizer asks of it. */
+export interface Official extends Server {
+  organizer: string;
+  /** A POST with the organizer's token, or another; the answer's JSON. */
+  post(path: string, body: object, token?: string): Promise<Record<string, unknown>>;
+  get(path: string, token?: string): Promise<Record<string, unknown>>;
+}
+
 /** Starts the program and waits until it says where it listens. */
-async function start(data: string): Promise<{ process: ChildProcess; url: string }> {
+async function start(more: string[]): Promise<{ process: ChildProcess; url: string }> {
   const program = process.env['PALMARES_SERVER_BIN'];
   if (!program) throw new Error('PALMARES_SERVER_BIN names no server');
-  const started = spawn(program, ['serve', '--listen', '127.0.0.1:0', '--data-dir', data], { stdio: ['ignore', 'pipe', 'pipe'] });
+  const started = spawn(program, ['serve', ...more], { stdio: ['ignore', 'pipe', 'pipe'] });
   const url = await new Promise<string>((resolve, reject) => {
     const look = (line: string): void => {
       const found = /http:\/\/127\.0\.0\.1:\d+/.exec(line);
@@ -25,16 +34,75 @@ async function start(data: string): Promise<{ process: ChildProcess; url: string
   return { process: started, url };
 }
 
-/** `server`: one for all tests of a file. */
-export const test = base.extend<object, { server: Server }>({
+/** A server while it is used; `prepare` writes into its folder and says how it is started. */
+async function serve(prepare: (folder: string) => string[], use: (url: string, folder: string) => Promise<void>): Promise<void> {
+  const folder = mkdtempSync(join(tmpdir(), 'palmares-viewer-'));
+  const { process: started, url } = await start(prepare(folder));
+  await use(url, folder);
+  started.kill('SIGTERM');
+  await new Promise((resolve) => started.once('exit', resolve));
+  rmSync(folder, { recursive: true, force: true });
+}
+
+const practice = (folder: string): string[] => ['--listen', '127.0.0.1:0', '--data-dir', folder];
+
+/** As docs/organizers.md says; what a team's name is allowed to be, the competition's is. */
+export const EVENT = '<b onclick=alert(1)>Cup</b> \u0643\u0623\u0633 2027';
+const competition = (folder: string): string[] => {
+  const file = join(folder, 'competition.toml');
+  writeFileSync(file, ['mode = "official"', `name = ${JSON.stringify(EVENT)}`, 'session_s = 1800', 'sessions_per_team = 2', 'hands = ["softhand"]',
+    'listen = "127.0.0.1:0"', 'data_dir = "data"'].join('\n'));
+  return ['--config', file];
+};
+
+async function answered(asked: Promise<Response>): Promise<Record<string, unknown>> {
+  const answer = await asked;
+  const body = await answer.json() as Record<string, unknown>;
+  if (!answer.ok) throw new Error(`${answer.status}: ${String(body['detail'])}`);
+  return body;
+}
+
+/** Teams of the crowded server, with names as long as they may be. */
+export const CROWD = 60;
+
+/** Sixty teams with a run of one tick each, and two that lifted something. */
+async function crowd(url: string): Promise<void> {
+  const letters = ['\u0642\u0631\u062f\u0629 ', 'crab ', '\u87f9 ', '<img src=x onerror=alert(1)> '];
+  for (let k = 0; k < CROWD; k += 1) {
+    const control = await Control.open(url);
+    // Some can be broken between words, some cannot.
+    const start = `${k % 3 === 0 ? letters[k % letters.length] ?? '' : ''}${'abcdefghijklmnopqrstuvwxyz'.charAt(k % 26)}${k}`;
+    await control.begin((start + (k % 2 === 0 ? ' of many words' : 'W')).padEnd(64, k % 2 === 0 ? ' and legs' : 'W'), 'grasp', { seed: APPLE });
+    if (k === 20 || k === 41) await grasp(control, 60);
+    else await control.step(1);
+    await control.ask('stop');
+    control.end();
+  }
+}
+
+/** Each server is started for the first test that wants it, and stays for all. */
+export const test = base.extend<object, { server: Server; crowded: Server; official: Official }>({
   // eslint-disable-next-line no-empty-pattern -- Playwright reads from it which fixtures are wanted
-  server: [async ({}, use) => {
-    const data = mkdtempSync(join(tmpdir(), 'palmares-viewer-'));
-    const { process: started, url } = await start(data);
-    await use({ url });
-    started.kill('SIGTERM');
-    await new Promise((resolve) => started.once('exit', resolve));
-    rmSync(data, { recursive: true, force: true });
+  server: [async ({}, use) => { await serve(practice, (url) => use({ url })); }, { scope: 'worker' }],
+  /** A practice server with sixty teams on its leaderboard. */
+  // eslint-disable-next-line no-empty-pattern -- as above
+  crowded: [async ({}, use) => {
+    await serve(practice, async (url) => {
+      await crowd(url);
+      await use({ url });
+    });
+  }, { scope: 'worker' }],
+  // eslint-disable-next-line no-empty-pattern -- as above
+  official: [async ({}, use) => {
+    await serve(competition, async (url, folder) => {
+      const organizer = readFileSync(join(folder, 'data', 'organizer.token'), 'utf8').trim();
+      const as = (token: string): Record<string, string> => ({ Authorization: `Bearer ${token}` });
+      await use({
+        url, organizer,
+        post: (path, body, token = organizer) => answered(fetch(url + path, { method: 'POST', body: JSON.stringify(body), headers: { ...as(token), 'Content-Type': 'application/json' } })),
+        get: (path, token = organizer) => answered(fetch(url + path, { headers: as(token) })),
+      });
+    });
   }, { scope: 'worker' }],
 });
 

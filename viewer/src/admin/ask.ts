@@ -1,6 +1,6 @@
 /** Asks before something is done: a dialog with a reason, further fields, and a name to type where there is no way back. */
 import { Refused } from '../board/api';
-import { button, type Child, el, toast } from '../board/kit';
+import { button, type Child, el, name, toast } from '../board/kit';
 import { copy } from '../board/aside';
 import { said } from './desk';
 
@@ -12,7 +12,7 @@ export interface Field {
 
 /** What is asked. */
 export interface Question {
-  title: string;
+  title: string | Child[];
   /** What will happen, in words. */
   text: Child;
   /** On the button that does it. */
@@ -39,17 +39,24 @@ export function ask(question: Question): Promise<boolean> {
   const typed = question.typed === undefined ? null : el('input', { id: `${id}-typed`, required: true, autocomplete: 'off', spellcheck: 'false' });
   const go = el('button', { type: 'submit', class: question.danger === true ? 'danger' : 'primary' }, question.verb);
   const form = el('form', { method: 'dialog', novalidate: true },
-    el('h2', { id: `${id}-title` }, question.title), el('p', {}, question.text),
+    el('h2', { id: `${id}-title` }, ...[question.title].flat()), el('p', {}, question.text),
     ...fields.map(({ field, input }) => labelled(field.label, input, field.hint)),
     labelled('Reason', reason, question.needsReason === true ? 'Kept in the audit; needed here.' : 'Kept in the audit.'),
-    typed === null ? null : labelled(`To go on, type: ${question.typed ?? ''}`, typed),
+    typed === null ? null : labelled(['To go on, type: ', name(question.typed ?? '')], typed),
     error, el('div', { class: 'actions' }, button('Cancel', () => { dialog.close(); }), go));
   const dialog = el('dialog', { 'aria-labelledby': `${id}-title` }, form);
   document.body.append(dialog);
+  const asked = document.activeElement;
+  const row = asked?.closest('tr') ?? null;
 
   return new Promise((resolve) => {
     let done = false;
-    dialog.addEventListener('close', () => { dialog.remove(); resolve(done); });
+    dialog.addEventListener('close', () => {
+      dialog.remove();
+      // The browser gives the focus back to the button, unless what was done has put another in its place.
+      if (asked?.isConnected !== true) (row?.querySelector<HTMLElement>('button, a') ?? document.querySelector<HTMLElement>('[role=tab][aria-selected=true]'))?.focus();
+      resolve(done);
+    });
     form.addEventListener('submit', (event) => {
       event.preventDefault();
       // In words of the page's own, below: the browser's bubbles hide the buttons.
@@ -93,10 +100,10 @@ function show(error: HTMLElement, text: string): void {
   error.hidden = false;
 }
 
-function labelled(label: string, input: HTMLElement, hint?: string): HTMLElement {
+function labelled(label: string | Child[], input: HTMLElement, hint?: string): HTMLElement {
   const below = hint === undefined ? null : el('p', { class: 'hint', id: `${input.id}-hint` }, hint);
   if (below !== null) input.setAttribute('aria-describedby', below.id);
-  return el('div', { class: 'field' }, el('label', { for: input.id }, label), input, below);
+  return el('div', { class: 'field' }, el('label', { for: input.id }, ...[label].flat()), input, below);
 }
 
 function control(field: Field, id: string): HTMLInputElement | HTMLSelectElement | HTMLTextAreaElement {

@@ -16,13 +16,13 @@ const WORDS = {
 export function competitionTab(desk: Desk, told: (info: CompetitionInfo) => void): Tab {
   const now = el('section', { class: 'panel' });
 
-  const enter = (info: CompetitionInfo, verb: string, path: string, text: string, more: Partial<Question> = {}): HTMLButtonElement => {
+  const enter = (verb: string, path: string, text: string, more: Partial<Question> = {}): HTMLButtonElement => {
     const question: Question = {
       title: `${verb} the competition`, text, verb, ...more,
       act: async (reason) => {
         await desk.post(`/v1/admin/competition/${path}`, { reason });
         await tab.refresh();
-        return `${info.name}: done.`;
+        return `${verb}: done.`;
       },
     };
     return button(`${verb}…`, () => { void ask(question); }, { class: more.danger === true ? 'danger' : path === 'open' ? 'primary' : undefined });
@@ -35,9 +35,9 @@ export function competitionTab(desk: Desk, told: (info: CompetitionInfo) => void
       el('h2', {}, name(info.name)),
       el('p', {}, phase === null ? 'A practice server: there are no phases.' : WORDS[phase]),
       el('div', { class: 'row' },
-        phase === 'closed' && enter(info, 'Open', 'open', 'From now on a team’s first hello opens its session.', { typed: info.name }),
-        phase === 'open' && enter(info, 'Close', 'close', 'No further session can begin; those that are open go on.', { typed: info.name }),
-        phase !== null && phase !== 'revealed' && enter(info, 'Reveal', 'reveal', 'There is no way back: the secret behind the seeds becomes public, replays open to everybody, and the competition is over.', { typed: info.name, danger: true })),
+        phase === 'closed' && enter('Open', 'open', 'From now on a team’s first hello opens its session.', { typed: info.name }),
+        phase === 'open' && enter('Close', 'close', 'No further session can begin; those that are open go on.', { typed: info.name }),
+        phase !== null && phase !== 'revealed' && enter('Reveal', 'reveal', 'There is no way back: the secret behind the seeds becomes public, replays open to everybody, and the competition is over.', { typed: info.name, danger: true })),
       el('h3', {}, 'Publish these before'),
       facts([['SHA-256 of the seeds’ secret', el('code', {}, info.seed_secret_sha256 ?? '–')], ['replay key', el('code', {}, info.replay_key ?? '–')],
         ['the secret', info.seed_secret === undefined || info.seed_secret === null ? 'hidden until the reveal' : el('code', {}, info.seed_secret)]]));
@@ -76,15 +76,25 @@ export function announceTab(desk: Desk): Tab {
       return 'Announced.';
     },
   });
+  const away = (): Promise<boolean> => ask({
+    title: 'Take it away', text: 'The newest announcement goes off the pages; it stays in this list.', verb: 'Take away',
+    act: async (reason) => {
+      await desk.post('/v1/admin/announcement', { text: '', reason });
+      await tab.refresh();
+      return 'Taken away.';
+    },
+  });
+  const remove = button('Take it away…', () => { void away(); }, { hidden: true });
   const tab: Tab = {
     id: 'announce', title: 'Announcements', period: 10_000,
-    element: el('section', { class: 'panel' }, el('div', { class: 'row head' }, el('h2', {}, 'Announcements'), button('Tell everybody…', () => { void announce(); }, { class: 'primary end' })), line, list),
+    element: el('section', { class: 'panel' }, el('div', { class: 'row head' }, el('h2', {}, 'Announcements'), el('span', { class: 'end row' }, remove, button('Tell everybody…', () => { void announce(); }, { class: 'primary' }))), line, list),
     async refresh() {
       try {
         const { announcements } = await getJson<{ announcements: Announcement[] }>('/v1/announcements');
         const newest = [...announcements].sort((a, b) => b.unix_ms - a.unix_ms);
         line.textContent = newest.length === 0 ? 'Nothing has been announced.' : '';
-        list.replaceChildren(...newest.map((one) => el('li', {}, el('time', { datetime: new Date(one.unix_ms).toISOString() }, moment(one.unix_ms)), el('bdi', {}, one.text))));
+        remove.hidden = (newest[0]?.text ?? '') === '';
+        list.replaceChildren(...newest.map((one) => el('li', {}, el('time', { datetime: new Date(one.unix_ms).toISOString() }, moment(one.unix_ms)), one.text === '' ? el('span', { class: 'soft' }, 'what stood there was taken away') : name(one.text))));
       } catch (error) {
         line.textContent = said(error);
       }

@@ -34,7 +34,7 @@ export function handsTab(desk: Desk): Tab {
   function question(hand: Hand, verb: string, path: string): Question {
     const warned = hand.warnings.length > 0 && path === 'approve' ? ` The check found: ${hand.warnings.join('; ')}.` : '';
     return {
-      title: `${verb} ${hand.name} of ${hand.team}`, verb, danger: path === 'reject', needsReason: path === 'reject',
+      title: [`${verb} `, name(hand.name), ' of ', name(hand.team)], verb, danger: path === 'reject', needsReason: path === 'reject',
       text: `${path === 'approve' ? 'The team may play it in the competition.' : 'The team cannot play it in the competition. It reads the reason.'}${warned}`,
       act: async (reason) => {
         await desk.post(`/v1/admin/hand/${path}`, { hand_id: hand.hand_id, reason });

@@ -22,10 +22,10 @@ export function runsTab(desk: Desk): Tab {
   const filter = el('input', { type: 'search', 'aria-label': 'Team, task or run', placeholder: 'team, task or run', on: { input: () => { show(); } } });
   const line = el('p', { class: 'soft', role: 'status' });
   const table = new KeyedTable<Run>(
-    [{ head: 'Run' }, { head: 'Team' }, { head: 'Task' }, { head: 'Score', class: 'n' }, { head: 'Status' }, { head: 'Ended' }, { head: 'Notes', class: 'wide' }, { head: '', class: 'wide' }],
+    [{ head: 'Run' }, { head: 'Team', class: 'wide' }, { head: 'Task' }, { head: 'Score', class: 'n' }, { head: 'Status' }, { head: 'Ended' }, { head: 'Notes', class: 'wide' }, { head: '', class: 'wide' }],
     (run) => run.run_id,
     (run) => [
-      el('span', { class: 'id' }, run.run_id), name(run.team), [run.task, run.k === null ? '' : ` k ${run.k}`], run.score === null ? '–' : points(run.score),
+      el('span', { class: 'id' }, run.run_id), name(run.team), [run.task, run.k === null ? null : el('span', { class: 'soft once' }, ` k ${run.k}`)], run.score === null ? '–' : points(run.score),
       el('span', { class: `badge ${COLOUR[run.status] ?? ''}` }, run.status), moment(run.ended_unix_ms), notes(run),
       el('div', { class: 'row' },
         run.ended_unix_ms !== null && el('a', { class: 'button small', href: `/replay/${encodeURIComponent(run.run_id)}` }, 'Replay'),

@@ -42,7 +42,7 @@ export function sessionsTab(desk: Desk): Tab {
 
   function act(session: Session, verb: string, path: string, text: string, more: Partial<Question> = {}): HTMLButtonElement {
     const question: Question = {
-      title: `${verb} the session of ${session.team}`, text, verb, ...more,
+      title: [`${verb} the session of `, name(session.team)], text, verb, ...more,
       act: async (reason) => {
         await desk.post(`/v1/admin/session/${path}`, { session_id: session.session_id, reason });
         await tab.refresh();
@@ -54,12 +54,12 @@ export function sessionsTab(desk: Desk): Tab {
 
   function grant(session: Session): Question {
     return {
-      title: `Give time to ${session.team}`, text: 'Also when its time is spent.', verb: 'Give', needsReason: true,
+      title: ['Give time to ', name(session.team)], text: 'Also when its time is spent.', verb: 'Give', needsReason: true,
       fields: [{ name: 'seconds', label: 'Seconds', type: 'number', value: '60', min: 1, max: 86_400 }],
       act: async (reason, { seconds }) => {
         await desk.post('/v1/admin/session/grant', { session_id: session.session_id, reason, seconds: Number(seconds) });
         await tab.refresh();
-        return `${session.team} has ${seconds ?? ''} s more.`;
+        return `Given: ${seconds ?? ''} s.`;
       },
     };
   }

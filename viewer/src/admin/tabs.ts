@@ -24,6 +24,7 @@ export function showTabs(parent: HTMLElement, tabs: readonly Tab[]): () => void 
       const panel = panels[index];
       if (panel !== undefined) panel.hidden = !yes;
     });
+    buttons[tabs.indexOf(tab)]?.scrollIntoView({ block: 'nearest', inline: 'nearest' });
     history.replaceState(null, '', `#${tab.id}`);
     window.clearTimeout(timer);
     void again(tab);

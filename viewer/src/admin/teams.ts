@@ -19,7 +19,7 @@ export function teamsTab(desk: Desk): Tab {
     [{ head: 'Whose' }, { head: 'Role' }, { head: 'Id' }, { head: 'Made' }, { head: 'Revoked' }, { head: '', class: 'wide' }],
     (token) => token.token_id,
     (token) => [
-      [token.team !== null ? name(token.team) : token.label !== '' ? name(token.label) : '–', token.token_id === desk.tokenId ? el('span', { class: 'badge info' }, 'this one') : null],
+      [token.team !== null ? name(token.team) : token.label !== '' ? name(token.label) : '–', ' ', token.token_id === desk.tokenId ? el('span', { class: 'badge info' }, 'this one') : null],
       token.role, el('code', {}, token.token_id), moment(token.created_unix_ms), token.revoked_unix_ms === null ? '–' : moment(token.revoked_unix_ms),
       el('div', { class: 'row' }, token.revoked_unix_ms === null && button('Revoke…', () => { void ask(revoke(token)); }, { class: 'small danger' })),
     ],
@@ -46,7 +46,7 @@ export function teamsTab(desk: Desk): Tab {
     make: (reason, { team }) => desk.post<Issued>('/v1/admin/team/add', { team, reason }),
   });
   const rotate = (team: string): Parameters<typeof issue>[0] => ({
-    title: `New token for ${team}`, text: 'The old one ends at once and its connections close; the team’s session goes on under the new one.', verb: 'Make',
+    title: ['New token for ', name(team)], text: 'The old one ends at once and its connections close; the team’s session goes on under the new one.', verb: 'Make',
     make: (reason) => desk.post<Issued>('/v1/admin/team/rotate', { team, reason }),
   });
   const addToken = (): Promise<void> => issue({
@@ -55,7 +55,7 @@ export function teamsTab(desk: Desk): Tab {
     make: (reason, { role, label }) => desk.post<Issued>('/v1/admin/token/add', { role, label, reason }),
   });
   const revokeTeam = (team: string): Question => ({
-    title: `Revoke the tokens of ${team}`, text: 'Its connections close. A new token lets it in again.', verb: 'Revoke', danger: true,
+    title: ['Revoke the tokens of ', name(team)], text: 'Its connections close. A new token lets it in again.', verb: 'Revoke', danger: true,
     act: async (reason) => {
       await desk.post('/v1/admin/team/revoke', { team, reason });
       await tab.refresh();

@@ -17,17 +17,19 @@ export class LivePane {
   private readonly place = el('div', { class: 'stage' });
   private readonly who = el('div', { class: 'who' });
   private readonly what = el('div', { class: 'what' });
-  private readonly score = el('div', { class: 'score', 'aria-label': 'Score' });
+  private readonly score = el('span');
   private readonly time = el('div', { class: 'time' });
   private readonly news = el('div', { class: 'news', role: 'status' });
   readonly element = el('section', { class: 'pane live', 'aria-label': 'Live' }, this.place,
-    el('div', { class: 'caption' }, el('div', { class: 'grow' }, this.who, this.what), this.news, this.time, this.score));
+    el('div', { class: 'caption' }, el('div', { class: 'grow' }, this.who, this.what), this.news, this.time, el('div', { class: 'score' }, el('span', { class: 'visually-hidden' }, 'Score '), this.score)));
   private stage: StageLike | null = null;
   /** What draws, for tests. */
   drawing: Stage | null = null;
   private run: Run | null = null;
   private points: number | null = null;
   private silence = 0;
+  private newest: Record<string, unknown> | null = null;
+  private taken: Promise<void> = Promise.resolve();
   private last: { team: string; left: number | null } | null = null;
   /** When something worth seeing last happened, performance.now(); null when nothing has. */
   excited: number | null = null;
@@ -42,8 +44,17 @@ export class LivePane {
     return this.last;
   }
 
-  /** A message of the watch socket. */
-  async take(message: Record<string, unknown>): Promise<void> {
+  /** A message of the watch socket; what comes while the stage is loaded waits for it. */
+  take(message: Record<string, unknown>): void {
+    this.taken = this.taken.then(() => this.read(message)).catch((error: unknown) => { console.error(error); });
+  }
+
+  /** The pane comes into sight: a world that stands still sends nothing more. */
+  seen(): void {
+    if (this.newest !== null) this.stage?.poses(this.newest, performance.now());
+  }
+
+  private async read(message: Record<string, unknown>): Promise<void> {
     switch (message['op']) {
       case 'scene': await this.begin(message); break;
       case 'poses': this.drawn(message); setText(this.time, clock(Math.floor(message['sim_time_s'] as number))); break;
@@ -59,6 +70,7 @@ export class LivePane {
     this.stage ??= await stageFor(this.place, (stage) => { this.drawing = stage; });
     this.stage?.scene(message);
     this.run = message['run'] as Run;
+    this.newest = null;
     this.points = null;
     this.excited = null;
     this.who.replaceChildren(name(this.run.team));
@@ -67,8 +79,9 @@ export class LivePane {
     setText(this.news, '');
   }
 
-  /** While the pane is not seen nothing is drawn; the next message brings all of it. */
+  /** While the pane is not seen nothing is drawn. */
   private drawn(message: Record<string, unknown>): void {
+    this.newest = message;
     if (this.element.classList.contains('shown')) this.stage?.poses(message, performance.now());
   }
 

@@ -1,4 +1,5 @@
 /** What the hand does, in figures and bars: motors, tensions, and how far each joint is from its predicted rest. */
+import { points } from '../board/format';
 import { el, setText } from '../board/kit';
 import type { HandDescription } from '../model/hand';
 import type { Telemetry } from '../model/moment';
@@ -44,7 +45,7 @@ export class Gauges {
     }
     const apart = q.map((value, k) => ({ name: this.hand?.coordinates[k]?.name ?? String(k), by: (value - (predicted[k] ?? value)) * DEGREES }));
     apart.sort((a, b) => Math.abs(b.by) - Math.abs(a.by));
-    this.joints.replaceChildren(...apart.slice(0, LISTED).flatMap(({ name, by }) => [el('dt', {}, name), el('dd', { class: 'num' }, `${by.toFixed(1)}°`)]));
+    this.joints.replaceChildren(...apart.slice(0, LISTED).flatMap(({ name, by }) => [el('dt', {}, name), el('dd', { class: 'num' }, `${points(by)}°`)]));
   }
 }
 

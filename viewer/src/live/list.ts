@@ -2,6 +2,7 @@
 import { el, name, setText } from '../board/kit';
 import type { RunInfo } from '../model/scene';
 import { WatchSocket } from '../net/watch';
+import { LiveView } from './view';
 
 /** How often the list is asked for, ms. */
 const PERIOD_MS = 2000;
@@ -14,8 +15,10 @@ export class RunList {
       el('thead', {}, el('tr', {}, ...['Team', 'Task', 'Hand', ''].map((head) => el('th', { scope: 'col' }, head)))), this.rows));
   private socket: WatchSocket | null = null;
   private known = '';
+  private token: string | null = null;
+  private readonly timer: number;
 
-  constructor(app: HTMLElement) {
+  constructor(private readonly app: HTMLElement) {
     const token = el('input', { type: 'password', id: 'token', autocomplete: 'off', spellcheck: 'false' });
     const form = el('form', { on: { submit: (event) => { event.preventDefault(); this.open(token.value.trim() || null); } } },
       el('div', { class: 'field' }, el('label', { for: 'token' }, 'Token of a viewer or an organizer'), token,
@@ -26,11 +29,12 @@ export class RunList {
       el('div', { class: 'row' }, this.status, el('a', { class: 'button end', href: '/live/featured' }, 'Whatever is worth watching most')), this.table,
       el('details', { class: 'panel' }, el('summary', {}, 'I have a token'), form));
     this.open(null);
-    window.setInterval(() => { if (!document.hidden) this.socket?.list(); }, PERIOD_MS);
+    this.timer = window.setInterval(() => { if (!document.hidden) this.socket?.list(); }, PERIOD_MS);
   }
 
   private open(token: string | null): void {
     this.socket?.close();
+    this.token = token;
     const nothing = (): void => undefined;
     this.socket = new WatchSocket(null, {
       scene: nothing, moment: nothing, score: nothing, events: nothing, clock: nothing, verdicts: nothing, ended: nothing,
@@ -50,7 +54,18 @@ export class RunList {
       el('th', { scope: 'row' }, name(run.team)),
       el('td', { 'data-label': 'Task' }, run.task),
       el('td', { 'data-label': 'Hand' }, name(run.hand)),
-      el('td', {}, el('a', { class: 'button', href: `/live/${encodeURIComponent(run.session_id)}`, 'aria-label': `Watch ${run.team}` }, 'Watch'),
+      el('td', {}, el('a', { class: 'button', href: `/live/${encodeURIComponent(run.session_id)}`, 'aria-label': `Watch ${run.team}`, on: { click: (event) => { this.watch(event as MouseEvent, run.session_id); } } }, 'Watch'),
         run.official ? el('span', { class: 'badge info' }, 'official') : null))));
+  }
+
+  /** Another document would not know the token: with one, the world is shown in this. */
+  private watch(event: MouseEvent, session: string): void {
+    if (this.token === null || event.ctrlKey || event.metaKey || event.shiftKey) return;
+    event.preventDefault();
+    this.socket?.close();
+    window.clearInterval(this.timer);
+    history.pushState(null, '', `/live/${encodeURIComponent(session)}`);
+    window.addEventListener('popstate', () => { location.reload(); });
+    new LiveView(this.app, { session_id: session }, this.token);
   }
 }

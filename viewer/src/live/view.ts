@@ -24,6 +24,7 @@ export class LiveView implements Listener {
   private readonly noteText = el('span', { class: 'card' }, 'Connecting …');
   private readonly note = el('p', { class: 'stage-note', role: 'status' }, this.noteText);
   private readonly who = el('h1', {}, 'Live');
+  private readonly announced = el('p', { class: 'notice', role: 'status', hidden: true });
   private readonly figures = { score: el('span', { class: 'num' }, '–'), run: el('span', { class: 'num' }, '–'), session: el('span', { class: 'num' }, '–'), factor: el('span', { class: 'num' }, '–'), late: el('span', { class: 'num' }, '–') };
   private readonly log = el('ol', { class: 'log', tabindex: 0, 'aria-live': 'polite', 'aria-label': 'Events' });
   private readonly objects = el('select', { id: 'object' });
@@ -50,7 +51,7 @@ export class LiveView implements Listener {
   /** The newest moment, for tests. */
   newest: Moment | null = null;
 
-  constructor(app: HTMLElement, private readonly target: Target) {
+  constructor(app: HTMLElement, private readonly target: Target, token: string | null = null) {
     app.classList.add('stage-page');
     const side = el('div', { class: 'side' });
     app.replaceChildren(this.place, side);
@@ -60,14 +61,14 @@ export class LiveView implements Listener {
     this.clocks.hidden = true;
     // After the canvas, so that they lie above it.
     this.place.append(this.note, el('div', { class: 'hud bottom-left' }, viewButtons(stages)));
-    side.append(
-      el('section', { class: 'panel' }, this.who, facts([['Score', this.figures.score], ['Run', this.figures.run]]), this.clocks),
+    side.append(this.announced,
+      el('section', { class: 'panel even' }, this.who, facts([['Score', this.figures.score], ['Run', this.figures.run]]), this.clocks),
       el('section', { class: 'panel' }, el('h2', {}, 'Objects'), el('div', { class: 'field' }, el('label', { for: 'object' }, 'Mark'), this.objects), this.verdict),
       el('section', { class: 'panel' }, el('h2', {}, 'Events'), this.log),
       this.gauges.element, this.switches, this.token, el('p', {}, el('a', { href: '/live' }, 'Other worlds')));
     this.objects.addEventListener('change', () => { this.stage.pick(this.objects.value === '' ? null : Number(this.objects.value)); });
     this.stage.onPick((id) => { this.pick(id); });
-    this.socket = new WatchSocket(target, this);
+    this.socket = new WatchSocket(target, this, token);
     window.palmares = { stage: this.stage, live: this };
   }
 
@@ -134,6 +135,11 @@ export class LiveView implements Listener {
   ended(outcome: Outcome | null): void {
     const what = outcome ? `The run is over: ${points(outcome.score)} points, ${outcome.in_goal} in the goal (${outcome.reason.replaceAll('_', ' ')}).` : 'The run ended by a fault.';
     this.say(`${what} The next one of this session is shown when it begins.`);
+  }
+
+  announcement(text: string): void {
+    this.announced.hidden = text === '';
+    this.announced.replaceChildren(name(text));
   }
 
   runs(): void { /* Nothing is listed here. */ }

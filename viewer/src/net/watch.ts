@@ -29,6 +29,8 @@ export interface Listener {
   clock(clock: SessionClock): void;
   verdicts(verdicts: Verdict[]): void;
   ended(outcome: Outcome | null): void;
+  /** An organizer told everybody something; an empty text takes it away. */
+  announcement?(text: string): void;
   runs(runs: RunInfo[]): void;
   /** `waiting`: nothing is played there now. */
   state(state: 'connecting' | 'watching' | 'waiting'): void;
@@ -152,6 +154,7 @@ export class WatchSocket {
       case 'clock': listener.clock(message as unknown as SessionClock); break;
       case 'verdicts': listener.verdicts(message['objects'] as Verdict[]); break;
       case 'ended': listener.ended(message['outcome'] as Outcome | null); break;
+      case 'announcement': listener.announcement?.(message['text'] as string); break;
       case 'error': this.refused(message); break;
     }
   }

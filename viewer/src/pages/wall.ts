@@ -64,6 +64,7 @@ function show(next: Showing | null): void {
   if (page !== null && ranking.page !== page) ranking.turn(page);
   ranking.element.classList.toggle('shown', page !== null);
   live.element.classList.toggle('shown', id === 'live');
+  if (id === 'live') live.seen();
   clocks.element.classList.toggle('shown', id === 'clocks');
   for (const pane of [ranking.element, live.element, clocks.element]) pane.toggleAttribute('inert', !pane.classList.contains('shown'));
 }
@@ -102,13 +103,14 @@ function listen(): void {
     ranking: (rows) => { ranking.show({ tasks: info?.tasks ?? [], rows }); },
     announcement: announced,
     connected: (yes) => { connected = yes; },
-    world: (message) => { void live.take(message); },
+    world: (message) => { live.take(message); },
     revoked: () => { token = null; readings.clear(); askToken('The token was revoked: the wall goes on without worlds and clocks.'); listen(); },
   }, token);
 }
 
 async function readSessions(): Promise<void> {
-  if (token === refusedWith) return;
+  // Officially they are for those with a token.
+  if (token === refusedWith || (token === null && info?.mode === 'official')) return;
   try {
     const { sessions } = await getJson<{ sessions: Session[] }>('/v1/sessions', token);
     const now = performance.now();
@@ -185,6 +187,8 @@ async function start(): Promise<void> {
   help.append(button('Back', () => { skip(-1); }), button('Hold', hold), button('Next', () => { skip(1); }), button('Token…', () => { askToken(); }),
     el('span', {}, el('kbd', {}, '←'), ' ', el('kbd', {}, '→'), ' skip, ', el('kbd', {}, 'space'), ' hold, ', el('kbd', {}, 't'), ' token'));
   main().replaceChildren(el('header', { class: 'wall-head' }, title, state, phase), stageRoom, banner, help);
+  document.addEventListener('keydown', onKey);
+  document.addEventListener('pointermove', showHelp);
   info = await getJson<CompetitionInfo>('/v1/competition');
   title.replaceChildren(name(info.name));
   ranking.show(await getJson<Board>('/v1/leaderboard'));
@@ -194,8 +198,6 @@ async function start(): Promise<void> {
   }, () => undefined);
   listen();
   await readSessions();
-  document.addEventListener('keydown', onKey);
-  document.addEventListener('pointermove', showHelp);
   if (info.mode === 'official') showHelp();
   beat();
   window.setInterval(beat, 250);

@@ -1,7 +1,6 @@
 /** The picture of a world: bodies, hand, lights, camera and overlays. It draws only when something has changed. */
 import {
-  Box3, Color, Matrix4, MeshStandardMaterial, PCFShadowMap, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
-  type LineSegments,
+  Box3, Color, Matrix4, MeshStandardMaterial, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, type LineSegments,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { forwardKinematics } from '../model/hand';
@@ -15,6 +14,7 @@ import { split } from './furniture';
 import { Labels } from './labels';
 import { light } from './lights';
 import { Centres, Frames, regionLines } from './marks';
+import { type Drawing, drawingIn } from './renderer';
 import { type ViewName, carry, look, turnByKey } from './views';
 
 export type { ViewName } from './views';
@@ -44,7 +44,7 @@ interface Shown {
 export class Stage {
   readonly camera = new PerspectiveCamera(45, 1, 0.01, 50);
   readonly three = new Scene();
-  readonly renderer: WebGLRenderer;
+  readonly renderer: Drawing;
   readonly controls: OrbitControls;
   private readonly blend = new Blend();
   private readonly arrows = new Arrows();
@@ -73,15 +73,8 @@ export class Stage {
   private scriptMs = 0;
 
   constructor(private readonly container: HTMLElement) {
-    this.renderer = new WebGLRenderer({ antialias: true });
-    this.renderer.shadowMap.enabled = true;
-    this.renderer.shadowMap.type = PCFShadowMap;
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer = drawingIn(container);
     const canvas = this.renderer.domElement;
-    canvas.tabIndex = 0;
-    canvas.setAttribute('role', 'img');
-    canvas.setAttribute('aria-label', 'The world in three dimensions. Arrow keys turn the camera, plus and minus zoom.');
-    container.append(canvas);
     this.labels = new Labels(container);
     this.camera.up.set(0, 0, 1);
     this.camera.position.set(0.8, -1.4, 1.1);
