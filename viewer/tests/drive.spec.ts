@@ -1,7 +1,6 @@
 /** A person drives a hand with keys, handles, sliders and pushes; what was sent runs again as a controller of its own. */
 import { execFileSync } from 'node:child_process';
 import { expect, type Page } from '@playwright/test';
-import { barriers } from './looks';
 import { test } from './server';
 
 interface Driving {
@@ -192,17 +191,4 @@ test('a competition sends drivers to a practice server', async ({ page, server }
   await page.route('**/v1/competition', (route) => route.fulfill({ json: { name: 'the finals', mode: 'official' } }));
   await page.goto(`${server.url}/drive`);
   await expect(page.getByText('Driving by hand is for practice servers')).toBeVisible();
-});
-
-test('the page is accessible, and is looked at in both sizes and themes', async ({ browser, server }) => {
-  for (const [width, height] of [[1280, 800], [390, 844]] as const) {
-    for (const colorScheme of ['light', 'dark'] as const) {
-      const page = await (await browser.newContext({ viewport: { width, height }, colorScheme })).newPage();
-      await start(page, server.url);
-      expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(width);
-      await page.screenshot({ path: `../target/viewer-tests/drive-${width}-${colorScheme}.png`, fullPage: true });
-      expect(await barriers(page)).toEqual([]);
-      await page.context().close();
-    }
-  }
 });
