@@ -103,7 +103,8 @@ def test_foxglove_finds_what_it_knows(tmp_path: Path) -> None:
 
     telemetry = [message for _, message in messages["/telemetry"]]
     assert len(telemetry) >= len(moving)
-    assert telemetry[0].tick == 0 and telemetry[-1].command == pytest.approx([0.6], abs=1e-4)
+    assert telemetry[0].tick == 0
+    assert telemetry[-1].command == pytest.approx([0.6], abs=1e-4)
     for message in telemetry:
         assert len(message.q) == len(message.predicted) > len(message.tension) > 0
         assert len(message.contact_force) == 3 * len(message.contact_a) == 3 * len(message.contact_use)

@@ -294,6 +294,14 @@ impl Witness for Publisher {
         }
     }
 
+    /// Whoever comes next finds the world where it stands, if without what only overlays show.
+    fn rested(&mut self, run: &Run) {
+        let Some(Published { channel, snapshots }) = &self.open else { return };
+        if channel.frames.receiver_count() == 0 && snapshots.borrow().tick != run.tick() {
+            self.show(run, Overlays::default());
+        }
+    }
+
     fn finished(&mut self, run: &Run, outcome: &Outcome) {
         self.show(run, Overlays::ALL);
         self.end(Some(Final::of(outcome)));
@@ -392,6 +400,20 @@ mod tests {
         assert_eq!(hub.find(&Target::Run("r".into()), &Watcher::Anybody).err(), Some(Nothing::Unknown));
         assert_eq!(hub.find(&Target::Session("s".into()), &Watcher::Anybody).err(), Some(Nothing::Waiting));
         assert_eq!(hub.find(&Target::Session("t".into()), &Watcher::Anybody).err(), Some(Nothing::Unknown));
+    }
+
+    #[test]
+    fn who_comes_late_finds_the_world_where_it_stands() {
+        let (hub, mut run) = (Arc::new(Hub::default()), run());
+        let mut publisher = published(&hub, info("r", "s", false), &run);
+        publisher.ticked(&run);
+        for _ in 0..3 {
+            run.step(&Action::default()).expect("steps");
+            publisher.ticked(&run);
+        }
+        publisher.rested(&run);
+        let following = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
+        assert_eq!(following.frames.borrow().snapshot.tick, 3);
     }
 
     #[test]

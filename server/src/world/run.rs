@@ -139,7 +139,12 @@ impl World {
 
     /// Does what the next tick does before its action matters. The witnesses have been told: they see a whole state.
     pub(crate) fn prepare(&mut self, _permit: &Permit) {
-        self.meanwhile(|game, _| game.prepare());
+        self.meanwhile(|game, witnesses| {
+            if let Some(run) = game.run() {
+                witnesses.iter_mut().for_each(|witness| witness.rested(run));
+            }
+            game.prepare();
+        });
     }
 
     /// What is computed between two ticks counts as part of the second.

@@ -14,6 +14,10 @@ pub(crate) trait Witness: Send {
     }
     /// After each tick.
     fn ticked(&mut self, run: &Run);
+    /// The controller has been answered: the world may stand still from here on.
+    fn rested(&mut self, run: &Run) {
+        let _ = run;
+    }
     /// Before the tick in which a push begins.
     fn pushed(&mut self, link: &str, wrench: Wrench, duration_s: f64) {
         let _ = (link, wrench, duration_s);
