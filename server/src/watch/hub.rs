@@ -294,11 +294,11 @@ impl Witness for Publisher {
         }
     }
 
-    /// Whoever comes next finds the world where it stands, if without what only overlays show.
+    /// Whoever comes next finds the world where it stands.
     fn rested(&mut self, run: &Run) {
         let Some(Published { channel, snapshots }) = &self.open else { return };
         if channel.frames.receiver_count() == 0 && snapshots.borrow().tick != run.tick() {
-            self.show(run, Overlays::default());
+            self.show(run, Overlays::ALL);
         }
     }
 
@@ -413,7 +413,9 @@ mod tests {
         }
         publisher.rested(&run);
         let following = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
-        assert_eq!(following.frames.borrow().snapshot.tick, 3);
+        let frame = following.frames.borrow().clone();
+        assert_eq!(frame.snapshot.tick, 3);
+        assert!(frame.snapshot.readings.is_some() && frame.snapshot.evidence.is_some());
     }
 
     #[test]
