@@ -31,7 +31,13 @@ export class Example {
     return new Example(started, played);
   }
 
+  /** Its world stands still until it is stopped. */
+  hold(): void {
+    this.process.kill('SIGSTOP');
+  }
+
   stop(): void {
+    this.process.kill('SIGCONT');
     this.process.kill('SIGINT');
   }
 }

@@ -59,6 +59,9 @@ test('a world as it is played', async ({ page, server }) => {
   await page.getByLabel('Mark').selectOption({ index: 4 });
   await page.locator('.side').evaluate((side) => { side.scrollTop = 0; });
   await page.getByText('is in the goal').nth(1).waitFor();
+  // Software draws late: the picture catches up with the figures.
+  example.hold();
+  await page.waitForTimeout(2000);
   await page.screenshot({ path: `${FOLDER}live.png` });
   example.stop();
 });
