@@ -78,6 +78,7 @@ pub fn fingers(name: &str, base_geoms: Vec<Geom>, fingers: Vec<Finger>) -> Resul
         motors: Vec::new(),
         no_collision: Vec::new(),
         tactile: Vec::new(),
+        sensors: Default::default(),
         ..Hand::clone(&stock)
     };
     for (i, finger) in fingers.into_iter().enumerate() {

@@ -2,9 +2,11 @@
 //!
 //! Every number goes in with all its bits and every list with its length; the order is fixed.
 
+use crate::camera::{Camera, Stereo};
+use crate::hand::sensors::{Accelerometer, JointEncoders, MotorSensor, Touch};
 use crate::hand::tendon::{TendonElement, TendonPath};
 use crate::hand::{
-    Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Motor, TactilePatch, Tendon,
+    Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Motor, Sensors, TactilePatch, Tendon,
 };
 use crate::object::Object;
 use crate::shape::Shape;
@@ -124,6 +126,7 @@ impl Hand {
             gravity_compensation,
             no_collision,
             tactile,
+            sensors,
         } = self;
         let mut hash = ContentHash::of("palmares hand 1");
         hash.text(name);
@@ -139,12 +142,14 @@ impl Hand {
             h.count(*a);
             h.count(*b);
         });
-        hash.list(tactile, |h, TactilePatch { name, link, link_from_patch, half_size }| {
+        hash.list(tactile, |h, TactilePatch { name, link, link_from_patch, half_size, taxels }| {
             h.text(name);
             h.count(*link);
             h.pose(link_from_patch);
             h.floats(half_size);
+            taxels.iter().for_each(|n| h.count(*n));
         });
+        hash_sensors(&mut hash, sensors);
         hash.to_hex()
     }
 }
@@ -187,6 +192,52 @@ fn link(hash: &mut ContentHash, link: &Link) {
         h.shape(shape);
         h.float(*friction);
     });
+}
+
+fn hash_sensors(hash: &mut ContentHash, sensors: &Sensors) {
+    let Sensors { motors, joints, touch, accelerometer, cameras } = sensors;
+    let MotorSensor { resolution, bias, tension_noise, tension_gain } = motors;
+    hash.floats(&[*resolution, *bias, *tension_noise, *tension_gain]);
+    hash.flag(joints.is_some());
+    if let Some(JointEncoders { on, resolution, bias, noise }) = joints {
+        hash.list(on, |h, name| h.text(name));
+        hash.floats(&[*resolution, *bias, *noise]);
+    }
+    let Touch { footprint, depth, shear, resolution, saturation, noise, rate_hz } = touch;
+    hash.flag(*shear);
+    hash.floats(&[*footprint, *depth, *resolution, *saturation, *noise, *rate_hz]);
+    hash.flag(accelerometer.is_some());
+    if let Some(Accelerometer { link, range, noise, bias }) = accelerometer {
+        hash.text(link);
+        hash.floats(&[*range, *noise, *bias]);
+    }
+    hash.list(cameras, camera);
+}
+
+fn camera(hash: &mut ContentHash, camera: &Camera) {
+    let Camera {
+        name,
+        link,
+        position,
+        quat_xyzw,
+        width,
+        height,
+        fov_deg,
+        near,
+        far,
+        depth_unit,
+        stereo:
+            Stereo { rate_hz, latency_s, baseline, disparity_noise, disparity_step, grazing_deg, dropout },
+    } = camera;
+    hash.text(name);
+    hash.text(link.as_deref().unwrap_or_default());
+    hash.floats(position);
+    hash.floats(quat_xyzw);
+    hash.count(*width as usize);
+    hash.count(*height as usize);
+    hash.floats(&[*fov_deg, *near, *far, *depth_unit]);
+    hash.floats(&[*rate_hz, *latency_s, *baseline]);
+    hash.floats(&[*disparity_noise, *disparity_step, *grazing_deg, *dropout]);
 }
 
 fn coordinate(hash: &mut ContentHash, coordinate: &Coordinate) {

@@ -6,6 +6,7 @@
 //! Units are SI; a pose is written `a_from_b` and maps coordinates in `b` to coordinates in `a`.
 
 pub mod builtin;
+pub mod camera;
 pub mod catalogue;
 pub mod content;
 pub mod error;

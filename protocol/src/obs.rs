@@ -2,7 +2,7 @@
 //! the fields of a struct within it in another buffer first.
 
 use crate::request::Mode;
-use palmares_tasks::{Observation, Scene, Sensing};
+use palmares_tasks::{Noise, Observation, Scene, Sensing};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde::ser::{SerializeStruct, Serializer};
@@ -18,6 +18,8 @@ pub struct Opened {
     pub mode: Mode,
     /// `sensors` or `truth`.
     pub sensing: Sensing,
+    /// `none` or `real`.
+    pub noise: Noise,
     /// In practice: what `reset` takes to build this scene again.
     pub seed: Option<u64>,
     /// Length of a tick, s.

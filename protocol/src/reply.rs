@@ -4,8 +4,8 @@ use crate::code::{Code, Refusal};
 use crate::obs::Obs;
 use crate::request::Mode;
 use crate::specs::Specs;
-use palmares_models::hand::Hand;
-use palmares_tasks::{Event, Outcome, Reason, Task};
+use palmares_models::hand::{Hand, TactilePatch};
+use palmares_tasks::{Event, Noise, Outcome, Reason, Task};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -85,6 +85,10 @@ pub struct Competition {
     pub session_s: Option<f64>,
     /// What each `reset` that opens a run takes from the session, s.
     pub reset_cost_s: f64,
+    /// How good the sensors of a run are that does not ask for others; in a competition, of every run.
+    pub noise: Noise,
+    /// Tasks that are played with `sensors` only.
+    pub sensors_only: Vec<String>,
 }
 
 /// The program.
@@ -160,6 +164,10 @@ pub struct HandInfo {
     pub motors: Vec<String>,
     /// Names of the joint coordinates, in the order of `truth.joints`.
     pub joints: Vec<String>,
+    /// Names of the joints that have an encoder, in the order of `hand.joints`.
+    pub encoders: Vec<String>,
+    /// Names of the taxels, in the order of `hand.touch`.
+    pub taxels: Vec<String>,
 }
 
 impl HandInfo {
@@ -170,6 +178,8 @@ impl HandInfo {
             description: hand.description.clone(),
             motors: hand.motors.iter().map(|motor| motor.name.clone()).collect(),
             joints: hand.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect(),
+            encoders: hand.sensors.joints.iter().flat_map(|encoders| encoders.on.clone()).collect(),
+            taxels: hand.tactile.iter().flat_map(TactilePatch::taxel_names).collect(),
         }
     }
 }

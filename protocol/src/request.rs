@@ -1,6 +1,6 @@
 //! What a client asks.
 
-use palmares_tasks::{Action, Sensing};
+use palmares_tasks::{Action, Noise, Sensing};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -95,6 +95,9 @@ pub struct Reset {
     /// How much `obs` shows.
     #[serde(default)]
     pub sensing: Sensing,
+    /// How good the sensors are; in a competition the organizer says. Left out: as the competition has it.
+    #[serde(default)]
+    pub noise: Option<Noise>,
     /// Practice only: which scene, 0 to 2⁵³ − 1. Left out, the server draws one.
     #[serde(default)]
     pub seed: Option<u64>,

@@ -34,7 +34,7 @@ pub struct Field {
 pub enum Length {
     /// Fixed.
     Fixed(usize),
-    /// `motors`, `joints` (see `welcome.hands`) or `objects` (free bodies of the scene).
+    /// `motors`, `joints`, `encoders`, `taxels` (see `welcome.hands`) or `objects` (free bodies of the scene).
     Of(&'static str),
 }
 
@@ -80,6 +80,9 @@ impl Default for Specs {
                 field("hand.actuators[].tension", &motors, "tendon", FREE),
                 field("hand.wrist.force", &three, "N", FREE),
                 field("hand.wrist.torque", &three, "N·m", FREE),
+                field("hand.joints", &[Length::Of("encoders")], "rad", FREE),
+                field("hand.touch", &[Length::Of("taxels"), Length::Fixed(3)], "N", FREE),
+                field("hand.acceleration", &three, "m/s²", FREE),
                 field("truth.objects.position", &of_objects(3), "m", FREE),
                 field("truth.objects.quat_xyzw", &of_objects(4), "", UNIT),
                 field("truth.objects.linear", &of_objects(3), "m/s", FREE),

@@ -5,7 +5,7 @@ use crate::identity;
 use crate::lower_hex::from_hex;
 use crate::verify_error::VerifyError;
 use palmares_models::hand::Hand;
-use palmares_tasks::{Seed, Sensing, Task};
+use palmares_tasks::{Noise, Seed, Sensing, Task};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -47,6 +47,8 @@ pub struct Header {
     pub pacing: Pacing,
     /// What the controller saw.
     pub sensing: Sensing,
+    /// How good the sensors were.
+    pub noise: Noise,
     /// Name of the task.
     pub task: String,
     /// [`Task::content_hash`]
@@ -86,6 +88,7 @@ impl Header {
             kind: Kind::Practice,
             pacing: Pacing::Lockstep,
             sensing: Sensing::Truth,
+            noise: Noise::None,
             task: task.name.clone(),
             task_hash: task.content_hash().to_owned(),
             tick_s: task.tick_s,
@@ -113,6 +116,7 @@ impl Header {
         put("kind", word(&self.kind));
         put("pacing", word(&self.pacing));
         put("sensing", word(&self.sensing));
+        put("noise", word(&self.noise));
         put("task", self.task.clone());
         put("task_hash", self.task_hash.clone());
         put("tick_s", self.tick_s.to_string());
@@ -154,6 +158,7 @@ impl Header {
             kind: fields.word("kind")?,
             pacing: fields.word("pacing")?,
             sensing: fields.word("sensing")?,
+            noise: fields.word("noise")?,
             task: fields.text("task")?.into(),
             task_hash: fields.text("task_hash")?.into(),
             tick_s,

@@ -2,6 +2,7 @@
 
 use crate::compute::Background;
 use crate::compute::pace::HOLD_TICKS;
+use crate::config::sensing::SensingRules;
 use crate::config::settings::{MESSAGE_BYTES, REPEAT, Settings};
 use crate::hands::OwnHands;
 use crate::rules::Rules;
@@ -24,6 +25,8 @@ pub(crate) struct Competition {
     pub(crate) hands: Vec<Arc<Hand>>,
     /// Hands that teams sent in.
     pub(crate) own_hands: OwnHands,
+    /// What controllers may see.
+    pub(crate) sensing: SensingRules,
     /// What an organizer sets.
     pub(crate) settings: Settings,
 }
@@ -46,6 +49,8 @@ impl Competition {
             mode: <&str>::from(self.rules.mode).into(),
             session_s: self.rules.session_s,
             reset_cost_s: self.rules.reset_cost_s,
+            noise: self.sensing.usual_noise(),
+            sensors_only: self.sensing.sensors_only().to_vec(),
         }
     }
 

@@ -1,6 +1,7 @@
 //! What `palmares serve` can be told: by options, by environment variables, by a file.
 
 mod file;
+pub(crate) mod sensing;
 pub(crate) mod settings;
 
 use crate::store::Location;
@@ -10,6 +11,7 @@ use clap::Args;
 use file::File;
 pub(crate) use file::{LONGEST_SESSION_S, Mode};
 use palmares_models::measure::HandLimits;
+use sensing::SensingRules;
 use settings::Settings;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -128,6 +130,8 @@ pub(crate) struct Config {
     pub(crate) reset_cost_s: f64,
     /// Names of the tasks; none for all.
     pub(crate) tasks: Option<Vec<String>>,
+    /// What controllers may see.
+    pub(crate) sensing: SensingRules,
     /// Names of the hands that come with the program; none for all.
     pub(crate) builtin_hands: Option<Vec<String>>,
     /// Further hands, from files.
@@ -211,6 +215,7 @@ impl ServeOptions {
             sessions_per_team: file.sessions_per_team.unwrap_or(1),
             reset_cost_s,
             tasks: file.tasks.clone(),
+            sensing: SensingRules::new(mode, file.noise, file.sensors_only.clone()),
             builtin_hands: file.hands.clone(),
             hands,
             hand_limits: file.hand_limits.clone(),

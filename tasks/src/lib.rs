@@ -17,7 +17,7 @@ pub mod table;
 pub mod task;
 
 pub use action::{Action, ActionError, ActionLimits, BaseTarget};
-pub use observation::{Event, Observation, Sensing};
+pub use observation::{Event, Noise, Observation, Sensing};
 pub use run::{Outcome, Reason, Run};
 pub use scene::Scene;
 pub use seed::Seed;

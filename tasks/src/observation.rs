@@ -16,6 +16,17 @@ pub enum Sensing {
     Truth,
 }
 
+/// How good the sensors are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Noise {
+    /// Every reading is exact and of this very tick.
+    #[default]
+    None,
+    /// As real sensors are: with resolution, noise, bias, drift, latency and drop-outs.
+    Real,
+}
+
 /// State after a tick. The server adds `id`, `run_id` and the session's clock around it.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Observation {
@@ -57,14 +68,24 @@ pub struct BodyState {
 }
 
 /// What the hand's own sensors read.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct HandObservation {
     /// The base.
     pub base: BodyState,
     /// One entry per motor.
     pub actuators: Vec<ActuatorObservation>,
-    /// Reaction at the wrist.
+    /// Reaction at the wrist: what the arm holds the hand with.
     pub wrist: Wrench,
+    /// Joint encoders, rad, in the order of `welcome.hands[].encoders`; absent when the hand has none.
+    #[serde(skip_serializing_if = "Numbers::is_empty")]
+    pub joints: Numbers,
+    /// Force on every taxel, N: along x and y of its patch, and into the patch; in the order of `welcome.hands[].taxels`,
+    /// absent when the hand has none.
+    #[serde(skip_serializing_if = "Table::is_empty")]
+    pub touch: Table<3>,
+    /// Acceleration minus gravity in the frame of the accelerometer's link, m/s²; absent when the hand has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub acceleration: Option<[f64; 3]>,
 }
 
 /// What a motor's sensors read.

@@ -15,6 +15,13 @@ fn bytes<'a>(numbers: impl ExactSizeIterator<Item = &'a f64>) -> Vec<u8> {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table<const N: usize>(pub Vec<[f64; N]>);
 
+impl<const N: usize> Table<N> {
+    /// Whether it has no rows.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
 impl<const N: usize> Serialize for Table<N> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         if serializer.is_human_readable() {
@@ -44,6 +51,13 @@ impl<const N: usize> JsonSchema for Table<N> {
 /// A list of numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Numbers(pub Vec<f64>);
+
+impl Numbers {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
 
 impl Serialize for Numbers {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

@@ -176,6 +176,7 @@ impl Numbers {
             gravity_compensation: self.below(2) == 0,
             no_collision: Vec::new(),
             tactile: Vec::new(),
+            sensors: Default::default(),
         }
     }
 

@@ -52,6 +52,7 @@ pub(crate) fn bare(name: &str, links: Vec<Link>, coordinates: Vec<Coordinate>) -
         gravity_compensation: false,
         no_collision: Vec::new(),
         tactile: Vec::new(),
+        sensors: Default::default(),
     })
 }
 

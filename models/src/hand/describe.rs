@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::tendon::{DaVinciGeometry, Tendon, TendonElement, TendonPath};
-use super::{Hand, HingeKind, TactilePatch};
+use super::{Hand, HingeKind, Sensors, TactilePatch};
 use crate::Pose;
 use crate::shape::Shape;
 
@@ -27,6 +27,8 @@ pub struct HandDescription {
     pub tendons: Vec<TendonDescription>,
     /// Rectangles that feel touch.
     pub tactile: Vec<PatchDescription>,
+    /// What its sensors are like, and what else it has.
+    pub sensors: Sensors,
     /// Whether the hand's own weight is cancelled.
     pub gravity_compensation: bool,
     /// Shape, unit and range of the hand's part of an action and of an observation.
@@ -171,6 +173,8 @@ pub struct PatchDescription {
     pub pose: PoseDescription,
     /// Extents along x and y, m.
     pub size: [f64; 2],
+    /// Taxels along x and y, which divide it.
+    pub taxels: [usize; 2],
 }
 
 /// One field of an action or an observation.
@@ -230,6 +234,7 @@ impl Hand {
                 .collect(),
             tendons: self.describe_tendons(&rest),
             tactile: self.describe_tactile(),
+            sensors: self.sensors.clone(),
             gravity_compensation: self.gravity_compensation,
             specs: self.specs(),
         }
@@ -270,6 +275,7 @@ impl Hand {
             link: self.links[patch.link].name.clone(),
             pose: pose(&patch.link_from_patch),
             size: patch.half_size.map(|x| 2.0 * x),
+            taxels: patch.taxels,
         };
         self.tactile.iter().map(describe).collect()
     }

@@ -2,9 +2,11 @@
 
 pub mod describe;
 mod kinematics;
+pub mod sensors;
 pub mod tendon;
 mod validate;
 
+pub use self::sensors::{Sensors, TactilePatch};
 pub use self::tendon::Tendon;
 use crate::shape::Shape;
 pub use crate::shape::inertia::Inertia;
@@ -32,6 +34,8 @@ pub struct Hand {
     pub no_collision: Vec<[usize; 2]>,
     /// Where the hand can feel touch.
     pub tactile: Vec<TactilePatch>,
+    /// What its sensors are like, and what else it has.
+    pub sensors: Sensors,
 }
 
 impl Hand {
@@ -138,18 +142,4 @@ pub struct Geom {
     pub shape: Shape,
     /// Coulomb friction coefficient of its surface.
     pub friction: f64,
-}
-
-/// A rectangle on the hand's surface that feels touch: in the xy-plane of its frame, centred on it; z points out of the
-/// hand. What it reads is computed by the simulation.
-#[derive(Clone, Debug)]
-pub struct TactilePatch {
-    /// Unique in the hand: `finger_1_distal_3`.
-    pub name: String,
-    /// Index into the hand's links.
-    pub link: usize,
-    /// Frame of the patch.
-    pub link_from_patch: Pose,
-    /// Half the extents along x and y, m.
-    pub half_size: [f64; 2],
 }

@@ -101,12 +101,27 @@ impl Hand {
                 format!("lies on link {}, there are {}", patch.link, self.links.len())
             } else if self.tactile[..i].iter().any(|other| other.name == patch.name) {
                 "appears twice".to_owned()
+            } else if patch.is_empty() {
+                "has no taxels".to_owned()
             } else if !patch.link_from_patch.is_finite() || !patch.half_size.iter().all(|&x| positive(x)) {
                 "its pose must be finite, its size positive".to_owned()
             } else {
                 continue;
             };
             return bad(format!("tactile patch '{}'", patch.name), problem);
+        }
+        let known = |link: &str| self.link(link).is_some();
+        let on_links = self.sensors.cameras.iter().map(|camera| camera.link.as_deref().unwrap_or_default());
+        let accelerometer = self.sensors.accelerometer.iter().map(|sensor| sensor.link.as_str());
+        if let Some(link) = on_links.chain(accelerometer).find(|link| !known(link)) {
+            return bad("sensors".to_owned(), format!("one sits on link '{link}', which there is not"));
+        }
+        if let Some(encoders) = &self.sensors.joints
+            && let Some(name) = encoders.on.iter().find(|name| self.coordinate(name).is_none())
+        {
+            let known: Vec<&str> = self.coordinates.iter().map(|c| c.name.as_str()).collect();
+            let problem = format!("names '{name}'; valid: {}", known.join(", "));
+            return bad("sensors.joints.on".to_owned(), problem);
         }
         Ok(())
     }

@@ -11,6 +11,7 @@ use super::files::{Files, has_extension, read_limited};
 use super::options::LoadOptions;
 use super::report::Report;
 use super::settings::Settings;
+use super::sensors;
 use super::tactile;
 use super::urdf::link::LinkReader;
 use super::urdf::reduce;
@@ -105,9 +106,11 @@ pub fn from_text(
     let reduced = reduce::reduce(&tree, &mut reader, &mut report)?;
     let coordinates = coordinates(&tree, &reduced, &settings, &mut report)?;
     let (motors, tendons) = actuation(&tree, &reduced, &settings, &mut report)?;
-    let patches: usize = settings.tactile.iter().map(|group| group.centers.len()).sum();
-    at.limit("tactile", "patches", patches, options.limits.tactile_patches)?;
+    let taxels = settings.tactile.iter().map(|group| group.taxels()).fold(0, usize::saturating_add);
+    at.limit("tactile", "taxels", taxels, options.limits.taxels)?;
+    at.limit("sensors", "cameras", settings.sensors.cameras.len(), options.limits.cameras)?;
     let tactile = tactile::patches(&settings.tactile, &tree, &reduced, &at)?;
+    let sensors = sensors::mounted(&settings.sensors, &tree, &reduced, &at)?;
     let mut hand = Hand {
         name,
         description: settings.description.clone().unwrap_or_default(),
@@ -118,6 +121,7 @@ pub fn from_text(
         gravity_compensation: settings.gravity_compensation.unwrap_or(true),
         no_collision: Vec::new(),
         tactile,
+        sensors,
     };
     hand.validate().map_err(|error| match error {
         // What hand.toml states was looked at where it was read.

@@ -26,8 +26,10 @@ pub struct Limits {
     pub shapes: usize,
     /// Tendons of a hand.
     pub tendons: usize,
-    /// Tactile patches of a hand.
-    pub tactile_patches: usize,
+    /// Taxels of a hand's tactile patches.
+    pub taxels: usize,
+    /// Cameras on a hand.
+    pub cameras: usize,
     /// Mesh files that a URDF names; the same file at another scale counts again.
     pub meshes: usize,
     /// Bytes of one mesh file.
@@ -68,7 +70,8 @@ impl Default for Limits {
             link_shapes: 32,
             shapes: 512,
             tendons: 64,
-            tactile_patches: 1024,
+            taxels: 1024,
+            cameras: 8,
             meshes: 128,
             mesh_bytes: 16 << 20,
             mesh_total_bytes: 64 << 20,

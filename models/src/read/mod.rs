@@ -20,6 +20,7 @@ mod options;
 pub(crate) mod report;
 mod settings;
 pub(crate) mod stl;
+mod sensors;
 mod tactile;
 pub(crate) mod urdf;
 mod visual;

@@ -8,6 +8,7 @@ use super::limits::Limits;
 use super::options::InertiaPolicy;
 use super::report::Report;
 use crate::error::ModelError;
+use crate::hand::Sensors;
 use crate::hand::tendon::DaVinciGeometry;
 
 /// The file beside a URDF. All of it is optional.
@@ -38,6 +39,8 @@ pub(crate) struct Settings {
     pub(crate) links: BTreeMap<String, LinkSettings>,
     #[serde(default)]
     pub(crate) tactile: Vec<TactileSettings>,
+    #[serde(default)]
+    pub(crate) sensors: Sensors,
 }
 
 impl Settings {
@@ -87,6 +90,7 @@ impl Settings {
                 check("tactile", &patches.name, "size or centers", Some(x), limits.length_m, Sign::Any)?;
             }
         }
+        self.sensors.check().map_err(|problem| at.bad("[sensors]", problem, "numbers in their ranges"))?;
         Ok(())
     }
 
@@ -198,7 +202,7 @@ pub(crate) struct LinkSettings {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TactileSettings {
-    /// The patches' names are this and their number, from 1 on.
+    /// The patch's name; of several the names are this and their number, from 1 on.
     pub(crate) name: String,
     /// URDF link whose frame the vectors are in.
     pub(crate) link: String,
@@ -210,9 +214,22 @@ pub(crate) struct TactileSettings {
     pub(crate) size: [f64; 2],
     /// One per patch, m.
     pub(crate) centers: Vec<[f64; 3]>,
+    /// Into how many taxels each patch is divided along its extents.
+    #[serde(default = "one_taxel")]
+    pub(crate) taxels: [usize; 2],
+}
+
+fn one_taxel() -> [usize; 2] {
+    [1, 1]
 }
 
 impl TactileSettings {
+    /// How many taxels its patches have together.
+    pub(crate) fn taxels(&self) -> usize {
+        let [nx, ny] = self.taxels;
+        self.centers.len().saturating_mul(nx).saturating_mul(ny)
+    }
+
     /// Every length in it.
     fn lengths(&self) -> impl Iterator<Item = f64> {
         self.size.iter().copied().chain(self.centers.iter().flatten().copied())

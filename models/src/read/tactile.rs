@@ -32,11 +32,13 @@ pub(crate) fn patches(
         }
         let rotation = Rotation::from_mat3(&Mat3::from_cols(x, z.cross(x), z));
         for (k, center) in group.centers.iter().enumerate() {
+            let alone = group.centers.len() == 1;
             out.push(TactilePatch {
-                name: format!("{}_{}", group.name, k + 1),
+                name: if alone { group.name.clone() } else { format!("{}_{}", group.name, k + 1) },
                 link,
                 link_from_patch: link_from_urdf * Pose::from_parts(Vec3::from_array(*center), rotation),
                 half_size: group.size.map(|x| 0.5 * x),
+                taxels: group.taxels,
             });
         }
     }

@@ -116,7 +116,7 @@ fn long_chains_and_tags_are_not_followed() {
         "[[tactile]]\nname = 'p'\nlink = 'tip'\nalong = [1.0, 0.0, 0.0]\nnormal = [0.0, 0.0, 1.0]\n\
          size = [0.01, 0.01]\ncenters = [{centers}]"
     );
-    refused(read(SMALL, Some(&patches)), &["x/hand.toml: tactile: 1025 patches; the limit is 1024"]);
+    refused(read(SMALL, Some(&patches)), &["x/hand.toml: tactile: 1025 taxels; the limit is 1024"]);
     let shapes = "<collision><geometry><sphere radius='0.01'/></geometry></collision>".repeat(33);
     let many = SMALL.replacen("</link>", &format!("{shapes}</link>"), 1);
     refused(read(&many, None), &["link 'base': 34 collision shapes; the limit is 32"]);
@@ -468,7 +468,7 @@ fn the_guide_lists_the_limits() {
         ("links, joints", format!("{}, {}", l.links, l.joints)),
         ("one chain", format!("{}", l.depth)),
         ("collision shapes", format!("{}, {}", l.link_shapes, l.shapes)),
-        ("tactile patches", format!("{}, {}", l.tendons, l.tactile_patches)),
+        ("taxels", format!("{}, {}", l.tendons, l.taxels)),
         ("mesh files", format!("{}", l.meshes)),
         ("bytes of a mesh", format!("{}, {}", l.mesh_bytes, l.mesh_total_bytes)),
         ("vertices of a mesh", format!("{}, {}", l.mesh_vertices, l.mesh_total_vertices)),

@@ -205,11 +205,13 @@ fn pads_are_rough_and_housings_are_not() {
 #[test]
 fn tactile_patches_lie_on_the_pads() {
     let hand = reflex();
-    let on = |name: &str| hand.tactile.iter().filter(|p| p.name.starts_with(name)).count();
+    let on = |name: &str| {
+        hand.tactile.iter().filter(|p| p.name.starts_with(name)).map(|p| p.len()).sum::<usize>()
+    };
     for finger in 1..=3 {
         assert_eq!(on(&format!("finger_{finger}_")), 9);
     }
-    assert_eq!((on("palm_"), hand.tactile.len()), (11, 38));
+    assert_eq!((on("palm"), on("")), (11, 38));
     for patch in &hand.tactile {
         let distance = |point: Vec3| {
             let geoms = hand.links[patch.link].geoms.iter();
@@ -219,15 +221,20 @@ fn tactile_patches_lie_on_the_pads() {
             });
             distances.fold(f64::INFINITY, f64::min)
         };
-        let center = patch.link_from_patch.translation;
         let out = patch.link_from_patch.rotation * Vec3::Z;
-        assert!(distance(center).abs() < 1e-4, "{}: {}", patch.name, distance(center));
-        assert!((distance(center + out * 1e-3) - 1e-3).abs() < 1e-4, "{}", patch.name);
+        for taxel in 0..patch.len() {
+            let center = patch.link_from_patch.transform_point(patch.taxel_center(taxel));
+            assert!(distance(center).abs() < 1e-4, "{}: {}", patch.name, distance(center));
+            assert!((distance(center + out * 1e-3) - 1e-3).abs() < 1e-4, "{}", patch.name);
+        }
     }
     let described = hand.describe();
-    assert_eq!(described.tactile.len(), 38);
+    assert_eq!(described.tactile.len(), 12);
     assert_eq!(described.tactile[0].link, "proximal_1");
-    assert_eq!(described.tactile[0].size, [0.0079, 0.014]);
+    assert_eq!((described.tactile[0].size, described.tactile[0].taxels), ([0.0395625, 0.014], [5, 1]));
+    let places: Vec<f64> = (0..5).map(|taxel| 0.034725 + hand.tactile[0].taxel_center(taxel).x).collect();
+    let published = [0.0189, 0.02681, 0.03473, 0.04264, 0.05055];
+    assert!(places.iter().zip(published).all(|(x, y)| (x - y).abs() < 2e-5), "{places:?}");
 }
 
 #[test]
@@ -265,7 +272,7 @@ fn closes_inwards() {
 #[test]
 fn describes_what_its_arms_depend_on() {
     let text = serde_json::to_string_pretty(&reflex().describe()).unwrap();
-    for part in ["\"da_vinci\"", "\"r0\"", "\"both_ways\": true", "\"finger_1_distal_4\"", "\"palm_11\""] {
+    for part in ["\"da_vinci\"", "\"r0\"", "\"both_ways\": true", "\"finger_1_distal\"", "\"palm_front\""] {
         assert!(text.contains(part), "{part}");
     }
 }

@@ -40,7 +40,12 @@ pub(super) async fn app(
     let compute = Arc::new(Compute::new(cores, settings.max_worlds));
     let entrance = Arc::new(Entrance::new(&settings, config.guard.clone()));
     let own_hands = OwnHands::new(&config.data_dir, config.hand_limits.clone(), tasks.clone());
-    let competition = Arc::new(Competition { rules, tasks, hands, own_hands, settings });
+    let sensing = config.sensing.clone();
+    if let Some(unknown) = sensing.sensors_only().iter().find(|name| !tasks.iter().any(|t| t.name == **name)) {
+        let known: Vec<&str> = tasks.iter().map(|task| task.name.as_str()).collect();
+        bail!("sensors_only: no task `{unknown}`; there are: {}", known.join(", "));
+    }
+    let competition = Arc::new(Competition { rules, tasks, hands, own_hands, sensing, settings });
     let (hub, lifecycle) = (Arc::<Hub>::default(), Arc::<Lifecycle>::default());
     for newest in store.announcements(1).await? {
         hub.announce_text(&newest);

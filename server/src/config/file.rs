@@ -2,6 +2,7 @@
 
 use anyhow::{Context, bail};
 use palmares_models::measure::HandLimits;
+use palmares_tasks::Noise;
 use serde::Deserialize;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -31,6 +32,8 @@ pub(super) struct File {
     pub(super) sessions_per_team: Option<u32>,
     pub(super) reset_cost_s: Option<f64>,
     pub(super) tasks: Option<Vec<String>>,
+    pub(super) noise: Option<Noise>,
+    pub(super) sensors_only: Vec<String>,
     pub(super) hands: Option<Vec<String>>,
     pub(super) hand_files: Option<Vec<PathBuf>>,
     pub(super) listen: Option<SocketAddr>,

@@ -22,7 +22,7 @@ use palmares_protocol::{Act, Code, Mode, Perturb, Refusal, Reply, Request, Reset
 use palmares_replay::{Header, Kind, Pacing};
 use palmares_tasks::observation::{Observation, Wrench};
 use palmares_tasks::overlap::{Obstacle, Overlap};
-use palmares_tasks::{Reason, SceneError, Sensing, Task};
+use palmares_tasks::{Noise, Reason, SceneError, Sensing, Task};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -40,6 +40,7 @@ struct NewWorld {
     origin: Origin,
     mode: Mode,
     sensing: Sensing,
+    noise: Noise,
 }
 
 impl Session {
@@ -98,13 +99,15 @@ impl Session {
             let message = "seed: official runs have hidden seeds; leave it out";
             return Err(Refusal::new(Code::BadRequest, message));
         }
+        let noise = self.shared.competition.sensing.noise(reset.noise)?;
+        self.shared.competition.sensing.may_see(&task.name, reset.sensing)?;
         let (hand, hand_sha256) = origin::hand(&shared, team, &reset.hand).await?;
         let admitted = shared.compute.admit(reset.mode, self.official)?;
         let run_id = format!("run_{}", random_hex(8)?);
         let origin = origin::origin(&shared, team, task, reset.seed).await?;
         let (k, task) = (origin.k, task.clone());
         let (mode, sensing) = (reset.mode, reset.sensing);
-        let new = NewWorld { run_id, task: task.clone(), hand, hand_sha256, origin, mode, sensing };
+        let new = NewWorld { run_id, task: task.clone(), hand, hand_sha256, origin, mode, sensing, noise };
         match self.build(&new, admitted).await {
             Ok((opened, recording)) => Ok(self.begin(id, new, opened, recording).await),
             // Nothing of the scene was told: the number is the next run's.
@@ -135,7 +138,8 @@ impl Session {
             recording
         });
         let (task, seed) = (task.clone(), origin.seed);
-        let setup = WorldSetup { task, hand: hand.clone(), seed, sensing: new.sensing };
+        let (sensing, noise) = (new.sensing, new.noise);
+        let setup = WorldSetup { task, hand: hand.clone(), seed, sensing, noise };
         let opened = World::open(setup, admitted, &self.shared.compute.background, witnesses).await;
         let opened = opened.map_err(|error| self.not_opened(new, error))?;
         self.store_opened(new).await?;
@@ -166,6 +170,7 @@ impl Session {
                 Mode::Realtime => Pacing::Realtime,
             },
             sensing: new.sensing,
+            noise: new.noise,
             seed_number: new.origin.number,
             k: new.origin.k,
             build_hash: version::BUILD_HASH.into(),
@@ -242,6 +247,7 @@ impl Session {
             hand: hand.name.clone(),
             mode: new.mode,
             sensing: new.sensing,
+            noise: new.noise,
             seed: new.origin.number,
             tick_s: task.tick_s,
             time_limit_s: task.time_limit_s,

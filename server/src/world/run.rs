@@ -11,7 +11,7 @@ use palmares_models::hand::Hand;
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::run::PushError;
 use palmares_tasks::{
-    Action, ActionError, Observation, Outcome, Reason, Run, Scene, SceneError, Seed, Sensing, Task,
+    Action, ActionError, Noise, Observation, Outcome, Reason, Run, Scene, SceneError, Seed, Sensing, Task,
 };
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -58,6 +58,8 @@ pub(crate) struct WorldSetup {
     pub(crate) seed: Seed,
     /// How much the controller sees.
     pub(crate) sensing: Sensing,
+    /// How good its sensors are.
+    pub(crate) noise: Noise,
 }
 
 /// A world. Whoever owns it steps it.
@@ -100,8 +102,8 @@ impl World {
         mut witnesses: Vec<Box<dyn Witness>>,
     ) -> Result<OpenedWorld, OpenError> {
         let build = move || {
-            let WorldSetup { task, hand, seed, sensing } = setup;
-            let run = Run::new(task, hand, seed)?;
+            let WorldSetup { task, hand, seed, sensing, noise } = setup;
+            let run = Run::new(task, hand, seed)?.with_noise(noise);
             let (scene, observation) = (run.scene().clone().told(sensing), run.observe(sensing));
             witnesses.iter_mut().for_each(|witness| witness.opened(&run));
             let world = World::of(Box::new(run), sensing, witnesses, admitted);

@@ -21,7 +21,7 @@ pub use telemetry::{Contact, Instruments, Motor, Readings, Telemetry};
 
 use crate::action::{Action, ActionError, BaseTarget};
 use crate::build::build;
-use crate::observation::Event;
+use crate::observation::{Event, Noise};
 use crate::referee::{ObjectSnapshot, REST_SPEED, Referee};
 use crate::scene::Scene;
 use crate::score::Count;
@@ -32,6 +32,7 @@ use crate::task::Task;
 use driven::{Pushing, Target};
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
+use palmares_senses::Senses;
 use palmares_sim::{Fault, World};
 use std::sync::Arc;
 
@@ -48,6 +49,7 @@ pub struct Run {
     body_names: Vec<String>,
     world: World,
     instruments: Arc<Instruments>,
+    senses: Senses,
     referee: Referee,
     tick: u64,
     target: Target,
@@ -79,7 +81,9 @@ impl Run {
         let sightings = sightings(&built.world);
         let instruments =
             Instruments::new(hand.clone(), built.world.model(), &built.scene, &built.body_names);
+        let senses = Senses::new(hand.clone(), &built.world, task.tick_s, None);
         Ok(Run {
+            senses,
             referee: Referee::new(&task, &sightings),
             instruments: Arc::new(instruments),
             scene: built.scene,
@@ -97,6 +101,14 @@ impl Run {
             hand,
             seed,
         })
+    }
+
+    /// The same run at tick 0 with sensors as good as `noise` says; the world goes the same way, bit for bit.
+    #[must_use]
+    pub fn with_noise(mut self, noise: Noise) -> Self {
+        let noise = (noise == Noise::Real).then(|| palmares_senses::noise::Noise::new(&self.seed.0));
+        self.senses = Senses::new(self.hand.clone(), &self.world, self.task.tick_s, noise.as_ref());
+        self
     }
 
     /// What stands in the world at tick 0.
@@ -167,6 +179,7 @@ impl Run {
         self.apply(action);
         self.advance();
         self.tick += 1;
+        self.senses.tick(&self.world, self.tick);
         self.push_on();
         self.news = self.referee.watch(self.tick, &self.sightings());
         self.history.extend(self.news.iter().cloned());

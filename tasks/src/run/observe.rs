@@ -1,12 +1,12 @@
 //! What a controller is shown of a run.
 
-use super::telemetry::motor_tension;
 use super::{Reason, Run};
 use crate::observation::{
     ActuatorObservation, BodyState, Contacts, HandObservation, Joints, Objects, Observation, Sensing, Truth,
     Wrench,
 };
 use crate::table::{Numbers, Table};
+use palmares_senses::{MotorReading, Readings};
 
 impl Run {
     /// What a controller sees now. `events` are those of the last [`Run::step`].
@@ -27,27 +27,29 @@ impl Run {
     }
 
     fn observe_hand(&self) -> HandObservation {
-        let state = self.world.state();
-        let v = |k: usize| [state.v[k], state.v[k + 1], state.v[k + 2]];
-        let actuators = self.hand.motors.iter().zip(&state.motors).enumerate();
-        let (force, torque) = self.world.servo_wrench();
+        let Readings { base, motors, joints, wrist: (force, torque), touch, acceleration } =
+            self.senses.read(&self.world);
+        let actuators = self.hand.motors.iter().zip(&self.world.state().motors).zip(motors);
         HandObservation {
             base: BodyState {
-                position: state.base.translation.to_array(),
-                quat_xyzw: state.base.rotation.to_array(),
-                linear: v(0),
-                angular: v(3),
+                position: base.pose.translation.to_array(),
+                quat_xyzw: base.pose.rotation.to_array(),
+                linear: base.linear.to_array(),
+                angular: base.angular.to_array(),
             },
             actuators: actuators
-                .map(|(k, (motor, reached))| ActuatorObservation {
+                .map(|((motor, reached), MotorReading { position, velocity, tension })| ActuatorObservation {
                     name: motor.name.clone(),
                     command: reached.command,
-                    position: reached.position,
-                    velocity: reached.velocity,
-                    tension: motor_tension(&self.hand, k, &state.tension),
+                    position,
+                    velocity,
+                    tension,
                 })
                 .collect(),
             wrist: Wrench { force, torque },
+            joints: Numbers(joints),
+            touch: Table(touch),
+            acceleration,
         }
     }
 
