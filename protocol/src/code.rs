@@ -24,6 +24,8 @@ pub enum Code {
     UnknownTask,
     /// No such hand.
     UnknownHand,
+    /// No such camera, or not with this sensing.
+    UnknownCamera,
     /// The hand touches something, or reaches into a region of the rules, where it starts.
     HandInTheWay,
     /// The token is missing or wrong.
@@ -67,6 +69,7 @@ impl Code {
             Code::BadAction => 4405,
             Code::UnknownTask => 4406,
             Code::UnknownHand => 4407,
+            Code::UnknownCamera => 4415,
             Code::HandInTheWay => 4422,
             Code::TooSlow => 4408,
             Code::SessionTaken => 4409,

@@ -73,6 +73,7 @@ impl Serialize for Obs {
             sim_time_s,
             applied_action,
             hand,
+            cameras,
             truth,
             events,
             score,
@@ -82,6 +83,7 @@ impl Serialize for Obs {
         } = observation;
         let there = [
             id.is_some(),
+            !cameras.is_empty(),
             truth.is_some(),
             reason.is_some(),
             late_s.is_some(),
@@ -98,6 +100,7 @@ impl Serialize for Obs {
         fields.serialize_field("sim_time_s", sim_time_s)?;
         fields.serialize_field("applied_action", applied_action)?;
         fields.serialize_field("hand", hand)?;
+        written(&mut fields, "cameras", (!cameras.is_empty()).then_some(cameras))?;
         written(&mut fields, "truth", truth.as_ref())?;
         fields.serialize_field("events", events)?;
         fields.serialize_field("score", score)?;

@@ -35,6 +35,8 @@ struct StepFields {
     action: ActionFields,
     #[serde(default = "one")]
     repeat: u32,
+    #[serde(default)]
+    cameras: Vec<String>,
 }
 
 /// The fields of `act`.
@@ -42,6 +44,8 @@ struct StepFields {
 #[serde(deny_unknown_fields)]
 struct ActFields {
     action: ActionFields,
+    #[serde(default)]
+    cameras: Vec<String>,
 }
 
 /// Reads a request in JSON.
@@ -116,13 +120,13 @@ impl<'de> Visitor<'de> for Envelope<'_> {
         let fields = MapAccessDeserializer::new(WithoutEnvelope(map));
         let request = match self.op {
             "step" => {
-                let StepFields { tick, action: ActionFields(action), repeat } =
+                let StepFields { tick, action: ActionFields(action), repeat, cameras } =
                     Deserialize::deserialize(fields)?;
-                Request::Step(Step { tick, action, repeat })
+                Request::Step(Step { tick, action, repeat, cameras })
             }
             "act" => {
-                let ActFields { action: ActionFields(action) } = Deserialize::deserialize(fields)?;
-                Request::Act(Act { action })
+                let ActFields { action: ActionFields(action), cameras } = Deserialize::deserialize(fields)?;
+                Request::Act(Act { action, cameras })
             }
             _ => return Err(A::Error::custom("another op")),
         };
@@ -233,14 +237,14 @@ fn parse_reset(fields: Map<String, Value>) -> Result<Reset, Refusal> {
 
 fn parse_step(mut fields: Map<String, Value>) -> Result<Step, Refusal> {
     let action = take_action(&mut fields);
-    let StepFields { tick, repeat, .. } = typed("step", fields)?;
-    Ok(Step { tick, action: parse_action(action)?, repeat })
+    let StepFields { tick, repeat, cameras, .. } = typed("step", fields)?;
+    Ok(Step { tick, action: parse_action(action)?, repeat, cameras })
 }
 
 fn parse_act(mut fields: Map<String, Value>) -> Result<Act, Refusal> {
     let action = take_action(&mut fields);
-    let ActFields { .. } = typed("act", fields)?;
-    Ok(Act { action: parse_action(action)? })
+    let ActFields { cameras, .. } = typed("act", fields)?;
+    Ok(Act { action: parse_action(action)?, cameras })
 }
 
 /// The action, with an empty one left in its stead: it is looked into after the fields beside it, and its errors have

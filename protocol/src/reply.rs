@@ -138,6 +138,8 @@ pub struct TaskInfo {
     pub step_s: f64,
     /// Longest run, s of simulated time.
     pub time_limit_s: f64,
+    /// Names of its cameras, for `step.cameras`.
+    pub cameras: Vec<String>,
 }
 
 impl TaskInfo {
@@ -149,6 +151,7 @@ impl TaskInfo {
             tick_s: task.tick_s,
             step_s: task.step_s,
             time_limit_s: task.time_limit_s,
+            cameras: task.cameras.iter().map(|camera| camera.name.clone()).collect(),
         }
     }
 }
@@ -168,6 +171,8 @@ pub struct HandInfo {
     pub encoders: Vec<String>,
     /// Names of the taxels, in the order of `hand.touch`.
     pub taxels: Vec<String>,
+    /// Names of its cameras; in a task that has one of the same name it is called `hand_…`.
+    pub cameras: Vec<String>,
 }
 
 impl HandInfo {
@@ -180,6 +185,7 @@ impl HandInfo {
             joints: hand.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect(),
             encoders: hand.sensors.joints.iter().flat_map(|encoders| encoders.on.clone()).collect(),
             taxels: hand.tactile.iter().flat_map(TactilePatch::taxel_names).collect(),
+            cameras: hand.sensors.cameras.iter().map(|camera| camera.name.clone()).collect(),
         }
     }
 }

@@ -101,6 +101,9 @@ pub struct Reset {
     /// Practice only: which scene, 0 to 2⁵³ − 1. Left out, the server draws one.
     #[serde(default)]
     pub seed: Option<u64>,
+    /// Cameras to look through at tick 0; see `step`.
+    #[serde(default)]
+    pub cameras: Vec<String>,
     /// None are defined yet; must be left out or empty.
     #[serde(default)]
     pub options: Map<String, Value>,
@@ -137,6 +140,9 @@ pub struct Step {
     /// Ticks to advance, 1 to `welcome.limits.repeat`; 1 when left out. Ends early when the run is over.
     #[schemars(default = "one")]
     pub repeat: u32,
+    /// Cameras whose pictures the observation shall have: `name` for depth, or `name.depth`, `name.rgb`, `name.bodies`.
+    #[schemars(default)]
+    pub cameras: Vec<String>,
 }
 
 /// `act`: from its next tick on a realtime world follows this action.
@@ -144,6 +150,9 @@ pub struct Step {
 pub struct Act {
     /// Targets; what is left out keeps its last target.
     pub action: Action,
+    /// Cameras whose pictures the next observation shall have; see `step`.
+    #[schemars(default)]
+    pub cameras: Vec<String>,
 }
 
 /// `perturb`: practice only. A wrench acts on a link of the hand from the next tick on.

@@ -52,7 +52,7 @@ fn status(code: Code) -> StatusCode {
     match code {
         Code::BadJson | Code::UnknownOp | Code::BadRequest | Code::BadAction => StatusCode::BAD_REQUEST,
         Code::StaleTick | Code::WrongState | Code::SessionTaken => StatusCode::CONFLICT,
-        Code::UnknownTask | Code::UnknownHand | Code::NotFound => StatusCode::NOT_FOUND,
+        Code::UnknownTask | Code::UnknownHand | Code::UnknownCamera | Code::NotFound => StatusCode::NOT_FOUND,
         Code::NotAuthorized => StatusCode::UNAUTHORIZED,
         Code::TooSlow => StatusCode::REQUEST_TIMEOUT,
         Code::Forbidden => StatusCode::FORBIDDEN,

@@ -1,6 +1,7 @@
 //! What a controller sees after a tick.
 
 use crate::action::Action;
+use crate::image::CameraImage;
 use crate::table::{Numbers, Table};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -38,6 +39,9 @@ pub struct Observation {
     pub applied_action: Action,
     /// The hand.
     pub hand: HandObservation,
+    /// What the cameras saw that were asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub cameras: Vec<CameraImage>,
     /// The full state, when the run's sensing is `truth`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub truth: Option<Truth>,

@@ -13,7 +13,7 @@ use crate::version;
 use crate::watch::messages::WatchRun;
 use crate::world::Witness;
 use crate::world::live::{Live, Streamed};
-use crate::world::run::{OpenError, OpenedWorld, StepError, World, WorldSetup};
+use crate::world::run::{OpenError, OpenedWorld, StepError, World, WorldSetup, develop};
 use palmares_models::hand::Hand;
 use palmares_protocol::obs::{Obs, Opened};
 use palmares_protocol::reply::Ack;
@@ -22,6 +22,7 @@ use palmares_protocol::{Act, Code, Mode, Perturb, Refusal, Reply, Request, Reset
 use palmares_replay::{Header, Kind, Pacing};
 use palmares_tasks::observation::{Observation, Wrench};
 use palmares_tasks::overlap::{Obstacle, Overlap};
+use palmares_tasks::run::ShotError;
 use palmares_tasks::{Noise, Reason, SceneError, Sensing, Task};
 use std::sync::Arc;
 use std::time::Instant;
@@ -41,6 +42,8 @@ struct NewWorld {
     mode: Mode,
     sensing: Sensing,
     noise: Noise,
+    /// To look through at tick 0.
+    cameras: Vec<String>,
 }
 
 impl Session {
@@ -107,11 +110,15 @@ impl Session {
         let origin = origin::origin(&shared, team, task, reset.seed).await?;
         let (k, task) = (origin.k, task.clone());
         let (mode, sensing) = (reset.mode, reset.sensing);
-        let new = NewWorld { run_id, task: task.clone(), hand, hand_sha256, origin, mode, sensing, noise };
+        let (task_of, cameras) = (task.clone(), reset.cameras);
+        let new =
+            NewWorld { run_id, task: task_of, hand, hand_sha256, origin, mode, sensing, noise, cameras };
         match self.build(&new, admitted).await {
             Ok((opened, recording)) => Ok(self.begin(id, new, opened, recording).await),
             // Nothing of the scene was told: the number is the next run's.
-            Err(refusal) if matches!(refusal.code, Code::HandInTheWay | Code::Internal) => {
+            Err(refusal)
+                if matches!(refusal.code, Code::HandInTheWay | Code::Internal | Code::UnknownCamera) =>
+            {
                 match origin::give_back_number(&shared, &self.team, &task, k).await {
                     Err(failed) if refusal.code == Code::HandInTheWay => Err(failed),
                     _ => Err(refusal),
@@ -139,7 +146,8 @@ impl Session {
         });
         let (task, seed) = (task.clone(), origin.seed);
         let (sensing, noise) = (new.sensing, new.noise);
-        let setup = WorldSetup { task, hand: hand.clone(), seed, sensing, noise };
+        let cameras = new.cameras.clone();
+        let setup = WorldSetup { task, hand: hand.clone(), seed, sensing, noise, cameras };
         let opened = World::open(setup, admitted, &self.shared.compute.background, witnesses).await;
         let opened = opened.map_err(|error| self.not_opened(new, error))?;
         self.store_opened(new).await?;
@@ -186,6 +194,7 @@ impl Session {
                 let hides = self.official && new.sensing == Sensing::Sensors;
                 return in_the_way(task, hand, &overlaps, hides);
             }
+            OpenError::Shot(error) => return bad_camera(error),
             error => error,
         };
         tracing::error!(%error, task = task.name, hand = hand.name, number, k, "no world");
@@ -197,7 +206,7 @@ impl Session {
             OpenError::Scene(_) | OpenError::Job(JobError::Panic(_)) => {
                 (Code::Internal, "the scene could not be built; try another seed")
             }
-            OpenError::Job(JobError::Thread(_)) => {
+            OpenError::Job(JobError::Thread(_)) | OpenError::Shot(_) => {
                 (Code::Internal, "the server cannot open another world now")
             }
         };
@@ -289,6 +298,7 @@ impl Session {
             return Err(ended());
         };
         let run_id = run.run_id.clone();
+        let shots = world.shots(&step.cameras).map_err(bad_camera)?;
         let scheduler = &self.shared.compute.scheduler;
         let stepped = match world.step(scheduler, self.official, &step.action, ticks).await {
             Ok(stepped) => stepped,
@@ -301,6 +311,7 @@ impl Session {
             }
         };
         let mut observation = stepped.observation;
+        let exposures = world.expose(&shots);
         self.machine.stepped(observation.tick, self.now());
         if let Some(reason) = stepped.over {
             self.close_run(reason, None).await;
@@ -309,6 +320,7 @@ impl Session {
             observation.truncated = true;
             observation.reason = Some(Reason::SessionOver.as_str().into());
         }
+        observation.cameras = develop(&self.shared.compute.background, exposures).await;
         self.save(false).await;
         Ok(Reply::Obs(Box::new(self.obs(Some(id), run_id, observation))))
     }
@@ -328,7 +340,8 @@ impl Session {
     pub(super) fn act(&mut self, id: u64, act: Act) -> Result<Reply, Refusal> {
         self.machine.may_act(self.now())?;
         let OpenRun::Realtime(live) = &self.open_run else { return Err(ended()) };
-        let taken = live.act(act.action);
+        let shots = live.shots(&act.cameras).map_err(bad_camera)?;
+        let taken = live.act(act.action, shots);
         let tick = taken.map_err(|error| Refusal::new(Code::BadAction, error.to_string()))?;
         Ok(Reply::Ack(Ack { id, tick }))
     }
@@ -354,8 +367,9 @@ impl Session {
     }
 
     /// The next observation to stream.
-    pub(crate) fn streamed(&mut self) -> Option<Reply> {
-        let Streamed { observation, due } = self.stream.as_ref()?.pop()?;
+    pub(crate) async fn streamed(&mut self) -> Option<Reply> {
+        let Streamed { mut observation, exposures, due } = self.stream.as_ref()?.pop()?;
+        observation.cameras = develop(&self.shared.compute.background, exposures).await;
         self.catch_up();
         let run_id = self.machine.run_info().map(|run| run.run_id)?;
         let late_s = Some(Instant::now().saturating_duration_since(due).as_secs_f64());
@@ -383,6 +397,10 @@ fn in_the_way(task: &Task, hand: &Hand, overlaps: &[Overlap], hides: bool) -> Re
     let (hand, task, told) = (&hand.name, &task.name, told.join(", "));
     let message = format!("hand `{hand}` is in the way where it starts in task `{task}`: {told}");
     Refusal::new(Code::HandInTheWay, message)
+}
+
+fn bad_camera(error: ShotError) -> Refusal {
+    Refusal::new(Code::UnknownCamera, format!("cameras: {error}"))
 }
 
 fn ended() -> Refusal {

@@ -271,7 +271,7 @@ impl Connection {
     async fn stream(&mut self) -> ControlFlow<End> {
         let Some(session) = &mut self.session else { return ControlFlow::Continue(()) };
         // One at a time: requests must have their turn in between.
-        if let Some(obs) = session.streamed() {
+        if let Some(obs) = session.streamed().await {
             self.send(&obs).await?;
         }
         let Some(session) = &mut self.session else { return ControlFlow::Continue(()) };

@@ -11,6 +11,7 @@ use crate::compute::scheduler::{Scheduler, Urgency};
 use crate::compute::tick_phase::TickPhase;
 use crate::metrics::METRICS;
 use palmares_models::hand::Hand;
+use palmares_tasks::run::{Exposure, Shot, ShotError};
 use palmares_tasks::{Action, ActionError, Observation, Reason};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -25,6 +26,8 @@ pub(crate) const STREAMED: usize = 32;
 pub(crate) struct Streamed {
     /// The state.
     pub(crate) observation: Observation,
+    /// Pictures of it that were asked for.
+    pub(crate) exposures: Vec<Exposure>,
     /// When its tick was due.
     pub(crate) due: Instant,
 }
@@ -41,6 +44,8 @@ pub(crate) struct RealtimeStats {
 /// What the controller wants, and who may tick.
 struct Inbox {
     action: Option<Action>,
+    /// Pictures for the next observation.
+    shots: Vec<Shot>,
     /// Ticks that took their action.
     tick: u64,
     /// Whoever ticks with another number has been called off.
@@ -114,17 +119,31 @@ impl Live {
             tick_phase,
             official,
             scheduler,
-            inbox: Mutex::new(Inbox { action: None, tick: 0, turn: 0, paused: false }),
+            inbox: Mutex::new(Inbox { action: None, shots: vec![], tick: 0, turn: 0, paused: false }),
             ticking: Mutex::new(Ticking { world: Some(world), pace }),
             stream: Mutex::new(Stream::default()),
             news: Notify::new(),
         }
     }
 
-    /// Takes an action; what it leaves out keeps what came before. Returns the tick at which it takes effect.
-    pub(crate) fn act(&self, action: Action) -> Result<u64, ActionError> {
+    /// The pictures that a controller asks for by these words.
+    ///
+    /// # Errors
+    /// One of them cannot be had.
+    pub(crate) fn shots(&self, cameras: &[String]) -> Result<Vec<Shot>, ShotError> {
+        match cameras.is_empty() {
+            true => Ok(Vec::new()),
+            false => self.with_world(|world| world.shots(cameras)).unwrap_or(Ok(Vec::new())),
+        }
+    }
+
+    /// Takes an action, and which pictures the next observation shall have; what it leaves out keeps what came before. Returns the tick at which it takes effect.
+    pub(crate) fn act(&self, action: Action, shots: Vec<Shot>) -> Result<u64, ActionError> {
         action.check(&self.hand)?;
         let mut inbox = lock(&self.inbox);
+        if !shots.is_empty() {
+            inbox.shots = shots;
+        }
         let next = inbox.action.get_or_insert_default();
         if action.base.is_some() {
             next.base = action.base;
@@ -224,7 +243,7 @@ impl Live {
             // What the referee noted in this tick was told with it.
             observation.events.clear();
             let over = self.over();
-            self.push(Streamed { observation, due: Instant::now() }, over);
+            self.push(Streamed { observation, exposures: vec![], due: Instant::now() }, over);
         }
         Some(world)
     }
@@ -257,13 +276,13 @@ impl Paced for Live {
         let permit = self.scheduler.permit_blocking(Urgency::realtime(self.official, due));
         let mut ticking = lock(&self.ticking);
         let Ticking { world: Some(world), pace } = &mut *ticking else { return None };
-        let fresh = {
+        let (fresh, shots) = {
             let mut inbox = lock(&self.inbox);
             if inbox.turn != turn {
                 return None;
             }
             inbox.tick += 1;
-            inbox.action.take()
+            (inbox.action.take(), std::mem::take(&mut inbox.shots))
         };
         let now = Instant::now();
         let (late, part) = pace.begin(now, fresh.is_some());
@@ -282,11 +301,11 @@ impl Paced for Live {
             }
             done => done,
         });
-        let seen = ticked.and_then(|over| Ok((over, world.observe()?)));
+        let seen = ticked.and_then(|over| Ok((over, world.observe()?, world.expose(&shots))));
         drop(permit);
         match seen {
-            Ok((over, observation)) => {
-                self.push(Streamed { observation, due }, over);
+            Ok((over, observation, exposures)) => {
+                self.push(Streamed { observation, exposures, due }, over);
                 world.tell();
                 over.is_none().then(|| pace.due())
             }

@@ -8,8 +8,9 @@ use crate::compute::background::{Background, JobError, Level, panic_text};
 use crate::compute::scheduler::{Permit, Scheduler, Urgency};
 use crate::metrics::METRICS;
 use palmares_models::hand::Hand;
+use palmares_tasks::image::CameraImage;
 use palmares_tasks::observation::Wrench;
-use palmares_tasks::run::PushError;
+use palmares_tasks::run::{Exposure, PushError, Shot, ShotError};
 use palmares_tasks::{
     Action, ActionError, Noise, Observation, Outcome, Reason, Run, Scene, SceneError, Seed, Sensing, Task,
 };
@@ -43,6 +44,9 @@ pub(crate) enum OpenError {
     /// The scene could not be built.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// There is no such camera.
+    #[error(transparent)]
+    Shot(#[from] ShotError),
     /// The job that builds the scene failed.
     #[error(transparent)]
     Job(#[from] JobError),
@@ -60,6 +64,8 @@ pub(crate) struct WorldSetup {
     pub(crate) sensing: Sensing,
     /// How good its sensors are.
     pub(crate) noise: Noise,
+    /// Cameras to look through at tick 0.
+    pub(crate) cameras: Vec<String>,
 }
 
 /// A world. Whoever owns it steps it.
@@ -102,9 +108,11 @@ impl World {
         mut witnesses: Vec<Box<dyn Witness>>,
     ) -> Result<OpenedWorld, OpenError> {
         let build = move || {
-            let WorldSetup { task, hand, seed, sensing, noise } = setup;
+            let WorldSetup { task, hand, seed, sensing, noise, cameras } = setup;
             let run = Run::new(task, hand, seed)?.with_noise(noise);
-            let (scene, observation) = (run.scene().clone().told(sensing), run.observe(sensing));
+            let shots = run.shots(&cameras, sensing)?;
+            let (scene, mut observation) = (run.scene().clone().told(sensing), run.observe(sensing));
+            observation.cameras = run.expose(&shots).iter().map(Exposure::develop).collect();
             witnesses.iter_mut().for_each(|witness| witness.opened(&run));
             let world = World::of(Box::new(run), sensing, witnesses, admitted);
             Ok(OpenedWorld { world, scene, observation })
@@ -248,6 +256,25 @@ impl World {
         self.game.as_mut().ok().and_then(|game| game.run()).map_or(1, |run| run.tick() + 1)
     }
 
+    /// The pictures that a controller asks for by these words.
+    ///
+    /// # Errors
+    /// One of them cannot be had.
+    pub(crate) fn shots(&mut self, cameras: &[String]) -> Result<Vec<Shot>, ShotError> {
+        match self.game.as_mut().ok().and_then(|game| game.run()) {
+            Some(run) if !cameras.is_empty() => run.shots(cameras, self.sensing),
+            _ => Ok(Vec::new()),
+        }
+    }
+
+    /// Takes pictures, which are not drawn yet.
+    pub(crate) fn expose(&mut self, shots: &[Shot]) -> Vec<Exposure> {
+        match self.game.as_mut().ok().and_then(|game| game.run()) {
+            Some(run) if !shots.is_empty() => run.expose(shots),
+            _ => Vec::new(),
+        }
+    }
+
     /// What the world failed of, when it has.
     pub(crate) fn fault(&self) -> Option<Fault> {
         self.game.as_ref().err().copied()
@@ -275,6 +302,18 @@ impl World {
             Err(Fault::Broken)
         })
     }
+}
+
+/// Draws pictures, on a thread that no tick needs.
+pub(crate) async fn develop(background: &Background, exposures: Vec<Exposure>) -> Vec<CameraImage> {
+    if exposures.is_empty() {
+        return Vec::new();
+    }
+    let draw = move || exposures.iter().map(Exposure::develop).collect();
+    background.run(Level::Awaited, draw).await.unwrap_or_else(|error| {
+        tracing::error!(%error, "pictures could not be drawn");
+        Vec::new()
+    })
 }
 
 #[cfg(test)]

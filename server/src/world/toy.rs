@@ -65,6 +65,7 @@ impl Playable for Toy {
                 touch: Default::default(),
                 acceleration: None,
             },
+            cameras: vec![],
             truth: None,
             events: self.news.clone(),
             score: 0.0,

@@ -4,6 +4,7 @@ mod bodies;
 mod command;
 mod driven;
 mod evidence;
+mod exposure;
 mod hand_body;
 mod inside;
 mod observe;
@@ -14,6 +15,7 @@ mod push_error;
 mod telemetry;
 
 pub use evidence::Evidence;
+pub use exposure::{Exposure, Shot, ShotError, camera_name};
 pub use hand_body::HandBody;
 pub use outcome::{Outcome, Reason};
 pub use push_error::PushError;
@@ -30,6 +32,7 @@ use crate::settle::SceneError;
 use crate::start::start_pose;
 use crate::task::Task;
 use driven::{Pushing, Target};
+use exposure::{Cameras, Lately};
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_senses::Senses;
@@ -50,6 +53,8 @@ pub struct Run {
     world: World,
     instruments: Arc<Instruments>,
     senses: Senses,
+    cameras: Arc<Cameras>,
+    lately: Lately,
     referee: Referee,
     tick: u64,
     target: Target,
@@ -82,8 +87,10 @@ impl Run {
         let instruments =
             Instruments::new(hand.clone(), built.world.model(), &built.scene, &built.body_names);
         let senses = Senses::new(hand.clone(), &built.world, task.tick_s, None);
-        Ok(Run {
+        let run = Run {
             senses,
+            cameras: Arc::default(),
+            lately: Lately::default(),
             referee: Referee::new(&task, &sightings),
             instruments: Arc::new(instruments),
             scene: built.scene,
@@ -100,7 +107,8 @@ impl Run {
             task,
             hand,
             seed,
-        })
+        };
+        Ok(run.with_noise(Noise::None))
     }
 
     /// The same run at tick 0 with sensors as good as `noise` says; the world goes the same way, bit for bit.
@@ -108,7 +116,17 @@ impl Run {
     pub fn with_noise(mut self, noise: Noise) -> Self {
         let noise = (noise == Noise::Real).then(|| palmares_senses::noise::Noise::new(&self.seed.0));
         self.senses = Senses::new(self.hand.clone(), &self.world, self.task.tick_s, noise.as_ref());
+        self.cameras = Arc::new(Cameras::new(&self, noise.as_ref()));
+        self.lately = Lately::new(&self.cameras);
+        self.remember_poses();
         self
+    }
+
+    /// For cameras whose pictures take their time.
+    fn remember_poses(&mut self) {
+        let mut lately = std::mem::take(&mut self.lately);
+        lately.remember(self.tick, self.poses());
+        self.lately = lately;
     }
 
     /// What stands in the world at tick 0.
@@ -180,6 +198,7 @@ impl Run {
         self.advance();
         self.tick += 1;
         self.senses.tick(&self.world, self.tick);
+        self.remember_poses();
         self.push_on();
         self.news = self.referee.watch(self.tick, &self.sightings());
         self.history.extend(self.news.iter().cloned());

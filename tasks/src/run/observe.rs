@@ -9,7 +9,7 @@ use crate::table::{Numbers, Table};
 use palmares_senses::{MotorReading, Readings};
 
 impl Run {
-    /// What a controller sees now. `events` are those of the last [`Run::step`].
+    /// What a controller sees now; pictures are taken by [`Run::expose`]. `events` are those of the last [`Run::step`].
     pub fn observe(&self, sensing: Sensing) -> Observation {
         let over = self.over();
         Observation {
@@ -17,6 +17,7 @@ impl Run {
             sim_time_s: self.sim_time_s(),
             applied_action: self.applied.clone(),
             hand: self.observe_hand(),
+            cameras: Vec::new(),
             truth: (sensing == Sensing::Truth).then(|| self.observe_truth()),
             events: self.news.clone(),
             score: self.score(),

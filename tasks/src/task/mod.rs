@@ -10,6 +10,7 @@ pub use furniture::{Furniture, Ground, OpenBox, Side, Slab, Space, Start};
 pub use objects::{Equal, Objects, Placing, Pour, Scatter};
 pub use rules::{Collect, Hold, HoldPoints, Rules, Shake};
 
+use palmares_models::camera::Camera;
 use palmares_models::content::ContentHash;
 use serde::Deserialize;
 use std::sync::Arc;
@@ -41,6 +42,9 @@ pub struct Task {
     /// Further regions.
     #[serde(default)]
     pub regions: Vec<Space>,
+    /// Cameras that stand still.
+    #[serde(default)]
+    pub cameras: Vec<Camera>,
     /// The objects to move.
     pub objects: Objects,
     /// How they get to where they start.
@@ -82,12 +86,33 @@ impl Task {
         task.rules.check().map_err(error)?;
         task.ground.check().map_err(error)?;
         task.check_regions().map_err(error)?;
+        task.check_cameras().map_err(error)?;
         let table: toml::Table = toml::from_str(text).map_err(|e| error(e.to_string()))?;
         let mut hash = ContentHash::of("palmares task 1");
         digest(&mut hash, &toml::Value::Table(table));
         task.objects.digest(&mut hash);
         task.content_hash = hash.to_hex();
         Ok(task)
+    }
+
+    fn check_cameras(&self) -> Result<(), String> {
+        const MOST: usize = 16;
+        if self.cameras.len() > MOST {
+            return Err(format!("cameras: {} of them; the limit is {MOST}", self.cameras.len()));
+        }
+        for (k, camera) in self.cameras.iter().enumerate() {
+            camera.check().map_err(|problem| format!("cameras: {problem}"))?;
+            if self.cameras[..k].iter().any(|other| other.name == camera.name) {
+                return Err(format!("two cameras are called `{}`; each needs a name of its own", camera.name));
+            }
+            if let Some(link) = &camera.link {
+                return Err(format!(
+                    "camera `{}`: link = \"{link}\": a task's cameras stand still; leave it out",
+                    camera.name
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// That every region spoken of is there, once, and has a size.

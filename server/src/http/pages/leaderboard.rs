@@ -201,7 +201,8 @@ mod tests {
 
     fn task(name: &str) -> TaskInfo {
         let description = format!("Do {name}.");
-        TaskInfo { name: name.into(), description, tick_s: 0.01, step_s: 0.001, time_limit_s: 600.0 }
+        let (name, cameras) = (name.into(), vec![]);
+        TaskInfo { name, description, tick_s: 0.01, step_s: 0.001, time_limit_s: 600.0, cameras }
     }
 
     fn shown(

@@ -21,11 +21,11 @@ fn moving(speed: f64) -> Action {
 #[test]
 fn actions_take_effect_at_the_tick_they_were_promised() {
     let live = live(Toy::default());
-    assert_eq!(live.act(moving(0.1)), Ok(1));
-    assert_eq!(live.act(moving(0.2)), Ok(1), "the later one counts");
+    assert_eq!(live.act(moving(0.1), vec![]), Ok(1));
+    assert_eq!(live.act(moving(0.2), vec![]), Ok(1), "the later one counts");
     live.tick(0);
     live.tick(0);
-    assert_eq!(live.act(moving(0.3)), Ok(3));
+    assert_eq!(live.act(moving(0.3), vec![]), Ok(3));
     live.tick(0);
     let seen: Vec<(u64, Action)> = std::iter::from_fn(|| live.pop())
         .map(|s| (s.observation.tick, s.observation.applied_action))
@@ -38,9 +38,9 @@ fn actions_take_effect_at_the_tick_they_were_promised() {
 fn what_a_controller_leaves_out_keeps_what_came_before_in_the_same_tick() {
     let live = live(Toy::default());
     let still = Action { base: None, hand: Some(vec![]) };
-    assert!(live.act(still.clone()).is_err(), "the hand has a motor");
-    live.act(moving(0.1)).expect("fits");
-    live.act(Action::default()).expect("fits");
+    assert!(live.act(still.clone(), vec![]).is_err(), "the hand has a motor");
+    live.act(moving(0.1), vec![]).expect("fits");
+    live.act(Action::default(), vec![]).expect("fits");
     live.tick(0);
     assert_eq!(live.pop().expect("a tick").observation.applied_action, moving(0.1));
 }
@@ -63,7 +63,7 @@ fn nobody_who_listens_slows_the_world() {
 #[test]
 fn a_silent_controllers_hand_is_told_to_hold_still() {
     let live = live(Toy::default());
-    live.act(moving(0.1)).expect("fits");
+    live.act(moving(0.1), vec![]).expect("fits");
     let mut told = Vec::new();
     for _ in 0..crate::compute::pace::HOLD_TICKS + 3 {
         live.tick(0);

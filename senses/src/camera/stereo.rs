@@ -1,0 +1,180 @@
+//! What a stereo camera makes of the distances before it.
+//!
+//! Two imagers a baseline B apart see a point at depth z with the disparity d = f B / z. The camera finds it with a noise
+//! of σ pixels and in steps, so that depth scatters by z² σ / (f B). It finds nothing where the second imager is in the
+//! shadow of something nearer or looks past its picture, where a surface is seen at a grazing angle, and here and there.
+
+use super::{Intrinsics, Picture};
+use crate::noise::Sample;
+use palmares_models::camera::{Camera, Stereo};
+
+/// Depths in the camera's unit; 0 where it has no reading.
+pub fn plain_depth(picture: &Picture, camera: &Camera) -> Vec<u16> {
+    picture.depth.iter().map(|&z| told(z, camera)).collect()
+}
+
+/// A depth as the camera tells it.
+fn told(z: f64, camera: &Camera) -> u16 {
+    if z >= camera.near && z <= camera.far { (z / camera.depth_unit).round() as u16 } else { 0 }
+}
+
+/// The same with the errors of a real camera. The picture has normals.
+pub fn stereo_depth(
+    picture: &Picture,
+    intrinsics: &Intrinsics,
+    camera: &Camera,
+    sample: &mut Sample,
+) -> Vec<u16> {
+    let Stereo { baseline, disparity_noise, disparity_step, grazing_deg, dropout, .. } = camera.stereo;
+    let (width, scale) = (intrinsics.width as usize, intrinsics.fx * baseline);
+    let grazing = libm::cos(grazing_deg.to_radians());
+    let mut depths = vec![0; picture.depth.len()];
+    let mut seen = vec![false; width];
+    for (v, row) in picture.depth.chunks_exact(width).enumerate() {
+        both_see(row, scale, &mut seen);
+        let y = (v as f64 + 0.5 - intrinsics.cy) / intrinsics.fy;
+        for (u, &z) in row.iter().enumerate() {
+            // Drawn for every pixel: what one reads does not depend on its neighbours.
+            let (chance, noise) = sample.pixel();
+            if !seen[u] || chance < dropout {
+                continue;
+            }
+            let pixel = v * width + u;
+            if let Some(normals) = &picture.normal {
+                let [nx, ny, nz] = normals[pixel].map(f64::from);
+                let x = (u as f64 + 0.5 - intrinsics.cx) / intrinsics.fx;
+                let cosine = -(nx * x + ny * y + nz) / (x * x + y * y + 1.0).sqrt();
+                if cosine < grazing {
+                    continue;
+                }
+            }
+            let disparity = scale / z + disparity_noise * noise;
+            let disparity = crate::encoders::quantised(disparity, disparity_step);
+            if disparity > 0.0 {
+                depths[pixel] = told(scale / disparity, camera);
+            }
+        }
+    }
+    depths
+}
+
+/// Which points of a row the second imager, to the right, sees as well: a point at u is at u − d there, and what lies to
+/// the right of it and is nearer may cover it.
+fn both_see(row: &[f64], scale: f64, seen: &mut [bool]) {
+    let mut leftmost = f64::INFINITY;
+    for (u, &z) in row.iter().enumerate().rev() {
+        let there = u as f64 - scale / z;
+        seen[u] = z.is_finite() && there < leftmost && there >= 0.0;
+        leftmost = leftmost.min(there);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::Noise;
+
+    const DEPTH_UNIT: f64 = 1e-4;
+
+    fn camera(stereo: Stereo) -> Camera {
+        Camera {
+            name: "test".into(),
+            link: None,
+            position: [0.0; 3],
+            quat_xyzw: [0.0, 0.0, 0.0, 1.0],
+            width: 200,
+            height: 100,
+            fov_deg: 60.0,
+            near: 0.1,
+            far: 3.0,
+            depth_unit: DEPTH_UNIT,
+            stereo,
+        }
+    }
+
+    fn stereo() -> Stereo {
+        Stereo {
+            rate_hz: 30.0,
+            latency_s: 0.03,
+            baseline: 0.05,
+            disparity_noise: 0.05,
+            disparity_step: 0.0,
+            grazing_deg: 80.0,
+            dropout: 0.0,
+        }
+    }
+
+    fn wall(camera: &Camera, z: impl Fn(usize) -> f64) -> (Picture, Intrinsics) {
+        let intrinsics = Intrinsics::new(camera.width, camera.height, camera.fov_deg, camera.near, camera.far);
+        let pixels = camera.width as usize * camera.height as usize;
+        let depth = (0..pixels).map(|k| z(k % camera.width as usize)).collect();
+        let normal = Some(vec![[0.0, 0.0, -1.0]; pixels]);
+        (Picture { depth, body: vec![0; pixels], normal }, intrinsics)
+    }
+
+    #[test]
+    fn depth_scatters_with_the_square_of_the_distance() {
+        for z in [0.5, 1.0, 2.0] {
+            let camera = camera(stereo());
+            let (picture, intrinsics) = wall(&camera, |_| z);
+            let mut sample = Noise::new(&[1; 32]).sensor("camera").sample(0);
+            let depths = stereo_depth(&picture, &intrinsics, &camera, &mut sample);
+            let read: Vec<f64> = depths.iter().filter(|d| **d > 0).map(|d| f64::from(*d) * DEPTH_UNIT).collect();
+            let mean = read.iter().sum::<f64>() / read.len() as f64;
+            let deviation = (read.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / read.len() as f64).sqrt();
+            let law = z * z * 0.05 / (intrinsics.fx * 0.05);
+            assert!((deviation / law - 1.0).abs() < 0.05, "{z}: {deviation} {law}");
+            assert!((mean - z).abs() < 5.0 * law / (read.len() as f64).sqrt() + law * law / z * 2.0, "{mean}");
+        }
+    }
+
+    #[test]
+    fn disparity_comes_in_steps() {
+        let camera = camera(Stereo { disparity_step: 0.25, ..stereo() });
+        let (picture, intrinsics) = wall(&camera, |_| 1.0);
+        let mut sample = Noise::new(&[1; 32]).sensor("camera").sample(0);
+        let mut depths = stereo_depth(&picture, &intrinsics, &camera, &mut sample);
+        depths.sort_unstable();
+        depths.dedup();
+        let scale = intrinsics.fx * 0.05;
+        assert!(depths.len() <= 4, "{depths:?}");
+        for depth in depths.into_iter().filter(|depth| *depth > 0) {
+            let steps = scale / (f64::from(depth) * DEPTH_UNIT) / 0.25;
+            assert!((steps - steps.round()).abs() < 0.01, "{steps}");
+        }
+    }
+
+    /// The shadow beside something at z₁ before a wall at z₂ is f B (1/z₁ − 1/z₂) pixels wide, on its left.
+    #[test]
+    fn the_second_imager_is_in_the_shadow_of_what_is_near() {
+        let camera = camera(Stereo { disparity_noise: 0.0, ..stereo() });
+        let (picture, intrinsics) = wall(&camera, |u| if (100..150).contains(&u) { 0.5 } else { 1.5 });
+        let mut sample = Noise::new(&[1; 32]).sensor("camera").sample(0);
+        let depths = stereo_depth(&picture, &intrinsics, &camera, &mut sample);
+        let scale = intrinsics.fx * 0.05;
+        let shadow = (scale * (1.0 / 0.5 - 1.0 / 1.5)).round() as usize;
+        assert!(shadow > 5);
+        let lost: Vec<usize> = (30..200).filter(|u| depths[*u] == 0).collect();
+        assert!(lost.len().abs_diff(shadow) <= 1, "{lost:?} {shadow}");
+        assert!(lost.iter().all(|u| (100 - shadow - 1..100).contains(u)), "{lost:?}");
+        // At the left edge the second imager looks past the picture.
+        let band = (scale / 1.5).ceil() as usize;
+        assert!((0..band).all(|u| depths[u] == 0) && depths[band] > 0);
+    }
+
+    #[test]
+    fn grazing_views_and_a_part_of_all_others_are_lost() {
+        let camera = camera(Stereo { dropout: 0.1, ..stereo() });
+        let (mut picture, intrinsics) = wall(&camera, |_| 1.0);
+        let share = |picture: &Picture| {
+            let mut sample = Noise::new(&[5; 32]).sensor("camera").sample(3);
+            let depths = stereo_depth(picture, &intrinsics, &camera, &mut sample);
+            let kept = depths.chunks(200).flat_map(|row| &row[20..]).filter(|d| **d > 0).count();
+            kept as f64 / (180.0 * 100.0)
+        };
+        assert!((share(&picture) - 0.9).abs() < 0.012, "{}", share(&picture));
+        // A surface that is turned away from the view at every pixel.
+        picture.normal = Some(vec![[0.0, 1.0, 0.0]; 200 * 100]);
+        assert!(share(&picture) < 0.02);
+    }
+}
