@@ -109,7 +109,7 @@ mod tests {
         let pixels = camera.width as usize * camera.height as usize;
         let depth = (0..pixels).map(|k| z(k % camera.width as usize)).collect();
         let normal = Some(vec![[0.0, 0.0, -1.0]; pixels]);
-        (Picture { depth, body: vec![0; pixels], normal }, intrinsics)
+        (Picture { depth, body: vec![0; pixels], normal, ..Picture::default() }, intrinsics)
     }
 
     #[test]
@@ -173,8 +173,19 @@ mod tests {
             kept as f64 / (180.0 * 100.0)
         };
         assert!((share(&picture) - 0.9).abs() < 0.012, "{}", share(&picture));
-        // A surface that is turned away from the view at every pixel.
-        picture.normal = Some(vec![[0.0, 1.0, 0.0]; 200 * 100]);
-        assert!(share(&picture) < 0.02);
+        // A surface that is turned away from the view by 79 or 81 degrees at every pixel.
+        let turned = |degrees: f64| {
+            let (sin, cos) = libm::sincos(degrees.to_radians());
+            let normal = |k: usize| {
+                let view = intrinsics.ray(k % 200, k / 200).normalize();
+                let across = view.cross(palmares_models::Vec3::X).normalize();
+                (across * sin - view * cos).to_array().map(|x| x as f32)
+            };
+            Some((0..200 * 100).map(normal).collect())
+        };
+        picture.normal = turned(79.0);
+        assert!((share(&picture) - 0.9).abs() < 0.012);
+        picture.normal = turned(81.0);
+        assert_eq!(share(&picture), 0.0);
     }
 }

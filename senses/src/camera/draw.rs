@@ -1,0 +1,245 @@
+//! The z-buffer.
+
+use super::face::face;
+use super::geometry::{Geometry, Solid, SolidKind};
+use super::intrinsics::Intrinsics;
+use super::picture::Picture;
+use super::round::Round;
+use palmares_models::{Pose, Vec3};
+
+/// A rectangle of pixels: those of the first row and column, and one beyond the last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Area {
+    pub(super) left: usize,
+    pub(super) right: usize,
+    pub(super) top: usize,
+    pub(super) bottom: usize,
+}
+
+impl Area {
+    fn whole(lens: &Intrinsics) -> Self {
+        Area { left: 0, right: lens.width as usize, top: 0, bottom: lens.height as usize }
+    }
+
+    /// The pixels that may show a sphere; none when it is out of view. A sphere around the camera may be anywhere.
+    fn of_sphere(center: Vec3, radius: f64, lens: &Intrinsics) -> Option<Self> {
+        if center.z <= -radius {
+            return None;
+        }
+        if center.z <= radius * (1.0 + 1e-9) {
+            return Some(Self::whole(lens));
+        }
+        // Tangents from the camera's centre to the circle in the plane of one axis and z.
+        let bounds = |x: f64, f: f64, c: f64, most: u32| {
+            let (z, r) = (center.z, radius);
+            let root = (x * x + z * z - r * r).max(0.0).sqrt();
+            let slope = |sign: f64| (x * z + sign * r * root) / (z * z - r * r);
+            let low = (f * slope(-1.0) + c - 0.5).ceil().max(0.0);
+            let high = (f * slope(1.0) + c - 0.5).floor().min(f64::from(most) - 1.0);
+            (low <= high).then(|| (low as usize, high as usize + 1))
+        };
+        let (left, right) = bounds(center.x, lens.fx, lens.cx, lens.width)?;
+        let (top, bottom) = bounds(center.y, lens.fy, lens.cy, lens.height)?;
+        Some(Area { left, right, top, bottom })
+    }
+
+    fn union(self, other: Self) -> Self {
+        Area {
+            left: self.left.min(other.left),
+            right: self.right.max(other.right),
+            top: self.top.min(other.top),
+            bottom: self.bottom.max(other.bottom),
+        }
+    }
+
+    fn within(self, other: Self) -> Option<Self> {
+        let area = Area {
+            left: self.left.max(other.left),
+            right: self.right.min(other.right),
+            top: self.top.max(other.top),
+            bottom: self.bottom.min(other.bottom),
+        };
+        (area.left < area.right && area.top < area.bottom).then_some(area)
+    }
+}
+
+/// What a pixel may show, in the optical frame.
+enum Piece {
+    Flat { normal: Vec3, body: u16 },
+    Round { round: Round, body: u16 },
+}
+
+/// The z-buffer while a piece is drawn.
+pub(super) struct Canvas<'a> {
+    width: usize,
+    inverse: &'a mut [f64],
+    piece: &'a mut [u32],
+    number: u32,
+}
+
+impl Canvas<'_> {
+    /// A row of a flat piece: 1/z is `start + step · u`.
+    pub(super) fn flat_row(&mut self, v: usize, left: usize, right: usize, start: f64, step: f64) {
+        let row = v * self.width;
+        let inverse = &mut self.inverse[row + left..row + right];
+        let piece = &mut self.piece[row + left..row + right];
+        for (k, (inverse, piece)) in inverse.iter_mut().zip(piece).enumerate() {
+            let here = start + step * (left + k) as f64;
+            let nearer = here > *inverse;
+            *inverse = if nearer { here } else { *inverse };
+            *piece = if nearer { self.number } else { *piece };
+        }
+    }
+
+    fn round(&mut self, round: &Round, area: Area, lens: &Intrinsics) {
+        for v in area.top..area.bottom {
+            for u in area.left..area.right {
+                if let Some(z) = round.meet(lens.ray(u, v)) {
+                    let (here, pixel) = (1.0 / z, v * self.width + u);
+                    if here > self.inverse[pixel] {
+                        self.inverse[pixel] = here;
+                        self.piece[pixel] = self.number;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Draws bodies at their world poses as a camera sees them whose optical frame is at `camera`. The picture is made anew;
+/// its memory is used again.
+pub fn draw(geometry: &Geometry, poses: &[Pose], camera: Pose, lens: &Intrinsics, picture: &mut Picture) {
+    let pixels = lens.pixels();
+    let Picture { inverse, piece, .. } = picture;
+    inverse.clear();
+    inverse.resize(pixels, 0.0);
+    piece.clear();
+    piece.resize(pixels, 0);
+    // The first piece is nothing.
+    let mut pieces = vec![Piece::Flat { normal: Vec3::ZERO, body: Picture::NOTHING }];
+    let mut canvas = Canvas { width: lens.width as usize, inverse, piece, number: 0 };
+    let camera_from_world = camera.inverse();
+    if camera_from_world.is_finite() {
+        for (body, (parts, pose)) in geometry.bodies.iter().zip(poses).enumerate() {
+            let (body, from_body) = (body as u16, camera_from_world * *pose);
+            if !from_body.is_finite() {
+                continue;
+            }
+            if let Some(height) = parts.ground {
+                let normal = camera_from_world.rotation * Vec3::Z;
+                let world = Vec3::new(0.0, 0.0, pose.translation.z + height);
+                let point = camera_from_world.transform_point(world);
+                canvas.number = pieces.len() as u32;
+                pieces.push(Piece::Flat { normal, body });
+                face(normal, point, &[], Area::whole(lens), lens, &mut canvas);
+            }
+            for solid in &parts.solids {
+                draw_solid(solid, &from_body, body, lens, &mut canvas, &mut pieces);
+            }
+        }
+    }
+    resolve(&pieces, lens, picture);
+}
+
+fn draw_solid(
+    solid: &Solid,
+    from_body: &Pose,
+    body: u16,
+    lens: &Intrinsics,
+    canvas: &mut Canvas<'_>,
+    pieces: &mut Vec<Piece>,
+) {
+    let center = from_body.transform_point(solid.center);
+    let Some(area) = Area::of_sphere(center, solid.radius, lens) else { return };
+    let place = |p: Vec3| from_body.transform_point(p);
+    match &solid.kind {
+        SolidKind::Capsule { a, b, radius } => {
+            capsule(place(*a), place(*b), *radius, body, area, lens, canvas, pieces);
+        }
+        SolidKind::Cylinder { a, b, radius } => {
+            let round = Round::new(place(*a), place(*b), *radius, true);
+            canvas.number = pieces.len() as u32;
+            pieces.push(Piece::Round { round, body });
+            canvas.round(&round, area, lens);
+        }
+        SolidKind::Rounded { faces, edges, rounding } => {
+            // Of a face that is turned away nothing is seen, nor of an edge between two such.
+            let mut seen = Vec::with_capacity(faces.len());
+            for piece in faces {
+                let normal = from_body.rotation * piece.normal;
+                let mut corners = [Vec3::ZERO; 4];
+                let count = piece.corners.len().min(4);
+                for (corner, p) in corners.iter_mut().zip(&piece.corners) {
+                    *corner = place(*p);
+                }
+                let facing = normal.dot(corners[0]) < 0.0;
+                seen.push(facing);
+                if facing {
+                    canvas.number = pieces.len() as u32;
+                    pieces.push(Piece::Flat { normal, body });
+                    face(normal, corners[0], &corners[..count], area, lens, canvas);
+                }
+            }
+            for edge in edges {
+                if edge.faces.iter().any(|face| seen[*face]) {
+                    capsule(place(edge.a), place(edge.b), *rounding, body, area, lens, canvas, pieces);
+                }
+            }
+        }
+    }
+}
+
+#[allow(clippy::too_many_arguments)]
+fn capsule(
+    a: Vec3,
+    b: Vec3,
+    radius: f64,
+    body: u16,
+    area: Area,
+    lens: &Intrinsics,
+    canvas: &mut Canvas<'_>,
+    pieces: &mut Vec<Piece>,
+) {
+    let ends = [Area::of_sphere(a, radius, lens), Area::of_sphere(b, radius, lens)];
+    let area = match ends {
+        // Between two ends in view, and not around the camera, nothing leaves their common rectangle.
+        [Some(first), Some(second)] => first.union(second).within(area),
+        _ => Some(area),
+    };
+    let Some(area) = area else { return };
+    let round = Round::new(a, b, radius, false);
+    canvas.number = pieces.len() as u32;
+    pieces.push(Piece::Round { round, body });
+    canvas.round(&round, area, lens);
+}
+
+/// From the nearest pieces to what the picture tells.
+fn resolve(pieces: &[Piece], lens: &Intrinsics, picture: &mut Picture) {
+    let pixels = lens.pixels();
+    let Picture { depth, body, normal, inverse, piece } = picture;
+    depth.clear();
+    body.clear();
+    let range = lens.near..=lens.far;
+    for (inverse, piece) in inverse.iter().zip(piece.iter_mut()) {
+        let z = 1.0 / inverse;
+        let there = range.contains(&z);
+        if !there {
+            *piece = 0;
+        }
+        depth.push(if there { z } else { f64::INFINITY });
+        body.push(match &pieces[*piece as usize] {
+            Piece::Flat { body, .. } | Piece::Round { body, .. } => *body,
+        });
+    }
+    let Some(normals) = normal else { return };
+    normals.clear();
+    normals.reserve(pixels);
+    let width = lens.width as usize;
+    for (pixel, (piece, z)) in piece.iter().zip(depth.iter()).enumerate() {
+        let normal = match &pieces[*piece as usize] {
+            Piece::Flat { normal, .. } => *normal,
+            Piece::Round { round, .. } => round.normal(lens.ray(pixel % width, pixel / width) * *z),
+        };
+        normals.push(normal.to_array().map(|x| x as f32));
+    }
+}

@@ -1,0 +1,75 @@
+//! Flat faces.
+//!
+//! A ray d through the camera's centre meets the plane n·p = c at z = c / (n·d) where d has z = 1: 1/z is linear over the
+//! picture. It passes to one side of the line through corners a and b by the sign of d·(a × b), which is linear as well
+//! and needs no clipping when a corner is behind the camera.
+
+use super::draw::{Area, Canvas};
+use super::intrinsics::Intrinsics;
+use palmares_models::Vec3;
+
+/// A function over the picture that is linear: its value at the middle of the first pixel, and its steps along a row and
+/// from row to row.
+#[derive(Clone, Copy)]
+struct Linear {
+    at: f64,
+    along: f64,
+    down: f64,
+}
+
+impl Linear {
+    /// n·d of the rays d.
+    fn of(n: Vec3, lens: &Intrinsics) -> Self {
+        let (along, down) = (n.x / lens.fx, n.y / lens.fy);
+        let at = n.z + n.x * (0.5 - lens.cx) / lens.fx + n.y * (0.5 - lens.cy) / lens.fy;
+        Linear { at, along, down }
+    }
+}
+
+/// Draws a face of which `corners` are anticlockwise seen from outside; without corners the whole plane. All in the optical
+/// frame.
+pub(super) fn face(
+    normal: Vec3,
+    point: Vec3,
+    corners: &[Vec3],
+    area: Area,
+    lens: &Intrinsics,
+    canvas: &mut Canvas<'_>,
+) {
+    let c = normal.dot(point);
+    // Seen from behind, or edge on.
+    if c >= 0.0 {
+        return;
+    }
+    let inverse = Linear::of(normal / c, lens);
+    let mut sides = [Linear { at: 0.0, along: 0.0, down: 0.0 }; MOST_CORNERS];
+    let count = corners.len();
+    if count > MOST_CORNERS {
+        return;
+    }
+    for (k, side) in sides[..count].iter_mut().enumerate() {
+        *side = Linear::of(-corners[k].cross(corners[(k + 1) % count]), lens);
+    }
+    for v in area.top..area.bottom {
+        let (mut left, mut right) = (area.left as f64, area.right as f64 - 1.0);
+        let y = v as f64;
+        for side in &sides[..count] {
+            let start = side.at + side.down * y;
+            if side.along > 0.0 {
+                left = left.max(-start / side.along);
+            } else if side.along < 0.0 {
+                right = right.min(-start / side.along);
+            } else if start < 0.0 {
+                right = -1.0;
+            }
+        }
+        let start = inverse.at + inverse.down * y;
+        let (left, right) = (left.ceil(), right.floor());
+        if left <= right {
+            canvas.flat_row(v, left as usize, right as usize + 1, start, inverse.along);
+        }
+    }
+}
+
+/// Faces have three or four corners.
+const MOST_CORNERS: usize = 4;

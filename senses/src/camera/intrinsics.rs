@@ -1,0 +1,51 @@
+//! A pinhole.
+
+use palmares_models::Vec3;
+use palmares_models::camera::Camera;
+
+/// A pinhole and the range in which it sees. The point (x, y, z) of the optical frame (x right, y down, z forward) is seen
+/// at u = fx x/z + cx, v = fy y/z + cy; the middle of the first pixel is at 0.5, 0.5.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Intrinsics {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Focal length along a row, pixels.
+    pub fx: f64,
+    /// Focal length across rows, pixels.
+    pub fy: f64,
+    /// The optical axis, pixels.
+    pub cx: f64,
+    /// The optical axis, pixels.
+    pub cy: f64,
+    /// What is nearer hides what is behind it and is not seen itself, m.
+    pub near: f64,
+    /// What is farther is not seen, m.
+    pub far: f64,
+}
+
+impl Intrinsics {
+    /// Square pixels, the axis in the middle, and a horizontal field of view in degrees.
+    pub fn new(width: u32, height: u32, fov_deg: f64, near: f64, far: f64) -> Self {
+        let f = 0.5 * f64::from(width) / libm::tan(0.5 * fov_deg.to_radians());
+        let (cx, cy) = (0.5 * f64::from(width), 0.5 * f64::from(height));
+        Intrinsics { width, height, fx: f, fy: f, cx, cy, near, far }
+    }
+
+    /// Those of a declared camera.
+    pub fn of(camera: &Camera) -> Self {
+        Intrinsics::new(camera.width, camera.height, camera.fov_deg, camera.near, camera.far)
+    }
+
+    /// How many pixels there are.
+    pub fn pixels(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
+    /// The direction in which the middle of a pixel looks, with z = 1.
+    pub fn ray(&self, u: usize, v: usize) -> Vec3 {
+        let x = (u as f64 + 0.5 - self.cx) / self.fx;
+        Vec3::new(x, (v as f64 + 0.5 - self.cy) / self.fy, 1.0)
+    }
+}
