@@ -16,6 +16,7 @@ and property that takes or returns one states its shape. `array` makes one of an
 """
 
 from palmares.arrays import Array, array
+from palmares.cameras import CameraImage, Intrinsics
 from palmares.client import Client
 from palmares.codec import Encoding
 from palmares.errors import (
@@ -38,6 +39,7 @@ from palmares.errors import (
     SessionTakenError,
     StaleTickError,
     TooLargeError,
+    UnknownCameraError,
     UnknownHandError,
     UnknownOpError,
     UnknownTaskError,
@@ -81,6 +83,7 @@ __all__ = [
     "BadRequestError",
     "BaseTarget",
     "BodyState",
+    "CameraImage",
     "CapacityError",
     "Client",
     "Competition",
@@ -94,6 +97,7 @@ __all__ = [
     "HandInfo",
     "HandState",
     "InternalError",
+    "Intrinsics",
     "Joints",
     "LeaderboardRow",
     "Limits",
@@ -125,6 +129,7 @@ __all__ = [
     "Time",
     "TooLargeError",
     "Truth",
+    "UnknownCameraError",
     "UnknownHandError",
     "UnknownOpError",
     "UnknownTaskError",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from types import TracebackType
 from typing import Any, Literal, Self, TypeVar
 from urllib.parse import urlsplit
@@ -34,7 +34,7 @@ from palmares.messages import (
     Time,
     Welcome,
 )
-from palmares.requests import Act, Hello, Perturb, Request, Reset, Step, Stop, Wrench
+from palmares.requests import Act, Hello, Perturb, Request, Reset, Step, Stop, Wrench, names
 from palmares.requests import Time as AskTime
 from palmares.scene import Scene
 from palmares.stream import Stream
@@ -117,7 +117,9 @@ class Client:
         *,
         mode: Literal["lockstep", "realtime"] = "lockstep",
         sensing: Literal["sensors", "truth"] = "truth",
+        noise: Literal["none", "real"] | None = None,
         seed: int | None = None,
+        cameras: Iterable[str] = (),
     ) -> Observation:
         """Open a run and return its first observation, of tick 0.
 
@@ -127,13 +129,26 @@ class Client:
             mode: ``lockstep``: the world waits for every `step`. ``realtime``: it runs by the clock;
                 `act` sets targets, `observations` and `latest` return observations.
             sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
+            noise: ``none``: sensors without errors, ``real``: with noise, bias, latency and drop-outs of real
+                ones. Left out: what the server has, see `Competition.noise`; in a competition nothing else
+                is allowed.
             seed: Practice only: selects the scene; left out, the server draws one, see `run`.
+            cameras: Whose pictures of tick 0 to return, as in `step`.
 
         A run that is still open must be stopped first.
 
         """
         self._stop_earlier_run()
-        obs = self._ask(Reset(task=task, hand=hand, mode=mode, sensing=sensing, seed=seed), Observation)
+        request = Reset(
+            task=task,
+            hand=hand,
+            mode=mode,
+            sensing=sensing,
+            noise=noise,
+            seed=seed,
+            cameras=names(cameras),
+        )
+        obs = self._ask(request, Observation)
         self._tick, self._run_id = obs.tick, obs.run_id
         self._run, self._scene = obs.run, obs.scene
         self._names = [body.name for body in obs.scene.free] if obs.scene is not None else []
@@ -148,6 +163,7 @@ class Client:
         base: Base | None = None,
         hand: Hand | None = None,
         repeat: int = 1,
+        cameras: Iterable[str] = (),
     ) -> Observation:
         """Advance the world by `repeat` ticks under one action; return the observation after them.
 
@@ -157,6 +173,9 @@ class Client:
             hand: σ of every motor in [0, 1], of a single motor also as a number; left out, the last command
                 stands.
             repeat: How many ticks, at most `Limits.repeat`; fewer when the run ends before.
+            cameras: Whose pictures to return in `Observation.cameras`: ``"wrist"`` for depth, ``"wrist.rgb"``
+                for colours, ``"wrist.bodies"`` for the bodies seen (with ``sensing="truth"`` only). The
+                cameras are those of the task and of the hand: `TaskInfo.cameras`, `HandInfo.cameras`.
 
         Raises:
             BadActionError: `base` or `hand` has another shape; nothing was sent.
@@ -164,7 +183,8 @@ class Client:
         """
         if self._tick is None:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
-        request = Step(tick=self._tick, action=action_of(base, hand, self._motors), repeat=repeat)
+        action = action_of(base, hand, self._motors)
+        request = Step(tick=self._tick, action=action, repeat=repeat, cameras=names(cameras))
         try:
             obs = self._ask(request, Observation)
         except (WrongStateError, SessionOverError):
@@ -176,18 +196,22 @@ class Client:
         self._tick, self._newest = obs.tick, self._named(obs)
         return obs
 
-    def act(self, base: Base | None = None, hand: Hand | None = None) -> int:
+    def act(
+        self, base: Base | None = None, hand: Hand | None = None, cameras: Iterable[str] = ()
+    ) -> int:
         """Set the targets of a real-time run from the next tick on; return that tick.
 
         Args:
             base: As in `step`; left out, the last target stands.
             hand: As in `step`; left out, the last command stands.
+            cameras: Whose pictures the next observation shall have, as in `step`.
 
         """
         if self._tick is None:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
         try:
-            return self._ask(Act(action=action_of(base, hand, self._motors)), Ack).tick
+            request = Act(action=action_of(base, hand, self._motors), cameras=names(cameras))
+            return self._ask(request, Ack).tick
         except WrongStateError:
             # The run ended meanwhile, and the observation that says so has not been read yet.
             if self._stream.over:

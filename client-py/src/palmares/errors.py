@@ -128,6 +128,12 @@ class UnknownHandError(PalmaresError):
     code = "unknown_hand"
 
 
+class UnknownCameraError(PalmaresError):
+    """Neither task nor hand has this camera, or its channel is not for ``sensing="sensors"``."""
+
+    code = "unknown_camera"
+
+
 class HandInTheWayError(PalmaresError):
     """At its start the hand touches something, or reaches into a region of the rules."""
 
@@ -199,6 +205,7 @@ _BY_CODE: dict[str, type[PalmaresError]] = {
         WrongStateError,
         UnknownTaskError,
         UnknownHandError,
+        UnknownCameraError,
         HandInTheWayError,
         NotAuthorizedError,
         ForbiddenError,

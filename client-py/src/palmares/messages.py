@@ -11,8 +11,10 @@ import math
 
 import msgspec
 
+from palmares.arrays import Array, array
+from palmares.cameras import CameraImage
 from palmares.scene import Quat, Scene, Vec3, named
-from palmares.truth import BodyState, Truth
+from palmares.truth import BodyState, Table, Truth
 
 
 class Reply(msgspec.Struct, kw_only=True, tag_field="op"):
@@ -69,6 +71,24 @@ class HandState(msgspec.Struct, kw_only=True, gc=False):
     base: BodyState
     actuators: list[Actuator]
     wrist: Wrench
+    """What the arm holds the hand with: at rest the weight of the hand and of what it holds"""
+    _joints: Table = msgspec.field(name="joints", default_factory=list)
+    _touch: Table = msgspec.field(name="touch", default_factory=list)
+    acceleration: Vec3 | None = None
+    """Acceleration minus gravity in the frame of the accelerometer's link, m/s²; ``None`` without one"""
+
+    @property
+    def joints(self) -> Array:
+        """Joint encoders in the order of `HandInfo.encoders`, shape (n,), rad; empty if the hand has none."""
+        return array(self._joints)
+
+    @property
+    def touch(self) -> Array:
+        """Force on every taxel in the order of `HandInfo.taxels`, shape (n, 3), N.
+
+        Along x and y of the taxel's patch, and into the patch. Empty if the hand feels no touch.
+        """
+        return array(self._touch, -1, 3)
 
 
 class Event(msgspec.Struct, kw_only=True, gc=False):
@@ -92,6 +112,8 @@ class Opened(msgspec.Struct, kw_only=True):
     """Length of a tick, s"""
     time_limit_s: float
     """Longest run, s of simulated time"""
+    noise: str = "none"
+    """``none`` or ``real``"""
     seed: int | None = None
     """In practice: `Client.reset` with this seed gives the same scene"""
 
@@ -108,6 +130,7 @@ class Observation(Reply, kw_only=True, tag="obs"):
     hand: HandState
     session_left_s: float | None = None
     """Remaining time of the session; ``None`` in a practice session without a limit."""
+    _cameras: list[CameraImage] = msgspec.field(name="cameras", default_factory=list)
     truth: Truth | None = None
     events: list[Event] = []
     score: float = 0.0
@@ -123,6 +146,11 @@ class Observation(Reply, kw_only=True, tag="obs"):
     """Only in the reply to `reset`."""
     scene: Scene | None = None
     """Only in the reply to `reset`; `Client.scene` keeps it."""
+
+    @property
+    def cameras(self) -> dict[str, CameraImage]:
+        """What the cameras saw that were asked for, by name."""
+        return {image.camera: image for image in self._cameras}
 
     @property
     def done(self) -> bool:
@@ -225,6 +253,8 @@ class TaskInfo(msgspec.Struct, kw_only=True):
     """Time step of the integrator"""
     time_limit_s: float
     """Longest run, simulated time"""
+    cameras: list[str] = []
+    """Names of its cameras"""
 
 
 class HandInfo(msgspec.Struct, kw_only=True):
@@ -236,6 +266,12 @@ class HandInfo(msgspec.Struct, kw_only=True):
     """In the order of the command `hand`"""
     joints: list[str]
     """In the order of `Truth.joints`"""
+    encoders: list[str] = []
+    """Joints that have an encoder, in the order of `HandState.joints`"""
+    taxels: list[str] = []
+    """In the order of `HandState.touch`"""
+    cameras: list[str] = []
+    """Names of its cameras; ``hand_…`` in a task that has one of the same name"""
 
 
 class Limits(msgspec.Struct, kw_only=True):
@@ -304,6 +340,10 @@ class Competition(msgspec.Struct, kw_only=True):
     """Length of a session; ``None`` for no limit"""
     reset_cost_s: float = 0.0
     """Time that each reset takes from the session"""
+    noise: str = "none"
+    """``none`` or ``real``: the sensors of runs that do not ask for others; in a competition, of all"""
+    sensors_only: list[str] = []
+    """Tasks that cannot be played with ``sensing="truth"``"""
 
 
 class ServerInfo(msgspec.Struct, kw_only=True):

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Literal
 
 import msgspec
 
 from palmares.messages import Action
 from palmares.scene import Vec3
+
+
+def names(cameras: Iterable[str]) -> list[str]:
+    """Return the names as a list; a single name may come alone."""
+    return [cameras] if isinstance(cameras, str) else list(cameras)
 
 
 class Request(msgspec.Struct, kw_only=True, omit_defaults=True, tag_field="op"):
@@ -31,7 +37,9 @@ class Reset(Request, kw_only=True, tag="reset"):
     hand: str
     mode: Literal["lockstep", "realtime"]
     sensing: Literal["sensors", "truth"]
+    noise: Literal["none", "real"] | None = None
     seed: int | None = None
+    cameras: list[str] = []
 
 
 class Step(Request, kw_only=True, tag="step"):
@@ -40,12 +48,14 @@ class Step(Request, kw_only=True, tag="step"):
     tick: int
     action: Action
     repeat: int = 1
+    cameras: list[str] = []
 
 
 class Act(Request, kw_only=True, tag="act"):
     """Realtime: sets the targets from the next tick on."""
 
     action: Action
+    cameras: list[str] = []
 
 
 class Wrench(msgspec.Struct, kw_only=True):

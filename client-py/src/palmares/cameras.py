@@ -1,0 +1,112 @@
+"""What the cameras saw, as arrays."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from palmares.arrays import Array, array
+from palmares.rotation import matrix_of
+from palmares.scene import Quat, Vec3
+
+
+class Intrinsics(msgspec.Struct, kw_only=True, frozen=True):
+    """A pinhole: the point (x, y, z) of the optical frame is at u = fx x/z + cx, v = fy y/z + cy.
+
+    The middle of the first pixel is at 0.5, 0.5.
+    """
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+
+    @property
+    def matrix(self) -> Array:
+        """Shape (3, 3): maps a point of the optical frame to homogeneous pixels."""
+        return array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+
+
+class CameraImage(msgspec.Struct, kw_only=True, dict=True):
+    """What a camera saw. The optical frame has x to the right, y down and z forward."""
+
+    camera: str
+    tick: int
+    """The tick after which it was exposed; with ``noise="real"`` some ticks before that of the observation"""
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    position: Vec3
+    """Origin of the optical frame in the world when it was exposed, m"""
+    quat_xyzw: Quat
+    """Orientation of the optical frame in the world"""
+    depth_unit: float
+    """A step of the depth as it is sent, m"""
+    _depth: bytes | None = msgspec.field(name="depth", default=None)
+    _rgb: bytes | None = msgspec.field(name="rgb", default=None)
+    _bodies: bytes | None = msgspec.field(name="bodies", default=None)
+
+    @property
+    def intrinsics(self) -> Intrinsics:
+        """Focal lengths and axis."""
+        return Intrinsics(
+            width=self.width, height=self.height, fx=self.fx, fy=self.fy, cx=self.cx, cy=self.cy
+        )
+
+    @cached_property
+    def depth(self) -> Array:
+        """Distances along the optical axis, shape (height, width), m; NaN where there is no reading.
+
+        Raises:
+            ValueError: Depth was not asked for: ``cameras=["wrist"]``.
+
+        """
+        steps = np.frombuffer(self._pixels("depth", self._depth), "<u2").reshape(self.height, self.width)
+        return np.where(steps > 0, steps * self.depth_unit, np.nan)
+
+    @cached_property
+    def rgb(self) -> NDArray[np.uint8]:
+        """Colours, shape (height, width, 3), sRGB.
+
+        Raises:
+            ValueError: Colours were not asked for: ``cameras=["wrist.rgb"]``.
+
+        """
+        return np.frombuffer(self._pixels("rgb", self._rgb), np.uint8).reshape(self.height, self.width, 3)
+
+    @cached_property
+    def bodies(self) -> NDArray[np.uint16]:
+        """Id of the body in every pixel, shape (height, width); 65535 for none. Only with ``sensing="truth"``.
+
+        Raises:
+            ValueError: It was not asked for: ``cameras=["wrist.bodies"]``.
+
+        """
+        return np.frombuffer(self._pixels("bodies", self._bodies), "<u2").reshape(self.height, self.width)
+
+    def points(self) -> Array:
+        """Return the point of every pixel in the world, shape (height, width, 3), m; NaN without a reading."""
+        v, u = np.mgrid[: self.height, : self.width] + 0.5
+        rays = np.stack([(u - self.cx) / self.fx, (v - self.cy) / self.fy, np.ones_like(u)], axis=-1)
+        return (rays * self.depth[..., None]) @ matrix_of(self.quat_xyzw).T + array(self.position)
+
+    def pixel(self, point: Vec3 | Array) -> tuple[float, float]:
+        """Return where a point of the world (m) is seen: u, v in pixels; NaN for a point behind the camera."""
+        x, y, z = (array(point) - array(self.position)) @ matrix_of(self.quat_xyzw)
+        if z <= 0.0:
+            return (float("nan"), float("nan"))
+        return (self.fx * x / z + self.cx, self.fy * y / z + self.cy)
+
+    def _pixels(self, channel: str, pixels: bytes | None) -> bytes:
+        if pixels is None:
+            message = f"{channel} was not asked for: cameras=[\"{self.camera}.{channel}\"]"
+            raise ValueError(message)
+        return pixels
