@@ -4,6 +4,7 @@
 //! against the same scene at a step of 0.02 ms. Invariants that any run must keep are reported beside it.
 
 pub mod audit;
+pub mod cameras;
 pub mod cases;
 pub mod energy;
 pub mod engine;

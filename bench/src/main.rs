@@ -2,6 +2,7 @@
 
 use anyhow::{Result, ensure};
 use clap::{Parser, Subcommand};
+use palmares_bench::cameras;
 use palmares_bench::cases::grasp::Placement;
 use palmares_bench::cases::{self, Setup};
 use palmares_bench::engine::EngineKind;
@@ -50,6 +51,8 @@ enum What {
     },
     /// Count the grasps that engines keep, over drawn objects and placements and several steps.
     Grasps(grasps::command::Options),
+    /// How long do cameras' pictures take, by pixels and objects?
+    Cameras(cameras::Options),
     /// Run one case and print its report.
     Case {
         /// Name of the case; see `palmares-bench list`.
@@ -128,6 +131,7 @@ fn main() -> Result<()> {
                 );
             }
         }
+        What::Cameras(options) => cameras::run(&options)?,
         What::Grasps(options) => grasps::command::run(&options)?,
         What::Report { engines, outcomes_only, mut options } => {
             for name in engines {
