@@ -68,7 +68,19 @@ impl Camera {
     /// # Errors
     /// The field, what it is and what would be valid.
     pub fn check(&self) -> Result<(), String> {
-        let Camera { name, link: _, position, quat_xyzw, width, height, fov_deg, near, far, depth_unit, stereo } = self;
+        let Camera {
+            name,
+            link: _,
+            position,
+            quat_xyzw,
+            width,
+            height,
+            fov_deg,
+            near,
+            far,
+            depth_unit,
+            stereo,
+        } = self;
         let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
         if !(1..=32).contains(&name.len()) || !name.chars().all(plain) {
             return Err(format!("name = {name:?}: 1 to 32 letters, digits and '_'"));
@@ -91,7 +103,9 @@ impl Camera {
         within("far / depth_unit", far / depth_unit, 1.0, 65_535.0)?;
         let pixels = u64::from(*width) * u64::from(*height);
         if pixels == 0 || pixels > MOST_PIXELS {
-            return Err(format!("camera `{name}`: {width} x {height} pixels: at least one, at most 1280 x 720"));
+            return Err(format!(
+                "camera `{name}`: {width} x {height} pixels: at least one, at most 1280 x 720"
+            ));
         }
         within("stereo.rate_hz", stereo.rate_hz, 0.1, 1000.0)?;
         within("stereo.latency_s", stereo.latency_s, 0.0, 1.0)?;

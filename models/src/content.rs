@@ -226,8 +226,7 @@ fn camera(hash: &mut ContentHash, camera: &Camera) {
         near,
         far,
         depth_unit,
-        stereo:
-            Stereo { rate_hz, latency_s, baseline, disparity_noise, disparity_step, grazing_deg, dropout },
+        stereo: Stereo { rate_hz, latency_s, baseline, disparity_noise, disparity_step, grazing_deg, dropout },
     } = camera;
     hash.text(name);
     hash.text(link.as_deref().unwrap_or_default());

@@ -97,7 +97,8 @@ fn compare(shape: &Shape, pose: Pose) -> (usize, usize) {
                     marched(shape, &pose, lens.ray(u, v) + step)
                 });
                 let hits = around.iter().flatten().count();
-                let spread = around.iter().flatten().fold((f64::MAX, 0.0f64), |(a, b), z| (a.min(*z), b.max(*z)));
+                let spread =
+                    around.iter().flatten().fold((f64::MAX, 0.0f64), |(a, b), z| (a.min(*z), b.max(*z)));
                 assert!(
                     hits < 4 || spread.1 - spread.0 > 0.01,
                     "{shape:?} at pixel {u}, {v}: drawn {drawn:?}, expected {expected:?}"

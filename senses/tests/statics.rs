@@ -110,7 +110,8 @@ fn tension_is_what_the_motor_pulls_with() {
         let taken: f64 = tendon.length(&state.q);
         let pull = tendon.stiffness * (wound(&hand.motors[motor], state.motors[motor].position) - taken);
         let tension = senses.read(&world).motors[motor].tension;
-        let clamped = pull.clamp(if tendon.both_ways { -tendon.force_limit } else { 0.0 }, tendon.force_limit);
+        let clamped =
+            pull.clamp(if tendon.both_ways { -tendon.force_limit } else { 0.0 }, tendon.force_limit);
         assert!((tension - clamped).abs() < 1e-6 * (1.0 + clamped.abs()), "{k}: {tension} {clamped}");
     }
 }

@@ -84,7 +84,7 @@ class CameraImage(msgspec.Struct, kw_only=True, dict=True):
 
     @cached_property
     def bodies(self) -> NDArray[np.uint16]:
-        """Id of the body in every pixel, shape (height, width); 65535 for none. Only with ``sensing="truth"``.
+        """Body in every pixel by its id, shape (height, width); 65535 for none. With ``sensing="truth"``.
 
         Raises:
             ValueError: It was not asked for: ``cameras=["wrist.bodies"]``.
@@ -93,13 +93,13 @@ class CameraImage(msgspec.Struct, kw_only=True, dict=True):
         return np.frombuffer(self._pixels("bodies", self._bodies), "<u2").reshape(self.height, self.width)
 
     def points(self) -> Array:
-        """Return the point of every pixel in the world, shape (height, width, 3), m; NaN without a reading."""
+        """Return where every pixel is in the world, shape (height, width, 3), m; NaN without a reading."""
         v, u = np.mgrid[: self.height, : self.width] + 0.5
         rays = np.stack([(u - self.cx) / self.fx, (v - self.cy) / self.fy, np.ones_like(u)], axis=-1)
         return (rays * self.depth[..., None]) @ matrix_of(self.quat_xyzw).T + array(self.position)
 
     def pixel(self, point: Vec3 | Array) -> tuple[float, float]:
-        """Return where a point of the world (m) is seen: u, v in pixels; NaN for a point behind the camera."""
+        """Return where a point of the world (m) is seen: u, v in pixels; NaN if it is behind the camera."""
         x, y, z = (array(point) - array(self.position)) @ matrix_of(self.quat_xyzw)
         if z <= 0.0:
             return (float("nan"), float("nan"))
@@ -107,6 +107,6 @@ class CameraImage(msgspec.Struct, kw_only=True, dict=True):
 
     def _pixels(self, channel: str, pixels: bytes | None) -> bytes:
         if pixels is None:
-            message = f"{channel} was not asked for: cameras=[\"{self.camera}.{channel}\"]"
+            message = f'{channel} was not asked for: cameras=["{self.camera}.{channel}"]'
             raise ValueError(message)
         return pixels

@@ -196,9 +196,7 @@ class Client:
         self._tick, self._newest = obs.tick, self._named(obs)
         return obs
 
-    def act(
-        self, base: Base | None = None, hand: Hand | None = None, cameras: Iterable[str] = ()
-    ) -> int:
+    def act(self, base: Base | None = None, hand: Hand | None = None, cameras: Iterable[str] = ()) -> int:
         """Set the targets of a real-time run from the next tick on; return that tick.
 
         Args:

@@ -16,9 +16,9 @@ pub(crate) fn mounted(
 ) -> Result<Sensors, ModelError> {
     let place = |element: &str, link: &str| -> Result<(String, Pose), ModelError> {
         let urdf_link = tree.robot.links.iter().position(|l| l.name == link);
-        let (link, link_from_urdf) = urdf_link.and_then(|l| reduced.merged_into[l]).ok_or_else(|| {
-            report.bad(element, format!("sits on link '{link}'"), "a <link> of the URDF")
-        })?;
+        let (link, link_from_urdf) = urdf_link
+            .and_then(|l| reduced.merged_into[l])
+            .ok_or_else(|| report.bad(element, format!("sits on link '{link}'"), "a <link> of the URDF"))?;
         Ok((reduced.links[link].name.clone(), link_from_urdf))
     };
     let mut sensors = settings.clone();

@@ -205,9 +205,8 @@ fn pads_are_rough_and_housings_are_not() {
 #[test]
 fn tactile_patches_lie_on_the_pads() {
     let hand = reflex();
-    let on = |name: &str| {
-        hand.tactile.iter().filter(|p| p.name.starts_with(name)).map(|p| p.len()).sum::<usize>()
-    };
+    let on =
+        |name: &str| hand.tactile.iter().filter(|p| p.name.starts_with(name)).map(|p| p.len()).sum::<usize>();
     for finger in 1..=3 {
         assert_eq!(on(&format!("finger_{finger}_")), 9);
     }

@@ -69,9 +69,19 @@ enum Piece {
     Round { round: Round, body: u16 },
 }
 
+impl Piece {
+    fn body(&self) -> u16 {
+        match self {
+            Piece::Flat { body, .. } | Piece::Round { body, .. } => *body,
+        }
+    }
+}
+
 /// The z-buffer while a piece is drawn.
 pub(super) struct Canvas<'a> {
     width: usize,
+    /// x of the rays of every column.
+    columns: &'a [f64],
     inverse: &'a mut [f64],
     piece: &'a mut [u32],
     number: u32,
@@ -83,8 +93,8 @@ impl Canvas<'_> {
         let row = v * self.width;
         let inverse = &mut self.inverse[row + left..row + right];
         let piece = &mut self.piece[row + left..row + right];
-        for (k, (inverse, piece)) in inverse.iter_mut().zip(piece).enumerate() {
-            let here = start + step * (left + k) as f64;
+        for (u, (inverse, piece)) in (left as i32..).zip(inverse.iter_mut().zip(piece)) {
+            let here = start + step * f64::from(u);
             let nearer = here > *inverse;
             *inverse = if nearer { here } else { *inverse };
             *piece = if nearer { self.number } else { *piece };
@@ -92,9 +102,15 @@ impl Canvas<'_> {
     }
 
     fn round(&mut self, round: &Round, area: Area, lens: &Intrinsics) {
+        let outlines = round.outlines();
         for v in area.top..area.bottom {
-            for u in area.left..area.right {
-                if let Some(z) = round.meet(lens.ray(u, v)) {
+            let y = lens.row(v);
+            let Some((first, last)) = outlines.range(y) else { continue };
+            // A pixel more on each side: what is told at the outline itself is up to rounding.
+            let left = (first * lens.fx + lens.cx - 1.5).max(area.left as f64) as usize;
+            let right = (last * lens.fx + lens.cx + 1.5).min(area.right as f64) as usize;
+            for u in left..right {
+                if let Some(z) = round.meet(Vec3::new(self.columns[u], y, 1.0)) {
                     let (here, pixel) = (1.0 / z, v * self.width + u);
                     if here > self.inverse[pixel] {
                         self.inverse[pixel] = here;
@@ -117,7 +133,8 @@ pub fn draw(geometry: &Geometry, poses: &[Pose], camera: Pose, lens: &Intrinsics
     piece.resize(pixels, 0);
     // The first piece is nothing.
     let mut pieces = vec![Piece::Flat { normal: Vec3::ZERO, body: Picture::NOTHING }];
-    let mut canvas = Canvas { width: lens.width as usize, inverse, piece, number: 0 };
+    let columns = lens.columns();
+    let mut canvas = Canvas { width: lens.width as usize, columns: &columns, inverse, piece, number: 0 };
     let camera_from_world = camera.inverse();
     if camera_from_world.is_finite() {
         for (body, (parts, pose)) in geometry.bodies.iter().zip(poses).enumerate() {
@@ -138,7 +155,7 @@ pub fn draw(geometry: &Geometry, poses: &[Pose], camera: Pose, lens: &Intrinsics
             }
         }
     }
-    resolve(&pieces, lens, picture);
+    resolve(&pieces, lens, &columns, picture);
 }
 
 fn draw_solid(
@@ -214,32 +231,32 @@ fn capsule(
 }
 
 /// From the nearest pieces to what the picture tells.
-fn resolve(pieces: &[Piece], lens: &Intrinsics, picture: &mut Picture) {
-    let pixels = lens.pixels();
+fn resolve(pieces: &[Piece], lens: &Intrinsics, columns: &[f64], picture: &mut Picture) {
     let Picture { depth, body, normal, inverse, piece } = picture;
     depth.clear();
     body.clear();
+    let bodies: Vec<u16> = pieces.iter().map(Piece::body).collect();
     let range = lens.near..=lens.far;
-    for (inverse, piece) in inverse.iter().zip(piece.iter_mut()) {
+    depth.extend(inverse.iter().zip(piece.iter_mut()).map(|(inverse, piece)| {
         let z = 1.0 / inverse;
         let there = range.contains(&z);
-        if !there {
-            *piece = 0;
-        }
-        depth.push(if there { z } else { f64::INFINITY });
-        body.push(match &pieces[*piece as usize] {
-            Piece::Flat { body, .. } | Piece::Round { body, .. } => *body,
-        });
-    }
+        *piece = if there { *piece } else { 0 };
+        if there { z } else { f64::INFINITY }
+    }));
+    body.extend(piece.iter().map(|piece| bodies[*piece as usize]));
     let Some(normals) = normal else { return };
     normals.clear();
-    normals.reserve(pixels);
-    let width = lens.width as usize;
-    for (pixel, (piece, z)) in piece.iter().zip(depth.iter()).enumerate() {
-        let normal = match &pieces[*piece as usize] {
-            Piece::Flat { normal, .. } => *normal,
-            Piece::Round { round, .. } => round.normal(lens.ray(pixel % width, pixel / width) * *z),
-        };
-        normals.push(normal.to_array().map(|x| x as f32));
+    normals.reserve(lens.pixels());
+    let width = columns.len().max(1);
+    for (v, (pieces_seen, depths)) in piece.chunks(width).zip(depth.chunks(width)).enumerate() {
+        let y = lens.row(v);
+        let row = pieces_seen.iter().zip(depths).zip(columns);
+        normals.extend(row.map(|((piece, z), x)| {
+            let normal = match &pieces[*piece as usize] {
+                Piece::Flat { normal, .. } => *normal,
+                Piece::Round { round, .. } => round.normal(Vec3::new(x * z, y * z, *z)),
+            };
+            [normal.x as f32, normal.y as f32, normal.z as f32]
+        }));
     }
 }

@@ -43,9 +43,18 @@ impl Intrinsics {
         self.width as usize * self.height as usize
     }
 
+    /// x of the rays of every column, with z = 1.
+    pub(super) fn columns(&self) -> Vec<f64> {
+        (0..self.width).map(|u| (f64::from(u) + 0.5 - self.cx) / self.fx).collect()
+    }
+
+    /// y of the rays of a row, with z = 1.
+    pub(super) fn row(&self, v: usize) -> f64 {
+        (v as f64 + 0.5 - self.cy) / self.fy
+    }
+
     /// The direction in which the middle of a pixel looks, with z = 1.
     pub fn ray(&self, u: usize, v: usize) -> Vec3 {
-        let x = (u as f64 + 0.5 - self.cx) / self.fx;
-        Vec3::new(x, (v as f64 + 0.5 - self.cy) / self.fy, 1.0)
+        Vec3::new((u as f64 + 0.5 - self.cx) / self.fx, self.row(v), 1.0)
     }
 }

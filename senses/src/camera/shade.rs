@@ -2,28 +2,38 @@
 
 use super::Picture;
 use super::intrinsics::Intrinsics;
-use palmares_models::Vec3;
 
 /// Part of the light that comes from everywhere.
 const AMBIENT: f64 = 0.35;
 /// sRGB of what is behind everything.
 const BACKGROUND: [f64; 3] = [0.86, 0.88, 0.90];
 
+/// The byte nearest to 255 x, where 0 ≤ x ≤ 1.
+fn byte(x: f64) -> u8 {
+    (255.0 * x + 0.5) as u8
+}
+
 /// sRGB, three bytes a pixel: the body's colour, darker the more its surface is turned away. The picture has normals.
 pub fn shade(picture: &Picture, lens: &Intrinsics, colors: &[[f64; 3]]) -> Vec<u8> {
-    let byte = |x: f64| (255.0 * x.clamp(0.0, 1.0)).round() as u8;
-    let width = (lens.width as usize).max(1);
-    let mut bytes = Vec::with_capacity(3 * picture.body.len());
-    for (pixel, body) in picture.body.iter().enumerate() {
-        let Some(color) = colors.get(usize::from(*body)) else {
-            bytes.extend(BACKGROUND.map(byte));
-            continue;
-        };
-        let normal = picture.normal.as_ref().map_or([0.0; 3], |normals| normals[pixel]).map(f64::from);
-        let view = lens.ray(pixel % width, pixel / width);
-        let facing = (-Vec3::from_array(normal).dot(view) / view.length()).max(0.0);
-        let light = AMBIENT + (1.0 - AMBIENT) * facing;
-        bytes.extend(color.map(|x| byte(x * light)));
+    let columns = lens.columns();
+    let width = columns.len().max(1);
+    let normals = picture.normal.as_deref().unwrap_or_default();
+    let mut bytes = vec![0; 3 * picture.body.len()];
+    let rows = bytes.chunks_mut(3 * width).zip(picture.body.chunks(width)).zip(normals.chunks(width));
+    for (v, ((bytes, bodies), normals)) in rows.enumerate() {
+        let y = lens.row(v);
+        for (((rgb, body), normal), x) in bytes.chunks_exact_mut(3).zip(bodies).zip(normals).zip(&columns) {
+            let Some(color) = colors.get(usize::from(*body)) else {
+                rgb.copy_from_slice(&BACKGROUND.map(byte));
+                continue;
+            };
+            let [nx, ny, nz] = normal.map(f64::from);
+            let facing = -(nx * x + ny * y + nz) / (x * x + y * y + 1.0).sqrt();
+            let light = AMBIENT + (1.0 - AMBIENT) * facing.clamp(0.0, 1.0);
+            for (byte_of, part) in rgb.iter_mut().zip(color) {
+                *byte_of = byte(part * light);
+            }
+        }
     }
     bytes
 }

@@ -15,7 +15,7 @@ pub fn plain_depth(picture: &Picture, camera: &Camera) -> Vec<u16> {
 
 /// A depth as the camera tells it.
 fn told(z: f64, camera: &Camera) -> u16 {
-    if z >= camera.near && z <= camera.far { (z / camera.depth_unit).round() as u16 } else { 0 }
+    if z >= camera.near && z <= camera.far { (z / camera.depth_unit + 0.5) as u16 } else { 0 }
 }
 
 /// The same with the errors of a real camera. The picture has normals.
@@ -26,32 +26,31 @@ pub fn stereo_depth(
     sample: &mut Sample,
 ) -> Vec<u16> {
     let Stereo { baseline, disparity_noise, disparity_step, grazing_deg, dropout, .. } = camera.stereo;
-    let (width, scale) = (intrinsics.width as usize, intrinsics.fx * baseline);
+    let (columns, scale) = (intrinsics.columns(), intrinsics.fx * baseline);
+    let width = columns.len().max(1);
     let grazing = libm::cos(grazing_deg.to_radians());
+    let normals = picture.normal.as_deref().unwrap_or_default();
     let mut depths = vec![0; picture.depth.len()];
     let mut seen = vec![false; width];
-    for (v, row) in picture.depth.chunks_exact(width).enumerate() {
+    let rows = picture.depth.chunks(width).zip(normals.chunks(width)).zip(depths.chunks_mut(width));
+    for (v, ((row, normals), depths)) in rows.enumerate() {
         both_see(row, scale, &mut seen);
-        let y = (v as f64 + 0.5 - intrinsics.cy) / intrinsics.fy;
-        for (u, &z) in row.iter().enumerate() {
+        let y = intrinsics.row(v);
+        for (u, (&z, depth)) in row.iter().zip(depths).enumerate() {
             // Drawn for every pixel: what one reads does not depend on its neighbours.
             let (chance, noise) = sample.pixel();
             if !seen[u] || chance < dropout {
                 continue;
             }
-            let pixel = v * width + u;
-            if let Some(normals) = &picture.normal {
-                let [nx, ny, nz] = normals[pixel].map(f64::from);
-                let x = (u as f64 + 0.5 - intrinsics.cx) / intrinsics.fx;
-                let cosine = -(nx * x + ny * y + nz) / (x * x + y * y + 1.0).sqrt();
-                if cosine < grazing {
-                    continue;
-                }
+            let ([nx, ny, nz], x) = (normals[u].map(f64::from), columns[u]);
+            let facing = -(nx * x + ny * y + nz);
+            if facing < 0.0 || facing * facing < grazing * grazing * (x * x + y * y + 1.0) {
+                continue;
             }
             let disparity = scale / z + disparity_noise * noise;
             let disparity = crate::encoders::quantised(disparity, disparity_step);
             if disparity > 0.0 {
-                depths[pixel] = told(scale / disparity, camera);
+                *depth = told(scale / disparity, camera);
             }
         }
     }
@@ -105,7 +104,8 @@ mod tests {
     }
 
     fn wall(camera: &Camera, z: impl Fn(usize) -> f64) -> (Picture, Intrinsics) {
-        let intrinsics = Intrinsics::new(camera.width, camera.height, camera.fov_deg, camera.near, camera.far);
+        let intrinsics =
+            Intrinsics::new(camera.width, camera.height, camera.fov_deg, camera.near, camera.far);
         let pixels = camera.width as usize * camera.height as usize;
         let depth = (0..pixels).map(|k| z(k % camera.width as usize)).collect();
         let normal = Some(vec![[0.0, 0.0, -1.0]; pixels]);
@@ -119,12 +119,16 @@ mod tests {
             let (picture, intrinsics) = wall(&camera, |_| z);
             let mut sample = Noise::new(&[1; 32]).sensor("camera").sample(0);
             let depths = stereo_depth(&picture, &intrinsics, &camera, &mut sample);
-            let read: Vec<f64> = depths.iter().filter(|d| **d > 0).map(|d| f64::from(*d) * DEPTH_UNIT).collect();
+            let read: Vec<f64> =
+                depths.iter().filter(|d| **d > 0).map(|d| f64::from(*d) * DEPTH_UNIT).collect();
             let mean = read.iter().sum::<f64>() / read.len() as f64;
             let deviation = (read.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / read.len() as f64).sqrt();
             let law = z * z * 0.05 / (intrinsics.fx * 0.05);
             assert!((deviation / law - 1.0).abs() < 0.05, "{z}: {deviation} {law}");
-            assert!((mean - z).abs() < 5.0 * law / (read.len() as f64).sqrt() + law * law / z * 2.0, "{mean}");
+            assert!(
+                (mean - z).abs() < 5.0 * law / (read.len() as f64).sqrt() + law * law / z * 2.0,
+                "{mean}"
+            );
         }
     }
 

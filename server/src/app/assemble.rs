@@ -41,7 +41,8 @@ pub(super) async fn app(
     let entrance = Arc::new(Entrance::new(&settings, config.guard.clone()));
     let own_hands = OwnHands::new(&config.data_dir, config.hand_limits.clone(), tasks.clone());
     let sensing = config.sensing.clone();
-    if let Some(unknown) = sensing.sensors_only().iter().find(|name| !tasks.iter().any(|t| t.name == **name)) {
+    if let Some(unknown) = sensing.sensors_only().iter().find(|name| !tasks.iter().any(|t| t.name == **name))
+    {
         let known: Vec<&str> = tasks.iter().map(|task| task.name.as_str()).collect();
         bail!("sensors_only: no task `{unknown}`; there are: {}", known.join(", "));
     }

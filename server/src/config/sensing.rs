@@ -1,6 +1,6 @@
 //! What a competition lets controllers see.
 
-use super::Mode;
+use super::file::Mode;
 use palmares_protocol::{Code, Refusal};
 use palmares_tasks::{Noise, Sensing};
 

@@ -1,6 +1,7 @@
 //! A run: one world, one task, one hand, from tick 0 to its score.
 
 mod bodies;
+mod cameras;
 mod command;
 mod driven;
 mod evidence;
@@ -14,8 +15,8 @@ mod push;
 mod push_error;
 mod telemetry;
 
+pub use cameras::{Exposure, Shot, ShotError, camera_name};
 pub use evidence::Evidence;
-pub use exposure::{Exposure, Shot, ShotError, camera_name};
 pub use hand_body::HandBody;
 pub use outcome::{Outcome, Reason};
 pub use push_error::PushError;
@@ -31,8 +32,8 @@ use crate::seed::Seed;
 use crate::settle::SceneError;
 use crate::start::start_pose;
 use crate::task::Task;
+use cameras::{Cameras, Lately};
 use driven::{Pushing, Target};
-use exposure::{Cameras, Lately};
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_senses::Senses;
@@ -116,8 +117,9 @@ impl Run {
     pub fn with_noise(mut self, noise: Noise) -> Self {
         let noise = (noise == Noise::Real).then(|| palmares_senses::noise::Noise::new(&self.seed.0));
         self.senses = Senses::new(self.hand.clone(), &self.world, self.task.tick_s, noise.as_ref());
-        self.cameras = Arc::new(Cameras::new(&self, noise.as_ref()));
-        self.lately = Lately::new(&self.cameras);
+        self.cameras =
+            Arc::new(Cameras::new(&self.task, &self.scene, (&self.hand, self.hand_bodies()), noise.as_ref()));
+        self.lately = Lately::default();
         self.remember_poses();
         self
     }
@@ -125,7 +127,7 @@ impl Run {
     /// For cameras whose pictures take their time.
     fn remember_poses(&mut self) {
         let mut lately = std::mem::take(&mut self.lately);
-        lately.remember(self.tick, self.poses());
+        lately.remember(&self.cameras, self.tick, self.poses());
         self.lately = lately;
     }
 

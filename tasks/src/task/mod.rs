@@ -103,7 +103,10 @@ impl Task {
         for (k, camera) in self.cameras.iter().enumerate() {
             camera.check().map_err(|problem| format!("cameras: {problem}"))?;
             if self.cameras[..k].iter().any(|other| other.name == camera.name) {
-                return Err(format!("two cameras are called `{}`; each needs a name of its own", camera.name));
+                return Err(format!(
+                    "two cameras are called `{}`; each needs a name of its own",
+                    camera.name
+                ));
             }
             if let Some(link) = &camera.link {
                 return Err(format!(

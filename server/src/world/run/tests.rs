@@ -73,7 +73,14 @@ async fn witnesses_see_every_tick_once_and_before_what_follows() {
     let (diary, told) = std::sync::mpsc::channel();
     let witnesses: Vec<Box<dyn Witness>> = vec![Box::new(Diary(diary))];
     let (scheduler, background) = (Scheduler::new(1), Background::new(1));
-    let setup = WorldSetup { task, hand, seed: Seed::from_u64(1), sensing: Sensing::Sensors, noise: Noise::Real, cameras: vec![] };
+    let setup = WorldSetup {
+        task,
+        hand,
+        seed: Seed::from_u64(1),
+        sensing: Sensing::Sensors,
+        noise: Noise::Real,
+        cameras: vec![],
+    };
     let opened = World::open(setup, admitted, &background, witnesses).await.expect("the scene builds");
     let mut fixture = Fixture { world: opened.world, admission, scheduler, background };
     let news = || told.try_iter().collect::<Vec<_>>();

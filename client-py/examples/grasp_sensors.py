@@ -1,0 +1,214 @@
+"""Grasp one object with the SoftHand by its sensors alone, lift it, hold it through a shake.
+
+    python grasp_sensors.py --seed 1
+
+Two depth cameras see the table. What stands above it is the object: the smallest upright box around its
+points tells where it is, how high and along which side it is longer. The hand comes down on it with its palm,
+fingers across the longer side, closes and lifts. If the wrist then does not carry the object's weight, it
+looks again and takes the other of its two grasps.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import math
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+
+import palmares
+from palmares.motion import (
+    UP,
+    Array,
+    Mover,
+    ObjectBounds,
+    RunOverError,
+    Summary,
+    TopGrasp,
+    array,
+    play,
+    quat_of,
+    rot_z,
+)
+
+LOG = logging.getLogger(__name__)
+
+NARROW = TopGrasp(
+    name="narrow",
+    pitch_rad=1.6657,
+    roll_rad=0.3491,
+    above_m=0.0068,
+    aside_m=0.0243,
+    along_m=0.1964,
+    sigma_open=0.0212,
+    sigma_closed=0.9,
+    sink_m=0.12,
+)
+WIDE = TopGrasp(
+    name="wide",
+    pitch_rad=1.7469,
+    roll_rad=0.1715,
+    above_m=0.0109,
+    aside_m=0.0189,
+    along_m=0.2234,
+    sigma_open=0.0,
+    sigma_closed=1.0,
+    sink_m=0.12,
+)
+WIDE_M = 0.085
+"""From this width on an object is taken with the wide grasp first"""
+LIFT_M = 0.16
+"""How far the object is lifted"""
+TRIES = 4
+"""Attempts per run"""
+CAMERAS = ["table", "top"]
+IMAGES = 10
+"""Images of each camera whose mean is taken"""
+ASIDE_M = 0.45
+"""While the cameras look, the hand is this far from the middle, away from the camera beside the table"""
+HALF_AREA_M = 0.3
+"""The object is looked for within this distance from the middle, along x and y"""
+ABOVE_TABLE_M = 0.01
+"""What is higher than this is no noise of the table's depth"""
+LEAST_POINTS = 30
+"""Fewer points are no object"""
+SQUARE = 1.15
+"""The sides of an object that differ by a smaller factor count as equal"""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """The smallest upright box around the object."""
+
+    bounds: ObjectBounds
+    """The box, turned until its longer side lies along x"""
+    yaw_rad: float
+    """Direction of its longer side, from x"""
+
+
+def find_object(points: Array, table_m: float) -> Seen | None:
+    """Return the box around what `points` (n, 3) show above the table, or `None` if nothing is there; m."""
+    near = np.all(np.abs(points[:, :2]) < HALF_AREA_M, axis=1)
+    cloud = points[near & (points[:, 2] > table_m + ABOVE_TABLE_M)]
+    if len(cloud) < LEAST_POINTS:
+        return None
+    best: tuple[float, float, Array, Array] | None = None
+    for yaw_rad in np.arange(0.0, math.pi / 2, math.radians(3.0)):
+        # Some points at the edges are wrong: leave out one in two hundred on each side.
+        low, high = np.percentile(cloud[:, :2] @ rot_z(yaw_rad)[:2, :2], [0.5, 99.5], axis=0)
+        area = float(np.prod(high - low))
+        if best is None or area < best[0]:
+            best = area, float(yaw_rad), low, high
+    assert best is not None
+    _, yaw_rad, low, high = best
+    middle = rot_z(yaw_rad)[:2, :2] @ (low + high) / 2
+    long, wide = high - low
+    # Of equal sides, as of a round object, the one that turns the hand less counts as the longer.
+    equal = max(long, wide) < SQUARE * min(long, wide)
+    if (equal and yaw_rad > math.pi / 4) or (not equal and wide > long):
+        long, wide, yaw_rad = wide, long, yaw_rad + math.pi / 2
+    top = float(np.percentile(cloud[:, 2], 98.0))
+    half = array([long / 2, wide / 2, (top - table_m) / 2])
+    centre = array([*middle, (top + table_m) / 2])
+    # The hand reaches as well from the other side: take the direction that turns it less.
+    yaw_rad = (yaw_rad + math.pi / 2) % math.pi - math.pi / 2
+    return Seen(ObjectBounds(0, "seen", centre - half, centre + half, centre), yaw_rad)
+
+
+class Senses(Mover):
+    """Moves the hand and reads its cameras and its wrist."""
+
+    def look(self) -> Array:
+        """Return the points (n, 3) that both cameras see, mean of several images, m."""
+        self.wait(0.15)  # An image may be 0.13 s old.
+        images: dict[str, list[Array]] = {name: [] for name in CAMERAS}
+        for _ in range(IMAGES):
+            self.wait(0.03)
+            self.obs = self.client.step(cameras=CAMERAS)
+            if self.obs.done:
+                raise RunOverError(self.obs.reason)
+            for name in CAMERAS:
+                images[name].append(self.obs.cameras[name].points())
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # Pixels without a reading in any image.
+            clouds = [np.nanmean(stack, axis=0).reshape(-1, 3) for stack in images.values()]
+        cloud = np.concatenate(clouds)
+        return array(cloud[np.isfinite(cloud).all(axis=1)])
+
+    def wrist_force(self) -> Array:
+        """Return the force at the wrist, mean over 0.2 s, (3,), N."""
+        forces = []
+        for _ in range(20):
+            self.wait(0.01)
+            forces.append(self.obs.hand.wrist.force)
+        return array(np.mean(forces, axis=0))
+
+
+def attempt(hand: Senses, seen: Seen, grasp: TopGrasp, weight_n: float) -> bool:
+    """Grasp and lift the object. Return whether the wrist carries its weight."""
+    rotation = grasp.rotation(seen.yaw_rad)
+    at = grasp.base_position(seen.bounds, rotation)
+    hand.to(1.0, at + grasp.sink_m * UP, quat_of(rotation), sigma=grasp.sigma_open)
+    empty = hand.wrist_force()
+    hand.to(0.5, at)
+    hand.to(0.6, sigma=grasp.sigma_closed)
+    hand.wait(0.3)
+    hand.to(0.6, at + LIFT_M * UP)
+    return float(np.linalg.norm(hand.wrist_force() - empty)) > 0.5 * weight_n
+
+
+@dataclass(frozen=True, kw_only=True)
+class GraspSummary(Summary):
+    """The outcome of a run."""
+
+    object: str
+    kept: int
+    """1 if the object is still in the hand after the shake"""
+    tries: int
+    """Attempts made"""
+    events: list[str]
+    """What the referee recorded, and when"""
+
+
+def run(client: palmares.Client, seed: int | None) -> GraspSummary:
+    """Play one run."""
+    first = client.reset("grasp", "softhand", sensing="sensors", noise="real", seed=seed, cameras=CAMERAS)
+    table = client.scene.body("table").parts[0]
+    table_m = table.position[2] + (table.shape.half_extents or (0.0, 0.0, 0.0))[2]
+    target = client.scene.free[0]
+    weight_n = target.mass * float(np.linalg.norm(client.scene.gravity))
+    hand = Senses(client, first)
+    start, upright = hand.position, hand.quat_xyzw
+    away = -array([*first.cameras["table"].position[:2], 0.0])
+    aside = start + ASIDE_M * away / np.linalg.norm(away)
+    tries = 0
+    with contextlib.suppress(RunOverError):  # The shake is over.
+        while tries < TRIES:
+            hand.to(0.6, aside, upright, sigma=0.0)
+            seen = find_object(hand.look(), table_m)
+            if seen is None:
+                break
+            tries += 1
+            size_m = seen.bounds.high - seen.bounds.low
+            wide = size_m[1] > WIDE_M
+            # After a failure the other grasp has its turn.
+            grasp = WIDE if wide == (tries % 2 == 1) else NARROW
+            LOG.info(f"{grasp.name}: {np.round(size_m, 3)} m large at {np.round(seen.bounds.middle, 3)} m")
+            if attempt(hand, seen, grasp, weight_n):
+                hand.wait(10.0)
+            hand.to(0.4, sigma=0.0)
+            hand.to(0.6, hand.position + 0.1 * UP)
+    result, summary = hand.stop()
+    return GraspSummary(
+        **vars(summary),
+        object=target.name,
+        kept=result.in_goal,
+        tries=tries,
+        events=[f"{event.kind} at {event.tick * client.run.tick_s:.2f} s" for event in result.events],
+    )
+
+
+if __name__ == "__main__":
+    play(run, __doc__)

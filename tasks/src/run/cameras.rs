@@ -1,0 +1,287 @@
+//! Cameras: what of the world a picture is made from is copied where the world is stepped; the picture can be drawn later
+//! and on any thread.
+
+use super::hand_body::HandBody;
+use crate::image::{CameraImage, Pixels};
+use crate::observation::Sensing;
+use crate::scene::Scene;
+use crate::task::Task;
+use palmares_models::Pose;
+use palmares_models::camera::Camera;
+use palmares_models::hand::Hand;
+use palmares_models::shape::Shape;
+use palmares_models::{Rotation, Vec3};
+use palmares_senses::camera::{Body, Geometry, Intrinsics, Picture, draw, plain_depth, shade, stereo_depth};
+use palmares_senses::noise::{Noise, SensorNoise};
+use std::collections::VecDeque;
+use std::sync::{Arc, OnceLock};
+
+/// What a camera can tell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Channels {
+    depth: bool,
+    rgb: bool,
+    bodies: bool,
+}
+
+/// A picture that is wanted of a camera.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shot {
+    camera: usize,
+    channels: Channels,
+}
+
+/// Why pictures cannot be taken.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ShotError {
+    /// There is no such camera.
+    #[error("no camera `{name}`; there are: {known}")]
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// The cameras of the run.
+        known: String,
+    },
+    /// There is no such channel.
+    #[error("camera `{camera}` has no channel `{channel}`; there are: depth, rgb, bodies")]
+    Channel {
+        /// The camera.
+        camera: String,
+        /// What was asked for.
+        channel: String,
+    },
+    /// Bodies are part of the truth.
+    #[error("which body a pixel shows is told with sensing \"truth\" only")]
+    Hidden,
+}
+
+/// A camera of a run.
+#[derive(Debug)]
+struct View {
+    camera: Camera,
+    intrinsics: Intrinsics,
+    /// The hand's link on which it sits.
+    link: Option<usize>,
+    noise: Option<SensorNoise>,
+    /// Ticks between two pictures, and from exposure until one can be read; none for a camera without errors.
+    period: f64,
+    latency: u64,
+}
+
+/// The cameras of a run, and the shapes that they see.
+#[derive(Debug, Default)]
+pub(super) struct Cameras {
+    views: Vec<View>,
+    bodies: Vec<Body>,
+    /// Where bodies stand that do not move.
+    fixed: Vec<Pose>,
+    colors: Vec<[f64; 3]>,
+    geometry: OnceLock<Geometry>,
+    first_link: usize,
+}
+
+/// The name of a camera of a hand in a task, which may have one of the same name.
+pub fn camera_name(task: &Task, camera: &Camera) -> String {
+    let taken = camera.link.is_some() && task.cameras.iter().any(|other| other.name == camera.name);
+    if taken { format!("hand_{}", camera.name) } else { camera.name.clone() }
+}
+
+/// Colour of the hand's links.
+const HAND_COLOR: [f64; 3] = [0.32, 0.34, 0.38];
+
+impl Cameras {
+    pub(super) fn new(
+        task: &Task,
+        scene: &Scene,
+        (hand, links): (&Hand, Vec<HandBody>),
+        noise: Option<&Noise>,
+    ) -> Self {
+        let views = task.cameras.iter().chain(&hand.sensors.cameras).map(|camera| {
+            let name = camera_name(task, camera);
+            let stereo = &camera.stereo;
+            View {
+                intrinsics: Intrinsics::of(camera),
+                link: camera.link.as_deref().and_then(|link| hand.link(link)),
+                noise: noise.map(|noise| noise.sensor(&format!("camera {name}"))),
+                period: 1.0 / (stereo.rate_hz * task.tick_s),
+                latency: (stereo.latency_s / task.tick_s - 1e-9).ceil().max(0.0) as u64,
+                camera: Camera { name, ..camera.clone() },
+            }
+        });
+        let standing = scene.bodies.iter().map(|body| {
+            let parts = body.parts.iter().map(|part| placed(part.position, part.quat_xyzw, &part.shape));
+            Body { parts: parts.collect(), endless: body.endless }
+        });
+        let links = links.into_iter().map(|link| {
+            let parts = link.parts.iter().map(|part| placed(part.position, part.quat_xyzw, &part.shape));
+            Body { parts: parts.collect(), endless: false }
+        });
+        let fixed = scene.bodies.iter().map(|body| match (body.free, body.position, body.quat_xyzw) {
+            (false, Some(position), Some([x, y, z, w])) => {
+                Pose::from_parts(Vec3::from_array(position), Rotation::from_xyzw(x, y, z, w))
+            }
+            _ => Pose::IDENTITY,
+        });
+        let colors = scene.bodies.iter().map(|body| body.color);
+        Cameras {
+            views: views.collect(),
+            bodies: standing.chain(links).collect(),
+            fixed: fixed.chain(hand.links.iter().map(|_| Pose::IDENTITY)).collect(),
+            colors: colors.chain(hand.links.iter().map(|_| HAND_COLOR)).collect(),
+            geometry: OnceLock::new(),
+            first_link: scene.bodies.len(),
+        }
+    }
+}
+
+fn placed(position: [f64; 3], quat_xyzw: [f64; 4], shape: &Shape) -> (Pose, Shape) {
+    let [x, y, z, w] = quat_xyzw;
+    (Pose::from_parts(Vec3::from_array(position), Rotation::from_xyzw(x, y, z, w)), shape.clone())
+}
+
+impl View {
+    /// The tick after which picture `frame` is taken.
+    fn exposed(&self, frame: u64) -> u64 {
+        (frame as f64 * self.period - 1e-9).ceil().max(0.0) as u64
+    }
+
+    /// Number and tick of the last picture taken until `tick`.
+    fn last(&self, tick: u64) -> (u64, u64) {
+        let mut frame = (tick as f64 / self.period) as u64 + 1;
+        while frame > 0 && self.exposed(frame) > tick {
+            frame -= 1;
+        }
+        (frame, self.exposed(frame))
+    }
+
+    /// Number and tick of the picture that can be read after `tick`.
+    fn newest(&self, tick: u64) -> (u64, u64) {
+        match self.noise {
+            None => (tick, tick),
+            Some(_) => self.last(tick.saturating_sub(self.latency)),
+        }
+    }
+}
+
+/// Where everything was lately, for cameras whose pictures take their time.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Lately {
+    poses: VecDeque<(u64, Vec<(usize, Pose)>)>,
+}
+
+impl Lately {
+    /// Remembers where everything is after `tick`, if one of the cameras takes a picture then.
+    pub(super) fn remember(
+        &mut self,
+        cameras: &Cameras,
+        tick: u64,
+        poses: impl Iterator<Item = (usize, Pose)>,
+    ) {
+        let late = || cameras.views.iter().filter(|view| view.noise.is_some());
+        if !late().any(|view| view.last(tick).1 == tick) {
+            return;
+        }
+        let oldest = late().map(|view| view.newest(tick).1).min().unwrap_or(tick);
+        let mut room = Vec::new();
+        while self.poses.front().is_some_and(|(at, _)| *at < oldest) {
+            room = self.poses.pop_front().map(|(_, poses)| poses).unwrap_or_default();
+        }
+        room.clear();
+        room.extend(poses);
+        self.poses.push_back((tick, room));
+    }
+}
+
+/// A picture that has been taken and not yet drawn.
+#[derive(Clone, Debug)]
+pub struct Exposure {
+    cameras: Arc<Cameras>,
+    shot: Shot,
+    tick: u64,
+    frame: u64,
+    poses: Vec<(usize, Pose)>,
+}
+
+impl Cameras {
+    /// The pictures that are asked for by `wanted`: see [`super::Run::shots`].
+    pub(super) fn shots(&self, wanted: &[String], sensing: Sensing) -> Result<Vec<Shot>, ShotError> {
+        let views = &self.views;
+        let mut shots: Vec<Shot> = Vec::new();
+        for wanted in wanted {
+            let (name, channel) = wanted.split_once('.').unwrap_or((wanted, "depth"));
+            let camera = views.iter().position(|view| view.camera.name == name).ok_or_else(|| {
+                let known: Vec<&str> = views.iter().map(|view| view.camera.name.as_str()).collect();
+                ShotError::Unknown { name: name.chars().take(64).collect(), known: known.join(", ") }
+            })?;
+            let place = shots.iter().position(|shot| shot.camera == camera).unwrap_or_else(|| {
+                shots.push(Shot { camera, channels: Channels::default() });
+                shots.len() - 1
+            });
+            let channels = &mut shots[place].channels;
+            match channel {
+                "depth" => channels.depth = true,
+                "rgb" => channels.rgb = true,
+                "bodies" if sensing == Sensing::Truth => channels.bodies = true,
+                "bodies" => return Err(ShotError::Hidden),
+                _ => {
+                    let channel = channel.chars().take(64).collect();
+                    return Err(ShotError::Channel { camera: name.to_owned(), channel });
+                }
+            }
+        }
+        Ok(shots)
+    }
+
+    /// A picture of the world as it is (`now`) at `tick`, or with the latency of a real camera as it was (`lately`).
+    pub(super) fn expose(
+        self: &Arc<Self>,
+        shot: Shot,
+        tick: u64,
+        lately: &Lately,
+        now: impl Iterator<Item = (usize, Pose)>,
+    ) -> Exposure {
+        let (frame, exposed) = self.views[shot.camera].newest(tick);
+        let then = lately.poses.iter().find(|(at, _)| *at == exposed).map(|(_, poses)| poses.clone());
+        let poses = then.unwrap_or_else(|| now.collect());
+        Exposure { cameras: Arc::clone(self), shot, tick, frame, poses }
+    }
+}
+
+impl Exposure {
+    /// Draws the picture: some milliseconds of work.
+    pub fn develop(&self) -> CameraImage {
+        let Cameras { views, bodies, fixed, colors, geometry, first_link } = &*self.cameras;
+        let View { camera, intrinsics, link, noise, .. } = &views[self.shot.camera];
+        let geometry = geometry.get_or_init(|| Geometry::new(bodies));
+        let mut poses = fixed.clone();
+        for (body, pose) in &self.poses {
+            poses[*body] = *pose;
+        }
+        let on = link.map_or(Pose::IDENTITY, |link| poses[first_link + link]);
+        let pose = on * camera.pose();
+        let Channels { depth, rgb, bodies } = self.shot.channels;
+        let mut picture = Picture::default();
+        picture.with_normals(rgb || noise.is_some());
+        draw(geometry, &poses, pose, intrinsics, &mut picture);
+        let depths = || match noise {
+            None => plain_depth(&picture, camera),
+            Some(noise) => stereo_depth(&picture, intrinsics, camera, &mut noise.sample(self.frame)),
+        };
+        CameraImage {
+            camera: camera.name.clone(),
+            tick: self.tick,
+            width: intrinsics.width,
+            height: intrinsics.height,
+            fx: intrinsics.fx,
+            fy: intrinsics.fy,
+            cx: intrinsics.cx,
+            cy: intrinsics.cy,
+            position: pose.translation.to_array(),
+            quat_xyzw: pose.rotation.to_array(),
+            depth_unit: camera.depth_unit,
+            depth: depth.then(|| Pixels::of_words(&depths())),
+            rgb: rgb.then(|| Pixels(shade(&picture, intrinsics, colors))),
+            bodies: bodies.then(|| Pixels::of_words(&picture.body)),
+        }
+    }
+}
