@@ -88,13 +88,13 @@ pub(super) struct Canvas<'a> {
 }
 
 impl Canvas<'_> {
-    /// A row of a flat piece: 1/z is `start + step · u`.
+    /// A row of a flat piece: 1/z is `start + step · x`, x being that of the rays.
     pub(super) fn flat_row(&mut self, v: usize, left: usize, right: usize, start: f64, step: f64) {
         let row = v * self.width;
         let inverse = &mut self.inverse[row + left..row + right];
         let piece = &mut self.piece[row + left..row + right];
-        for (u, (inverse, piece)) in (left as i32..).zip(inverse.iter_mut().zip(piece)) {
-            let here = start + step * f64::from(u);
+        for ((inverse, piece), x) in inverse.iter_mut().zip(piece).zip(&self.columns[left..right]) {
+            let here = start + step * x;
             let nearer = here > *inverse;
             *inverse = if nearer { here } else { *inverse };
             *piece = if nearer { self.number } else { *piece };

@@ -41,7 +41,7 @@ pub(super) fn face(
     if c >= 0.0 {
         return;
     }
-    let inverse = Linear::of(normal / c, lens);
+    let inverse = normal / c;
     let mut sides = [Linear { at: 0.0, along: 0.0, down: 0.0 }; MOST_CORNERS];
     let count = corners.len();
     if count > MOST_CORNERS {
@@ -63,10 +63,10 @@ pub(super) fn face(
                 right = -1.0;
             }
         }
-        let start = inverse.at + inverse.down * y;
+        let start = inverse.y * lens.row(v) + inverse.z;
         let (left, right) = (left.ceil(), right.floor());
         if left <= right {
-            canvas.flat_row(v, left as usize, right as usize + 1, start, inverse.along);
+            canvas.flat_row(v, left as usize, right as usize + 1, start, inverse.x);
         }
     }
 }

@@ -2,12 +2,6 @@
 
 use palmares_models::Vec3;
 
-/// The nearer root of a t² − 2 b t + c = 0, if there is one.
-fn nearer(a: f64, b: f64, c: f64) -> Option<f64> {
-    let discriminant = b * b - a * c;
-    if discriminant < 0.0 || a <= 0.0 { None } else { Some((b - discriminant.sqrt()) / a) }
-}
-
 /// A capsule or cylinder in the optical frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Round {
@@ -19,6 +13,9 @@ pub(super) struct Round {
     /// From the axis to the camera's centre, and what a ray's quadratic has in common.
     across: Vec3,
     constant: f64,
+    /// a along the axis, and the constants of the quadratics of the spheres around a and b.
+    start: f64,
+    ends: [f64; 2],
     flat: bool,
 }
 
@@ -80,42 +77,47 @@ impl Round {
     pub(super) fn new(a: Vec3, b: Vec3, radius: f64, flat: bool) -> Self {
         let length = (b - a).length();
         let axis = if length > 0.0 { (b - a) / length } else { Vec3::ZERO };
-        let across = a - axis * a.dot(axis);
+        let start = a.dot(axis);
+        let across = a - axis * start;
         let constant = across.length_squared() - radius * radius;
-        Round { a, b, axis, length, radius, across, constant, flat }
+        let ends = [a, b].map(|end| end.length_squared() - radius * radius);
+        Round { a, b, axis, length, radius, across, constant, start, ends, flat }
     }
 
     /// Its outlines.
     pub(super) fn outlines(&self) -> Outlines {
-        let sphere =
-            |end: Vec3| Outline::new(end, end.length_squared() - self.radius * self.radius, Vec3::ZERO);
-        Outlines([Outline::new(self.across, self.constant, self.axis), sphere(self.a), sphere(self.b)])
+        let [a, b] = self.ends;
+        let side = Outline::new(self.across, self.constant, self.axis);
+        Outlines([side, Outline::new(self.a, a, Vec3::ZERO), Outline::new(self.b, b, Vec3::ZERO)])
     }
 
-    /// Depth at which a ray with z = 1 meets it.
+    /// Depth at which a ray with z = 1 meets it: of the points within the radius of the axis' line, whose squared distance
+    /// from it is a t² − 2 b t + c, and of those of the spheres at the ends.
+    #[inline]
     pub(super) fn meet(&self, d: Vec3) -> Option<f64> {
-        let along = d.dot(self.axis);
-        let d_across = d - self.axis * along;
-        let (a, b) = (d_across.length_squared(), d_across.dot(self.across));
+        let (along, b, whole) = (d.dot(self.axis), d.dot(self.across), d.length_squared());
+        let a = whole - along * along;
         let discriminant = b * b - a * self.constant;
         if discriminant < 0.0 {
             return None;
         }
         let side = if a > 0.0 { (b - discriminant.sqrt()) / a } else { f64::NEG_INFINITY };
-        let at = side * along - self.a.dot(self.axis);
-        if (0.0..=self.length).contains(&at) && side > 0.0 {
+        let at = side * along - self.start;
+        if at >= 0.0 && at <= self.length && side > 0.0 {
             return Some(side);
         }
         if self.flat {
-            self.meet_cap(d, along)
-        } else {
-            let ends = if self.length > 0.0 { [Some(self.a), Some(self.b)] } else { [Some(self.a), None] };
-            let near = |end: Vec3| {
-                nearer(d.length_squared(), d.dot(end), end.length_squared() - self.radius * self.radius)
-            };
-            let roots = ends.into_iter().flatten().filter_map(near).filter(|t| *t > 0.0);
-            roots.reduce(f64::min)
+            return self.meet_cap(d, along);
         }
+        let sphere = |end: Vec3, constant: f64| {
+            let b = d.dot(end);
+            let discriminant = b * b - whole * constant;
+            let t = (b - discriminant.sqrt()) / whole;
+            // Not a number when the ray passes by.
+            if t > 0.0 { t } else { f64::INFINITY }
+        };
+        let nearest = sphere(self.a, self.ends[0]).min(sphere(self.b, self.ends[1]));
+        (nearest < f64::INFINITY).then_some(nearest)
     }
 
     /// Where a ray meets an end of a cylinder.
