@@ -3,14 +3,41 @@
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
+use crate::error::ModelError;
 use crate::hand::Hand;
 use crate::read::{self, LoadOptions};
 
-/// Embedded, so that the program runs from anywhere: name, URDF, settings.
-const FILES: [(&str, &str, &str); 3] = [
-    ("softhand", include_str!("../hands/softhand/hand.urdf"), include_str!("../hands/softhand/hand.toml")),
-    ("reflex", include_str!("../hands/reflex/hand.urdf"), include_str!("../hands/reflex/hand.toml")),
-    ("pinch", include_str!("../hands/pinch/hand.urdf"), include_str!("../hands/pinch/hand.toml")),
+/// A hand that comes with the program; embedded, so that the program runs from anywhere.
+struct Files {
+    folder: &'static str,
+    urdf: &'static str,
+    settings: &'static str,
+    /// What differs from the settings, if anything does.
+    changes: Option<&'static str>,
+}
+
+const SOFTHAND: Files = Files {
+    folder: "softhand",
+    urdf: include_str!("../hands/softhand/hand.urdf"),
+    settings: include_str!("../hands/softhand/hand.toml"),
+    changes: None,
+};
+
+const FILES: [Files; 4] = [
+    SOFTHAND,
+    Files { changes: Some(include_str!("../hands/softhand/skin.toml")), ..SOFTHAND },
+    Files {
+        folder: "reflex",
+        urdf: include_str!("../hands/reflex/hand.urdf"),
+        settings: include_str!("../hands/reflex/hand.toml"),
+        changes: None,
+    },
+    Files {
+        folder: "pinch",
+        urdf: include_str!("../hands/pinch/hand.urdf"),
+        settings: include_str!("../hands/pinch/hand.toml"),
+        changes: None,
+    },
 ];
 
 /// All hands that come with the program, loaded once.
@@ -22,22 +49,48 @@ pub fn builtin_hands() -> &'static [Arc<Hand>] {
     HANDS.get_or_init(|| {
         FILES
             .iter()
-            .map(|(name, urdf, settings)| {
-                let urdf_file = format!("hands/{name}/hand.urdf");
-                let settings_file = format!("hands/{name}/hand.toml");
-                let loaded = read::from_text(
-                    (Path::new(&urdf_file), urdf),
-                    Some((Path::new(&settings_file), settings)),
-                    None,
-                    &LoadOptions::default(),
-                );
-                match loaded {
-                    Ok(loaded) => Arc::new(loaded.hand),
-                    Err(error) => panic!("embedded hand: {error}"),
-                }
-            })
+            .map(|files| Arc::new(files.load().unwrap_or_else(|error| panic!("embedded hand: {error}"))))
             .collect()
     })
+}
+
+impl Files {
+    fn load(&self) -> Result<Hand, ModelError> {
+        let (urdf_file, settings_file) =
+            (format!("hands/{}/hand.urdf", self.folder), format!("hands/{}/hand.toml", self.folder));
+        let settings = match self.changes {
+            None => self.settings.to_owned(),
+            Some(changes) => joined(self.settings, changes),
+        };
+        let loaded = read::from_text(
+            (Path::new(&urdf_file), self.urdf),
+            Some((Path::new(&settings_file), &settings)),
+            None,
+            &LoadOptions::default(),
+        )?;
+        Ok(loaded.hand)
+    }
+}
+
+/// Settings with changes: tables are joined, all else is replaced. What is no TOML is left to the reader's complaint.
+fn joined(settings: &str, changes: &str) -> String {
+    fn join(into: &mut toml::Table, changes: toml::Table) {
+        for (key, value) in changes {
+            match (into.get_mut(&key), value) {
+                (Some(toml::Value::Table(into)), toml::Value::Table(changes)) => join(into, changes),
+                (_, value) => {
+                    into.insert(key, value);
+                }
+            }
+        }
+    }
+    match (settings.parse::<toml::Table>(), changes.parse()) {
+        (Ok(mut table), Ok(changes)) => {
+            join(&mut table, changes);
+            table.to_string()
+        }
+        _ => format!("{settings}\n{changes}"),
+    }
 }
 
 impl Hand {

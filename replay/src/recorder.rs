@@ -185,6 +185,6 @@ pub(crate) fn picture(run: &Run) -> Picture {
         q: state.q.clone(),
         objects,
         score: run.score(),
-        readings: run.readings(true),
+        readings: run.readings(),
     }
 }

@@ -52,6 +52,14 @@ pub(crate) struct TelemetryMessage {
     pub(crate) contact_force: Vec<f32>,
     #[prost(float, repeated, tag = "14")]
     pub(crate) contact_use: Vec<f32>,
+    #[prost(float, repeated, tag = "15")]
+    pub(crate) work: Vec<f32>,
+    #[prost(float, repeated, tag = "16")]
+    pub(crate) finger_force: Vec<f32>,
+    #[prost(float, repeated, tag = "17")]
+    pub(crate) finger_torque: Vec<f32>,
+    #[prost(float, repeated, tag = "18")]
+    pub(crate) touch: Vec<f32>,
 }
 
 /// The `FileDescriptorSet` that readers of `palmares.Telemetry` need.
@@ -72,6 +80,10 @@ pub(crate) fn schema() -> Vec<u8> {
         floats("contact_position"),
         floats("contact_force"),
         floats("contact_use"),
+        floats("work"),
+        floats("finger_force"),
+        floats("finger_torque"),
+        floats("touch"),
     ];
     let telemetry = file("palmares/Telemetry.proto", "palmares", &[TIME], message("Telemetry", fields));
     FileDescriptorSet { file: vec![descriptors::time(), telemetry] }.encode_to_vec()
@@ -123,6 +135,10 @@ impl Telemeter {
             contact_position: all(contacts.iter().flat_map(|contact| &contact.position), PLACE),
             contact_force: all(contacts.iter().flat_map(|contact| &contact.force), FORCE),
             contact_use: all(contacts.iter().map(|contact| &contact.friction_use), PART),
+            work: all(motors().map(|motor| &motor.work), FORCE),
+            finger_force: all(seen.fingers.iter().flat_map(|finger| &finger.force), FORCE),
+            finger_torque: all(seen.fingers.iter().flat_map(|finger| &finger.torque), FINE),
+            touch: all(seen.touch.iter().flatten(), FORCE),
             ..TelemetryMessage::default()
         };
         let due = self.pictures.is_multiple_of(AGAIN_AFTER);

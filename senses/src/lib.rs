@@ -6,7 +6,7 @@ pub mod camera;
 mod encoders;
 pub mod noise;
 mod senses;
-mod touch;
+pub mod touch;
 mod wrist;
 
 pub use encoders::{BaseReading, MotorReading};

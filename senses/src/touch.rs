@@ -38,7 +38,7 @@ fn feel(patch: &TactilePatch, footprint: f64, at: Vec3, force: Vec3, taxels: &mu
 
 /// Force on every taxel, N: along x and y of its patch and into the patch (−z), by all contacts. `links` are the world
 /// poses of the hand's links.
-pub(crate) fn forces(hand: &Hand, links: &[Pose], contacts: &[ContactForce]) -> Vec<[f64; 3]> {
+pub fn forces(hand: &Hand, links: &[Pose], contacts: &[ContactForce]) -> Vec<[f64; 3]> {
     let touch = &hand.sensors.touch;
     let mut taxels = vec![[0.0; 3]; hand.tactile.iter().map(TactilePatch::len).sum()];
     let mut first = 0;

@@ -25,6 +25,8 @@ pub struct HandDescription {
     pub motors: Vec<MotorDescription>,
     /// Tendons.
     pub tendons: Vec<TendonDescription>,
+    /// The fingers, by the names of their first links: the order of `telemetry.fingers`.
+    pub fingers: Vec<String>,
     /// Rectangles that feel touch.
     pub tactile: Vec<PatchDescription>,
     /// What its sensors are like, and what else it has.
@@ -233,6 +235,7 @@ impl Hand {
                 })
                 .collect(),
             tendons: self.describe_tendons(&rest),
+            fingers: self.fingers().into_iter().map(|finger| finger.name).collect(),
             tactile: self.describe_tactile(),
             sensors: self.sensors.clone(),
             gravity_compensation: self.gravity_compensation,

@@ -1,6 +1,7 @@
 //! The immutable description of a hand: a tree of links moved by few coordinates and fewer tendons.
 
 pub mod describe;
+pub mod fingers;
 mod kinematics;
 pub mod sensors;
 pub mod tendon;

@@ -12,8 +12,9 @@ use crate::store::{NewRun, unix_ms};
 use crate::version;
 use crate::watch::messages::WatchRun;
 use crate::world::Witness;
+use crate::world::film::develop;
 use crate::world::live::{Live, Streamed};
-use crate::world::run::{OpenError, OpenedWorld, StepError, World, WorldSetup, develop};
+use crate::world::run::{OpenError, OpenedWorld, StepError, World, WorldSetup};
 use palmares_models::hand::Hand;
 use palmares_protocol::obs::{Obs, Opened};
 use palmares_protocol::reply::Ack;
@@ -311,7 +312,7 @@ impl Session {
             }
         };
         let mut observation = stepped.observation;
-        let exposures = world.expose(&shots);
+        let film = world.expose(&shots);
         self.machine.stepped(observation.tick, self.now());
         if let Some(reason) = stepped.over {
             self.close_run(reason, None).await;
@@ -320,7 +321,7 @@ impl Session {
             observation.truncated = true;
             observation.reason = Some(Reason::SessionOver.as_str().into());
         }
-        observation.cameras = develop(&self.shared.compute.background, exposures).await;
+        observation.cameras = develop(&self.shared.compute.background, film).await;
         self.save(false).await;
         Ok(Reply::Obs(Box::new(self.obs(Some(id), run_id, observation))))
     }
@@ -368,8 +369,8 @@ impl Session {
 
     /// The next observation to stream.
     pub(crate) async fn streamed(&mut self) -> Option<Reply> {
-        let Streamed { mut observation, exposures, due } = self.stream.as_ref()?.pop()?;
-        observation.cameras = develop(&self.shared.compute.background, exposures).await;
+        let Streamed { mut observation, film, due } = self.stream.as_ref()?.pop()?;
+        observation.cameras = develop(&self.shared.compute.background, film).await;
         self.catch_up();
         let run_id = self.machine.run_info().map(|run| run.run_id)?;
         let late_s = Some(Instant::now().saturating_duration_since(due).as_secs_f64());

@@ -3,7 +3,7 @@
 use palmares_tasks::run::{Contact, Telemetry};
 
 /// Version of the frames.
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 /// Every moving body is in it.
 const KEY: u8 = 1;
 /// Telemetry follows.
@@ -72,12 +72,12 @@ fn counted<T>(out: &mut Vec<u8>, all: &[T]) -> usize {
     usize::from(count)
 }
 
-/// Motors, tendons, joints and the predicted equilibrium.
+/// Motors, tendons, joints, the predicted equilibrium, fingers and taxels.
 pub(super) fn telemetry(seen: &Telemetry) -> Vec<u8> {
     let mut out = Vec::new();
     let motors = counted(&mut out, &seen.motors);
     for motor in &seen.motors[..motors] {
-        [motor.command, motor.position, motor.tension].iter().for_each(|x| put(&mut out, *x));
+        [motor.command, motor.position, motor.tension, motor.work].iter().for_each(|x| put(&mut out, *x));
     }
     let tendons = counted(&mut out, &seen.tension);
     seen.tension[..tendons].iter().for_each(|x| put(&mut out, *x));
@@ -88,6 +88,13 @@ pub(super) fn telemetry(seen: &Telemetry) -> Vec<u8> {
     if predicted {
         seen.predicted[..joints].iter().for_each(|x| put(&mut out, *x));
     }
+    let fingers = counted(&mut out, &seen.fingers);
+    for finger in &seen.fingers[..fingers] {
+        finger.force.iter().chain(&finger.torque).for_each(|x| put(&mut out, *x));
+    }
+    let taxels = u16::try_from(seen.touch.len()).unwrap_or(u16::MAX);
+    out.extend(taxels.to_le_bytes());
+    seen.touch[..usize::from(taxels)].as_flattened().iter().for_each(|x| put(&mut out, *x));
     out
 }
 
@@ -132,7 +139,7 @@ fn packed(q: [f32; 4]) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use palmares_tasks::run::Motor;
+    use palmares_tasks::run::{FingerWrench, Motor};
 
     const REST: Seven = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
@@ -156,7 +163,7 @@ mod tests {
     fn a_key_frame_byte_by_byte() {
         let poses = [[1.0, -2.0, 0.5, 0.0, 0.0, 0.0, 1.0], REST];
         let frame = encode(&whole(&poses), &mut Vec::new(), true);
-        let mut expected = vec![1, 1, 2, 0, 4, 3, 2, 1, 0, 0, 0xc0, 0x3f];
+        let mut expected = vec![VERSION, 1, 2, 0, 4, 3, 2, 1, 0, 0, 0xc0, 0x3f];
         expected.extend([0, 0, 0, 0, 0x80, 0x3f, 0, 0, 0, 0xc0, 0, 0, 0, 0x3f]);
         // w is the largest (3), the others are 0: 511.5 is rounded up.
         let identity = (3 << 30) | (512 << 20) | (512 << 10) | 512_u32;
@@ -168,21 +175,23 @@ mod tests {
 
     #[test]
     fn telemetry_and_contacts_byte_by_byte() {
+        let finger = FingerWrench { name: "thumb".into(), force: [1.0, 0.0, 0.0], torque: [0.0, 0.5, 0.0] };
         let seen = Telemetry {
-            motors: vec![Motor { command: 1.0, position: 0.5, tension: 2.0 }],
+            motors: vec![Motor { command: 1.0, position: 0.5, tension: 2.0, work: 1.0 }],
             tension: vec![-1.0],
             q: vec![0.25, 0.0],
             predicted: vec![],
+            fingers: vec![finger],
+            touch: vec![[0.0, 0.0, 2.0]],
         };
-        let one = [0, 0, 0x80, 0x3f];
+        let (one, half, two) = ([0, 0, 0x80, 0x3f], [0, 0, 0, 0x3f], [0, 0, 0, 0x40]);
         let mut expected = vec![1];
-        expected.extend([one, [0, 0, 0, 0x3f], [0, 0, 0, 0x40]].concat());
-        expected.extend([1, 0, 0, 0x80, 0xbf, 2, 0, 0, 0x80, 0x3e, 0, 0, 0, 0, 0]);
-        assert_eq!(telemetry(&seen), expected);
+        expected.extend([one, half, two, one].concat());
+        expected.extend([1, 0, 0, 0x80, 0xbf, 2, 0, 0, 0x80, 0x3e, 0, 0, 0, 0]);
+        let felt = [&[1][..], &one, &[0; 12], &half, &[0; 4], &[1, 0], &[0; 8], &two].concat();
+        assert_eq!(telemetry(&seen), [&expected[..], &[0], &felt].concat());
         let predicted = telemetry(&Telemetry { predicted: vec![1.0, 1.0], ..seen });
-        let end = expected.len() - 1;
-        assert_eq!(predicted[..end], expected[..end]);
-        assert_eq!(predicted[end..], [&[1][..], &one, &one].concat());
+        assert_eq!(predicted, [&expected[..], &[1], &one, &one, &felt].concat());
 
         let contact =
             Contact { a: 258, b: 3, position: [1.0, 0.0, 0.0], force: [0.0, 0.0, -1.0], friction_use: 0.5 };

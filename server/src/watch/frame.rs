@@ -54,8 +54,7 @@ impl Frame {
     }
 
     fn contacts(&self) -> Option<&(Vec<Contact>, Vec<u8>)> {
-        let readings = || self.snapshot.readings.as_ref().filter(|readings| readings.with_contacts());
-        let seen = || readings().map(|readings| self.instruments.contacts(readings));
+        let seen = || self.snapshot.readings.as_ref().map(|readings| self.instruments.contacts(readings));
         let both = || seen().map(|seen| (binary::contacts(&seen), seen)).map(|(bytes, seen)| (seen, bytes));
         self.contacts.get_or_init(both).as_ref()
     }

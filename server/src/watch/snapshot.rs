@@ -96,7 +96,7 @@ impl Snapshot {
             base: state.base,
             q: state.q.clone(),
             objects: (0..state.objects.len()).map(|k| state.object_pose(model, k)).collect(),
-            readings: (overlays.telemetry || overlays.contacts).then(|| run.readings(overlays.contacts)),
+            readings: (overlays.telemetry || overlays.contacts).then(|| run.readings()),
             evidence: overlays.verdicts.then(|| run.evidence()),
             late_s,
         }

@@ -3,6 +3,7 @@
 //! The pacer steps it; the session's connection leaves actions in its inbox and takes what it streams. Neither
 //! waits for the other: of what is not taken in time the oldest is dropped.
 
+use super::film::Film;
 use super::run::{StepError, World};
 use crate::compute::Compute;
 use crate::compute::pace::{Pace, Part, Tempo};
@@ -11,7 +12,7 @@ use crate::compute::scheduler::{Scheduler, Urgency};
 use crate::compute::tick_phase::TickPhase;
 use crate::metrics::METRICS;
 use palmares_models::hand::Hand;
-use palmares_tasks::run::{Exposure, Shot, ShotError};
+use palmares_tasks::run::{Shot, ShotError};
 use palmares_tasks::{Action, ActionError, Observation, Reason};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -27,7 +28,7 @@ pub(crate) struct Streamed {
     /// The state.
     pub(crate) observation: Observation,
     /// Pictures of it that were asked for.
-    pub(crate) exposures: Vec<Exposure>,
+    pub(crate) film: Film,
     /// When its tick was due.
     pub(crate) due: Instant,
 }
@@ -243,7 +244,7 @@ impl Live {
             // What the referee noted in this tick was told with it.
             observation.events.clear();
             let over = self.over();
-            self.push(Streamed { observation, exposures: vec![], due: Instant::now() }, over);
+            self.push(Streamed { observation, film: Film::default(), due: Instant::now() }, over);
         }
         Some(world)
     }
@@ -304,8 +305,8 @@ impl Paced for Live {
         let seen = ticked.and_then(|over| Ok((over, world.observe()?, world.expose(&shots))));
         drop(permit);
         match seen {
-            Ok((over, observation, exposures)) => {
-                self.push(Streamed { observation, exposures, due }, over);
+            Ok((over, observation, film)) => {
+                self.push(Streamed { observation, film, due }, over);
                 world.tell();
                 over.is_none().then(|| pace.due())
             }

@@ -1,5 +1,6 @@
 //! Worlds: runs that are being played, in lockstep or by the clock, and whoever looks on.
 
+pub(crate) mod film;
 pub(crate) mod live;
 pub(crate) mod playable;
 pub(crate) mod run;

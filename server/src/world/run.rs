@@ -1,6 +1,7 @@
 //! A world: the one place in the server where a run is stepped. Whoever wants to see every tick, a recorder or
 //! spectators, is a [`Witness`] of it.
 
+use super::film::{self, Film};
 use super::playable::{Fault, Playable};
 use super::witness::Witness;
 use crate::compute::admission::Admitted;
@@ -8,9 +9,8 @@ use crate::compute::background::{Background, JobError, Level, panic_text};
 use crate::compute::scheduler::{Permit, Scheduler, Urgency};
 use crate::metrics::METRICS;
 use palmares_models::hand::Hand;
-use palmares_tasks::image::CameraImage;
 use palmares_tasks::observation::Wrench;
-use palmares_tasks::run::{Exposure, PushError, Shot, ShotError};
+use palmares_tasks::run::{PushError, Shot, ShotError};
 use palmares_tasks::{
     Action, ActionError, Noise, Observation, Outcome, Reason, Run, Scene, SceneError, Seed, Sensing, Task,
 };
@@ -109,10 +109,10 @@ impl World {
     ) -> Result<OpenedWorld, OpenError> {
         let build = move || {
             let WorldSetup { task, hand, seed, sensing, noise, cameras } = setup;
-            let run = Run::new(task, hand, seed)?.with_noise(noise);
+            let mut run = Run::new(task, hand, seed)?.with_noise(noise);
             let shots = run.shots(&cameras, sensing)?;
             let (scene, mut observation) = (run.scene().clone().told(sensing), run.observe(sensing));
-            observation.cameras = run.expose(&shots).iter().map(Exposure::develop).collect();
+            observation.cameras = film::drawn(&run.expose(&shots));
             witnesses.iter_mut().for_each(|witness| witness.opened(&run));
             let world = World::of(Box::new(run), sensing, witnesses, admitted);
             Ok(OpenedWorld { world, scene, observation })
@@ -268,10 +268,12 @@ impl World {
     }
 
     /// Takes pictures, which are not drawn yet.
-    pub(crate) fn expose(&mut self, shots: &[Shot]) -> Vec<Exposure> {
+    pub(crate) fn expose(&mut self, shots: &[Shot]) -> Film {
         match self.game.as_mut().ok().and_then(|game| game.run()) {
-            Some(run) if !shots.is_empty() => run.expose(shots),
-            _ => Vec::new(),
+            Some(run) if !shots.is_empty() => {
+                Film { wanted: run.expose(shots), upcoming: run.upcoming(shots) }
+            }
+            _ => Film::default(),
         }
     }
 
@@ -302,18 +304,6 @@ impl World {
             Err(Fault::Broken)
         })
     }
-}
-
-/// Draws pictures, on a thread that no tick needs.
-pub(crate) async fn develop(background: &Background, exposures: Vec<Exposure>) -> Vec<CameraImage> {
-    if exposures.is_empty() {
-        return Vec::new();
-    }
-    let draw = move || exposures.iter().map(Exposure::develop).collect();
-    background.run(Level::Awaited, draw).await.unwrap_or_else(|error| {
-        tracing::error!(%error, "pictures could not be drawn");
-        Vec::new()
-    })
 }
 
 #[cfg(test)]

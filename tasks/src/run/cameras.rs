@@ -170,6 +170,11 @@ pub(super) struct Lately {
 }
 
 impl Lately {
+    /// Where everything was after `tick`, if that is remembered.
+    fn at(&self, tick: u64) -> Option<&Vec<(usize, Pose)>> {
+        self.poses.iter().find(|(at, _)| *at == tick).map(|(_, poses)| poses)
+    }
+
     /// Remembers where everything is after `tick`, if one of the cameras takes a picture then.
     pub(super) fn remember(
         &mut self,
@@ -192,14 +197,15 @@ impl Lately {
     }
 }
 
-/// A picture that has been taken and not yet drawn.
-#[derive(Clone, Debug)]
+/// A picture that has been taken, and is drawn when it is wanted.
+#[derive(Debug)]
 pub struct Exposure {
     cameras: Arc<Cameras>,
     shot: Shot,
     tick: u64,
     frame: u64,
     poses: Vec<(usize, Pose)>,
+    image: OnceLock<CameraImage>,
 }
 
 impl Cameras {
@@ -232,24 +238,75 @@ impl Cameras {
         Ok(shots)
     }
 
-    /// A picture of the world as it is (`now`) at `tick`, or with the latency of a real camera as it was (`lately`).
+    /// The newest picture that can be read after `tick`, of the world as it is (`now`) or, with the latency of a real
+    /// camera, as it was (`lately`).
     pub(super) fn expose(
         self: &Arc<Self>,
         shot: Shot,
         tick: u64,
+        plates: &mut Plates,
         lately: &Lately,
         now: impl Iterator<Item = (usize, Pose)>,
-    ) -> Exposure {
+    ) -> Arc<Exposure> {
         let (frame, exposed) = self.views[shot.camera].newest(tick);
-        let then = lately.poses.iter().find(|(at, _)| *at == exposed).map(|(_, poses)| poses.clone());
-        let poses = then.unwrap_or_else(|| now.collect());
-        Exposure { cameras: Arc::clone(self), shot, tick, frame, poses }
+        plates.of(shot, frame, || {
+            let poses = lately.at(exposed).cloned().unwrap_or_else(|| now.collect());
+            Exposure { cameras: Arc::clone(self), shot, tick: exposed, frame, poses, image: OnceLock::new() }
+        })
+    }
+
+    /// The picture after the newest one that can be read, if it has been taken already.
+    pub(super) fn upcoming(
+        self: &Arc<Self>,
+        shot: Shot,
+        tick: u64,
+        plates: &mut Plates,
+        lately: &Lately,
+    ) -> Option<Arc<Exposure>> {
+        let view = &self.views[shot.camera];
+        view.noise.as_ref()?;
+        let frame = view.newest(tick).0 + 1;
+        let exposed = view.exposed(frame);
+        let poses = lately.at(exposed)?.clone();
+        let make = || Exposure {
+            cameras: Arc::clone(self),
+            shot,
+            tick: exposed,
+            frame,
+            poses,
+            image: OnceLock::new(),
+        };
+        Some(plates.of(shot, frame, make))
+    }
+}
+
+/// The last pictures of every camera: one that is asked for twice is drawn once.
+#[derive(Debug, Default)]
+pub(super) struct Plates(Vec<Arc<Exposure>>);
+
+impl Plates {
+    fn of(&mut self, shot: Shot, frame: u64, expose: impl FnOnce() -> Exposure) -> Arc<Exposure> {
+        if let Some(known) = self.0.iter().find(|known| known.shot == shot && known.frame == frame) {
+            return Arc::clone(known);
+        }
+        self.0.retain(|old| old.shot.camera != shot.camera || old.frame + 1 >= frame);
+        self.0.push(Arc::new(expose()));
+        self.0[self.0.len() - 1].clone()
     }
 }
 
 impl Exposure {
-    /// Draws the picture: some milliseconds of work.
-    pub fn develop(&self) -> CameraImage {
+    /// The picture, which is drawn the first time: some milliseconds of work.
+    pub fn develop(&self) -> &CameraImage {
+        self.image.get_or_init(|| self.draw())
+    }
+
+    /// Whether it has been drawn.
+    pub fn is_developed(&self) -> bool {
+        self.image.get().is_some()
+    }
+
+    fn draw(&self) -> CameraImage {
         let Cameras { views, bodies, fixed, colors, geometry, first_link } = &*self.cameras;
         let View { camera, intrinsics, link, noise, .. } = &views[self.shot.camera];
         let geometry = geometry.get_or_init(|| Geometry::new(bodies));

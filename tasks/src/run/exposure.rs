@@ -3,6 +3,7 @@
 use super::Run;
 use super::cameras::{Exposure, Shot, ShotError};
 use crate::observation::Sensing;
+use std::sync::Arc;
 
 impl Run {
     /// The pictures that are asked for by `wanted`: the name of a camera for its depth, or `camera.channel` with one of
@@ -15,8 +16,19 @@ impl Run {
     }
 
     /// Takes pictures of the world as it is, or with the latency of real cameras as it was. Nothing is drawn yet.
-    pub fn expose(&self, shots: &[Shot]) -> Vec<Exposure> {
-        let take = |shot: &Shot| self.cameras.expose(*shot, self.tick, &self.lately, self.poses());
-        shots.iter().map(take).collect()
+    pub fn expose(&mut self, shots: &[Shot]) -> Vec<Arc<Exposure>> {
+        let mut plates = std::mem::take(&mut self.plates);
+        let take =
+            |shot: &Shot| self.cameras.expose(*shot, self.tick, &mut plates, &self.lately, self.poses());
+        let taken = shots.iter().map(take).collect();
+        self.plates = plates;
+        taken
+    }
+
+    /// Pictures that real cameras have taken and that [`Run::expose`] will give in their next period: who has time may
+    /// draw them before they are asked for.
+    pub fn upcoming(&mut self, shots: &[Shot]) -> Vec<Arc<Exposure>> {
+        let Run { cameras, plates, lately, tick, .. } = self;
+        shots.iter().filter_map(|shot| cameras.upcoming(*shot, *tick, plates, lately)).collect()
     }
 }

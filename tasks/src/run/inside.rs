@@ -2,7 +2,7 @@
 
 use super::Run;
 use super::evidence::Evidence;
-use super::telemetry::{Contact, Instruments, Readings, Telemetry};
+use super::telemetry::{Contact, Instruments, Readings, Telemetry, motor_tension};
 use crate::referee::Verdict;
 use std::sync::Arc;
 
@@ -12,25 +12,44 @@ impl Run {
         &self.instruments
     }
 
-    /// A copy of what watchers may ask about this moment; the contacts only if they are wanted.
-    pub fn readings(&self, contacts: bool) -> Readings {
+    /// A copy of what watchers may ask about this moment.
+    pub fn readings(&self) -> Readings {
         let state = self.world.state();
         Readings {
             motors: state.motors.clone(),
             tension: state.tension.clone(),
+            work: self.work.clone(),
+            base: state.base,
             q: state.q.clone(),
-            contacts: contacts.then(|| self.world.contact_forces().to_vec()),
+            contacts: self.world.contact_forces().to_vec(),
+        }
+    }
+
+    /// Position and tension of every motor.
+    pub(super) fn motor_states(&self) -> Vec<(f64, f64)> {
+        let state = self.world.state();
+        let motors = state.motors.iter().enumerate();
+        motors.map(|(k, motor)| (motor.position, motor_tension(&self.hand, k, &state.tension))).collect()
+    }
+
+    /// Adds what the motors have done on their tendons in a tick, at whose begin they were so.
+    pub(super) fn count_work(&mut self, before: &[(f64, f64)]) {
+        let ticked = before.iter().zip(self.motor_states());
+        for ((motor, work), ((from, pulled), (to, pulls))) in
+            self.hand.motors.iter().zip(&mut self.work).zip(ticked)
+        {
+            *work += 0.5 * (pulled + pulls) * motor.scaling * (to - from);
         }
     }
 
     /// What goes on in the hand.
     pub fn telemetry(&self) -> Telemetry {
-        self.instruments.telemetry(&self.readings(false))
+        self.instruments.telemetry(&self.readings())
     }
 
     /// Every touching contact.
     pub fn contacts(&self) -> Vec<Contact> {
-        self.instruments.contacts(&self.readings(true))
+        self.instruments.contacts(&self.readings())
     }
 
     /// What the referee knows now.
@@ -122,7 +141,7 @@ mod tests {
             pair_friction(&colliders[contact.colliders.0 as usize], &colliders[contact.colliders.1 as usize]);
         let across = contact.normal.any_orthonormal_vector() * 0.5 * friction * 8.0;
         let pressed = ContactForce { force: contact.normal * 8.0 + across, ..contact };
-        let readings = Readings { contacts: Some(vec![pressed]), ..run.readings(false) };
+        let readings = Readings { contacts: vec![pressed], ..run.readings() };
         let used = run.instruments().contacts(&readings)[0].friction_use;
         assert!((used - 0.5).abs() < 1e-12, "{used}");
         let free = ContactForce { force: contact.normal * 0.0, ..contact };

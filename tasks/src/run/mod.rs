@@ -20,7 +20,7 @@ pub use evidence::Evidence;
 pub use hand_body::HandBody;
 pub use outcome::{Outcome, Reason};
 pub use push_error::PushError;
-pub use telemetry::{Contact, Instruments, Motor, Readings, Telemetry};
+pub use telemetry::{Contact, FingerWrench, Instruments, Motor, Readings, Telemetry};
 
 use crate::action::{Action, ActionError, BaseTarget};
 use crate::build::build;
@@ -32,7 +32,7 @@ use crate::seed::Seed;
 use crate::settle::SceneError;
 use crate::start::start_pose;
 use crate::task::Task;
-use cameras::{Cameras, Lately};
+use cameras::{Cameras, Lately, Plates};
 use driven::{Pushing, Target};
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
@@ -56,6 +56,7 @@ pub struct Run {
     senses: Senses,
     cameras: Arc<Cameras>,
     lately: Lately,
+    plates: Plates,
     referee: Referee,
     tick: u64,
     target: Target,
@@ -65,6 +66,8 @@ pub struct Run {
     pushing: Vec<Pushing>,
     news: Vec<Event>,
     history: Vec<Event>,
+    /// What each motor has done on its tendons, J.
+    work: Vec<f64>,
     /// Digest of the state, if the next tick has been prepared since.
     prepared: Option<u64>,
 }
@@ -92,6 +95,7 @@ impl Run {
             senses,
             cameras: Arc::default(),
             lately: Lately::default(),
+            plates: Plates::default(),
             referee: Referee::new(&task, &sightings),
             instruments: Arc::new(instruments),
             scene: built.scene,
@@ -104,6 +108,7 @@ impl Run {
             pushing: Vec::new(),
             news: Vec::new(),
             history: Vec::new(),
+            work: vec![0.0; hand.motors.len()],
             prepared: None,
             task,
             hand,
@@ -119,7 +124,7 @@ impl Run {
         self.senses = Senses::new(self.hand.clone(), &self.world, self.task.tick_s, noise.as_ref());
         self.cameras =
             Arc::new(Cameras::new(&self.task, &self.scene, (&self.hand, self.hand_bodies()), noise.as_ref()));
-        self.lately = Lately::default();
+        (self.lately, self.plates) = (Lately::default(), Plates::default());
         self.remember_poses();
         self
     }
@@ -197,8 +202,10 @@ impl Run {
     pub fn step(&mut self, action: &Action) -> Result<(), ActionError> {
         self.check(action)?;
         self.apply(action);
+        let before = self.motor_states();
         self.advance();
         self.tick += 1;
+        self.count_work(&before);
         self.senses.tick(&self.world, self.tick);
         self.remember_poses();
         self.push_on();

@@ -5,8 +5,10 @@
 
 use super::predictor::Predictor;
 use crate::scene::Scene;
-use palmares_models::Pose;
 use palmares_models::hand::Hand;
+use palmares_models::hand::fingers::Finger;
+use palmares_models::{Pose, Vec3};
+use palmares_senses::touch;
 use palmares_sim::state::MotorState;
 use palmares_sim::{ContactForce, Model, Owner};
 use schemars::JsonSchema;
@@ -19,16 +21,10 @@ use std::sync::Arc;
 pub struct Readings {
     pub(super) motors: Vec<MotorState>,
     pub(super) tension: Vec<f64>,
+    pub(super) work: Vec<f64>,
+    pub(super) base: Pose,
     pub(super) q: Vec<f64>,
-    /// None if they were not wanted.
-    pub(super) contacts: Option<Vec<ContactForce>>,
-}
-
-impl Readings {
-    /// Whether the contacts were wanted when they were taken.
-    pub fn with_contacts(&self) -> bool {
-        self.contacts.is_some()
-    }
+    pub(super) contacts: Vec<ContactForce>,
 }
 
 /// What a motor is told and does.
@@ -40,6 +36,19 @@ pub struct Motor {
     pub position: f64,
     /// Tension of its tendons, in the tendon's unit (hand.toml); negative where a drive pushes.
     pub tension: f64,
+    /// What it has done on its tendons since reset, ∫ f ds, J.
+    pub work: f64,
+}
+
+/// What a finger bears.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct FingerWrench {
+    /// Name of the finger's first link.
+    pub name: String,
+    /// Sum of the forces of all contacts on its links, world frame, N.
+    pub force: [f64; 3],
+    /// Their torque about the origin of the hand's base, world frame, N·m.
+    pub torque: [f64; 3],
 }
 
 /// What goes on in a hand.
@@ -53,6 +62,10 @@ pub struct Telemetry {
     pub q: Vec<f64>,
     /// Where the free hand would rest at the present motor position, rad; empty if that is not defined.
     pub predicted: Vec<f64>,
+    /// What each finger bears.
+    pub fingers: Vec<FingerWrench>,
+    /// Force on every taxel without the errors of a sensor, N: along x and y of its patch, and into it.
+    pub touch: Vec<[f64; 3]>,
 }
 
 /// A touching contact.
@@ -75,6 +88,7 @@ pub struct Contact {
 #[derive(Debug)]
 pub struct Instruments {
     hand: Arc<Hand>,
+    fingers: Vec<Finger>,
     predictor: Predictor,
     /// Id of the first link's body.
     first_link: usize,
@@ -99,6 +113,7 @@ impl Instruments {
             colliders: colliders.collect(),
             first_link,
             predictor: Predictor::new(hand.clone()),
+            fingers: hand.fingers(),
             hand,
         }
     }
@@ -122,13 +137,24 @@ impl Instruments {
             command: reached.command,
             position: reached.position,
             tension: motor_tension(&self.hand, k, &seen.tension),
+            work: seen.work[k],
         });
         Telemetry {
             motors: motors.collect(),
             tension: seen.tension.clone(),
             q: seen.q.clone(),
             predicted: self.predict(&seen.motors),
+            fingers: self.fingers.iter().map(|finger| wrench(finger, seen)).collect(),
+            touch: self.touch(seen),
         }
+    }
+
+    fn touch(&self, seen: &Readings) -> Vec<[f64; 3]> {
+        if self.hand.tactile.is_empty() {
+            return Vec::new();
+        }
+        let links = self.hand.base_from_links(&seen.q).into_iter().map(|link| seen.base * link);
+        touch::forces(&self.hand, &links.collect::<Vec<_>>(), &seen.contacts)
     }
 
     /// Every touching contact.
@@ -136,7 +162,6 @@ impl Instruments {
         let side = |collider: u32| self.colliders.get(collider as usize).copied().unwrap_or_default();
         seen.contacts
             .iter()
-            .flatten()
             .map(|contact| {
                 let ((a, friction_a), (b, friction_b)) =
                     (side(contact.colliders.0), side(contact.colliders.1));
@@ -155,6 +180,21 @@ impl Instruments {
     pub(super) fn predict(&self, motors: &[MotorState]) -> Vec<f64> {
         self.predictor.predict(|motor| motors[motor].position)
     }
+}
+
+fn wrench(finger: &Finger, seen: &Readings) -> FingerWrench {
+    let (mut force, mut torque) = (Vec3::ZERO, Vec3::ZERO);
+    for contact in &seen.contacts {
+        for (owner, on_it) in [(contact.a, -contact.force), (contact.b, contact.force)] {
+            if let Owner::Link(link) = owner
+                && finger.links.contains(&link)
+            {
+                force += on_it;
+                torque += (contact.position - seen.base.translation).cross(on_it);
+            }
+        }
+    }
+    FingerWrench { name: finger.name.clone(), force: force.to_array(), torque: torque.to_array() }
 }
 
 /// Tension of a motor's tendons together.

@@ -1,4 +1,4 @@
-/** What the hand does, in figures and bars: motors, tensions, and how far each joint is from its predicted rest. */
+/** What the hand does and feels, in figures and bars: motors, tensions, what fingers and skin bear, and how far each joint is from its predicted rest. */
 import { points } from '../board/format';
 import { el, setText } from '../board/kit';
 import type { HandDescription } from '../model/hand';
@@ -7,6 +7,8 @@ import type { Telemetry } from '../model/moment';
 /** Joints that are listed: those farthest from the prediction. */
 const LISTED = 6;
 const DEGREES = 180 / Math.PI;
+/** A bar that is full, N. */
+const FULL_N = 10;
 
 interface Gauge { row: HTMLElement; meter: HTMLMeterElement; figure: HTMLElement }
 
@@ -20,6 +22,8 @@ export class Gauges {
   readonly element = el('details', { class: 'panel', hidden: true, open: true });
   private motors: Gauge[] = [];
   private tendons: Gauge[] = [];
+  private fingers: Gauge[] = [];
+  private patches: Gauge[] = [];
   private joints = el('dl', { class: 'facts' });
   private hand: HandDescription | null = null;
 
@@ -30,13 +34,28 @@ export class Gauges {
     if (!hand) return;
     this.motors = hand.motors.map((motor) => gauge(`${motor.name}, closed`, 1, 'of 1'));
     this.tendons = hand.tendons.map((tendon) => gauge(`${tendon.name}, tension`, tendon.force_limit, ''));
+    this.fingers = (hand.fingers ?? []).map((name) => gauge(name, FULL_N, 'N'));
+    this.patches = (hand.tactile ?? []).map((patch) => gauge(patch.name, FULL_N, 'N'));
+    const skin = this.patches.length > 0 ? [el('h3', {}, 'Pressed on each tactile patch, N'), ...this.patches.map((g) => g.row)] : [];
     this.joints = el('dl', { class: 'facts' });
     this.element.replaceChildren(el('summary', {}, 'Hand: motors and tensions'), ...this.motors.map((g) => g.row), ...this.tendons.map((g) => g.row),
+      el('h3', {}, 'Contact force on each finger, N'), ...this.fingers.map((g) => g.row), ...skin,
       el('h3', {}, 'Farthest from the predicted equilibrium'), this.joints);
   }
 
   show(telemetry: Telemetry): void {
-    telemetry.motors.forEach((motor, k) => { set(this.motors[k], motor.position, motor.position.toFixed(2)); });
+    telemetry.motors.forEach((motor, k) => {
+      const work = motor.work === undefined ? '' : `, ${motor.work.toFixed(2)} J`;
+      set(this.motors[k], motor.position, `${motor.position.toFixed(2)}${work}`);
+    });
+    telemetry.fingers?.forEach(({ force }, k) => { newtons(this.fingers[k], Math.hypot(...force)); });
+    let taxel = 0;
+    this.hand?.tactile?.forEach((patch, k) => {
+      const count = patch.taxels[0] * patch.taxels[1];
+      const pressed = (telemetry.touch ?? []).slice(taxel, taxel + count);
+      newtons(this.patches[k], pressed.reduce((sum, force) => sum + (force[2] ?? 0), 0));
+      taxel += count;
+    });
     telemetry.tension.forEach((tension, k) => { set(this.tendons[k], Math.abs(tension), tension.toPrecision(3)); });
     const { predicted, q } = telemetry;
     if (!predicted) {
@@ -47,6 +66,10 @@ export class Gauges {
     apart.sort((a, b) => Math.abs(b.by) - Math.abs(a.by));
     this.joints.replaceChildren(...apart.slice(0, LISTED).flatMap(({ name, by }) => [el('dt', {}, name), el('dd', { class: 'num' }, `${points(by)}°`)]));
   }
+}
+
+function newtons(gauge: Gauge | undefined, value: number): void {
+  set(gauge, value, value.toFixed(1));
 }
 
 function set(gauge: Gauge | undefined, value: number, text: string): void {

@@ -38,7 +38,9 @@ export interface HandDescription {
   motors: Motor[];
   tendons: TendonDescription[];
   /** Rectangles that feel touch; m. */
-  tactile?: { name: string; link: string; size: [number, number] }[];
+  tactile?: { name: string; link: string; size: [number, number]; taxels: [number, number] }[];
+  /** Names of the first links of the fingers, in the order of `telemetry.fingers`. */
+  fingers?: string[];
   gravity_compensation: boolean;
 }
 

@@ -2,14 +2,18 @@
 
 /** What the motors, tendons and joints do. Angles in rad, tensions in the tendon's own unit. */
 export interface Telemetry {
-  /** σ asked for, σ reached and tension, of each motor. */
-  motors: { command: number; position: number; tension: number }[];
+  /** σ asked for, σ reached, tension, and the work done on the tendons since reset (J; absent where it is not told), of each motor. */
+  motors: { command: number; position: number; tension: number; work?: number | undefined }[];
   /** Of each tendon. */
   tension: number[];
   /** Joint coordinates. */
   q: number[];
   /** Where the free hand would rest at these motor positions; null where nothing can be said. */
   predicted: number[] | null;
+  /** What each finger bears, world frame: force in N, and torque about the base's origin in N·m. */
+  fingers?: { force: number[]; torque: number[] }[];
+  /** Force on each taxel, N: along x and y of its patch, and into it. */
+  touch?: number[][];
 }
 
 /** Two bodies that touch. */

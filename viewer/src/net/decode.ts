@@ -1,7 +1,7 @@
 /** Binary frames of the subprotocol `palmares.v1.bin`: docs/protocol.md has the table of their bytes. */
 import { type Contact, type Moment, POSE, type Telemetry } from '../model/moment';
 
-const VERSION = 1;
+const VERSION = 2;
 const KEY_FRAME = 1;
 const TELEMETRY = 2;
 const CONTACTS = 4;
@@ -29,11 +29,14 @@ class Cursor {
 }
 
 function telemetry(cursor: Cursor): Telemetry {
-  const motors = Array.from({ length: cursor.u8() }, () => ({ command: cursor.f32(), position: cursor.f32(), tension: cursor.f32() }));
+  const motors = Array.from({ length: cursor.u8() }, () => ({ command: cursor.f32(), position: cursor.f32(), tension: cursor.f32(), work: cursor.f32() }));
   const tension = cursor.floats(cursor.u8());
   const joints = cursor.u8();
   const q = cursor.floats(joints);
-  return { motors, tension, q, predicted: cursor.u8() === 1 ? cursor.floats(joints) : null };
+  const predicted = cursor.u8() === 1 ? cursor.floats(joints) : null;
+  const fingers = Array.from({ length: cursor.u8() }, () => ({ force: cursor.vec(), torque: cursor.vec() }));
+  const touch = Array.from({ length: cursor.u16() }, () => cursor.vec());
+  return { motors, tension, q, predicted, fingers, touch };
 }
 
 function contacts(cursor: Cursor): Contact[] {

@@ -15,7 +15,8 @@ export function entity(id: string, frame: string): Entity {
 export function record(tick: number, given: Partial<TelemetryRecord> = {}): TelemetryRecord {
   return {
     tick, score: 0, command: [], position: [], motorTension: [], tension: [], q: [], predicted: [],
-    contactA: [], contactB: [], contactPosition: [], contactForce: [], contactUse: [], ...given,
+    contactA: [], contactB: [], contactPosition: [], contactForce: [], contactUse: [],
+    work: [], fingerForce: [], fingerTorque: [], touch: [], ...given,
   };
 }
 

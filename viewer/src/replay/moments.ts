@@ -15,17 +15,23 @@ function recordAt(records: readonly TelemetryRecord[], tick: number): TelemetryR
   return found && found.tick <= tick ? found : undefined;
 }
 
+const triple = (of: number[], k: number): [number, number, number] => [of[3 * k] ?? 0, of[3 * k + 1] ?? 0, of[3 * k + 2] ?? 0];
+const triples = (of: number[]): [number, number, number][] => Array.from({ length: Math.floor(of.length / 3) }, (_, k) => triple(of, k));
+
 function telemetryOf(record: TelemetryRecord): Telemetry {
   return {
-    motors: record.position.map((position, k) => ({ command: record.command[k] ?? position, position, tension: record.motorTension[k] ?? 0 })),
+    motors: record.position.map((position, k) => ({
+      command: record.command[k] ?? position, position, tension: record.motorTension[k] ?? 0, work: record.work[k],
+    })),
     tension: record.tension,
     q: record.q,
     predicted: record.predicted.length > 0 ? record.predicted : null,
+    fingers: triples(record.fingerForce).map((force, k) => ({ force, torque: triple(record.fingerTorque, k) })),
+    touch: triples(record.touch),
   };
 }
 
 function contactsOf(record: TelemetryRecord): Contact[] {
-  const triple = (of: number[], k: number): [number, number, number] => [of[3 * k] ?? 0, of[3 * k + 1] ?? 0, of[3 * k + 2] ?? 0];
   return record.contactA.map((a, k) => ({
     a, b: record.contactB[k] ?? 0, position: triple(record.contactPosition, k), force: triple(record.contactForce, k), use: record.contactUse[k] ?? 0,
   }));

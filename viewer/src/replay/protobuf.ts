@@ -23,6 +23,10 @@ export interface TelemetryRecord {
   contactPosition: number[];
   contactForce: number[];
   contactUse: number[];
+  work: number[];
+  fingerForce: number[];
+  fingerTorque: number[];
+  touch: number[];
 }
 
 type Numbers = number[];
@@ -61,6 +65,10 @@ const readTelemetry = (field: number, record: TelemetryRecord, pbf: PbfReader): 
     case 12: pbf.readPackedFloat(record.contactPosition); break;
     case 13: pbf.readPackedFloat(record.contactForce); break;
     case 14: pbf.readPackedFloat(record.contactUse); break;
+    case 15: pbf.readPackedFloat(record.work); break;
+    case 16: pbf.readPackedFloat(record.fingerForce); break;
+    case 17: pbf.readPackedFloat(record.fingerTorque); break;
+    case 18: pbf.readPackedFloat(record.touch); break;
   }
 };
 
@@ -69,5 +77,6 @@ export function telemetry(data: Uint8Array): TelemetryRecord {
   return new PbfReader(data).readFields(readTelemetry, {
     tick: 0, score: 0, command: [], position: [], motorTension: [], tension: [], q: [], predicted: [],
     contactA: [], contactB: [], contactPosition: [], contactForce: [], contactUse: [],
+    work: [], fingerForce: [], fingerTorque: [], touch: [],
   });
 }
