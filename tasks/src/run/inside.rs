@@ -76,10 +76,10 @@ mod tests {
     use crate::observation::Sensing;
     use crate::run::telemetry::friction_use;
     use crate::{Action, BaseTarget, Seed, Task};
-    use palmares_models::Pose;
     use palmares_models::hand::Hand;
-    use palmares_sim::ContactForce;
+    use palmares_models::{Pose, Vec3};
     use palmares_sim::model::pair_friction;
+    use palmares_sim::{ContactForce, Owner};
 
     fn run() -> Run {
         let task = Task::builtin().into_iter().find(|task| task.name == "balls").expect("balls");
@@ -146,6 +146,29 @@ mod tests {
         assert!((used - 0.5).abs() < 1e-12, "{used}");
         let free = ContactForce { force: contact.normal * 0.0, ..contact };
         assert_eq!(friction_use(&free, friction), 0.0);
+    }
+
+    #[test]
+    fn a_finger_bears_what_presses_on_its_links() {
+        let run = run();
+        let thumb = run.hand().fingers().into_iter().find(|finger| finger.name.starts_with("thumb"));
+        let thumb = thumb.expect("a thumb");
+        let force = Vec3::new(1.0, 2.0, 3.0);
+        let touching = run.world().contact_forces()[0];
+        let (on, by) = (Owner::Link(thumb.links[1]), Owner::Object(0));
+        let at = run.world().state().base.translation + Vec3::new(0.0, 0.0, 0.1);
+        let press = |a, b, force| ContactForce { a, b, force, position: at, ..touching };
+        // The force is that on the second of two.
+        let readings =
+            Readings { contacts: vec![press(by, on, force), press(on, by, -force)], ..run.readings() };
+        let told = run.instruments().telemetry(&readings).fingers;
+        assert_eq!(told.len(), 5);
+        for finger in told {
+            let expected = if finger.name == thumb.name { [2.0, 4.0, 6.0] } else { [0.0; 3] };
+            assert_eq!(finger.force, expected, "{}", finger.name);
+            let turned = if finger.name == thumb.name { [-0.4, 0.2, 0.0] } else { [0.0; 3] };
+            assert!(Vec3::from_array(finger.torque).abs_diff_eq(Vec3::from_array(turned), 1e-12));
+        }
     }
 
     #[test]
