@@ -13,7 +13,9 @@ pub struct Pixels(pub Vec<u8>);
 impl Pixels {
     /// 16-bit numbers, little-endian.
     pub fn of_words(words: &[u16]) -> Self {
-        Pixels(words.iter().flat_map(|word| word.to_le_bytes()).collect())
+        let mut bytes = Vec::with_capacity(2 * words.len());
+        words.iter().for_each(|word| bytes.extend_from_slice(&word.to_le_bytes()));
+        Pixels(bytes)
     }
 }
 

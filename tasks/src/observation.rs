@@ -171,7 +171,14 @@ pub struct Event {
     pub tick: u64,
     /// `in_goal`, `left_goal`, `outside`, `back_inside`, `lifted`, `dropped`, `slipped`, `held`, `shaken`.
     pub kind: String,
-    /// Which object.
+    /// Which object: told with sensing `truth`, and in a run's result.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub object: Option<usize>,
+}
+
+impl Event {
+    /// As a controller is told of it: with `sensors` not of which object, for then it would know what it holds.
+    pub fn told(&self, sensing: Sensing) -> Event {
+        Event { object: self.object.filter(|_| sensing == Sensing::Truth), ..self.clone() }
+    }
 }

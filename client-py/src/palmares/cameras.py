@@ -70,7 +70,9 @@ class CameraImage(msgspec.Struct, kw_only=True, dict=True):
 
         """
         steps = np.frombuffer(self._pixels("depth", self._depth), "<u2").reshape(self.height, self.width)
-        return np.where(steps > 0, steps * self.depth_unit, np.nan)
+        depth = steps * self.depth_unit
+        depth[steps == 0] = np.nan
+        return depth
 
     @cached_property
     def rgb(self) -> NDArray[np.uint8]:

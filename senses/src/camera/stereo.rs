@@ -29,42 +29,49 @@ pub fn stereo_depth(
     let (columns, scale) = (intrinsics.columns(), intrinsics.fx * baseline);
     let width = columns.len().max(1);
     let grazing = libm::cos(grazing_deg.to_radians());
+    let (lost, steps) = (grazing * grazing, if disparity_step > 0.0 { 1.0 / disparity_step } else { 0.0 });
     let normals = picture.normal.as_deref().unwrap_or_default();
-    let mut depths = vec![0; picture.depth.len()];
-    let mut seen = vec![false; width];
-    let rows = picture.depth.chunks(width).zip(normals.chunks(width)).zip(depths.chunks_mut(width));
-    for (v, ((row, normals), depths)) in rows.enumerate() {
-        both_see(row, scale, &mut seen);
+    let mut depths = vec![0; picture.body.len()];
+    let mut disparities = vec![0.0; width];
+    let rows = picture.inverse.chunks(width).zip(picture.body.chunks(width));
+    let rows = rows.zip(normals.chunks(width)).zip(depths.chunks_mut(width));
+    for (v, (((inverse, bodies), normals), depths)) in rows.enumerate() {
+        both_see(inverse, bodies, scale, &mut disparities);
         let y = intrinsics.row(v);
-        for (u, (&z, depth)) in row.iter().zip(depths).enumerate() {
+        for (((&disparity, normal), x), depth) in disparities.iter().zip(normals).zip(&columns).zip(depths) {
             // Drawn for every pixel: what one reads does not depend on its neighbours.
             let (chance, noise) = sample.pixel();
-            if !seen[u] || chance < dropout {
+            if disparity <= 0.0 || chance < dropout {
                 continue;
             }
-            let ([nx, ny, nz], x) = (normals[u].map(f64::from), columns[u]);
+            let [nx, ny, nz] = normal.map(f64::from);
             let facing = -(nx * x + ny * y + nz);
-            if facing < 0.0 || facing * facing < grazing * grazing * (x * x + y * y + 1.0) {
+            if facing < 0.0 || facing * facing < lost * (x * x + y * y + 1.0) {
                 continue;
             }
-            let disparity = scale / z + disparity_noise * noise;
-            let disparity = crate::encoders::quantised(disparity, disparity_step);
-            if disparity > 0.0 {
-                *depth = told(scale / disparity, camera);
+            let mut found = disparity + disparity_noise * noise;
+            if steps > 0.0 {
+                // A cast, since not every processor has an instruction for `round`.
+                found = (found * steps + 0.5) as u32 as f64 * disparity_step;
+            }
+            if found > 0.0 {
+                *depth = told(scale / found, camera);
             }
         }
     }
     depths
 }
 
-/// Which points of a row the second imager, to the right, sees as well: a point at u is at u − d there, and what lies to
-/// the right of it and is nearer may cover it.
-fn both_see(row: &[f64], scale: f64, seen: &mut [bool]) {
+/// The disparities of a row's points that the second imager, to the right, sees as well, else 0: a point at u is at u − d
+/// there, and what lies to the right of it and is nearer may cover it.
+fn both_see(inverse: &[f64], bodies: &[u16], scale: f64, disparities: &mut [f64]) {
     let mut leftmost = f64::INFINITY;
-    for (u, &z) in row.iter().enumerate().rev() {
-        let there = u as f64 - scale / z;
-        seen[u] = z.is_finite() && there < leftmost && there >= 0.0;
-        leftmost = leftmost.min(there);
+    for (u, ((inverse, body), disparity)) in inverse.iter().zip(bodies).zip(disparities).enumerate().rev() {
+        let shift = scale * inverse;
+        let there = u as f64 - shift;
+        let seen = *body != Picture::NOTHING && there < leftmost && there >= 0.0;
+        *disparity = if seen { shift } else { 0.0 };
+        leftmost = if *body != Picture::NOTHING { leftmost.min(there) } else { leftmost };
     }
 }
 
@@ -107,9 +114,10 @@ mod tests {
         let intrinsics =
             Intrinsics::new(camera.width, camera.height, camera.fov_deg, camera.near, camera.far);
         let pixels = camera.width as usize * camera.height as usize;
-        let depth = (0..pixels).map(|k| z(k % camera.width as usize)).collect();
+        let depth: Vec<f64> = (0..pixels).map(|k| z(k % camera.width as usize)).collect();
+        let inverse = depth.iter().map(|z| 1.0 / z).collect();
         let normal = Some(vec![[0.0, 0.0, -1.0]; pixels]);
-        (Picture { depth, body: vec![0; pixels], normal, ..Picture::default() }, intrinsics)
+        (Picture { depth, inverse, body: vec![0; pixels], normal, ..Picture::default() }, intrinsics)
     }
 
     #[test]

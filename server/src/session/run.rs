@@ -12,7 +12,7 @@ use crate::store::{NewRun, unix_ms};
 use crate::version;
 use crate::watch::messages::WatchRun;
 use crate::world::Witness;
-use crate::world::film::develop;
+use crate::world::film::{self, Film};
 use crate::world::live::{Live, Streamed};
 use crate::world::run::{OpenError, OpenedWorld, StepError, World, WorldSetup};
 use palmares_models::hand::Hand;
@@ -312,7 +312,8 @@ impl Session {
             }
         };
         let mut observation = stepped.observation;
-        let film = world.expose(&shots);
+        let Film { wanted, upcoming } = world.expose(&shots);
+        self.upcoming = upcoming;
         self.machine.stepped(observation.tick, self.now());
         if let Some(reason) = stepped.over {
             self.close_run(reason, None).await;
@@ -321,13 +322,13 @@ impl Session {
             observation.truncated = true;
             observation.reason = Some(Reason::SessionOver.as_str().into());
         }
-        observation.cameras = develop(&self.shared.compute.background, film).await;
+        observation.cameras = film::develop(&self.shared.compute, wanted).await;
         self.save(false).await;
         Ok(Reply::Obs(Box::new(self.obs(Some(id), run_id, observation))))
     }
 
     /// While the controller of a lockstep run thinks: its witnesses see what it has been told, and on a free core what can
-    /// be known of the next tick is computed.
+    /// be known of the next tick is computed, and the pictures that it will ask for are drawn.
     pub(crate) fn answered(&mut self) {
         if let OpenRun::Lockstep(world) = &mut self.open_run {
             world.tell();
@@ -335,6 +336,7 @@ impl Session {
                 world.prepare(&permit);
             }
         }
+        film::prepare(&self.shared.compute, std::mem::take(&mut self.upcoming));
     }
 
     /// Tells a realtime world what to do next.
@@ -369,8 +371,10 @@ impl Session {
 
     /// The next observation to stream.
     pub(crate) async fn streamed(&mut self) -> Option<Reply> {
-        let Streamed { mut observation, film, due } = self.stream.as_ref()?.pop()?;
-        observation.cameras = develop(&self.shared.compute.background, film).await;
+        let Streamed { mut observation, film: Film { wanted, upcoming }, due } =
+            self.stream.as_ref()?.pop()?;
+        observation.cameras = film::develop(&self.shared.compute, wanted).await;
+        film::prepare(&self.shared.compute, upcoming);
         self.catch_up();
         let run_id = self.machine.run_info().map(|run| run.run_id)?;
         let late_s = Some(Instant::now().saturating_duration_since(due).as_secs_f64());

@@ -19,6 +19,7 @@ use palmares_protocol::Reply;
 use palmares_protocol::reply::{TimeReport, Warning, Welcome};
 use palmares_protocol::specs::Specs;
 use palmares_tasks::Reason;
+use palmares_tasks::run::Exposure;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::sync::mpsc;
@@ -75,6 +76,8 @@ pub(crate) struct Session {
     pub(super) open_run: OpenRun,
     /// The world whose last observations may not have been taken yet.
     pub(super) stream: Option<Arc<Live>>,
+    /// Pictures that the controller of a lockstep run will probably ask for next.
+    pub(super) upcoming: Vec<Arc<Exposure>>,
     /// The way to the open run's replay.
     pub(super) recording: Option<Recording>,
     /// A finished run that could not be stored: `stop` tries again.
@@ -128,6 +131,7 @@ impl Session {
             machine: machine.with_reset_cost(shared.competition.rules.reset_cost_s),
             open_run: OpenRun::None,
             stream: None,
+            upcoming: Vec::new(),
             recording: None,
             unstored: None,
             commands,

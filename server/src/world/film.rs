@@ -1,6 +1,7 @@
-//! Pictures, drawn where no tick waits for them.
+//! Pictures, drawn where no tick waits for them: at once on a core that nobody needs, else in the background.
 
-use crate::compute::background::{Background, Level};
+use crate::compute::Compute;
+use crate::compute::background::Level;
 use palmares_tasks::image::CameraImage;
 use palmares_tasks::run::Exposure;
 use std::sync::Arc;
@@ -9,9 +10,9 @@ use std::sync::Arc;
 #[derive(Debug, Default)]
 pub(crate) struct Film {
     /// Those that are wanted.
-    pub(super) wanted: Vec<Arc<Exposure>>,
+    pub(crate) wanted: Vec<Arc<Exposure>>,
     /// Those that will be wanted next by who goes on looking through the same cameras.
-    pub(super) upcoming: Vec<Arc<Exposure>>,
+    pub(crate) upcoming: Vec<Arc<Exposure>>,
 }
 
 /// Draws them here.
@@ -19,22 +20,46 @@ pub(super) fn drawn(exposures: &[Arc<Exposure>]) -> Vec<CameraImage> {
     exposures.iter().map(|exposure| exposure.develop().clone()).collect()
 }
 
-/// The wanted pictures, drawn on a thread that no tick needs. Those that come next are drawn as well, and nobody waits for
-/// it.
-pub(crate) async fn develop(background: &Background, Film { wanted, upcoming }: Film) -> Vec<CameraImage> {
-    let draw = |level: Level, exposures: Vec<Arc<Exposure>>| {
-        let background = background.clone();
-        async move { background.run(level, move || drawn(&exposures)).await }
-    };
-    let images = match wanted.iter().all(|exposure| exposure.is_developed()) {
-        true => drawn(&wanted),
-        false => draw(Level::Awaited, wanted).await.unwrap_or_else(|error| {
-            tracing::error!(%error, "pictures could not be drawn");
-            Vec::new()
-        }),
-    };
-    if upcoming.iter().any(|exposure| !exposure.is_developed()) {
-        tokio::spawn(draw(Level::Awaited, upcoming));
+fn all_drawn(exposures: &[Arc<Exposure>]) -> bool {
+    exposures.iter().all(|exposure| exposure.is_developed())
+}
+
+/// The wanted pictures.
+pub(crate) async fn develop(compute: &Compute, wanted: Vec<Arc<Exposure>>) -> Vec<CameraImage> {
+    if all_drawn(&wanted) {
+        return drawn(&wanted);
     }
-    images
+    let images = match compute.scheduler.spare() {
+        Some(permit) => {
+            let draw = move || {
+                let images = drawn(&wanted);
+                drop(permit);
+                images
+            };
+            tokio::task::spawn_blocking(draw).await.map_err(|error| error.to_string())
+        }
+        None => {
+            let draw = move || drawn(&wanted);
+            compute.background.run(Level::Awaited, draw).await.map_err(|error| error.to_string())
+        }
+    };
+    images.unwrap_or_else(|error| {
+        tracing::error!(error, "pictures could not be drawn");
+        Vec::new()
+    })
+}
+
+/// Draws what will be wanted next, if a core is free; nobody waits for it.
+pub(crate) fn prepare(compute: &Compute, upcoming: Vec<Arc<Exposure>>) {
+    if all_drawn(&upcoming) {
+        return;
+    }
+    if let Some(permit) = compute.scheduler.spare() {
+        tokio::task::spawn_blocking(move || {
+            upcoming.iter().for_each(|exposure| {
+                exposure.develop();
+            });
+            drop(permit);
+        });
+    }
 }

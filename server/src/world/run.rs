@@ -194,7 +194,7 @@ impl World {
             }
             drop(permit);
             if let Ok(game) = &self.game {
-                earlier.extend_from_slice(game.events());
+                earlier.extend(game.events().iter().map(|event| event.told(self.sensing)));
             }
         }
     }

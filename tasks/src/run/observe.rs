@@ -19,7 +19,7 @@ impl Run {
             hand: self.observe_hand(),
             cameras: Vec::new(),
             truth: (sensing == Sensing::Truth).then(|| self.observe_truth()),
-            events: self.news.clone(),
+            events: self.news.iter().map(|event| event.told(sensing)).collect(),
             score: self.score(),
             terminated: over == Some(Reason::Complete),
             truncated: over == Some(Reason::TimeLimit),
