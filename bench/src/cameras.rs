@@ -1,12 +1,14 @@
 //! How long pictures take, by pixels and by what is in the scene, on one thread.
 
+mod peer;
+mod scene;
+
 use anyhow::{Context, Result};
 use clap::Args;
-use palmares_models::hand::Hand;
-use palmares_models::{Pose, Rotation, Vec3};
-use palmares_senses::camera::{Body, Geometry, Intrinsics, Picture, draw, plain_depth, shade, stereo_depth};
+use palmares_models::camera::Camera;
+use palmares_senses::camera::{Geometry, Intrinsics, Picture, draw, plain_depth, shade, stereo_depth};
 use palmares_senses::noise::Noise;
-use palmares_tasks::{Run, Seed, Task};
+use scene::scene;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -22,50 +24,6 @@ pub struct Options {
     repeats: usize,
 }
 
-/// A scene as cameras see it.
-struct Scene {
-    name: String,
-    bodies: Vec<Body>,
-    poses: Vec<Pose>,
-    colors: Vec<[f64; 3]>,
-    camera: palmares_models::camera::Camera,
-}
-
-/// A task's scene with the SoftHand at its start, of whose objects the first `most` are left.
-fn scene(task: &str, camera: &str, most: usize) -> Result<Scene> {
-    let task = Task::builtin().into_iter().find(|known| known.name == task).context("a task")?;
-    let hand = Hand::builtin("softhand").context("a hand")?;
-    let run = Run::new(task.clone(), hand, Seed::from_u64(1))?;
-    let placed = |position: [f64; 3], [x, y, z, w]: [f64; 4]| {
-        Pose::from_parts(Vec3::from_array(position), Rotation::from_xyzw(x, y, z, w))
-    };
-    let (mut bodies, mut poses, mut colors) = (Vec::new(), Vec::new(), Vec::new());
-    let parts = |parts: &[palmares_tasks::scene::ScenePart]| {
-        parts.iter().map(|part| (placed(part.position, part.quat_xyzw), part.shape.clone())).collect()
-    };
-    let mut objects = 0;
-    for body in &run.scene().bodies {
-        objects += usize::from(body.free);
-        if body.free && objects > most {
-            continue;
-        }
-        bodies.push(Body { parts: parts(&body.parts), endless: body.endless });
-        let (position, quat) = (body.position.context("told")?, body.quat_xyzw.context("told")?);
-        poses.push(placed(position, quat));
-        colors.push(body.color);
-    }
-    let first = run.scene().bodies.len();
-    let links = run.hand_bodies();
-    for (id, pose) in run.poses().filter(|(id, _)| *id >= first) {
-        bodies.push(Body { parts: parts(&links[id - first].parts), endless: false });
-        poses.push(pose);
-        colors.push([0.3; 3]);
-    }
-    let found = task.cameras.iter().find(|known| known.name == camera).context("a camera")?;
-    let name = format!("{}, {} objects", task.name, objects.min(most));
-    Ok(Scene { name, bodies, poses, colors, camera: found.clone() })
-}
-
 fn median_ms(repeats: usize, mut work: impl FnMut()) -> f64 {
     work();
     let mut times: Vec<f64> = (0..repeats.max(1))
@@ -79,22 +37,40 @@ fn median_ms(repeats: usize, mut work: impl FnMut()) -> f64 {
     times[times.len() / 2]
 }
 
+/// Where both see something: the median difference of the depths, m, and the part of the pixels with more than 5 mm.
+fn apart(picture: &Picture, depth: &[f32]) -> (f64, f64) {
+    let pairs = picture.depth.iter().zip(depth).filter(|(z, _)| z.is_finite());
+    let mut apart: Vec<f64> = pairs.map(|(z, other)| (z - f64::from(*other)).abs()).collect();
+    apart.sort_by(f64::total_cmp);
+    let far = apart.iter().filter(|apart| **apart > 5e-3).count();
+    let count = apart.len().max(1);
+    (apart.get(count / 2).copied().unwrap_or_default(), far as f64 / count as f64)
+}
+
 /// Measures and prints.
 ///
 /// # Errors
 /// A scene cannot be built, or the file cannot be written.
 pub fn run(options: &Options) -> Result<()> {
     let mut table = String::from(
-        "| scene, camera | pixels | depth and bodies, ms | with normals, ms | and colours, ms | stereo errors, ms |\n\
-         |---|---|---|---|---|---|\n",
+        "| scene, camera | pixels | depth and bodies, ms | depth and colours, ms | stereo errors, ms more \
+         | MuJoCo: depth, ms | and bodies, ms | depth and colours, ms | depths apart: median, beyond 5 mm |\n\
+         |---|---|---|---|---|---|---|---|---|\n",
     );
-    let scenes =
-        [("balls", "box_a", 0), ("balls", "box_a", 10), ("shelf", "shelf", 0), ("shelf", "shelf", 10)];
-    for (task, camera, most) in scenes {
+    let mut version = None;
+    let cases = [
+        ("balls", "box_a", 0),
+        ("balls", "box_a", 5),
+        ("balls", "box_a", 10),
+        ("shelf", "shelf", 0),
+        ("shelf", "shelf", 5),
+        ("shelf", "shelf", 10),
+    ];
+    for (task, camera, most) in cases {
         let scene = scene(task, camera, most)?;
         let geometry = Geometry::new(&scene.bodies);
         for (width, height) in [(160, 120), (320, 240), (640, 480)] {
-            let camera = palmares_models::camera::Camera { width, height, ..scene.camera.clone() };
+            let camera = Camera { width, height, ..scene.camera.clone() };
             let lens = Intrinsics::of(&camera);
             let mut picture = Picture::default();
             let plain = median_ms(options.repeats, || {
@@ -102,8 +78,6 @@ pub fn run(options: &Options) -> Result<()> {
                 std::hint::black_box(plain_depth(&picture, &camera));
             });
             picture.with_normals(true);
-            let mut normals = || draw(&geometry, &scene.poses, camera.pose(), &lens, &mut picture);
-            let with_normals = median_ms(options.repeats, &mut normals);
             let coloured = median_ms(options.repeats, || {
                 draw(&geometry, &scene.poses, camera.pose(), &lens, &mut picture);
                 std::hint::black_box(plain_depth(&picture, &camera));
@@ -113,17 +87,44 @@ pub fn run(options: &Options) -> Result<()> {
             let errors = median_ms(options.repeats, || {
                 std::hint::black_box(stereo_depth(&picture, &lens, &camera, &mut sensor.sample(1)));
             });
-            writeln!(
-                table,
-                "| {}, `{}` | {width} × {height} | {plain:.2} | {with_normals:.2} | {coloured:.2} | {errors:.2} |",
+            let theirs = match peer::draw(&scene, &lens, options.repeats) {
+                Ok(theirs) => {
+                    let (median, far) = apart(&picture, &theirs.depth);
+                    version.get_or_insert(theirs.version);
+                    let [depth, bodies, rgb] = [
+                        theirs.depth_ms,
+                        theirs.depth_ms + theirs.bodies_ms,
+                        theirs.depth_ms + theirs.rgb_ms,
+                    ];
+                    let (median, far) = (1e3 * median, 100.0 * far);
+                    format!("{depth:.1} | {bodies:.1} | {rgb:.1} | {median:.2} mm, {far:.1} %")
+                }
+                Err(error) => {
+                    eprintln!("MuJoCo's renderer is skipped: {error:#}");
+                    "– | – | – | –".into()
+                }
+            };
+            let row = format!(
+                "| {}, `{}` | {width} × {height} | {plain:.2} | {coloured:.2} | {errors:.2} | {theirs} |",
                 scene.name, camera.name
-            )?;
+            );
+            println!("{row}");
+            writeln!(table, "{row}")?;
         }
     }
-    print!("{table}");
     if let Some(out) = &options.out {
+        let peer = version.map_or_else(
+            || "MuJoCo was not there.".to_owned(),
+            |version| {
+                format!(
+                    "MuJoCo {version} draws the same scene by OSMesa on one thread, in the same run; boxes have sharp \
+                     edges there and roundings of hulls are facets, which is why depths differ at edges."
+                )
+            },
+        );
         let text = format!(
-            "# What pictures take\n\n`palmares-bench cameras`: median of {} on one thread, with the SoftHand at its start.\n\n{table}",
+            "# What pictures take\n\n`palmares-bench cameras`: median of {} on one thread, with the SoftHand at its start \
+             (19 of its links are seen as bodies of their own). {peer}\n\n{table}",
             options.repeats
         );
         std::fs::write(out, text).with_context(|| format!("cannot write {}", out.display()))?;

@@ -1,10 +1,12 @@
 //! `palmares replay`: what is in a replay, without simulating it.
 
 use super::verify::load;
+use anyhow::{Context, bail};
 use clap::Args;
 use palmares_protocol::text::printable;
 use palmares_replay::{self as replay, Replay, Trajectory, word};
 use palmares_server::utc;
+use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -12,7 +14,8 @@ use std::process::ExitCode;
 const EXAMPLES: &str = "\
 Examples:
   palmares replay run_7c3d8eb479d7f8ab.mcap
-  palmares replay run_7c3d8eb479d7f8ab.mcap --csv > trajectories.csv";
+  palmares replay run_7c3d8eb479d7f8ab.mcap --csv > trajectories.csv
+  palmares replay run_7c3d8eb479d7f8ab.mcap --cameras wrist,box_a.rgb --out pictures.mcap";
 
 /// Which replay, and what of it.
 #[derive(Args, Debug)]
@@ -22,8 +25,18 @@ pub(crate) struct ReplayOptions {
     #[arg(value_name = "RUN.mcap")]
     file: PathBuf,
     /// Print the trajectories instead: a line for every body that moved, at 30 pictures per second
-    #[arg(long)]
+    #[arg(long, conflicts_with = "cameras")]
     csv: bool,
+    /// Simulate the run again and write what these cameras saw to --out: names of cameras of the task or the hand for
+    /// their depth, or name.depth, name.rgb, name.bodies
+    #[arg(long, value_delimiter = ',', value_name = "CAMERAS", requires = "out")]
+    cameras: Vec<String>,
+    /// File for the pictures: MCAP with foxglove.RawImage and foxglove.CameraCalibration
+    #[arg(long, value_name = "FILE", requires = "cameras")]
+    out: Option<PathBuf>,
+    /// Pictures a second of cameras without noise; those with noise have their own rate
+    #[arg(long, value_name = "HZ", default_value_t = 30.0, value_parser = rate)]
+    rate_hz: f64,
 }
 
 /// Prints a summary, or the trajectories.
@@ -31,12 +44,37 @@ pub(crate) fn replay(options: &ReplayOptions) -> anyhow::Result<ExitCode> {
     let bytes = load(&options.file)?;
     match replay::read(&bytes) {
         Ok(replay) if options.csv => csv(&replay, &bytes)?,
+        Ok(replay) if !options.cameras.is_empty() => return pictures(&replay, options),
         Ok(replay) => summary(&replay)?,
         Err(refused) => {
             eprintln!("{}: refused: {}: {refused}", options.file.display(), refused.name());
             return Ok(ExitCode::FAILURE);
         }
     }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(rate) if rate > 0.0 && rate <= 1000.0 => Ok(rate),
+        _ => Err("more than 0, at most 1000".into()),
+    }
+}
+
+fn pictures(replay: &Replay, options: &ReplayOptions) -> anyhow::Result<ExitCode> {
+    let Some(out) = &options.out else { bail!("--out FILE is missing") };
+    let file = File::create(out).with_context(|| format!("cannot write {}", out.display()))?;
+    let written = replay::film(replay, &options.cameras, options.rate_hz, file);
+    let count = match written {
+        Ok(count) => count,
+        Err(error) => {
+            // What was begun is no film.
+            let _ = std::fs::remove_file(out);
+            eprintln!("{}: {error}", options.file.display());
+            return Ok(ExitCode::FAILURE);
+        }
+    };
+    println!("{}: {count} pictures of {} s", out.display(), replay.outcome.sim_time_s);
     Ok(ExitCode::SUCCESS)
 }
 

@@ -4,6 +4,7 @@ use crate::code::{Code, Refusal};
 use crate::obs::Obs;
 use crate::request::Mode;
 use crate::specs::Specs;
+use palmares_models::camera::Camera;
 use palmares_models::hand::{Hand, TactilePatch};
 use palmares_tasks::{Event, Noise, Outcome, Reason, Task};
 use schemars::JsonSchema;
@@ -125,6 +126,38 @@ pub struct Limits {
     pub outbox_obs: usize,
 }
 
+/// A camera in short.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct CameraInfo {
+    /// For `step.cameras`; a hand's is called `hand_…` in a task that has one of the same name.
+    pub name: String,
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Horizontal field of view, degrees.
+    pub fov_deg: f64,
+    /// What is nearer gives no reading, m.
+    pub near: f64,
+    /// What is farther gives no reading, m.
+    pub far: f64,
+}
+
+impl CameraInfo {
+    /// A camera in short.
+    pub fn of(camera: &Camera) -> Self {
+        let Camera { name, width, height, fov_deg, near, far, .. } = camera;
+        CameraInfo {
+            name: name.clone(),
+            width: *width,
+            height: *height,
+            fov_deg: *fov_deg,
+            near: *near,
+            far: *far,
+        }
+    }
+}
+
 /// A task in short.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct TaskInfo {
@@ -138,8 +171,8 @@ pub struct TaskInfo {
     pub step_s: f64,
     /// Longest run, s of simulated time.
     pub time_limit_s: f64,
-    /// Names of its cameras, for `step.cameras`.
-    pub cameras: Vec<String>,
+    /// Its cameras.
+    pub cameras: Vec<CameraInfo>,
 }
 
 impl TaskInfo {
@@ -151,7 +184,7 @@ impl TaskInfo {
             tick_s: task.tick_s,
             step_s: task.step_s,
             time_limit_s: task.time_limit_s,
-            cameras: task.cameras.iter().map(|camera| camera.name.clone()).collect(),
+            cameras: task.cameras.iter().map(CameraInfo::of).collect(),
         }
     }
 }
@@ -171,8 +204,8 @@ pub struct HandInfo {
     pub encoders: Vec<String>,
     /// Names of the taxels, in the order of `hand.touch`.
     pub taxels: Vec<String>,
-    /// Names of its cameras; in a task that has one of the same name it is called `hand_…`.
-    pub cameras: Vec<String>,
+    /// Its cameras.
+    pub cameras: Vec<CameraInfo>,
 }
 
 impl HandInfo {
@@ -185,7 +218,7 @@ impl HandInfo {
             joints: hand.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect(),
             encoders: hand.sensors.joints.iter().flat_map(|encoders| encoders.on.clone()).collect(),
             taxels: hand.tactile.iter().flat_map(TactilePatch::taxel_names).collect(),
-            cameras: hand.sensors.cameras.iter().map(|camera| camera.name.clone()).collect(),
+            cameras: hand.sensors.cameras.iter().map(CameraInfo::of).collect(),
         }
     }
 }

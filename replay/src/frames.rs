@@ -132,6 +132,18 @@ impl Frames {
 }
 
 impl FrameTransforms {
+    /// Where one frame is in the world, at a time in ns since 1970 UTC.
+    pub(crate) fn of(time_ns: u64, name: &str, pose: Pose) -> Self {
+        let frame = FrameTransform {
+            timestamp: descriptors::timestamp(time_ns),
+            parent_frame_id: WORLD.into(),
+            child_frame_id: name.into(),
+            translation: Xyz::rounded(pose.translation, STEPS),
+            rotation: Xyzw::rounded(pose.rotation, STEPS),
+        };
+        FrameTransforms { transforms: vec![frame] }
+    }
+
     /// Parent, name and pose of each.
     pub(crate) fn poses(&self) -> impl Iterator<Item = (&str, &str, Pose)> {
         self.transforms.iter().map(|frame| {

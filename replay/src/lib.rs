@@ -5,6 +5,7 @@
 
 mod chain;
 mod descriptors;
+mod film;
 #[cfg(any(test, feature = "forge"))]
 pub mod forge;
 mod format;
@@ -33,6 +34,7 @@ mod writer;
 #[cfg(test)]
 mod tests;
 
+pub use film::{FilmError, film};
 pub use header::{Header, Kind, Pacing, word};
 pub use key::{KeyError, PublicKey, Signer};
 pub use messages::{PushMessage, StateHash};
@@ -41,5 +43,5 @@ pub use reader::{RecordedTick, Replay, each_picture, read};
 pub use recorder::{RecordError, Recorder, ReplayFile};
 pub use records::FILE_BYTES;
 pub use trajectory::Trajectory;
-pub use verify::{Verified, verify};
+pub use verify::{Verified, verify, verify_watched};
 pub use verify_error::VerifyError;

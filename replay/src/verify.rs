@@ -22,8 +22,16 @@ pub struct Verified {
 
 /// Simulates a replay from tick 0 and compares every state, event and count.
 pub fn verify(replay: &Replay) -> Result<Verified, VerifyError> {
+    verify_watched(replay, None)
+}
+
+/// The same, and `look` is shown the run at tick 0 and after every tick, with the noise that its sensors had.
+pub fn verify_watched(
+    replay: &Replay,
+    look: Option<&mut dyn FnMut(&mut Run)>,
+) -> Result<Verified, VerifyError> {
     // A hand from anybody's file may bring the simulation to places where it gives up.
-    catch_unwind(AssertUnwindSafe(|| simulate(replay))).unwrap_or_else(|_| {
+    catch_unwind(AssertUnwindSafe(|| simulate(replay, look))).unwrap_or_else(|_| {
         Err(VerifyError::StateDiffers {
             tick: 0,
             last_equal: None,
@@ -33,7 +41,7 @@ pub fn verify(replay: &Replay) -> Result<Verified, VerifyError> {
     })
 }
 
-fn simulate(replay: &Replay) -> Result<Verified, VerifyError> {
+fn simulate(replay: &Replay, look: Option<&mut dyn FnMut(&mut Run)>) -> Result<Verified, VerifyError> {
     let header = &replay.header;
     let engine = identity::engine();
     if header.engine != engine {
@@ -64,19 +72,22 @@ fn simulate(replay: &Replay) -> Result<Verified, VerifyError> {
         found: error.to_string(),
         recorded: "a scene".into(),
     })?;
-    Simulation { run, last_equal: None, states: 0, hashes: replay.hashes.iter() }.play(replay)
+    let run = if look.is_some() { run.with_noise(header.noise) } else { run };
+    Simulation { run, look, last_equal: None, states: 0, hashes: replay.hashes.iter() }.play(replay)
 }
 
-struct Simulation<'a> {
+struct Simulation<'a, 'l> {
     run: Run,
+    look: Option<&'l mut (dyn FnMut(&mut Run) + 'l)>,
     last_equal: Option<u64>,
     states: usize,
     hashes: std::slice::Iter<'a, (u64, StateHash)>,
 }
 
-impl Simulation<'_> {
+impl Simulation<'_, '_> {
     fn play(mut self, replay: &Replay) -> Result<Verified, VerifyError> {
         self.compare(None)?;
+        self.show();
         let mut events: Vec<Event> = Vec::new();
         for RecordedTick { action, state, pushes } in &replay.actions {
             let tick = self.run.tick();
@@ -93,6 +104,7 @@ impl Simulation<'_> {
             }
             events.extend_from_slice(self.run.events());
             self.compare(*state)?;
+            self.show();
         }
         if events != replay.events {
             return Err(VerifyError::ScoreDiffers(difference(&events, &replay.events)));
@@ -105,6 +117,12 @@ impl Simulation<'_> {
             return Err(VerifyError::ScoreDiffers(describe(&outcome, &replay.outcome)));
         }
         Ok(Verified { ticks, states: self.states, score: outcome.score })
+    }
+
+    fn show(&mut self) {
+        if let Some(look) = &mut self.look {
+            look(&mut self.run);
+        }
     }
 
     /// Compares the present state with what was recorded of it: with the action that led to it, on its own, or not.

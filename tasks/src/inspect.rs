@@ -42,8 +42,15 @@ pub struct FigureRow {
 /// The figures of a hand, in a fixed order.
 pub fn figures(hand: &Hand, sources: &Sources, limits: &HandLimits) -> Vec<FigureRow> {
     let own = hand.figures();
-    let others: Vec<(&str, Vec<Figure>)> =
-        builtin_hands().iter().map(|hand| (hand.name.as_str(), hand.figures())).collect();
+    let mut others: Vec<(&str, Vec<Figure>)> = Vec::new();
+    for hand in builtin_hands() {
+        let figures = hand.figures();
+        let values = |figures: &[Figure]| figures.iter().map(|figure| figure.value).collect::<Vec<_>>();
+        // A hand that differs in its skin only is not another one.
+        if others.iter().all(|(_, known)| values(known) != values(&figures)) {
+            others.push((&hand.name, figures));
+        }
+    }
     let find = |figures: &[Figure], name: &str| figures.iter().find(|f| f.spec.name == name).cloned();
     let row = |spec: &Spec| {
         let found = find(&own, spec.name);

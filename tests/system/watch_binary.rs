@@ -24,10 +24,12 @@ struct Frame {
     tick: u32,
     score: f32,
     bodies: Vec<(u16, [f32; 7])>,
-    motors: Vec<[f32; 3]>,
+    motors: Vec<[f32; 4]>,
     tension: Vec<f32>,
     q: Vec<f32>,
     predicted: Vec<f32>,
+    fingers: Vec<Vec<f32>>,
+    touch: Vec<Vec<f32>>,
     contacts: Vec<(u16, u16, [f32; 6], u8)>,
 }
 
@@ -67,7 +69,7 @@ fn unpacked(packed: u32) -> [f32; 4] {
 
 fn decoded(bytes: &[u8]) -> Frame {
     let mut bytes = Bytes(bytes);
-    assert_eq!(bytes.byte(), 1, "the version");
+    assert_eq!(bytes.byte(), 2, "the version");
     let (flags, count) = (bytes.byte(), bytes.short());
     let mut frame = Frame {
         key: flags & 1 > 0,
@@ -82,7 +84,7 @@ fn decoded(bytes: &[u8]) -> Frame {
     }
     if flags & 2 > 0 {
         let motors = bytes.byte();
-        frame.motors = (0..motors).map(|_| [bytes.float(), bytes.float(), bytes.float()]).collect();
+        frame.motors = (0..motors).map(|_| std::array::from_fn(|_| bytes.float())).collect();
         let tendons = usize::from(bytes.byte());
         frame.tension = bytes.floats(tendons);
         let joints = usize::from(bytes.byte());
@@ -90,6 +92,8 @@ fn decoded(bytes: &[u8]) -> Frame {
         if bytes.byte() == 1 {
             frame.predicted = bytes.floats(joints);
         }
+        frame.fingers = (0..bytes.byte()).map(|_| bytes.floats(6)).collect();
+        frame.touch = (0..bytes.short()).map(|_| bytes.floats(3)).collect();
     }
     if flags & 4 > 0 {
         for _ in 0..bytes.short() {
@@ -213,7 +217,17 @@ async fn binary_frames_tell_what_the_json_ones_tell() {
     near(&last.predicted, &numbers(&telemetry["predicted"]), 1e-6);
     near(&last.tension, &numbers(&telemetry["tension"]), 1e-3);
     let motor = &telemetry["motors"][0];
-    near(&last.motors[0], &numbers(&json!([motor["command"], motor["position"], motor["tension"]])), 1e-3);
+    near(
+        &last.motors[0],
+        &numbers(&json!([motor["command"], motor["position"], motor["tension"], motor["work"]])),
+        1e-3,
+    );
+    let fingers = telemetry["fingers"].as_array().expect("fingers");
+    assert_eq!((last.fingers.len(), last.touch.len()), (fingers.len(), 0));
+    for (told, finger) in last.fingers.iter().zip(fingers) {
+        near(&told[..3], &numbers(&finger["force"]), 1e-3);
+        near(&told[3..], &numbers(&finger["torque"]), 1e-3);
+    }
     let contacts = poses["contacts"].as_array().expect("contacts");
     assert!(!contacts.is_empty(), "the hand is among the balls");
     assert_eq!(last.contacts.len(), contacts.len());

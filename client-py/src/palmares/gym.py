@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Literal, TypeAlias, cast
 
 import gymnasium
@@ -36,6 +37,8 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
     - ``wrist`` (6,): force (N), torque (N·m)
     - ``objects`` (objects, 13), with ``sensing="truth"``: as ``base``, for each
     - ``joints`` (2, joints), with ``sensing="truth"``: position (rad), velocity (rad/s)
+    - ``encoders`` (encoders,), ``touch`` (taxels, 3), if the hand has them: rad, N
+    - ``depth.NAME`` (height, width), for each of `cameras`: m, 0 where there is no reading
 
     The number of objects is not known before a run is opened. So the space of ``objects`` is a `Sequence` of
     any length; with the argument `objects` it is a `Box` of fixed shape, which most learners need.
@@ -49,6 +52,8 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         task: Name of the task.
         hand: Name of the hand.
         sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
+        noise: ``none`` or ``real``: how good the sensors are; left out, as the server has it.
+        cameras: Names of cameras whose depth is part of every observation.
         ticks: Ticks per step, under the same action.
         objects: Number of objects in every scene of the task; another number is a `ValueError` at `reset`.
         client: Further arguments of `Client`, such as ``team``.
@@ -64,24 +69,44 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         task: str = "balls",
         hand: str = "softhand",
         sensing: Literal["sensors", "truth"] = "truth",
+        noise: Literal["none", "real"] | None = None,
+        cameras: Sequence[str] = (),
         ticks: int = 10,
         objects: int | None = None,
         **client: Any,
     ) -> None:
         self.client = Client(url, **client)
         self._task, self._hand, self._sensing, self._ticks = task, hand, sensing, ticks
-        self._objects = objects
+        self._objects, self._noise, self._cameras = objects, noise, tuple(cameras)
         self._score = 0.0
         self.observation: Observation | None = None
         played = self.client.welcome.hand(hand)
         shapes = {"base": (13,), "motors": (len(played.motors), 4), "wrist": (6,)}
         if sensing == "truth":
             shapes["joints"] = (2, len(played.joints))
+        if played.encoders:
+            shapes["encoders"] = (len(played.encoders),)
+        if played.taxels:
+            shapes["touch"] = (len(played.taxels), 3)
         observations = {name: _unbounded(*shape) for name, shape in shapes.items()}
         if sensing == "truth":
             row = _unbounded(13)
             observations["objects"] = (
                 spaces.Sequence(row, stack=True) if objects is None else _unbounded(objects, 13)
+            )
+        of_task = self.client.welcome.task(task).cameras
+        taken = {camera.name for camera in of_task}
+        known = {camera.name: camera for camera in of_task}
+        for camera in played.cameras:
+            known[f"hand_{camera.name}" if camera.name in taken else camera.name] = camera
+        for name in self._cameras:
+            if name not in known:
+                raise ValueError(
+                    f"no camera {name!r} in task {task!r} with {hand!r}: {', '.join(known) or 'none'}"
+                )
+            camera = known[name]
+            observations[f"depth.{name}"] = spaces.Box(
+                0.0, camera.far, (camera.height, camera.width), dtype=np.float64
             )
         actions = _action_space(self.client.welcome.specs, len(played.motors))
         self.action_space = cast(spaces.Space[Arrays], actions)
@@ -96,7 +121,9 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
             self.client.stop()
         if seed is None:
             seed = int(self.np_random.integers(2**53))
-        obs = self.client.reset(self._task, self._hand, sensing=self._sensing, seed=seed)
+        obs = self.client.reset(
+            self._task, self._hand, sensing=self._sensing, noise=self._noise, seed=seed, cameras=self._cameras
+        )
         found = len(self.client.scene.free)
         if self._objects not in (None, found):
             raise ValueError(f"the scene has {found} objects, not {self._objects}")
@@ -106,7 +133,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
     def step(self, action: Arrays) -> tuple[Arrays, float, bool, bool, dict[str, Any]]:
         """Advance the world under one action."""
         base = twist(action["twist"][:3], action["twist"][3:])
-        obs = self.client.step(base=base, hand=action["hand"], repeat=self._ticks)
+        obs = self.client.step(base=base, hand=action["hand"], repeat=self._ticks, cameras=self._cameras)
         reward, self._score = obs.score - self._score, obs.score
         self.observation = obs
         return arrays_of(obs), reward, obs.terminated, obs.truncated, {"tick": obs.tick, "score": obs.score}
@@ -125,6 +152,12 @@ def arrays_of(obs: Observation) -> Arrays:
         "motors": array(motors, -1, 4),
         "wrist": array([*hand.wrist.force, *hand.wrist.torque]),
     }
+    if hand.joints.size:
+        found["encoders"] = hand.joints
+    if hand.touch.size:
+        found["touch"] = hand.touch
+    for name, image in obs.cameras.items():
+        found[f"depth.{name}"] = np.nan_to_num(image.depth, nan=0.0)
     if obs.truth is not None:
         truth = obs.truth
         found["objects"] = np.hstack([truth.positions, truth.quats_xyzw, truth.linear, truth.angular])

@@ -242,6 +242,23 @@ class Time(Reply, kw_only=True, tag="time"):
     run: RunInfo | None = None
 
 
+class CameraInfo(msgspec.Struct, kw_only=True):
+    """A camera of a task or of a hand."""
+
+    name: str
+    """For ``cameras=`` of `Client.step`; a hand's is called ``hand_…`` in a task that has one of that name"""
+    width: int
+    """Pixels in a row"""
+    height: int
+    """Rows"""
+    fov_deg: float
+    """Horizontal field of view"""
+    near: float
+    """What is nearer gives no reading, m"""
+    far: float
+    """What is farther gives no reading, m"""
+
+
 class TaskInfo(msgspec.Struct, kw_only=True):
     """Constants of a task."""
 
@@ -253,8 +270,8 @@ class TaskInfo(msgspec.Struct, kw_only=True):
     """Time step of the integrator"""
     time_limit_s: float
     """Longest run, simulated time"""
-    cameras: list[str] = []
-    """Names of its cameras"""
+    cameras: list[CameraInfo] = []
+    """Its cameras"""
 
 
 class HandInfo(msgspec.Struct, kw_only=True):
@@ -270,8 +287,8 @@ class HandInfo(msgspec.Struct, kw_only=True):
     """Joints that have an encoder, in the order of `HandState.joints`"""
     taxels: list[str] = []
     """In the order of `HandState.touch`"""
-    cameras: list[str] = []
-    """Names of its cameras; ``hand_…`` in a task that has one of the same name"""
+    cameras: list[CameraInfo] = []
+    """Cameras on it"""
 
 
 class Limits(msgspec.Struct, kw_only=True):

@@ -1,6 +1,7 @@
 //! Replays of short runs, recorded, read, damaged and played again.
 
 mod extremes;
+mod film;
 mod forged;
 mod hostile;
 mod telemetry;
