@@ -6,8 +6,11 @@ use palmares_tasks::{Noise, Sensing};
 use prost::Message;
 use std::collections::BTreeMap;
 
-fn messages(bytes: &[u8]) -> BTreeMap<String, Vec<(u64, Vec<u8>)>> {
-    let mut all: BTreeMap<String, Vec<(u64, Vec<u8>)>> = BTreeMap::new();
+/// By topic: time and bytes of every message.
+type Messages = BTreeMap<String, Vec<(u64, Vec<u8>)>>;
+
+fn messages(bytes: &[u8]) -> Messages {
+    let mut all = Messages::new();
     for message in mcap::MessageStream::new(bytes).expect("a file") {
         let message = message.expect("whole");
         let topic = message.channel.topic.clone();
@@ -17,11 +20,7 @@ fn messages(bytes: &[u8]) -> BTreeMap<String, Vec<(u64, Vec<u8>)>> {
     all
 }
 
-fn filmed(
-    noise: Noise,
-    cameras: &[&str],
-    rate_hz: f64,
-) -> Result<BTreeMap<String, Vec<(u64, Vec<u8>)>>, FilmError> {
+fn filmed(noise: Noise, cameras: &[&str], rate_hz: f64) -> Result<Messages, FilmError> {
     let mut scenario = Scenario::new("softhand", 40);
     scenario.header.noise = noise;
     let recorded = scenario.record();
