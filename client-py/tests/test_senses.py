@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal, cast
@@ -103,13 +103,9 @@ def test_an_environment_of_sensors(url: str) -> None:
         PalmaresEnv(url, cameras=["eye"])
 
 
-def test_the_example_finds_the_balls_in_noise(url: str) -> None:
-    path = Path(__file__).parent.parent / "examples" / "balls_sensors.py"
-    spec = importlib.util.spec_from_file_location("balls_sensors", path)
-    assert spec is not None
-    assert spec.loader is not None
-    example = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(example)
+def test_the_example_finds_the_balls_in_noise(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(Path(__file__).parent.parent / "examples")
+    example = importlib.import_module("balls_sensors")
     with palmares.Client(url) as client:
         # The truth is for the test: the picture comes with the errors of a real camera.
         hand = example.Senses(client, client.reset("balls", "softhand", noise="real", seed=11))
