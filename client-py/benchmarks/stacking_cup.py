@@ -24,6 +24,8 @@ from palmares.motion import UP, Array, Mover, object_bounds, quat_of
 EXAMPLES = Path(__file__).parent.parent / "examples"
 CUP = "065-e_cups"
 CLOSE_S, LIFT_S, LIFT_M, HOLD_S = 0.5, 1.5, 0.1, 0.5
+ABOVE_M = 0.02
+"""Higher than the example goes, whose palm presses on the object"""
 FINGERS = ("thumb", "index", "middle", "ring", "little", "palm")
 
 
@@ -46,6 +48,13 @@ class Recorder(Mover):
         super()._step()
         self.write()
 
+    def close(self, duration_s: float) -> None:
+        """Wind the tendon up evenly."""
+        ticks, start = round(duration_s / self.client.run.tick_s), self.sigma
+        for tick in range(1, ticks + 1):
+            self.sigma = start + (1.0 - start) * tick / ticks
+            self._step()
+
     def write(self) -> None:
         """Write a row."""
         obs, truth = self.obs, self.obs.truth
@@ -53,11 +62,11 @@ class Recorder(Mover):
         hand, joints = obs.hand, np.asarray(truth.joints.position)
         cup = truth.objects[0]
         fingers: dict[str, float] = defaultdict(float)
-        for a, b, force in zip(truth.contacts.a, truth.contacts.b, truth.contacts.force, strict=True):
-            for name in (a, b):
+        for contact in truth.contacts:
+            for name in (contact.a, contact.b):
                 part = name.rsplit("/", 1)[-1].split("_")[0]
                 if part in FINGERS:
-                    fingers[part] += float(np.linalg.norm(force))
+                    fingers[part] += float(np.linalg.norm(contact.force))
         row = {
             "t": obs.sim_time_s,
             "command": hand.actuators[0].command,
@@ -91,12 +100,12 @@ def main() -> None:
         hand.rows = defaultdict(list)
         (cup,) = object_bounds(client.scene, hand.obs)
         rotation = grasp.rotation(0.0)
-        at = grasp.base_position(cup, rotation)
+        at = grasp.base_position(cup, rotation) + ABOVE_M * UP
         hand.to(1.0, at + grasp.sink_m * UP, quat_of(rotation), sigma=grasp.sigma_open)
         hand.to(0.5, at)
         hand.wait(0.3)
         begin_s = hand.obs.sim_time_s
-        hand.to(CLOSE_S, sigma=1.0)
+        hand.close(CLOSE_S)
         hand.to(LIFT_S, at + LIFT_M * UP)
         hand.wait(HOLD_S)
         client.stop()
@@ -109,9 +118,9 @@ def main() -> None:
 
 def draw(rows: dict[str, Array], out: Path) -> None:
     """Draw the curves from just before the hand closes."""
-    import matplotlib as mpl
+    import matplotlib as mpl  # type: ignore[import-not-found]
 
-    mpl.use("svg")
+    mpl.use("agg")
     mpl.rcParams["svg.hashsalt"] = "palmares"
     from matplotlib import pyplot as plt
 

@@ -65,6 +65,11 @@ fn mjcf(scene: &Scene, lens: &Intrinsics) -> Result<String> {
     let (mut geoms, mut assets, mut hulls) = (String::new(), String::new(), 0);
     for ((body, pose), color) in scene.bodies.iter().zip(&scene.poses).zip(&scene.colors) {
         let [r, g, b] = color;
+        if let (true, [(part, Shape::Box { half_extents, .. })]) = (body.endless, &body.parts[..]) {
+            let top = *pose * *part * Pose::from_translation(Vec3::Z * half_extents[2]);
+            write!(geoms, "<geom type='plane' size='0 0 1' {} rgba='{r:?} {g:?} {b:?} 1'/>", place(&top))?;
+            continue;
+        }
         for (part, shape) in &body.parts {
             let size = match shape {
                 Shape::Sphere { radius } => format!("type='sphere' size='{radius:?}'"),
