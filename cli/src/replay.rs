@@ -89,7 +89,7 @@ fn summary(replay: &Replay) -> std::io::Result<()> {
     line("task", format!("{} {}", header.task, header.task_hash))?;
     let attached = if header.hand_attached { ", attached" } else { "" };
     line("hand", format!("{} {}{attached}", header.hand, header.hand_hash))?;
-    line("sensing", word(&header.sensing))?;
+    line("sensing", format!("{}, noise {}", word(&header.sensing), word(&header.noise)))?;
     let number = header.seed_number.map_or(String::new(), |number| format!(" (number {number})"));
     let k = header.k.map_or(String::new(), |k| format!(", run {k} of the team in this task"));
     line("seed", format!("{}{number}{k}", header.seed.to_hex()))?;

@@ -1,8 +1,10 @@
 //! A hand as text: tree, coordinates with R and E, motors and tendons.
 
 use crate::table::table;
+use palmares_models::camera::Camera;
 use palmares_models::hand::describe::HandDescription;
-use palmares_models::hand::{Hand, HingeKind};
+use palmares_models::hand::sensors::Sensors;
+use palmares_models::hand::{Hand, HingeKind, TactilePatch};
 use palmares_models::shape::Shape;
 use std::fmt::Write;
 
@@ -16,6 +18,7 @@ pub(crate) fn describe(hand: &Hand) -> String {
     let _ =
         write!(out, "\nCoordinates, E, D and R (one column of R per tendon)\n{}", coordinates(hand, &about));
     let _ = write!(out, "\nMotors and tendons\n{}", actuation(&about));
+    let _ = write!(out, "\nSensors beside the motors'\n{}", sensors(hand));
     out
 }
 
@@ -144,6 +147,32 @@ fn actuation(about: &HandDescription) -> String {
                 e.coordinate
             );
         }
+    }
+    if out.is_empty() {
+        out.push_str("  none\n");
+    }
+    out
+}
+
+fn sensors(hand: &Hand) -> String {
+    let mut out = String::new();
+    let Sensors { joints, touch, accelerometer, cameras, .. } = &hand.sensors;
+    if let Some(encoders) = joints {
+        let _ = writeln!(out, "  encoders of {}", encoders.on.join(", "));
+    }
+    if !hand.tactile.is_empty() {
+        let taxels: usize = hand.tactile.iter().map(TactilePatch::len).sum();
+        let shear = if touch.shear { "" } else { ", no shear" };
+        let (patches, rate) = (hand.tactile.len(), short(touch.rate_hz));
+        let _ = writeln!(out, "  touch: {taxels} taxels in {patches} patches, {rate} Hz{shear}");
+    }
+    if let Some(accelerometer) = accelerometer {
+        let _ = writeln!(out, "  accelerometer on {}", accelerometer.link);
+    }
+    for camera in cameras {
+        let Camera { name, width, height, .. } = camera;
+        let on = camera.link.as_deref().unwrap_or("the base");
+        let _ = writeln!(out, "  camera {name} on {on}: {width} x {height}");
     }
     if out.is_empty() {
         out.push_str("  none\n");

@@ -1,9 +1,10 @@
 //! What is felt at rest and while something is lifted, against the weights that are there.
 
+use palmares_models::hand::sensors::Accelerometer;
 use palmares_models::hand::{Hand, TactilePatch};
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
-use palmares_models::{Pose, Vec3};
+use palmares_models::{Pose, Rotation, Vec3};
 use palmares_senses::Senses;
 use palmares_sim::actuation::motor::wound;
 use palmares_sim::state::BaseReference;
@@ -93,6 +94,43 @@ fn the_wrist_carries_hand_and_block_at_rest_and_while_they_are_lifted() {
             assert!((inertial / (all * acceleration) - 1.0).abs() < 0.01, "at {t} s: {inertial}");
         }
     }
+}
+
+/// An accelerometer at rest feels what keeps it from falling, and while it is lifted the lifting as well.
+#[test]
+fn an_accelerometer_feels_weight_and_lifting() {
+    let mut hand = Hand::clone(&Hand::builtin("reflex").expect("built in"));
+    let link = hand.links[0].name.clone();
+    hand.sensors.accelerometer = Some(Accelerometer { link, range: 40.0, noise: 0.0, bias: 0.0 });
+    let hand = Arc::new(hand);
+    let model = Arc::new(Model::new(Config::default(), Some(hand.clone())).expect("a model"));
+    let turned = Rotation::from_scaled_axis(Vec3::X * 0.7);
+    let state = State::at_rest(&model, Pose::from_rotation(turned), &[]);
+    let mut world = World::new(model, state);
+    let mut senses = Senses::new(hand.clone(), &world, TICK_S, None);
+    let (mut command, acceleration) = (stay(&hand), 0.8);
+    for tick in 1..=60 {
+        for k in 1..=10 {
+            let t = 1e-3 * f64::from(10 * (tick - 1) + k);
+            command.base = BaseCommand::Exact(BaseReference {
+                pose: Pose::from_parts(Vec3::Z * (0.5 * acceleration * t * t), turned),
+                linear: Vec3::Z * (acceleration * t),
+                angular: Vec3::ZERO,
+            });
+            world.step(&command);
+        }
+        senses.tick(&world, tick as u64);
+    }
+    let felt = Vec3::from_array(senses.read(&world).acceleration.expect("it has one"));
+    let expected = turned.inverse() * (Vec3::Z * (G + acceleration));
+    assert!((felt - expected).length() < 0.02, "{felt:?} {expected:?}");
+    // Beyond its range it tells the end of its range.
+    let mut narrow = Hand::clone(&hand);
+    narrow.sensors.accelerometer.as_mut().expect("it has one").range = 3.0;
+    let mut senses = Senses::new(Arc::new(narrow), &world, TICK_S, None);
+    senses.tick(&world, 61);
+    let felt = senses.read(&world).acceleration.expect("it has one");
+    assert!(felt.iter().all(|x| x.abs() <= 3.0) && felt[2] == 3.0, "{felt:?}");
 }
 
 /// A tendon's tension is what its servo pulls with: stiffness times what is wound up and not yet taken by the joints.

@@ -30,6 +30,7 @@ mod replays;
 mod resets;
 mod resume;
 mod roles;
+mod senses;
 mod session_time;
 mod store_trouble;
 mod watch;

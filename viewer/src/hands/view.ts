@@ -34,6 +34,12 @@ const FIVE_CM = 0.05;
 const MODES: readonly (readonly [Mode, string])[] = [['look', 'Look'], ['force', 'Push'], ['hold', 'Hold']];
 const SHOWN: readonly (readonly [OverlayName, string])[] = [['frames', 'Frames: base, palm, grasp centre, links'], ['names', 'Names of links'], ['com', 'Centres of mass']];
 
+function touchOf(hand: HandDescription): string {
+  const patches = hand.tactile ?? [];
+  const taxels = patches.reduce((sum, { taxels: [along, across] }) => sum + along * across, 0);
+  return taxels > 0 ? `${taxels} taxels in ${patches.length} patches` : 'not felt';
+}
+
 export class HandView {
   readonly stage: Stage;
   readonly loads: Load[] = [];
@@ -274,7 +280,9 @@ export class HandView {
       ['Mass', `${figure(1000 * hand.mass)} g`], ['Size at rest', `${edges} mm`],
       ['Links', `${hand.links.length}, with ${shapes} shapes`], ['Coordinates', hand.coordinates.length], ['Tendons', hand.tendons.length], ['Motors', hand.motors.length],
       ['Strongest joint', el('span', {}, name(strongest), `: up to ${figure(torque)} N·m`)],
-      ['Touch', hand.tactile && hand.tactile.length > 0 ? `${hand.tactile.length} patches` : 'not felt'],
+      ['Touch', touchOf(hand)],
+      ['Joint encoders', (hand.sensors?.joints?.on ?? ['none']).join(', ')],
+      ['Cameras', (hand.sensors?.cameras ?? []).map(({ name, width, height }) => `${name}, ${width} × ${height}`).join('; ') || 'none'],
     ]));
   }
 

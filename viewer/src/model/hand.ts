@@ -39,6 +39,7 @@ export interface HandDescription {
   tendons: TendonDescription[];
   /** Rectangles that feel touch; m. */
   tactile?: { name: string; link: string; size: [number, number]; taxels: [number, number] }[];
+  sensors?: { joints?: { on: string[] }; cameras?: { name: string; width: number; height: number }[] };
   /** Names of the first links of the fingers, in the order of `telemetry.fingers`. */
   fingers?: string[];
   gravity_compensation: boolean;
