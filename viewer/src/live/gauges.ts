@@ -7,8 +7,9 @@ import type { Telemetry } from '../model/moment';
 /** Joints that are listed: those farthest from the prediction. */
 const LISTED = 6;
 const DEGREES = 180 / Math.PI;
-/** A bar that is full, N. */
-const FULL_N = 10;
+/** Bars that are full, N. */
+const FINGER_N = 100;
+const PATCH_N = 20;
 
 interface Gauge { row: HTMLElement; meter: HTMLMeterElement; figure: HTMLElement }
 
@@ -34,11 +35,11 @@ export class Gauges {
     if (!hand) return;
     this.motors = hand.motors.map((motor) => gauge(`${motor.name}, closed`, 1, 'of 1'));
     this.tendons = hand.tendons.map((tendon) => gauge(`${tendon.name}, tension`, tendon.force_limit, ''));
-    this.fingers = (hand.fingers ?? []).map((name) => gauge(name, FULL_N, 'N'));
-    this.patches = (hand.tactile ?? []).map((patch) => gauge(patch.name, FULL_N, 'N'));
+    this.fingers = (hand.fingers ?? []).map((name) => gauge(name, FINGER_N, 'N'));
+    this.patches = (hand.tactile ?? []).map((patch) => gauge(patch.name, PATCH_N, 'N'));
     const skin = this.patches.length > 0 ? [el('h3', {}, 'Pressed on each tactile patch, N'), ...this.patches.map((g) => g.row)] : [];
     this.joints = el('dl', { class: 'facts' });
-    this.element.replaceChildren(el('summary', {}, 'Hand: motors and tensions'), ...this.motors.map((g) => g.row), ...this.tendons.map((g) => g.row),
+    this.element.replaceChildren(el('summary', {}, 'Hand: what it does and feels'), ...this.motors.map((g) => g.row), ...this.tendons.map((g) => g.row),
       el('h3', {}, 'Contact force on each finger, N'), ...this.fingers.map((g) => g.row), ...skin,
       el('h3', {}, 'Farthest from the predicted equilibrium'), this.joints);
   }
