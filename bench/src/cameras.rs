@@ -65,6 +65,7 @@ pub fn run(options: &Options) -> Result<()> {
         ("shelf", "shelf", 0),
         ("shelf", "shelf", 5),
         ("shelf", "shelf", 10),
+        ("balls", "wrist", 10),
     ];
     for (task, camera, most) in cases {
         let scene = scene(task, camera, most)?;

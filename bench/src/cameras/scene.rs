@@ -46,7 +46,21 @@ pub(super) fn scene(task: &str, camera: &str, most: usize) -> Result<Scene> {
         poses.push(pose);
         colors.push([0.3; 3]);
     }
-    let found = task.cameras.iter().find(|known| known.name == camera).context("a camera")?;
+    let found = task.cameras.iter().find(|known| known.name == camera).cloned();
+    let found = match found {
+        Some(found) => found,
+        None => on_hand(&run, camera).context("a camera")?,
+    };
     let name = format!("{}, {} objects", task.name, objects.min(most));
-    Ok(Scene { name, bodies, poses, colors, camera: found.clone() })
+    Ok(Scene { name, bodies, poses, colors, camera: found })
+}
+
+/// A camera of the hand, where it is in the world.
+fn on_hand(run: &Run, name: &str) -> Option<Camera> {
+    let camera = run.hand().sensors.cameras.iter().find(|known| known.name == name)?;
+    let link = run.scene().bodies.len() + run.hand().link(camera.link.as_deref()?)?;
+    let (_, on) = run.poses().find(|(id, _)| *id == link)?;
+    let pose = on * camera.pose();
+    let (position, quat_xyzw) = (pose.translation.to_array(), pose.rotation.to_array());
+    Some(Camera { position, quat_xyzw, ..camera.clone() })
 }

@@ -103,6 +103,8 @@ impl Canvas<'_> {
 
     fn round(&mut self, round: &Round, area: Area, lens: &Intrinsics) {
         let outlines = round.outlines();
+        let nearest = round.nearest();
+        let most = if nearest > 0.0 { 1.0 / nearest } else { f64::INFINITY };
         for v in area.top..area.bottom {
             let y = lens.row(v);
             let Some((first, last)) = outlines.range(y) else { continue };
@@ -110,6 +112,10 @@ impl Canvas<'_> {
             let left = (first * lens.fx + lens.cx - 1.5).max(area.left as f64) as usize;
             let right = (last * lens.fx + lens.cx + 1.5).min(area.right as f64) as usize;
             for u in left..right {
+                // Behind what is there already, wherever the ray meets it.
+                if self.inverse[v * self.width + u] >= most {
+                    continue;
+                }
                 if let Some(z) = round.meet(Vec3::new(self.columns[u], y, 1.0)) {
                     let (here, pixel) = (1.0 / z, v * self.width + u);
                     if here > self.inverse[pixel] {
@@ -137,11 +143,19 @@ pub fn draw(geometry: &Geometry, poses: &[Pose], camera: Pose, lens: &Intrinsics
     let mut canvas = Canvas { width: lens.width as usize, columns: &columns, inverse, piece, number: 0 };
     let camera_from_world = camera.inverse();
     if camera_from_world.is_finite() {
+        // From front to back: what is hidden costs less.
+        let mut order: Vec<(f64, usize, Pose)> = Vec::with_capacity(poses.len());
         for (body, (parts, pose)) in geometry.bodies.iter().zip(poses).enumerate() {
-            let (body, from_body) = (body as u16, camera_from_world * *pose);
-            if !from_body.is_finite() {
-                continue;
+            let from_body = camera_from_world * *pose;
+            if from_body.is_finite() {
+                let middle = |solid: &Solid| from_body.transform_point(solid.center).z - solid.radius;
+                order.push((parts.solids.iter().map(middle).fold(f64::INFINITY, f64::min), body, from_body));
             }
+        }
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (_, body, from_body) in order {
+            let (parts, pose) = (&geometry.bodies[body], &poses[body]);
+            let body = body as u16;
             if let Some(height) = parts.ground {
                 let normal = camera_from_world.rotation * Vec3::Z;
                 let world = Vec3::new(0.0, 0.0, pose.translation.z + height);

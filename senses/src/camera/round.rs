@@ -84,6 +84,11 @@ impl Round {
         Round { a, b, axis, length, radius, across, constant, start, ends, flat }
     }
 
+    /// No point of it has a smaller depth.
+    pub(super) fn nearest(&self) -> f64 {
+        self.a.z.min(self.b.z) - self.radius
+    }
+
     /// Its outlines.
     pub(super) fn outlines(&self) -> Outlines {
         let [a, b] = self.ends;
