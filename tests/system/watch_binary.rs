@@ -24,10 +24,11 @@ struct Frame {
     tick: u32,
     score: f32,
     bodies: Vec<(u16, [f32; 7])>,
-    motors: Vec<[f32; 4]>,
+    motors: Vec<[f32; 3]>,
     tension: Vec<f32>,
     q: Vec<f32>,
     predicted: Vec<f32>,
+    work: Vec<f32>,
     fingers: Vec<Vec<f32>>,
     touch: Vec<Vec<f32>>,
     contacts: Vec<(u16, u16, [f32; 6], u8)>,
@@ -69,7 +70,7 @@ fn unpacked(packed: u32) -> [f32; 4] {
 
 fn decoded(bytes: &[u8]) -> Frame {
     let mut bytes = Bytes(bytes);
-    assert_eq!(bytes.byte(), 2, "the version");
+    assert_eq!(bytes.byte(), 1, "the version");
     let (flags, count) = (bytes.byte(), bytes.short());
     let mut frame = Frame {
         key: flags & 1 > 0,
@@ -92,8 +93,6 @@ fn decoded(bytes: &[u8]) -> Frame {
         if bytes.byte() == 1 {
             frame.predicted = bytes.floats(joints);
         }
-        frame.fingers = (0..bytes.byte()).map(|_| bytes.floats(6)).collect();
-        frame.touch = (0..bytes.short()).map(|_| bytes.floats(3)).collect();
     }
     if flags & 4 > 0 {
         for _ in 0..bytes.short() {
@@ -101,6 +100,12 @@ fn decoded(bytes: &[u8]) -> Frame {
             let numbers = std::array::from_fn(|_| bytes.float());
             frame.contacts.push((a, b, numbers, bytes.byte()));
         }
+    }
+    if flags & 8 > 0 {
+        let motors = usize::from(bytes.byte());
+        frame.work = bytes.floats(motors);
+        frame.fingers = (0..bytes.byte()).map(|_| bytes.floats(6)).collect();
+        frame.touch = (0..bytes.short()).map(|_| bytes.floats(3)).collect();
     }
     assert!(bytes.0.is_empty(), "{} bytes too many", bytes.0.len());
     frame
@@ -217,11 +222,8 @@ async fn binary_frames_tell_what_the_json_ones_tell() {
     near(&last.predicted, &numbers(&telemetry["predicted"]), 1e-6);
     near(&last.tension, &numbers(&telemetry["tension"]), 1e-3);
     let motor = &telemetry["motors"][0];
-    near(
-        &last.motors[0],
-        &numbers(&json!([motor["command"], motor["position"], motor["tension"], motor["work"]])),
-        1e-3,
-    );
+    near(&last.motors[0], &numbers(&json!([motor["command"], motor["position"], motor["tension"]])), 1e-3);
+    near(&last.work, &numbers(&json!([motor["work"]])), 1e-3);
     let fingers = telemetry["fingers"].as_array().expect("fingers");
     assert_eq!((last.fingers.len(), last.touch.len()), (fingers.len(), 0));
     for (told, finger) in last.fingers.iter().zip(fingers) {

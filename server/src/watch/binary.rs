@@ -3,13 +3,15 @@
 use palmares_tasks::run::{Contact, Telemetry};
 
 /// Version of the frames.
-const VERSION: u8 = 2;
+const VERSION: u8 = 1;
 /// Every moving body is in it.
 const KEY: u8 = 1;
 /// Telemetry follows.
 const TELEMETRY: u8 = 2;
 /// Contacts follow.
 const CONTACTS: u8 = 4;
+/// What the hand feels follows.
+const FELT: u8 = 8;
 /// A body that is this far from where it was last sent has moved, m.
 const MOVED_M: f32 = 5e-5;
 /// The same for its orientation, a tenth of a degree, rad.
@@ -28,6 +30,8 @@ pub(super) struct Whole<'a> {
     pub(super) poses: &'a [Seven],
     /// By [`telemetry`], for those who want it.
     pub(super) telemetry: Option<&'a [u8]>,
+    /// By [`felt`], with the telemetry.
+    pub(super) felt: Option<&'a [u8]>,
     /// By [`contacts`], for those who want them.
     pub(super) contacts: Option<&'a [u8]>,
 }
@@ -37,11 +41,13 @@ pub(super) fn encode(whole: &Whole<'_>, sent: &mut Vec<Seven>, key: bool) -> Vec
     let key = key || sent.len() != whole.poses.len();
     sent.resize(whole.poses.len(), [0.0; 7]);
     let extra = |bytes: Option<&[u8]>| bytes.map_or(0, <[u8]>::len);
-    let size = 12 + 18 * whole.poses.len() + extra(whole.telemetry) + extra(whole.contacts);
+    let size =
+        12 + 18 * whole.poses.len() + extra(whole.telemetry) + extra(whole.contacts) + extra(whole.felt);
     let mut out = Vec::with_capacity(size);
     let flags = if key { KEY } else { 0 }
         | if whole.telemetry.is_some() { TELEMETRY } else { 0 }
-        | if whole.contacts.is_some() { CONTACTS } else { 0 };
+        | if whole.contacts.is_some() { CONTACTS } else { 0 }
+        | if whole.felt.is_some() { FELT } else { 0 };
     out.extend([VERSION, flags, 0, 0]);
     out.extend((whole.tick as u32).to_le_bytes());
     put(&mut out, whole.score);
@@ -57,7 +63,7 @@ pub(super) fn encode(whole: &Whole<'_>, sent: &mut Vec<Seven>, key: bool) -> Vec
         }
     }
     out[2..4].copy_from_slice(&bodies.to_le_bytes());
-    [whole.telemetry, whole.contacts].into_iter().flatten().for_each(|bytes| out.extend(bytes));
+    [whole.telemetry, whole.contacts, whole.felt].into_iter().flatten().for_each(|bytes| out.extend(bytes));
     out
 }
 
@@ -72,12 +78,12 @@ fn counted<T>(out: &mut Vec<u8>, all: &[T]) -> usize {
     usize::from(count)
 }
 
-/// Motors, tendons, joints, the predicted equilibrium, fingers and taxels.
+/// Motors, tendons, joints and the predicted equilibrium.
 pub(super) fn telemetry(seen: &Telemetry) -> Vec<u8> {
     let mut out = Vec::new();
     let motors = counted(&mut out, &seen.motors);
     for motor in &seen.motors[..motors] {
-        [motor.command, motor.position, motor.tension, motor.work].iter().for_each(|x| put(&mut out, *x));
+        [motor.command, motor.position, motor.tension].iter().for_each(|x| put(&mut out, *x));
     }
     let tendons = counted(&mut out, &seen.tension);
     seen.tension[..tendons].iter().for_each(|x| put(&mut out, *x));
@@ -88,6 +94,14 @@ pub(super) fn telemetry(seen: &Telemetry) -> Vec<u8> {
     if predicted {
         seen.predicted[..joints].iter().for_each(|x| put(&mut out, *x));
     }
+    out
+}
+
+/// Work of the motors, fingers and taxels.
+pub(super) fn felt(seen: &Telemetry) -> Vec<u8> {
+    let mut out = Vec::new();
+    let motors = counted(&mut out, &seen.motors);
+    seen.motors[..motors].iter().for_each(|motor| put(&mut out, motor.work));
     let fingers = counted(&mut out, &seen.fingers);
     for finger in &seen.fingers[..fingers] {
         finger.force.iter().chain(&finger.torque).for_each(|x| put(&mut out, *x));
@@ -156,7 +170,7 @@ mod tests {
     }
 
     fn whole(poses: &[Seven]) -> Whole<'_> {
-        Whole { tick: 0x0102_0304, score: 1.5, poses, telemetry: None, contacts: None }
+        Whole { tick: 0x0102_0304, score: 1.5, poses, telemetry: None, felt: None, contacts: None }
     }
 
     #[test]
@@ -186,12 +200,13 @@ mod tests {
         };
         let (one, half, two) = ([0, 0, 0x80, 0x3f], [0, 0, 0, 0x3f], [0, 0, 0, 0x40]);
         let mut expected = vec![1];
-        expected.extend([one, half, two, one].concat());
+        expected.extend([one, half, two].concat());
         expected.extend([1, 0, 0, 0x80, 0xbf, 2, 0, 0, 0x80, 0x3e, 0, 0, 0, 0]);
-        let felt = [&[1][..], &one, &[0; 12], &half, &[0; 4], &[1, 0], &[0; 8], &two].concat();
-        assert_eq!(telemetry(&seen), [&expected[..], &[0], &felt].concat());
+        assert_eq!(telemetry(&seen), [&expected[..], &[0]].concat());
+        let finger = [&one[..], &[0; 12], &half, &[0; 4]].concat();
+        assert_eq!(felt(&seen), [&[1][..], &one, &[1], &finger, &[1, 0], &[0; 8], &two].concat());
         let predicted = telemetry(&Telemetry { predicted: vec![1.0, 1.0], ..seen });
-        assert_eq!(predicted, [&expected[..], &[1], &one, &one, &felt].concat());
+        assert_eq!(predicted, [&expected[..], &[1], &one, &one].concat());
 
         let contact =
             Contact { a: 258, b: 3, position: [1.0, 0.0, 0.0], force: [0.0, 0.0, -1.0], friction_use: 0.5 };
@@ -202,9 +217,10 @@ mod tests {
         assert_eq!(bytes[10..30], [&[0; 16][..], &[0, 0, 0x80, 0xbf]].concat());
         assert_eq!((bytes[30], bytes.len(), bytes[bytes.len() - 1]), (128, 2 + 2 * 29, 255));
         let poses = [REST];
-        let with = Whole { telemetry: Some(&[7]), contacts: Some(&[8, 9]), ..whole(&poses) };
+        let with =
+            Whole { telemetry: Some(&[7]), contacts: Some(&[8, 9]), felt: Some(&[10]), ..whole(&poses) };
         let frame = encode(&with, &mut vec![REST], false);
-        assert_eq!((frame[1], &frame[12..]), (6, &[7, 8, 9][..]));
+        assert_eq!((frame[1], &frame[12..]), (14, &[7, 8, 9, 10][..]));
     }
 
     #[test]

@@ -16,6 +16,14 @@ const HAND_COLOR: [f64; 3] = [0.72, 0.74, 0.78];
 /// Steps of a verdict's values: finer ones change all the time.
 const VERDICT_STEPS: f64 = 1e3;
 
+/// Telemetry, and its two parts of a binary frame.
+#[derive(Debug)]
+struct Told {
+    seen: Telemetry,
+    bytes: Vec<u8>,
+    felt: Vec<u8>,
+}
+
 /// A moment of a run.
 #[derive(Debug)]
 pub(super) struct Frame {
@@ -26,7 +34,7 @@ pub(super) struct Frame {
     poses: Vec<Seven>,
     /// The message `poses` without overlays, with telemetry, with contacts, with both.
     texts: [OnceLock<Utf8Bytes>; 4],
-    telemetry: OnceLock<Option<(Telemetry, Vec<u8>)>>,
+    telemetry: OnceLock<Option<Told>>,
     contacts: OnceLock<Option<(Vec<Contact>, Vec<u8>)>>,
     verdicts: OnceLock<Option<Vec<Verdict>>>,
 }
@@ -47,10 +55,11 @@ impl Frame {
         }
     }
 
-    fn telemetry(&self) -> Option<&(Telemetry, Vec<u8>)> {
+    fn telemetry(&self) -> Option<&Told> {
         let seen = || self.snapshot.readings.as_ref().map(|readings| self.instruments.telemetry(readings));
-        let both = || seen().map(|seen| (binary::telemetry(&seen), seen)).map(|(bytes, seen)| (seen, bytes));
-        self.telemetry.get_or_init(both).as_ref()
+        let told =
+            || seen().map(|seen| Told { bytes: binary::telemetry(&seen), felt: binary::felt(&seen), seen });
+        self.telemetry.get_or_init(told).as_ref()
     }
 
     fn contacts(&self) -> Option<&(Vec<Contact>, Vec<u8>)> {
@@ -71,7 +80,7 @@ impl Frame {
                 tick: self.snapshot.tick,
                 sim_time_s: self.snapshot.sim_time_s,
                 poses: self.poses.clone(),
-                telemetry: telemetry.map(|(seen, _)| seen.clone()),
+                telemetry: telemetry.map(|told| told.seen.clone()),
                 contacts: contacts.map(|(seen, _)| seen.clone()),
             }))
         };
@@ -86,7 +95,8 @@ impl Frame {
             tick: self.snapshot.tick,
             score: self.snapshot.score,
             poses: &self.poses,
-            telemetry: telemetry.map(|(_, bytes)| bytes.as_slice()),
+            telemetry: telemetry.map(|told| told.bytes.as_slice()),
+            felt: telemetry.map(|told| told.felt.as_slice()),
             contacts: contacts.map(|(_, bytes)| bytes.as_slice()),
         };
         binary::encode(&whole, sent, key)

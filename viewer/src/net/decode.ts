@@ -1,10 +1,11 @@
 /** Binary frames of the subprotocol `palmares.v1.bin`: docs/protocol.md has the table of their bytes. */
 import { type Contact, type Moment, POSE, type Telemetry } from '../model/moment';
 
-const VERSION = 2;
+const VERSION = 1;
 const KEY_FRAME = 1;
 const TELEMETRY = 2;
 const CONTACTS = 4;
+const FELT = 8;
 
 /** Three numbers of 10 bits and which of the four is left out, the largest. */
 export function unpackQuaternion(packed: number): [number, number, number, number] {
@@ -29,14 +30,19 @@ class Cursor {
 }
 
 function telemetry(cursor: Cursor): Telemetry {
-  const motors = Array.from({ length: cursor.u8() }, () => ({ command: cursor.f32(), position: cursor.f32(), tension: cursor.f32(), work: cursor.f32() }));
+  const motors = Array.from({ length: cursor.u8() }, () => ({ command: cursor.f32(), position: cursor.f32(), tension: cursor.f32() }));
   const tension = cursor.floats(cursor.u8());
   const joints = cursor.u8();
   const q = cursor.floats(joints);
-  const predicted = cursor.u8() === 1 ? cursor.floats(joints) : null;
+  return { motors, tension, q, predicted: cursor.u8() === 1 ? cursor.floats(joints) : null };
+}
+
+/** Adds the work of the motors, fingers and taxels. */
+function felt(cursor: Cursor, known: Telemetry): Telemetry {
+  const work = cursor.floats(cursor.u8());
   const fingers = Array.from({ length: cursor.u8() }, () => ({ force: cursor.vec(), torque: cursor.vec() }));
   const touch = Array.from({ length: cursor.u16() }, () => cursor.vec());
-  return { motors, tension, q, predicted, fingers, touch };
+  return { ...known, motors: known.motors.map((motor, k) => ({ ...motor, work: work[k] })), fingers, touch };
 }
 
 function contacts(cursor: Cursor): Contact[] {
@@ -75,6 +81,7 @@ export class FrameReader {
     const moment: Moment = { tick, time: tick * this.tickS, score, poses: this.poses };
     if (flags & TELEMETRY) moment.telemetry = telemetry(cursor);
     if (flags & CONTACTS) moment.contacts = contacts(cursor);
+    if (flags & FELT && moment.telemetry) moment.telemetry = felt(cursor, moment.telemetry);
     return this.whole ? moment : null;
   }
 }
