@@ -2,8 +2,8 @@
 //!
 //! Robotiq's instruction manual gives the noise as the standard deviation over one second, 0.1 N in force, 0.005 N·m about
 //! the axes across and 0.003 N·m about the flange's, a range of 300 N and 30 N·m, steps of 0.01 N and 0.001 N·m, and 100
-//! readings a second. Nobody publishes its drift; [`DRIFT_N`] and the zero at the beginning are chosen here: ten weighings of 3 kg by a user
-//! of the FT 300 scattered by 0.6 N.
+//! readings a second. Nobody publishes its drift; [`DRIFT_N`] and the zero at the beginning are chosen here: ten weighings
+//! of 3 kg by a user of the FT 300 scattered by 0.6 N.
 
 use crate::encoders::quantised;
 use crate::noise::{Noise, SensorNoise};
