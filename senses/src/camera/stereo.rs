@@ -5,6 +5,7 @@
 //! shadow of something nearer or looks past its picture, where a surface is seen at a grazing angle, and here and there.
 
 use super::{Intrinsics, Picture};
+use crate::encoders::quantised;
 use crate::noise::Sample;
 use palmares_models::camera::{Camera, Stereo};
 
@@ -29,7 +30,7 @@ pub fn stereo_depth(
     let (columns, scale) = (intrinsics.columns(), intrinsics.fx * baseline);
     let width = columns.len().max(1);
     let grazing = libm::cos(grazing_deg.to_radians());
-    let (lost, steps) = (grazing * grazing, if disparity_step > 0.0 { 1.0 / disparity_step } else { 0.0 });
+    let lost = grazing * grazing;
     let normals = picture.normal.as_deref().unwrap_or_default();
     let mut depths = vec![0; picture.body.len()];
     let mut disparities = vec![0.0; width];
@@ -49,11 +50,7 @@ pub fn stereo_depth(
             if facing < 0.0 || facing * facing < lost * (x * x + y * y + 1.0) {
                 continue;
             }
-            let mut found = disparity + disparity_noise * noise;
-            if steps > 0.0 {
-                // A cast, since not every processor has an instruction for `round`.
-                found = (found * steps + 0.5) as u32 as f64 * disparity_step;
-            }
+            let found = quantised(disparity + disparity_noise * noise, disparity_step);
             if found > 0.0 {
                 *depth = told(scale / found, camera);
             }
