@@ -49,6 +49,8 @@ LEAN, CLEARANCE_M = 0.156, 0.32
 """The approach comes down with this slope, horizontal per vertical way, from this far above"""
 LIFT_M = 0.36
 """Enough for the ball and the fingers under it to pass over the wall"""
+FEEL_S = 0.1
+"""The wrist's noise is averaged for so long"""
 ASIDE = array([0.65, 0.0, 0.75])
 """Where the hand's base does not hide box A from the camera, m"""
 
@@ -152,7 +154,7 @@ def choose(balls: Array, radius_m: float, box: palmares.Region, attempts: list[A
 
 
 class Senses(Mover):
-    """Moves the hand and reads its camera and its wrist."""
+    """Moves the hand and looks."""
 
     def look(self) -> Array:
         """Move the hand out of the way; return the points (h, w, 3) that the camera above box A sees, m."""
@@ -163,14 +165,6 @@ class Senses(Mover):
             raise RunOverError(self.obs.reason)
         return self.obs.cameras["box_a"].points()
 
-    def wrist_force(self) -> Array:
-        """Return the force at the wrist, mean over 0.1 s, (3,), N."""
-        forces = []
-        for _ in range(10):
-            self.wait(0.01)
-            forces.append(self.obs.hand.wrist.force)
-        return array(np.mean(forces, axis=0))
-
 
 def pick_and_carry(hand: Senses, target: Attempt, weight_n: float, box_b: palmares.Region) -> bool:
     """Take the ball, carry it over box B and let it go. Return whether a ball was in the hand."""
@@ -178,13 +172,13 @@ def pick_and_carry(hand: Senses, target: Attempt, weight_n: float, box_b: palmar
     grasp_at = target.position - rotation @ BALL_IN_HAND
     before = grasp_at - ADVANCE_M * rotation[:, 0]
     hand.to(1.2, before - down(target.yaw_rad, CLEARANCE_M), quat_of(rotation), SIGMA_PRESHAPE)
-    empty = hand.wrist_force()
+    empty = hand.wrist_force(FEEL_S)
     hand.to(0.8, before)
     hand.to(0.3, grasp_at)
     hand.to(0.8, sigma=1.0)
     hand.wait(0.2)
     hand.to(0.8, grasp_at + LIFT_M * UP)
-    caught = float(np.linalg.norm(hand.wrist_force() - empty)) > 0.5 * weight_n
+    caught = float(np.linalg.norm(hand.wrist_force(FEEL_S) - empty)) > 0.5 * weight_n
     if caught:
         # The ball, not the hand, should arrive near the middle of box B.
         x, y, _ = box_b.center - target.position

@@ -64,6 +64,8 @@ LIFT_M = 0.16
 TRIES = 4
 """Attempts per run"""
 CAMERAS = ["table", "top"]
+FEEL_S = 0.2
+"""The wrist's noise is averaged for so long"""
 IMAGES = 10
 """Images of each camera whose mean is taken"""
 ASIDE_M = 0.45
@@ -118,7 +120,7 @@ def find_object(points: Array, table_m: float) -> Seen | None:
 
 
 class Senses(Mover):
-    """Moves the hand and reads its cameras and its wrist."""
+    """Moves the hand and looks."""
 
     def look(self) -> Array:
         """Return the points (n, 3) that both cameras see, mean of several images, m."""
@@ -137,26 +139,18 @@ class Senses(Mover):
         cloud = np.concatenate(clouds)
         return array(cloud[np.isfinite(cloud).all(axis=1)])
 
-    def wrist_force(self) -> Array:
-        """Return the force at the wrist, mean over 0.2 s, (3,), N."""
-        forces = []
-        for _ in range(20):
-            self.wait(0.01)
-            forces.append(self.obs.hand.wrist.force)
-        return array(np.mean(forces, axis=0))
-
 
 def attempt(hand: Senses, seen: Seen, grasp: TopGrasp, weight_n: float) -> bool:
     """Grasp and lift the object. Return whether the wrist carries its weight."""
     rotation = grasp.rotation(seen.yaw_rad)
     at = grasp.base_position(seen.bounds, rotation)
     hand.to(1.0, at + grasp.sink_m * UP, quat_of(rotation), sigma=grasp.sigma_open)
-    empty = hand.wrist_force()
+    empty = hand.wrist_force(FEEL_S)
     hand.to(0.5, at)
     hand.to(0.6, sigma=grasp.sigma_closed)
     hand.wait(0.3)
     hand.to(0.6, at + LIFT_M * UP)
-    return float(np.linalg.norm(hand.wrist_force() - empty)) > 0.5 * weight_n
+    return float(np.linalg.norm(hand.wrist_force(FEEL_S) - empty)) > 0.5 * weight_n
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -173,6 +173,14 @@ class Mover:
         for _ in range(round(duration_s / self._tick_s)):
             self._step()
 
+    def wrist_force(self, duration_s: float) -> Array:
+        """Hold still for a while; return the mean force at the wrist, (3,), N."""
+        forces = []
+        for _ in range(round(duration_s / self._tick_s)):
+            self._step()
+            forces.append(self.obs.hand.wrist.force)
+        return array(np.mean(forces, axis=0))
+
     def command(self) -> list[float]:
         """Return σ of every motor; a hand with several motors overrides this."""
         return [self.sigma]
