@@ -35,6 +35,8 @@ async fn where_the_truth_is_not_shown_it_is_refused_and_a_run_on_sensors_is_reco
     let sensors = || with(official_reset(), "sensing", json!("sensors"));
     let refused = client.ask(with(sensors(), "noise", json!("none"))).await;
     assert_eq!(refused["code"], "bad_request", "{refused}");
+    let refused = client.ask(with(sensors(), "cameras", json!(["eye"]))).await;
+    assert_eq!(refused["code"], "unknown_camera", "{refused}");
     let opened = client.ask(with(sensors(), "cameras", json!(["box_a"]))).await;
     assert_eq!((&opened["run"]["sensing"], &opened["run"]["noise"]), (&json!("sensors"), &json!("real")));
     assert_eq!(opened["cameras"][0]["camera"], "box_a");

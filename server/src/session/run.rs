@@ -23,7 +23,7 @@ use palmares_protocol::{Act, Code, Mode, Perturb, Refusal, Reply, Request, Reset
 use palmares_replay::{Header, Kind, Pacing};
 use palmares_tasks::observation::{Observation, Wrench};
 use palmares_tasks::overlap::{Obstacle, Overlap};
-use palmares_tasks::run::ShotError;
+use palmares_tasks::run::{Shot, ShotError, shots};
 use palmares_tasks::{Noise, Reason, SceneError, Sensing, Task};
 use std::sync::Arc;
 use std::time::Instant;
@@ -43,8 +43,8 @@ struct NewWorld {
     mode: Mode,
     sensing: Sensing,
     noise: Noise,
-    /// To look through at tick 0.
-    cameras: Vec<String>,
+    /// Pictures of tick 0.
+    shots: Vec<Shot>,
 }
 
 impl Session {
@@ -106,20 +106,18 @@ impl Session {
         let noise = self.shared.competition.sensing.noise(reset.noise)?;
         self.shared.competition.sensing.may_see(&task.name, reset.sensing)?;
         let (hand, hand_sha256) = origin::hand(&shared, team, &reset.hand).await?;
+        let shots = shots(task, &hand, &reset.cameras, reset.sensing).map_err(bad_camera)?;
         let admitted = shared.compute.admit(reset.mode, self.official)?;
         let run_id = format!("run_{}", random_hex(8)?);
         let origin = origin::origin(&shared, team, task, reset.seed).await?;
         let (k, task) = (origin.k, task.clone());
         let (mode, sensing) = (reset.mode, reset.sensing);
-        let (task_of, cameras) = (task.clone(), reset.cameras);
-        let new =
-            NewWorld { run_id, task: task_of, hand, hand_sha256, origin, mode, sensing, noise, cameras };
+        let task_of = task.clone();
+        let new = NewWorld { run_id, task: task_of, hand, hand_sha256, origin, mode, sensing, noise, shots };
         match self.build(&new, admitted).await {
             Ok((opened, recording)) => Ok(self.begin(id, new, opened, recording).await),
             // Nothing of the scene was told: the number is the next run's.
-            Err(refusal)
-                if matches!(refusal.code, Code::HandInTheWay | Code::Internal | Code::UnknownCamera) =>
-            {
+            Err(refusal) if matches!(refusal.code, Code::HandInTheWay | Code::Internal) => {
                 match origin::give_back_number(&shared, &self.team, &task, k).await {
                     Err(failed) if refusal.code == Code::HandInTheWay => Err(failed),
                     _ => Err(refusal),
@@ -147,8 +145,8 @@ impl Session {
         });
         let (task, seed) = (task.clone(), origin.seed);
         let (sensing, noise) = (new.sensing, new.noise);
-        let cameras = new.cameras.clone();
-        let setup = WorldSetup { task, hand: hand.clone(), seed, sensing, noise, cameras };
+        let shots = new.shots.clone();
+        let setup = WorldSetup { task, hand: hand.clone(), seed, sensing, noise, shots };
         let opened = World::open(setup, admitted, &self.shared.compute.background, witnesses).await;
         let opened = opened.map_err(|error| self.not_opened(new, error))?;
         self.store_opened(new).await?;
@@ -195,7 +193,6 @@ impl Session {
                 let hides = self.official && new.sensing == Sensing::Sensors;
                 return in_the_way(task, hand, &overlaps, hides);
             }
-            OpenError::Shot(error) => return bad_camera(error),
             error => error,
         };
         tracing::error!(%error, task = task.name, hand = hand.name, number, k, "no world");
@@ -207,7 +204,7 @@ impl Session {
             OpenError::Scene(_) | OpenError::Job(JobError::Panic(_)) => {
                 (Code::Internal, "the scene could not be built; try another seed")
             }
-            OpenError::Job(JobError::Thread(_)) | OpenError::Shot(_) => {
+            OpenError::Job(JobError::Thread(_)) => {
                 (Code::Internal, "the server cannot open another world now")
             }
         };

@@ -138,7 +138,8 @@ impl Live {
         }
     }
 
-    /// Takes an action, and which pictures the next observation shall have; what it leaves out keeps what came before. Returns the tick at which it takes effect.
+    /// Takes an action, and which pictures the next observation shall have; what it leaves out keeps what came before.
+    /// Returns the tick at which it takes effect.
     pub(crate) fn act(&self, action: Action, shots: Vec<Shot>) -> Result<u64, ActionError> {
         action.check(&self.hand)?;
         let mut inbox = lock(&self.inbox);

@@ -44,9 +44,6 @@ pub(crate) enum OpenError {
     /// The scene could not be built.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// There is no such camera.
-    #[error(transparent)]
-    Shot(#[from] ShotError),
     /// The job that builds the scene failed.
     #[error(transparent)]
     Job(#[from] JobError),
@@ -64,8 +61,8 @@ pub(crate) struct WorldSetup {
     pub(crate) sensing: Sensing,
     /// How good its sensors are.
     pub(crate) noise: Noise,
-    /// Cameras to look through at tick 0.
-    pub(crate) cameras: Vec<String>,
+    /// Pictures of tick 0.
+    pub(crate) shots: Vec<Shot>,
 }
 
 /// A world. Whoever owns it steps it.
@@ -108,9 +105,8 @@ impl World {
         mut witnesses: Vec<Box<dyn Witness>>,
     ) -> Result<OpenedWorld, OpenError> {
         let build = move || {
-            let WorldSetup { task, hand, seed, sensing, noise, cameras } = setup;
+            let WorldSetup { task, hand, seed, sensing, noise, shots } = setup;
             let mut run = Run::new(task, hand, seed)?.with_noise(noise);
-            let shots = run.shots(&cameras, sensing)?;
             let (scene, mut observation) = (run.scene().clone().told(sensing), run.observe(sensing));
             observation.cameras = film::drawn(&run.expose(&shots));
             witnesses.iter_mut().for_each(|witness| witness.opened(&run));

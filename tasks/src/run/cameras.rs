@@ -2,8 +2,8 @@
 //! and on any thread.
 
 use super::hand_body::HandBody;
+use super::shots::{Channels, Shot, camera_name};
 use crate::image::{CameraImage, Pixels};
-use crate::observation::Sensing;
 use crate::scene::Scene;
 use crate::task::Task;
 use palmares_models::Pose;
@@ -15,45 +15,6 @@ use palmares_senses::camera::{Body, Geometry, Intrinsics, Picture, draw, plain_d
 use palmares_senses::noise::{Noise, SensorNoise};
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
-
-/// What a camera can tell.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Channels {
-    depth: bool,
-    rgb: bool,
-    bodies: bool,
-}
-
-/// A picture that is wanted of a camera.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shot {
-    camera: usize,
-    channels: Channels,
-}
-
-/// Why pictures cannot be taken.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ShotError {
-    /// There is no such camera.
-    #[error("no camera `{name}`; there are: {known}")]
-    Unknown {
-        /// What was asked for.
-        name: String,
-        /// The cameras of the run.
-        known: String,
-    },
-    /// There is no such channel.
-    #[error("camera `{camera}` has no channel `{channel}`; there are: depth, rgb, bodies")]
-    Channel {
-        /// The camera.
-        camera: String,
-        /// What was asked for.
-        channel: String,
-    },
-    /// Bodies are part of the truth.
-    #[error("which body a pixel shows is told with sensing \"truth\" only")]
-    Hidden,
-}
 
 /// A camera of a run.
 #[derive(Debug)]
@@ -78,12 +39,6 @@ pub(super) struct Cameras {
     colors: Vec<[f64; 3]>,
     geometry: OnceLock<Geometry>,
     first_link: usize,
-}
-
-/// The name of a camera of a hand in a task, which may have one of the same name.
-pub fn camera_name(task: &Task, camera: &Camera) -> String {
-    let taken = camera.link.is_some() && task.cameras.iter().any(|other| other.name == camera.name);
-    if taken { format!("hand_{}", camera.name) } else { camera.name.clone() }
 }
 
 /// Colour of the hand's links.
@@ -209,35 +164,6 @@ pub struct Exposure {
 }
 
 impl Cameras {
-    /// The pictures that are asked for by `wanted`: see [`super::Run::shots`].
-    pub(super) fn shots(&self, wanted: &[String], sensing: Sensing) -> Result<Vec<Shot>, ShotError> {
-        let views = &self.views;
-        let mut shots: Vec<Shot> = Vec::new();
-        for wanted in wanted {
-            let (name, channel) = wanted.split_once('.').unwrap_or((wanted, "depth"));
-            let camera = views.iter().position(|view| view.camera.name == name).ok_or_else(|| {
-                let known: Vec<&str> = views.iter().map(|view| view.camera.name.as_str()).collect();
-                ShotError::Unknown { name: name.chars().take(64).collect(), known: known.join(", ") }
-            })?;
-            let place = shots.iter().position(|shot| shot.camera == camera).unwrap_or_else(|| {
-                shots.push(Shot { camera, channels: Channels::default() });
-                shots.len() - 1
-            });
-            let channels = &mut shots[place].channels;
-            match channel {
-                "depth" => channels.depth = true,
-                "rgb" => channels.rgb = true,
-                "bodies" if sensing == Sensing::Truth => channels.bodies = true,
-                "bodies" => return Err(ShotError::Hidden),
-                _ => {
-                    let channel = channel.chars().take(64).collect();
-                    return Err(ShotError::Channel { camera: name.to_owned(), channel });
-                }
-            }
-        }
-        Ok(shots)
-    }
-
     /// The newest picture that can be read after `tick`, of the world as it is (`now`) or, with the latency of a real
     /// camera, as it was (`lately`).
     pub(super) fn expose(

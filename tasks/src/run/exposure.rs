@@ -1,18 +1,18 @@
 //! Pictures of a run.
 
 use super::Run;
-use super::cameras::{Exposure, Shot, ShotError};
+use super::cameras::Exposure;
+use super::shots::{Shot, ShotError, shots};
 use crate::observation::Sensing;
 use std::sync::Arc;
 
 impl Run {
-    /// The pictures that are asked for by `wanted`: the name of a camera for its depth, or `camera.channel` with one of
-    /// `depth`, `rgb`, `bodies`.
+    /// The pictures that are asked for by `wanted`: see [`shots`].
     ///
     /// # Errors
     /// There is no such camera or channel, or it is not for this sensing.
     pub fn shots(&self, wanted: &[String], sensing: Sensing) -> Result<Vec<Shot>, ShotError> {
-        self.cameras.shots(wanted, sensing)
+        shots(&self.task, &self.hand, wanted, sensing)
     }
 
     /// Takes pictures of the world as it is, or with the latency of real cameras as it was. Nothing is drawn yet.

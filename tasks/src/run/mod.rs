@@ -13,13 +13,15 @@ mod outcome;
 mod predictor;
 mod push;
 mod push_error;
+mod shots;
 mod telemetry;
 
-pub use cameras::{Exposure, Shot, ShotError, camera_name};
+pub use cameras::Exposure;
 pub use evidence::Evidence;
 pub use hand_body::HandBody;
 pub use outcome::{Outcome, Reason};
 pub use push_error::PushError;
+pub use shots::{Shot, ShotError, camera_name, shots};
 pub use telemetry::{Contact, FingerWrench, Instruments, Motor, Readings, Telemetry};
 
 use crate::action::{Action, ActionError, BaseTarget};

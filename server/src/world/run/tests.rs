@@ -79,7 +79,7 @@ async fn witnesses_see_every_tick_once_and_before_what_follows() {
         seed: Seed::from_u64(1),
         sensing: Sensing::Sensors,
         noise: Noise::Real,
-        cameras: vec![],
+        shots: vec![],
     };
     let opened = World::open(setup, admitted, &background, witnesses).await.expect("the scene builds");
     let mut fixture = Fixture { world: opened.world, admission, scheduler, background };
