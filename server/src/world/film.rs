@@ -1,4 +1,4 @@
-//! Pictures, drawn where no tick waits for them: at once on a core that nobody needs, else in the background.
+//! Pictures, drawn where no tick of others waits for them: here and now while nobody else computes, else in the background.
 
 use crate::compute::Compute;
 use crate::compute::background::Level;
@@ -29,22 +29,12 @@ pub(crate) async fn develop(compute: &Compute, wanted: Vec<Arc<Exposure>>) -> Ve
     if all_drawn(&wanted) {
         return drawn(&wanted);
     }
-    let images = match compute.scheduler.spare() {
-        Some(permit) => {
-            let draw = move || {
-                let images = drawn(&wanted);
-                drop(permit);
-                images
-            };
-            tokio::task::spawn_blocking(draw).await.map_err(|error| error.to_string())
-        }
-        None => {
-            let draw = move || drawn(&wanted);
-            compute.background.run(Level::Awaited, draw).await.map_err(|error| error.to_string())
-        }
-    };
+    if let Some(_permit) = compute.scheduler.spare() {
+        return drawn(&wanted);
+    }
+    let images = compute.background.run(Level::Awaited, move || drawn(&wanted)).await;
     images.unwrap_or_else(|error| {
-        tracing::error!(error, "pictures could not be drawn");
+        tracing::error!(%error, "pictures could not be drawn");
         Vec::new()
     })
 }
