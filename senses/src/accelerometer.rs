@@ -4,6 +4,9 @@ use crate::noise::{Noise, SensorNoise};
 use palmares_models::hand::{Hand, sensors};
 use palmares_models::{Pose, Vec3};
 
+/// Place and velocity of the link's origin after a tick, as far as they are known.
+pub(crate) type Motion = Option<(Vec3, Option<Vec3>)>;
+
 /// The sensor and what it remembers.
 #[derive(Clone, Debug)]
 pub(crate) struct Accelerometer {
@@ -11,8 +14,8 @@ pub(crate) struct Accelerometer {
     link: usize,
     /// Without noise there is no error.
     errors: Option<(Vec3, SensorNoise)>,
-    /// Place and velocity of the link's origin after the tick before.
-    last: Option<(Vec3, Option<Vec3>)>,
+    /// Of the tick before.
+    pub(crate) last: Motion,
 }
 
 impl Accelerometer {

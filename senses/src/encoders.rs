@@ -5,6 +5,7 @@ use palmares_models::hand::Hand;
 use palmares_models::hand::sensors::{JointEncoders, MotorSensor};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::state::MotorState;
+use serde::{Deserialize, Serialize};
 
 /// Standard deviation of where the arm believes the base to be along each axis, m: a third of the largest error of an
 /// industrial arm as it is delivered, 0.65 mm (Slamani, Nubiola and Bonev, Industrial Robot 39(1), 2012).
@@ -22,7 +23,7 @@ pub(crate) fn quantised(x: f64, step: f64) -> f64 {
 }
 
 /// What a motor's sensors read: position and velocity in σ, tension of its tendons.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MotorReading {
     /// σ the motor has reached.
     pub position: f64,
@@ -67,6 +68,18 @@ impl Motors {
             }
         });
         Motors { sensor, errors: errors.collect() }
+    }
+
+    /// Where each motor was at its last reading, σ.
+    pub(crate) fn last(&self) -> Vec<Option<f64>> {
+        self.errors.iter().map(|errors| errors.last).collect()
+    }
+
+    /// Sets it.
+    pub(crate) fn set_last(&mut self, last: &[Option<f64>]) {
+        for (errors, last) in self.errors.iter_mut().zip(last) {
+            errors.last = *last;
+        }
     }
 
     /// A tick has passed. `tensions` of each motor's tendons together.
@@ -125,7 +138,7 @@ impl Joints {
 }
 
 /// Pose and velocity of the base as the arm's encoders give them.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BaseReading {
     /// World pose.
     pub pose: Pose,
@@ -140,7 +153,8 @@ pub struct BaseReading {
 pub(crate) struct Arm {
     shift: Vec3,
     turn: Rotation,
-    last: Option<Pose>,
+    /// The last reading.
+    pub(crate) last: Option<Pose>,
 }
 
 impl Arm {

@@ -10,5 +10,5 @@ pub mod touch;
 mod wrist;
 
 pub use encoders::{BaseReading, MotorReading};
-pub use senses::{Readings, Senses};
+pub use senses::{Memory, Readings, Senses};
 pub use wrist::DRIFT_N;

@@ -1,17 +1,18 @@
 //! Everything that a hand and its arm feel, tick by tick.
 
-use crate::accelerometer::Accelerometer;
+use crate::accelerometer::{Accelerometer, Motion};
 use crate::encoders::{Arm, BaseReading, Joints, MotorReading, Motors, encoded, quantised};
 use crate::noise::{Noise, SensorNoise};
 use crate::touch;
-use crate::wrist::Wrist;
+use crate::wrist::{Wrist, WristMemory};
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Vec3};
 use palmares_sim::World;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// What is felt after a tick.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Readings {
     /// The base, by the arm's encoders.
     pub base: BaseReading,
@@ -49,6 +50,24 @@ struct Noisy {
     read: Readings,
 }
 
+/// What of the sensors changes from tick to tick: sensors of the same run that recall it feel on as those it was taken of.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Memory {
+    moved: Motion,
+    acceleration: Option<[f64; 3]>,
+    noisy: Option<NoisyMemory>,
+}
+
+/// The same of those that have noise.
+#[derive(Clone, Serialize, Deserialize)]
+struct NoisyMemory {
+    arm: Option<Pose>,
+    motors: Vec<Option<f64>>,
+    wrist: WristMemory,
+    touched: Vec<[f64; 3]>,
+    read: Readings,
+}
+
 impl Senses {
     /// The sensors of a run whose world stands at tick 0; with noise if it is given.
     pub fn new(hand: Arc<Hand>, world: &World, tick_s: f64, noise: Option<&Noise>) -> Self {
@@ -81,6 +100,34 @@ impl Senses {
         if let Some(noisy) = &mut self.noisy {
             noisy.tick(&self.hand, world, &links, tick, self.tick_s);
             noisy.read.acceleration = self.acceleration;
+        }
+    }
+
+    /// What changes of them.
+    pub fn memory(&self) -> Memory {
+        let noisy = self.noisy.as_ref().map(|noisy| NoisyMemory {
+            arm: noisy.arm.last,
+            motors: noisy.motors.last(),
+            wrist: noisy.wrist.memory.clone(),
+            touched: noisy.touched.clone(),
+            read: noisy.read.clone(),
+        });
+        let moved = self.accelerometer.as_ref().and_then(|sensor| sensor.last);
+        Memory { moved, acceleration: self.acceleration, noisy }
+    }
+
+    /// Feels on from there.
+    pub fn recall(&mut self, memory: &Memory) {
+        self.acceleration = memory.acceleration;
+        if let Some(sensor) = &mut self.accelerometer {
+            sensor.last = memory.moved;
+        }
+        if let (Some(noisy), Some(memory)) = (&mut self.noisy, &memory.noisy) {
+            noisy.arm.last = memory.arm;
+            noisy.motors.set_last(&memory.motors);
+            noisy.wrist.memory.clone_from(&memory.wrist);
+            noisy.touched.clone_from(&memory.touched);
+            noisy.read.clone_from(&memory.read);
         }
     }
 

@@ -7,6 +7,7 @@
 
 use crate::encoders::quantised;
 use crate::noise::{Noise, SensorNoise};
+use serde::{Deserialize, Serialize};
 
 /// Standard deviation of a force, N.
 const FORCE_NOISE: f64 = 0.1;
@@ -28,11 +29,17 @@ const PERIOD_S: f64 = 0.01;
 #[derive(Clone, Debug)]
 pub(crate) struct Wrist {
     noise: SensorNoise,
+    tick_s: f64,
+    pub(crate) memory: WristMemory,
+}
+
+/// What changes of it from tick to tick.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct WristMemory {
     zero: [f64; 6],
     /// What it measured in the tick before: it is read one period later.
     measured: Option<[f64; 6]>,
     read: [f64; 6],
-    tick_s: f64,
 }
 
 /// Of six axes the noise, N and N·m.
@@ -48,33 +55,30 @@ fn lever(axis: usize) -> f64 {
 impl Wrist {
     pub(crate) fn new(noise: &Noise, tick_s: f64) -> Self {
         let mut drawn = noise.sensor("wrist zero").sample(0);
-        Wrist {
-            noise: noise.sensor("wrist"),
-            zero: std::array::from_fn(|axis| ZERO_N * lever(axis) * drawn.normal()),
-            measured: None,
-            read: [0.0; 6],
-            tick_s,
-        }
+        let zero = std::array::from_fn(|axis| ZERO_N * lever(axis) * drawn.normal());
+        let memory = WristMemory { zero, measured: None, read: [0.0; 6] };
+        Wrist { noise: noise.sensor("wrist"), tick_s, memory }
     }
 
     /// A tick has passed, after which the sensor feels `true_wrench`.
     pub(crate) fn tick(&mut self, tick: u64, true_wrench: [f64; 6]) {
         let mut drawn = self.noise.sample(tick);
         let wander = DRIFT_N * (self.tick_s / 60.0).sqrt();
+        let WristMemory { zero, measured: before, read } = &mut self.memory;
         let measured = std::array::from_fn(|axis| {
             let (most, step) = if axis < 3 { (RANGE.0, STEP.0) } else { (RANGE.1, STEP.1) };
-            self.zero[axis] += wander * lever(axis) * drawn.normal();
-            let noisy = true_wrench[axis] + self.zero[axis] + deviation(axis) * drawn.normal();
+            zero[axis] += wander * lever(axis) * drawn.normal();
+            let noisy = true_wrench[axis] + zero[axis] + deviation(axis) * drawn.normal();
             quantised(noisy, step).clamp(-most, most)
         });
         let late = self.tick_s <= PERIOD_S;
-        self.read = if late { self.measured.unwrap_or(measured) } else { measured };
-        self.measured = Some(measured);
+        *read = if late { before.unwrap_or(measured) } else { measured };
+        *before = Some(measured);
     }
 
     /// Force and torque as they are read now.
     pub(crate) fn read(&self) -> ([f64; 3], [f64; 3]) {
-        let [fx, fy, fz, tx, ty, tz] = self.read;
+        let [fx, fy, fz, tx, ty, tz] = self.memory.read;
         ([fx, fy, fz], [tx, ty, tz])
     }
 }

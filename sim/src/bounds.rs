@@ -3,6 +3,8 @@
 //! Computing is counted, not timed, so that every machine stops at the same step. The unit is a multiply-add or what
 //! takes as long, about a nanosecond on a present core; what a piece of the step costs is estimated from its sizes.
 
+use serde::{Deserialize, Serialize};
+
 /// The most that a step may compute. The dearest step of a hand that digs in a heap of thirty balls, at 1 ms, took 1.1
 /// million, of ten balls half a million. The first step of a tower of 102 planks, all of them in one island, takes more than
 /// 20 million, which is 10 ms on the clock: what is legal stays well within.
@@ -28,7 +30,7 @@ pub(crate) const POINT_WORK: u64 = 100;
 pub(crate) const LINK_WORK: u64 = 300;
 
 /// Why a world cannot go on. It stands still from then on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum Fault {
     /// A number of the state is infinite or none.
     #[error("a number of the state is not finite")]

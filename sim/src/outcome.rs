@@ -2,9 +2,10 @@
 
 use crate::model::Owner;
 use palmares_models::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// How a step went.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Newton iterations of the island that needed most.
     pub iterations: usize,
@@ -25,7 +26,7 @@ pub struct Outcome {
 }
 
 /// A touching contact as the last step solved it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactForce {
     /// First body.
     pub a: Owner,

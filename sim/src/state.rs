@@ -5,9 +5,10 @@ use crate::contact::anchor::Pair;
 use crate::digest::Digest;
 use crate::model::Model;
 use palmares_models::{Pose, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// The state of a world between two steps.
-#[derive(Clone)]
+#[derive(Clone, Serialize, Deserialize)]
 pub struct State {
     /// Steps since the beginning.
     pub step: u64,
@@ -36,7 +37,7 @@ pub struct State {
 }
 
 /// The moving set point of the base servo.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BaseReference {
     /// Where the base should be.
     pub pose: Pose,
@@ -47,7 +48,7 @@ pub struct BaseReference {
 }
 
 /// Where the hand was, and how fast, one step earlier.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Earlier {
     /// Whether the motion since was smooth: nothing touched, no limit acted, nobody set poses or velocities.
     pub smooth: bool,
@@ -60,7 +61,7 @@ pub(crate) struct Earlier {
 }
 
 /// A motor between two steps.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MotorState {
     /// Commanded σ.
     pub command: f64,
@@ -71,7 +72,7 @@ pub struct MotorState {
 }
 
 /// Sleep bookkeeping of an object.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sleep {
     /// Steps for which the object has been slow enough.
     pub still_steps: u32,

@@ -14,8 +14,8 @@ use std::sync::Arc;
 /// A world that can be stepped.
 pub struct World {
     model: Arc<Model>,
-    state: State,
-    scratch: Scratch,
+    pub(crate) state: State,
+    pub(crate) scratch: Scratch,
 }
 
 impl World {

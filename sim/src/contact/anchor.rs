@@ -13,9 +13,10 @@
 use crate::digest::Digest;
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::query::{ContactManifold, TrackedContact};
+use serde::{Deserialize, Serialize};
 
 /// Memory of one contact point.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Anchor {
     /// parry's point was there in an earlier step. A point that is not takes over from the points it replaces.
     pub known: bool,
@@ -30,7 +31,7 @@ pub struct Anchor {
 }
 
 /// Memory of a pair of shapes.
-#[derive(Clone)]
+#[derive(Clone, Serialize, Deserialize)]
 pub struct Pair {
     /// Collider indices, the lower one first.
     pub key: (u32, u32),

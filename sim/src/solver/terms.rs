@@ -1,7 +1,9 @@
 //! Scalar convex terms: joint limits, the base servo and tendons.
 
+use serde::{Deserialize, Serialize};
+
 /// A law between a scalar velocity u and an impulse.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub enum ScalarLaw {
     /// Unilateral: impulse `max(0, (target − u) / r)`.
     Limit {
@@ -75,7 +77,7 @@ impl ScalarLaw {
 }
 
 /// A law on one component of the generalized velocity: `u = sign · v[dof]`.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct AxisTerm {
     /// Place in the hand's part of the generalized velocity.
     pub dof: usize,

@@ -4,9 +4,10 @@ use crate::outcome::ContactForce;
 use crate::solver::newton::Newton;
 use crate::solver::problem::Problem;
 use crate::solver::terms::AxisTerm;
+use serde::{Deserialize, Serialize};
 
 /// Forces that acted in the last step.
-#[derive(Default)]
+#[derive(Clone, Default, Serialize, Deserialize)]
 pub(crate) struct StepForces {
     /// At touching contacts.
     pub contacts: Vec<ContactForce>,

@@ -26,6 +26,7 @@ mod solve;
 mod torque_free;
 mod work;
 
+pub(crate) use forces::StepForces;
 pub(crate) use scratch::Scratch;
 
 use crate::actuation::base::{self, BaseCommand};

@@ -5,11 +5,12 @@ use super::verdict::{Measured, Verdict};
 use crate::observation::Event;
 use crate::score::{Count, score};
 use crate::task::{Collect, Task};
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Where an object is, as far as the rules care.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Place {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) enum Place {
     /// In the box it came from, or on its way.
     Start,
     /// At rest in the goal box.
@@ -24,7 +25,7 @@ pub struct CollectReferee {
     rules: Arc<Collect>,
     goal: ([f64; 3], [f64; 3]),
     start: ([f64; 3], [f64; 3]),
-    places: Vec<Place>,
+    pub(super) places: Vec<Place>,
 }
 
 impl CollectReferee {

@@ -5,9 +5,10 @@ use super::verdict::{Measured, Verdict};
 use crate::observation::Event;
 use crate::score::Count;
 use crate::task::Hold;
+use serde::{Deserialize, Serialize};
 
 /// How far an object has moved in the hand.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Slip {
     /// Where it was in the frame of the hand's base when the hold began, m.
     from: [f64; 3],
@@ -30,7 +31,7 @@ impl Slip {
 }
 
 /// How far the object has got.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 enum Stage {
     /// Not up.
     Down,
@@ -51,6 +52,12 @@ pub struct HoldReferee {
     tick_s: f64,
     /// Height of the object at tick 0, m.
     start_m: f64,
+    pub(super) seen: HoldMemory,
+}
+
+/// What it has seen so far.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(super) struct HoldMemory {
     stage: Stage,
     lifted: bool,
     /// The tick at which it had been held long enough.
@@ -64,9 +71,7 @@ impl HoldReferee {
             rules: rules.clone(),
             tick_s,
             start_m: objects.first().map_or(0.0, |seen| seen.position[2]),
-            stage: Stage::Down,
-            lifted: false,
-            held: None,
+            seen: HoldMemory { stage: Stage::Down, lifted: false, held: None },
         }
     }
 
@@ -78,11 +83,11 @@ impl HoldReferee {
         let risen = seen.position[2] - self.start_m;
         let up = risen >= self.rules.lift_m;
         let ticks = |seconds: f64| (seconds / self.tick_s).round() as u64;
-        self.stage = match self.stage {
+        self.seen.stage = match self.seen.stage {
             Stage::Down if up => {
-                if !self.lifted {
+                if !self.seen.lifted {
                     note("lifted");
-                    self.lifted = true;
+                    self.seen.lifted = true;
                 }
                 Stage::Up { since: tick, slip: Slip::new(seen.in_hand) }
             }
@@ -96,7 +101,7 @@ impl HoldReferee {
                     Stage::Up { since: tick, slip: Slip::new(seen.in_hand) }
                 } else if tick - since >= ticks(self.rules.hold_s) {
                     note("held");
-                    self.held = Some(tick);
+                    self.seen.held = Some(tick);
                     Stage::Shaking { since: tick, slip }
                 } else {
                     Stage::Up { since, slip }
@@ -122,19 +127,19 @@ impl HoldReferee {
 
     /// One object in the goal when it was kept.
     pub fn count(&self) -> Count {
-        Count { in_goal: u32::from(matches!(self.stage, Stage::Kept { .. })), outside: 0 }
+        Count { in_goal: u32::from(matches!(self.seen.stage, Stage::Kept { .. })), outside: 0 }
     }
 
     /// Points by what has been noted so far.
     pub fn score(&self) -> f64 {
         let points = &self.rules.points;
         let mut sum = 0.0;
-        if self.lifted {
+        if self.seen.lifted {
             sum += points.lifted;
         }
-        let Some(held) = self.held else { return sum };
+        let Some(held) = self.seen.held else { return sum };
         sum += points.held;
-        if let Stage::Kept { slip } = self.stage {
+        if let Stage::Kept { slip } = self.seen.stage {
             let part = |x: f64| (1.0 - x).clamp(0.0, 1.0);
             sum += points.shaken;
             sum += points.firm * part(slip.most / self.rules.slip_m);
@@ -150,7 +155,7 @@ impl HoldReferee {
         let risen = seen.position[2] - self.start_m;
         let since_s = |since: u64| (tick.saturating_sub(since)) as f64 * self.tick_s;
         let shake_s = 3.0 * rules.shake.axis_s;
-        let (place, held_s, slip, shaken_s) = match self.stage {
+        let (place, held_s, slip, shaken_s) = match self.seen.stage {
             Stage::Down => ("down", None, None, None),
             Stage::Up { since, slip } => ("up", Some(since_s(since)), Some(slip), None),
             Stage::Shaking { since, slip } => {
@@ -160,10 +165,10 @@ impl HoldReferee {
             Stage::Kept { slip } => ("kept", Some(rules.hold_s), Some(slip), Some(shake_s)),
         };
         let slip_m = slip.map(|slip| slip.most);
-        let kept = matches!(self.stage, Stage::Kept { .. });
+        let kept = matches!(self.seen.stage, Stage::Kept { .. });
         let reasons = vec![
             Measured::new("lifted", risen >= rules.lift_m || kept, Some(risen), rules.lift_m, "m"),
-            Measured::new("held", self.held.is_some(), held_s, rules.hold_s, "s"),
+            Measured::new("held", self.seen.held.is_some(), held_s, rules.hold_s, "s"),
             Measured::new(
                 "no_slip",
                 slip_m.is_some_and(|slip| slip < rules.slip_m),
@@ -178,12 +183,12 @@ impl HoldReferee {
 
     /// Whether the shake has been.
     pub fn complete(&self) -> bool {
-        matches!(self.stage, Stage::Lost | Stage::Kept { .. })
+        matches!(self.seen.stage, Stage::Lost | Stage::Kept { .. })
     }
 
     /// Seconds since the shake began, while it lasts.
     pub fn shaking(&self, tick: u64) -> Option<f64> {
-        match self.stage {
+        match self.seen.stage {
             Stage::Shaking { since, .. } => Some((tick - since) as f64 * self.tick_s),
             _ => None,
         }

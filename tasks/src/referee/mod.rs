@@ -6,6 +6,8 @@ mod snapshot;
 mod verdict;
 
 pub use collect::CollectReferee;
+use collect::Place;
+use hold::HoldMemory;
 pub use hold::{HoldReferee, Slip};
 pub use snapshot::ObjectSnapshot;
 pub(crate) use snapshot::REST_SPEED;
@@ -14,6 +16,7 @@ pub use verdict::{Measured, Verdict};
 use crate::observation::Event;
 use crate::score::Count;
 use crate::task::{Rules, Task};
+use serde::{Deserialize, Serialize};
 
 /// Watches the objects of a run by the rules of its task.
 #[derive(Clone, Debug)]
@@ -24,12 +27,43 @@ pub enum Referee {
     Hold(HoldReferee),
 }
 
+/// What a referee has seen so far.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Memory(Seen);
+
+/// The same by rules.
+#[derive(Clone, Serialize, Deserialize)]
+enum Seen {
+    /// Where each object is.
+    Collect(Vec<Place>),
+    /// How far the object has got.
+    Hold(HoldMemory),
+}
+
 impl Referee {
     /// A referee at tick 0, when the objects are where they are shown.
     pub fn new(task: &Task, objects: &[ObjectSnapshot]) -> Self {
         match &task.rules {
             Rules::Collect(rules) => Referee::Collect(CollectReferee::new(task, rules, objects.len())),
             Rules::Hold(rules) => Referee::Hold(HoldReferee::new(rules, task.tick_s, objects)),
+        }
+    }
+
+    /// What it has seen so far.
+    pub fn memory(&self) -> Memory {
+        Memory(match self {
+            Referee::Collect(referee) => Seen::Collect(referee.places.clone()),
+            Referee::Hold(referee) => Seen::Hold(referee.seen),
+        })
+    }
+
+    /// Watches on from there.
+    pub fn recall(&mut self, memory: &Memory) {
+        match (self, &memory.0) {
+            (Referee::Collect(referee), Seen::Collect(places)) => referee.places.clone_from(places),
+            (Referee::Hold(referee), Seen::Hold(seen)) => referee.seen = *seen,
+            // Of the other kind of task: there is nothing to be recalled.
+            (Referee::Collect(_), Seen::Hold(_)) | (Referee::Hold(_), Seen::Collect(_)) => {}
         }
     }
 

@@ -13,6 +13,7 @@ use palmares_models::shape::Shape;
 use palmares_models::{Rotation, Vec3};
 use palmares_senses::camera::{Body, Geometry, Intrinsics, Picture, draw, plain_depth, shade, stereo_depth};
 use palmares_senses::noise::{Noise, SensorNoise};
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 
@@ -119,7 +120,7 @@ impl View {
 }
 
 /// Where everything was lately, for cameras whose pictures take their time.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Lately {
     poses: VecDeque<(u64, Vec<(usize, Pose)>)>,
 }

@@ -1,9 +1,10 @@
 //! What drives the hand of a run between two actions.
 
 use palmares_models::{Pose, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// What the base is doing between two commands.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) enum Target {
     /// Go from one pose to the next during the tick, then stay.
     Pose { from: Pose, to: Pose },
@@ -12,7 +13,7 @@ pub(super) enum Target {
 }
 
 /// A wrench that acts.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Pushing {
     pub link: usize,
     pub force: Vec3,

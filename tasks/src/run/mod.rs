@@ -9,11 +9,14 @@ mod exposure;
 mod hand_body;
 mod inside;
 mod observe;
+mod origin;
 mod outcome;
 mod predictor;
 mod push;
 mod push_error;
+mod restore;
 mod shots;
+mod snapshot;
 mod telemetry;
 
 pub use cameras::Exposure;
@@ -22,6 +25,7 @@ pub use hand_body::HandBody;
 pub use outcome::{Outcome, Reason};
 pub use push_error::PushError;
 pub use shots::{Shot, ShotError, camera_name, shots};
+pub use snapshot::{Snapshot, SnapshotError};
 pub use telemetry::{Contact, FingerWrench, Instruments, Motor, Readings, Telemetry};
 
 use crate::action::{Action, ActionError, BaseTarget};
@@ -36,11 +40,12 @@ use crate::start::start_pose;
 use crate::task::Task;
 use cameras::{Cameras, Lately, Plates};
 use driven::{Pushing, Target};
+use origin::Origin;
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_senses::Senses;
 use palmares_sim::{Fault, World};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// The most that the settling after a run may compute, in the unit of [`palmares_sim::bounds`]: some seconds. Then the
 /// referee counts what it sees.
@@ -51,8 +56,10 @@ pub struct Run {
     task: Arc<Task>,
     hand: Arc<Hand>,
     seed: Seed,
-    scene: Scene,
-    body_names: Vec<String>,
+    noise: Noise,
+    origin: OnceLock<Arc<Origin>>,
+    scene: Arc<Scene>,
+    body_names: Arc<[String]>,
     world: World,
     instruments: Arc<Instruments>,
     senses: Senses,
@@ -100,8 +107,8 @@ impl Run {
             plates: Plates::default(),
             referee: Referee::new(&task, &sightings),
             instruments: Arc::new(instruments),
-            scene: built.scene,
-            body_names: built.body_names,
+            scene: Arc::new(built.scene),
+            body_names: built.body_names.into(),
             world: built.world,
             tick: 0,
             target: Target::Pose { from: base, to: base },
@@ -112,6 +119,8 @@ impl Run {
             history: Vec::new(),
             work: vec![0.0; hand.motors.len()],
             prepared: None,
+            noise: Noise::None,
+            origin: OnceLock::new(),
             task,
             hand,
             seed,
@@ -122,6 +131,7 @@ impl Run {
     /// The same run at tick 0 with sensors as good as `noise` says; the world goes the same way, bit for bit.
     #[must_use]
     pub fn with_noise(mut self, noise: Noise) -> Self {
+        (self.noise, self.origin) = (noise, OnceLock::new());
         let noise = (noise == Noise::Real).then(|| palmares_senses::noise::Noise::new(&self.seed.0));
         self.senses = Senses::new(self.hand.clone(), &self.world, self.task.tick_s, noise.as_ref());
         self.cameras =

@@ -1,0 +1,43 @@
+//! Which run a snapshot is of.
+
+use crate::observation::Noise;
+use crate::seed::Seed;
+use crate::task::Task;
+use palmares_models::hand::Hand;
+use serde::{Deserialize, Serialize};
+
+/// Which run a snapshot is of: any other of the same scene, hand and sensors can go on from it.
+#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Origin {
+    task: String,
+    task_hash: String,
+    hand: String,
+    hand_hash: String,
+    seed: [u8; 32],
+    real_noise: bool,
+}
+
+impl Origin {
+    pub(super) fn new(task: &Task, hand: &Hand, seed: Seed, noise: Noise) -> Self {
+        Origin {
+            task: task.name.clone(),
+            task_hash: task.content_hash().to_owned(),
+            hand: hand.name.clone(),
+            hand_hash: hand.content_hash(),
+            seed: seed.0,
+            real_noise: noise == Noise::Real,
+        }
+    }
+
+    /// In what another one differs, if it does.
+    pub(super) fn differs(&self, other: &Origin) -> Option<&'static str> {
+        let Origin { task, task_hash, hand, hand_hash, seed, real_noise } = self;
+        let differences = [
+            ("task", (task, task_hash) != (&other.task, &other.task_hash)),
+            ("hand", (hand, hand_hash) != (&other.hand, &other.hand_hash)),
+            ("seed", *seed != other.seed),
+            ("noise", *real_noise != other.real_noise),
+        ];
+        differences.into_iter().find(|(_, differs)| *differs).map(|(what, _)| what)
+    }
+}

@@ -1,0 +1,91 @@
+//! Going back to a snapshot, and going on from here twice.
+
+use super::Run;
+use super::cameras::Plates;
+use super::origin::Origin;
+use super::snapshot::{Applied, Snapshot, SnapshotError, events, noted};
+use crate::action::Action;
+use palmares_sim::World;
+use std::sync::{Arc, OnceLock};
+
+impl Run {
+    /// Takes a snapshot. Not between [`Run::prepare`] and the step that it prepares.
+    pub fn snapshot(&self) -> Snapshot {
+        Snapshot {
+            origin: Arc::clone(self.origin()),
+            world: self.world.snapshot(),
+            senses: self.senses.memory(),
+            referee: self.referee.memory(),
+            lately: self.lately.clone(),
+            tick: self.tick,
+            target: self.target,
+            shaken_at: self.shaken_at,
+            applied: Applied::from(&self.applied),
+            pushing: self.pushing.clone(),
+            news: noted(&self.news),
+            history: noted(&self.history),
+            work: self.work.clone(),
+        }
+    }
+
+    /// Goes on from a snapshot of this run or another of the same task, hand, seed and noise, bit for bit.
+    ///
+    /// # Errors
+    /// It is of another run. Nothing has changed then.
+    pub fn restore(&mut self, from: &Snapshot) -> Result<(), SnapshotError> {
+        let own = self.origin();
+        if !Arc::ptr_eq(own, &from.origin)
+            && let Some(what) = own.differs(&from.origin)
+        {
+            return Err(SnapshotError::Other { what });
+        }
+        self.world.resume(&from.world);
+        self.senses.recall(&from.senses);
+        self.referee.recall(&from.referee);
+        self.lately.clone_from(&from.lately);
+        self.plates = Plates::default();
+        (self.tick, self.target, self.shaken_at) = (from.tick, from.target, from.shaken_at);
+        self.applied = Action::from(&from.applied);
+        self.pushing.clone_from(&from.pushing);
+        (self.news, self.history) = (events(&from.news), events(&from.history));
+        self.work.clone_from(&from.work);
+        self.prepared = None;
+        Ok(())
+    }
+
+    /// Another run that goes on from here on its own. Not between [`Run::prepare`] and the step that it prepares.
+    #[must_use]
+    pub fn fork(&self) -> Run {
+        let mut world = World::new(Arc::clone(self.world.model()), self.world.state().clone());
+        world.resume(&self.world.snapshot());
+        Run {
+            task: Arc::clone(&self.task),
+            hand: Arc::clone(&self.hand),
+            seed: self.seed,
+            noise: self.noise,
+            origin: OnceLock::from(Arc::clone(self.origin())),
+            scene: Arc::clone(&self.scene),
+            body_names: Arc::clone(&self.body_names),
+            world,
+            instruments: Arc::clone(&self.instruments),
+            senses: self.senses.clone(),
+            cameras: Arc::clone(&self.cameras),
+            lately: self.lately.clone(),
+            plates: Plates::default(),
+            referee: self.referee.clone(),
+            tick: self.tick,
+            target: self.target,
+            shaken_at: self.shaken_at,
+            applied: self.applied.clone(),
+            pushing: self.pushing.clone(),
+            news: self.news.clone(),
+            history: self.history.clone(),
+            work: self.work.clone(),
+            prepared: None,
+        }
+    }
+
+    fn origin(&self) -> &Arc<Origin> {
+        self.origin.get_or_init(|| Arc::new(Origin::new(&self.task, &self.hand, self.seed, self.noise)))
+    }
+}

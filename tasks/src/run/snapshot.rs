@@ -1,0 +1,151 @@
+//! All that changes of a run, kept in memory or as bytes.
+
+use super::cameras::Lately;
+use super::driven::{Pushing, Target};
+use super::origin::Origin;
+use crate::action::{Action, BaseTarget};
+use crate::observation::Event;
+use crate::referee;
+use flate2::Compression;
+use flate2::read::DeflateDecoder;
+use flate2::write::DeflateEncoder;
+use palmares_models::Pose;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::io::{Read, Write};
+use std::sync::Arc;
+
+/// What its bytes begin with. They are for the version of the program that wrote them.
+const MAGIC: &str = concat!("palmares snapshot ", env!("CARGO_PKG_VERSION"), "\n");
+/// Bytes of the SHA-256 that comes next.
+const DIGEST: usize = 32;
+/// Longer than any, unpacked.
+const LONGEST: u64 = 64 << 20;
+
+/// A run after a tick. What does not change in a run, its scene and the hand, is not part of it.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Snapshot {
+    pub(super) origin: Arc<Origin>,
+    pub(super) world: palmares_sim::Snapshot,
+    pub(super) senses: palmares_senses::Memory,
+    pub(super) referee: referee::Memory,
+    pub(super) lately: Lately,
+    pub(super) tick: u64,
+    pub(super) target: Target,
+    pub(super) shaken_at: Option<Pose>,
+    pub(super) applied: Applied,
+    pub(super) pushing: Vec<Pushing>,
+    pub(super) news: Vec<Noted>,
+    pub(super) history: Vec<Noted>,
+    pub(super) work: Vec<f64>,
+}
+
+/// Why a run cannot go on from a snapshot.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SnapshotError {
+    /// Other bytes, or not all of them.
+    #[error("these {bytes} bytes are no snapshot of this version ({})", env!("CARGO_PKG_VERSION"))]
+    Unreadable {
+        /// How many there are.
+        bytes: usize,
+    },
+    /// It is of another run.
+    #[error("the snapshot has another {what} than this run")]
+    Other {
+        /// `task`, `hand`, `seed` or `noise`.
+        what: &'static str,
+    },
+}
+
+/// An [`Action`] as it is kept: without names, and nothing left out.
+#[derive(Clone, Serialize, Deserialize)]
+pub(super) struct Applied {
+    base: Option<AppliedBase>,
+    hand: Option<Vec<f64>>,
+}
+
+/// A [`BaseTarget`] as it is kept.
+#[derive(Clone, Serialize, Deserialize)]
+pub(super) enum AppliedBase {
+    Pose([f64; 3], [f64; 4]),
+    Twist([f64; 3], [f64; 3]),
+}
+
+/// An [`Event`] as it is kept.
+#[derive(Clone, Serialize, Deserialize)]
+pub(super) struct Noted {
+    tick: u64,
+    kind: String,
+    object: Option<usize>,
+}
+
+impl From<&Action> for Applied {
+    fn from(action: &Action) -> Self {
+        let base = action.base.as_ref().map(|base| match base {
+            BaseTarget::Pose { position, quat_xyzw } => AppliedBase::Pose(*position, *quat_xyzw),
+            BaseTarget::Twist { linear, angular } => AppliedBase::Twist(*linear, *angular),
+        });
+        Applied { base, hand: action.hand.clone() }
+    }
+}
+
+impl From<&Applied> for Action {
+    fn from(applied: &Applied) -> Self {
+        let base = applied.base.as_ref().map(|base| match *base {
+            AppliedBase::Pose(position, quat_xyzw) => BaseTarget::Pose { position, quat_xyzw },
+            AppliedBase::Twist(linear, angular) => BaseTarget::Twist { linear, angular },
+        });
+        Action { base, hand: applied.hand.clone() }
+    }
+}
+
+/// As they are kept.
+pub(super) fn noted(events: &[Event]) -> Vec<Noted> {
+    let note =
+        |Event { tick, kind, object }: &Event| Noted { tick: *tick, kind: kind.clone(), object: *object };
+    events.iter().map(note).collect()
+}
+
+/// As they were.
+pub(super) fn events(noted: &[Noted]) -> Vec<Event> {
+    let event =
+        |Noted { tick, kind, object }: &Noted| Event { tick: *tick, kind: kind.clone(), object: *object };
+    noted.iter().map(event).collect()
+}
+
+impl Snapshot {
+    /// The tick after which it was taken.
+    pub fn tick(&self) -> u64 {
+        self.tick
+    }
+
+    /// As bytes, for this version of the program on any machine: [`Snapshot::from_bytes`] reads them.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let head = MAGIC.len() + DIGEST;
+        let mut bytes = MAGIC.as_bytes().to_vec();
+        bytes.resize(head, 0);
+        let whole = postcard::to_stdvec(self).expect("a snapshot holds nothing without a length");
+        let mut packer = DeflateEncoder::new(bytes, Compression::fast());
+        packer.write_all(&whole).expect("memory takes it");
+        let mut bytes = packer.finish().expect("memory takes it");
+        let digest = Sha256::digest(&bytes[head..]);
+        bytes[MAGIC.len()..head].copy_from_slice(&digest);
+        bytes
+    }
+
+    /// Reads what [`Snapshot::to_bytes`] wrote.
+    ///
+    /// # Errors
+    /// They are other bytes, or of another version.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, SnapshotError> {
+        let unreadable = || SnapshotError::Unreadable { bytes: bytes.len() };
+        let rest = bytes.strip_prefix(MAGIC.as_bytes()).ok_or_else(unreadable)?;
+        let (digest, body) = rest.split_at_checked(DIGEST).ok_or_else(unreadable)?;
+        if Sha256::digest(body).as_slice() != digest {
+            return Err(unreadable());
+        }
+        let mut whole = Vec::new();
+        DeflateDecoder::new(body).take(LONGEST).read_to_end(&mut whole).map_err(|_| unreadable())?;
+        postcard::from_bytes(&whole).map_err(|_| unreadable())
+    }
+}

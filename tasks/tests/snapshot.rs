@@ -1,0 +1,103 @@
+//! A run goes on from a snapshot as it did before, bit for bit, and everything that it tells is the same.
+
+use palmares_models::hand::Hand;
+use palmares_tasks::run::{Snapshot, SnapshotError};
+use palmares_tasks::{Action, BaseTarget, Noise, Run, Seed, Sensing, Task};
+use std::sync::Arc;
+
+fn run(task: &str, hand: &str, seed: u64, noise: Noise) -> Run {
+    let task = Task::builtin().into_iter().find(|known| known.name == task).expect("built in");
+    let hand = Hand::builtin(hand).expect("built in");
+    Run::new(Arc::clone(&task), hand, Seed::from_u64(seed)).expect("a scene").with_noise(noise)
+}
+
+/// Goes into the objects, closes, comes up.
+fn action(tick: u64, motors: usize) -> Action {
+    let height = 0.24 + 0.1 * (tick as f64 / 60.0).cos().max(0.0);
+    let position = [0.02 * (tick % 7) as f64, 0.0, height];
+    Action {
+        base: Some(BaseTarget::Pose { position, quat_xyzw: [0.0, 1.0, 0.0, 0.0] }),
+        hand: Some(vec![(tick as f64 / 40.0).sin().abs(); motors]),
+    }
+}
+
+/// What a run tells of itself in `ticks` ticks.
+fn told(run: &mut Run, ticks: u64) -> Vec<(String, u64, String)> {
+    let motors = run.hand().motors.len();
+    let wrist = run.shots(&["wrist".to_owned()], Sensing::Truth).unwrap_or_default();
+    (0..ticks)
+        .map(|_| {
+            run.step(&action(run.tick(), motors)).expect("taken");
+            let pictures: Vec<_> =
+                if run.tick().is_multiple_of(20) { run.expose(&wrist) } else { Vec::new() };
+            let pictures: Vec<_> = pictures.iter().map(|picture| picture.develop().clone()).collect();
+            (
+                format!("{:?} {pictures:?}", run.observe(Sensing::Truth)),
+                run.digest(),
+                format!("{:?}", run.telemetry()),
+            )
+        })
+        .collect()
+}
+
+#[test]
+fn a_run_goes_on_from_a_snapshot_as_it_went_on_before() {
+    for (task, hand, noise) in [
+        ("balls", "softhand", Noise::Real),
+        ("balls", "softhand_skin", Noise::Real),
+        ("grasp", "reflex", Noise::None),
+        ("shelf", "softhand", Noise::None),
+    ] {
+        let mut first = run(task, hand, 3, noise);
+        told(&mut first, 60);
+        let snapshot = first.snapshot();
+        let here = format!("{:?}", first.observe(Sensing::Truth));
+        let mut fork = first.fork();
+        let bytes = snapshot.to_bytes();
+        println!("{task}, {hand}: {} bytes", bytes.len());
+        assert!(task != "balls" || bytes.len() <= 30_000, "{} bytes", bytes.len());
+        let expected = told(&mut first, 60);
+        assert_eq!(told(&mut fork, 60), expected, "{task}, {hand}: a fork");
+        first.restore(&snapshot).expect("its own");
+        assert_eq!(format!("{:?}", first.observe(Sensing::Truth)), here, "{task}, {hand}: observed at once");
+        assert_eq!(told(&mut first, 60), expected, "{task}, {hand}: from memory");
+        let mut other = run(task, hand, 3, noise);
+        other.restore(&Snapshot::from_bytes(&bytes).expect("readable")).expect("the same scene");
+        assert_eq!(told(&mut other, 60), expected, "{task}, {hand}: from {} bytes", bytes.len());
+        let outcome = |run: &mut Run| run.finish(palmares_tasks::Reason::Stopped);
+        assert_eq!(outcome(&mut other), outcome(&mut first), "{task}, {hand}: the count");
+    }
+}
+
+#[test]
+fn a_snapshot_of_another_run_changes_nothing() {
+    let mut own = run("balls", "softhand", 1, Noise::None);
+    let before = own.digest();
+    for (task, hand, seed, noise, what) in [
+        ("grasp", "softhand", 1, Noise::None, "task"),
+        ("balls", "reflex", 1, Noise::None, "hand"),
+        ("balls", "softhand", 2, Noise::None, "seed"),
+        ("balls", "softhand", 1, Noise::Real, "noise"),
+    ] {
+        let other = run(task, hand, seed, noise).snapshot();
+        assert_eq!(own.restore(&other), Err(SnapshotError::Other { what }));
+        assert_eq!(own.digest(), before);
+    }
+}
+
+#[test]
+fn bytes_that_are_no_snapshot_are_refused() {
+    let bytes = run("balls", "softhand", 1, Noise::None).snapshot().to_bytes();
+    println!("{} bytes", bytes.len());
+    assert!(bytes.len() <= 30_000, "{} bytes", bytes.len());
+    let refused = |bytes: &[u8]| assert!(Snapshot::from_bytes(bytes).is_err(), "{} bytes", bytes.len());
+    for length in [0, 1, 20, 60, bytes.len() / 2, bytes.len() - 1] {
+        refused(&bytes[..length]);
+    }
+    for place in (0..bytes.len()).step_by(97) {
+        let mut changed = bytes.clone();
+        changed[place] ^= 1;
+        refused(&changed);
+    }
+    refused(&[bytes.as_slice(), b"x"].concat());
+}
