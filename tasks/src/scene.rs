@@ -2,6 +2,8 @@
 
 use crate::observation::Sensing;
 use palmares_models::shape::Shape;
+use palmares_models::{Pose, Rotation, Vec3};
+use parry3d_f64::bounding_volume::BoundingVolume;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -55,6 +57,19 @@ impl Scene {
             }
         }
         self
+    }
+}
+
+impl SceneBody {
+    /// Half the lengths of the box around its parts along the axes of its own frame, m; zero for one without parts.
+    pub fn half_extents(&self) -> [f64; 3] {
+        let boxes = self.parts.iter().filter_map(|part| {
+            let (shape, in_part) = part.shape.to_parry()?;
+            let [x, y, z, w] = part.quat_xyzw;
+            let pose = Pose::from_parts(Vec3::from_array(part.position), Rotation::from_xyzw(x, y, z, w));
+            Some(shape.compute_aabb(&(pose * in_part)))
+        });
+        boxes.reduce(|a, b| a.merged(&b)).map_or([0.0; 3], |around| around.half_extents().to_array())
     }
 }
 

@@ -168,6 +168,11 @@ impl Run {
         self.seed
     }
 
+    /// How good its sensors are.
+    pub fn noise(&self) -> Noise {
+        self.noise
+    }
+
     /// The world, for those who measure.
     pub fn world(&self) -> &World {
         &self.world

@@ -58,7 +58,7 @@ impl Run {
         let state = self.world.state();
         let n = self.hand.coordinates.len();
         Truth {
-            objects: self.observe_objects(),
+            objects: self.objects(),
             joints: Joints {
                 position: Numbers(state.q.clone()),
                 velocity: Numbers(state.v[6..6 + n].to_vec()),
@@ -68,7 +68,8 @@ impl Run {
         }
     }
 
-    fn observe_objects(&self) -> Objects {
+    /// Where every free object is, and how fast.
+    pub fn objects(&self) -> Objects {
         let (model, state) = (self.world.model(), self.world.state());
         let count = state.objects.len();
         let mut objects = Objects {

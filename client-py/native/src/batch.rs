@@ -1,0 +1,356 @@
+//! Many worlds on a pool of threads. Every world is stepped by one thread at a time and knows nothing of the others, so that
+//! the number of threads changes no bit.
+
+use crate::fields::{Field, fields, write};
+use crate::interrupt::LOOK;
+use crate::lookup;
+use crate::snapshot::Snapshot;
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods, ToPyArray};
+use palmares_models::hand::Hand;
+use palmares_tasks::{Action, BaseTarget, Noise, Outcome, Reason, Run, Seed, Sensing, Task};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::ThreadPool;
+use rayon::prelude::*;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// A world of the batch, and what it has to tell.
+struct Slot {
+    run: Option<Run>,
+    seed: u64,
+    /// The observation.
+    row: Vec<f64>,
+    score: f64,
+    reward: f64,
+    /// When it is over.
+    outcome: Option<Outcome>,
+    /// Of the last step.
+    events: Vec<(u64, String, Option<usize>)>,
+}
+
+/// N worlds of one task and hand.
+#[pyclass(module = "palmares._native")]
+pub(crate) struct Batch {
+    task: Arc<Task>,
+    hand: Arc<Hand>,
+    sensing: Sensing,
+    noise: Noise,
+    fields: Vec<Field>,
+    slots: Vec<Slot>,
+    pool: ThreadPool,
+}
+
+#[pymethods]
+impl Batch {
+    #[new]
+    fn new(
+        task: &str,
+        hand: &str,
+        count: usize,
+        sensing: &str,
+        noise: &str,
+        threads: usize,
+    ) -> PyResult<Self> {
+        if !(1..=100_000).contains(&count) {
+            return Err(PyValueError::new_err(format!("count: found {count}; wanted 1 to 100000")));
+        }
+        if threads > 1024 {
+            return Err(PyValueError::new_err(format!("threads: found {threads}; wanted at most 1024")));
+        }
+        let (task, hand) = (lookup::task(task)?, lookup::hand(hand)?);
+        let (sensing, noise) = (lookup::sensing(sensing)?, lookup::noise(noise)?);
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .thread_name(|k| format!("palmares {k}"))
+            .build()
+            .map_err(|error| PyRuntimeError::new_err(format!("threads: {error}")))?;
+        let fields = fields(&task, &hand, sensing);
+        let length = fields.iter().map(|field| field.len).sum();
+        let slot = || Slot {
+            run: None,
+            seed: 0,
+            row: vec![0.0; length],
+            score: 0.0,
+            reward: 0.0,
+            outcome: None,
+            events: Vec::new(),
+        };
+        let slots = (0..count).map(|_| slot()).collect();
+        Ok(Batch { task, hand, sensing, noise, fields, slots, pool })
+    }
+
+    /// Threads that step.
+    #[getter]
+    fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
+    /// Length of a tick, s.
+    #[getter]
+    fn tick_s(&self) -> f64 {
+        self.task.tick_s
+    }
+
+    /// Numbers of an action: linear and angular velocity of the base, σ of each motor.
+    #[getter]
+    fn action_len(&self) -> usize {
+        6 + self.hand.motors.len()
+    }
+
+    /// Name and shape of every field of an observation of one world.
+    fn fields(&self) -> Vec<(&'static str, Vec<usize>)> {
+        self.fields.iter().map(|field| (field.name, field.shape.clone())).collect()
+    }
+
+    /// Opens a run in each world of `mask`, by its place in `seeds`.
+    fn reset(&mut self, py: Python<'_>, seeds: Vec<u64>, mask: Vec<bool>) -> PyResult<()> {
+        self.fits("seeds", seeds.len())?;
+        self.fits("mask", mask.len())?;
+        for seed in &seeds {
+            lookup::seed(*seed)?;
+        }
+        let Batch { task, hand, noise, sensing, slots, pool, .. } = self;
+        let chosen = slots.iter_mut().zip(seeds).zip(mask).filter(|(_, chosen)| *chosen);
+        let mut chosen: Vec<(&mut Slot, u64)> = chosen.map(|(slot, _)| slot).collect();
+        // So many at once that somebody looks for Ctrl-C in between.
+        for some in chosen.chunks_mut(2 * pool.current_num_threads()) {
+            let built = py.detach(|| {
+                pool.install(|| {
+                    some.par_iter_mut()
+                        .try_for_each(|(slot, seed)| slot.open(task, hand, *noise, *sensing, *seed))
+                })
+            });
+            built.map_err(PyValueError::new_err)?;
+            py.check_signals()?;
+        }
+        Ok(())
+    }
+
+    /// Advances each world of `mask` by up to `ticks` under its row of `actions`; a world that is over stands still.
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        actions: PyReadonlyArray2<'_, f64>,
+        ticks: u32,
+        mask: Vec<bool>,
+    ) -> PyResult<()> {
+        self.fits("mask", mask.len())?;
+        let (count, width) = (self.slots.len(), 6 + self.hand.motors.len());
+        if actions.shape() != [count, width] {
+            let message = format!("actions: found shape {:?}; wanted ({count}, {width})", actions.shape());
+            return Err(PyValueError::new_err(message));
+        }
+        let actions: Vec<f64> = actions.as_array().iter().copied().collect();
+        if let Some(place) = actions.iter().position(|number| !number.is_finite()) {
+            let (world, entry) = (place / width, place % width);
+            let message = format!("actions[{world}, {entry}] is {}; wanted finite numbers", actions[place]);
+            return Err(PyValueError::new_err(message));
+        }
+        if let Some(world) = (0..count).find(|k| mask[*k] && self.slots[*k].run.is_none()) {
+            return Err(PyValueError::new_err(format!("world {world} has no run yet: call reset first")));
+        }
+        let sensing = self.sensing;
+        let (slots, pool) = (&mut self.slots, &self.pool);
+        let mut moving: Vec<(&mut Slot, Action)> = slots
+            .iter_mut()
+            .zip(actions.chunks(width))
+            .zip(mask)
+            .filter(|(_, chosen)| *chosen)
+            .map(|((slot, numbers), _)| (slot, action(numbers)))
+            .collect();
+        moving.iter_mut().for_each(|(slot, _)| slot.begin());
+        let mut left = ticks;
+        loop {
+            py.detach(|| {
+                let begun = Instant::now();
+                // All in one go, unless it takes so long that Ctrl-C would wait.
+                while left > 0 && begun.elapsed() < LOOK {
+                    let some = left.min(10);
+                    pool.install(|| {
+                        moving.par_iter_mut().for_each(|(slot, action)| slot.advance(action, some, sensing));
+                    });
+                    left -= some;
+                }
+            });
+            if left == 0 {
+                break;
+            }
+            py.check_signals()?;
+        }
+        py.detach(|| pool.install(|| moving.par_iter_mut().for_each(|(slot, _)| slot.end(sensing))));
+        py.check_signals()
+    }
+
+    /// The observations: of each field an array (N, …).
+    fn observe<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let told = PyDict::new(py);
+        let mut begin = 0;
+        for Field { name, shape, len } in &self.fields {
+            let mut values = Vec::with_capacity(len * self.slots.len());
+            for slot in &self.slots {
+                values.extend_from_slice(&slot.row[begin..begin + len]);
+            }
+            begin += len;
+            let whole: Vec<usize> = std::iter::once(self.slots.len()).chain(shape.iter().copied()).collect();
+            told.set_item(*name, PyArray1::from_vec(py, values).reshape(whole)?)?;
+        }
+        Ok(told)
+    }
+
+    /// Reward of the last step, score so far, whether it is complete, whether it was cut short: arrays (N,).
+    #[allow(clippy::type_complexity)]
+    fn progress<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> (
+        Bound<'py, PyArray1<f64>>,
+        Bound<'py, PyArray1<f64>>,
+        Bound<'py, PyArray1<bool>>,
+        Bound<'py, PyArray1<bool>>,
+    ) {
+        let over = |complete: bool| {
+            let is = |slot: &Slot| {
+                slot.outcome.as_ref().is_some_and(|outcome| (outcome.reason == Reason::Complete) == complete)
+            };
+            self.slots.iter().map(is).collect::<Vec<bool>>().to_pyarray(py)
+        };
+        let reward: Vec<f64> = self.slots.iter().map(|slot| slot.reward).collect();
+        let score: Vec<f64> = self.slots.iter().map(|slot| slot.score).collect();
+        (reward.to_pyarray(py), score.to_pyarray(py), over(true), over(false))
+    }
+
+    /// Seeds of the worlds.
+    fn seeds(&self) -> Vec<u64> {
+        self.slots.iter().map(|slot| slot.seed).collect()
+    }
+
+    /// Ticks since reset.
+    fn ticks(&self) -> Vec<u64> {
+        self.slots.iter().map(|slot| slot.run.as_ref().map_or(0, Run::tick)).collect()
+    }
+
+    /// Digests of the states.
+    fn state_hashes(&self) -> Vec<String> {
+        let hash = |slot: &Slot| slot.run.as_ref().map_or_else(String::new, Run::state_hash);
+        self.slots.iter().map(hash).collect()
+    }
+
+    /// What the referee noted in the last step of a world: (tick, kind, object).
+    fn events(&self, world: usize) -> PyResult<Vec<(u64, String, Option<usize>)>> {
+        Ok(self.slot(world)?.events.clone())
+    }
+
+    /// The result of a world that is over.
+    fn result<'py>(&self, py: Python<'py>, world: usize) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(outcome) = &self.slot(world)?.outcome else { return Ok(None) };
+        let told = PyDict::new(py);
+        told.set_item("score", outcome.score)?;
+        told.set_item("in_goal", outcome.in_goal)?;
+        told.set_item("outside", outcome.outside)?;
+        told.set_item("reason", outcome.reason.as_str())?;
+        told.set_item("ticks", outcome.ticks)?;
+        told.set_item("sim_time_s", outcome.sim_time_s)?;
+        told.set_item("state_hash", &outcome.state_hash)?;
+        Ok(Some(told))
+    }
+
+    /// Takes a snapshot of a world.
+    fn snapshot(&self, world: usize) -> PyResult<Snapshot> {
+        let run = self.slot(world)?.run.as_ref();
+        let run = run.ok_or_else(|| {
+            PyValueError::new_err(format!("world {world} has no run yet: call reset first"))
+        })?;
+        Ok(Snapshot { run: run.snapshot(), history: None })
+    }
+
+    /// Lets a world go on from a snapshot of the same task, hand, seed and noise.
+    fn restore(&mut self, world: usize, from: &Bound<'_, Snapshot>) -> PyResult<()> {
+        self.slot(world)?;
+        let sensing = self.sensing;
+        let slot = &mut self.slots[world];
+        let run = slot.run.as_mut();
+        let run = run.ok_or_else(|| {
+            PyValueError::new_err(format!("world {world} has no run yet: call reset first"))
+        })?;
+        run.restore(&from.get().run).map_err(|error| PyValueError::new_err(error.to_string()))?;
+        write(run, sensing, &mut slot.row);
+        (slot.score, slot.reward, slot.outcome) = (run.score(), 0.0, None);
+        slot.events.clear();
+        Ok(())
+    }
+}
+
+impl Batch {
+    fn slot(&self, world: usize) -> PyResult<&Slot> {
+        let missing = || PyValueError::new_err(format!("no world {world}; there are {}", self.slots.len()));
+        self.slots.get(world).ok_or_else(missing)
+    }
+
+    fn fits(&self, name: &str, found: usize) -> PyResult<()> {
+        let wanted = self.slots.len();
+        if found == wanted {
+            return Ok(());
+        }
+        Err(PyValueError::new_err(format!("{name}: found {found}; wanted one for each of {wanted} worlds")))
+    }
+}
+
+impl Slot {
+    fn open(
+        &mut self,
+        task: &Arc<Task>,
+        hand: &Arc<Hand>,
+        noise: Noise,
+        sensing: Sensing,
+        seed: u64,
+    ) -> Result<(), String> {
+        let run = Run::new(Arc::clone(task), Arc::clone(hand), Seed::from_u64(seed));
+        let run = run.map_err(|error| error.to_string())?.with_noise(noise);
+        write(&run, sensing, &mut self.row);
+        (self.seed, self.score, self.reward, self.outcome) = (seed, run.score(), 0.0, None);
+        self.events.clear();
+        self.run = Some(run);
+        Ok(())
+    }
+
+    fn begin(&mut self) {
+        self.events.clear();
+        self.reward = 0.0;
+    }
+
+    fn advance(&mut self, action: &Action, ticks: u32, sensing: Sensing) {
+        let Slot { run: Some(run), events, outcome: None, .. } = self else { return };
+        for _ in 0..ticks {
+            // The action is finite and of the right length.
+            if run.over().is_some() || run.fault().is_some() || run.step(action).is_err() {
+                return;
+            }
+            events.extend(run.events().iter().map(|event| {
+                let told = event.told(sensing);
+                (told.tick, told.kind, told.object)
+            }));
+        }
+    }
+
+    /// Counts what is over, and observes.
+    fn end(&mut self, sensing: Sensing) {
+        let Slot { run: Some(run), outcome, score, reward, row, .. } = self else { return };
+        if outcome.is_some() {
+            return;
+        }
+        write(run, sensing, row);
+        let reason = if run.fault().is_some() { Some(Reason::WorldFault) } else { run.over() };
+        *outcome = reason.map(|reason| run.finish(reason));
+        let now = outcome.as_ref().map_or_else(|| run.score(), |outcome| outcome.score);
+        *reward = now - *score;
+        *score = now;
+    }
+}
+
+fn action(numbers: &[f64]) -> Action {
+    let three = |k: usize| [numbers[k], numbers[k + 1], numbers[k + 2]];
+    let base = Some(BaseTarget::Twist { linear: three(0), angular: three(3) });
+    Action { base, hand: Some(numbers[6..].to_vec()) }
+}

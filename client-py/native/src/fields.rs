@@ -1,0 +1,99 @@
+//! An observation as rows of numbers: which fields it has for a task, a hand and a sensing, and how they are filled.
+
+use palmares_models::hand::{Hand, TactilePatch};
+use palmares_models::shape::Shape;
+use palmares_tasks::scene::SceneBody;
+use palmares_tasks::{Run, Sensing, Task};
+
+/// A field of an observation.
+#[derive(Clone, Debug)]
+pub(crate) struct Field {
+    pub(crate) name: &'static str,
+    /// Of one world.
+    pub(crate) shape: Vec<usize>,
+    /// Numbers of one world.
+    pub(crate) len: usize,
+}
+
+/// All fields, in the order in which a row has them.
+pub(crate) fn fields(task: &Task, hand: &Hand, sensing: Sensing) -> Vec<Field> {
+    let objects = task.objects.count;
+    let sensors = &hand.sensors;
+    let encoders = sensors.joints.as_ref().map_or(0, |joints| joints.on.len());
+    let mut shapes = vec![
+        ("base", vec![13]),
+        ("motors", vec![hand.motors.len(), 4]),
+        ("wrist", vec![6]),
+        ("encoders", vec![encoders]),
+        ("touch", vec![hand.tactile.iter().map(TactilePatch::len).sum::<usize>(), 3]),
+        ("acceleration", vec![if sensors.accelerometer.is_some() { 3 } else { 0 }]),
+        ("time_left", vec![1]),
+    ];
+    if sensing == Sensing::Truth {
+        shapes.extend([
+            ("joints", vec![2, hand.coordinates.len()]),
+            ("objects", vec![objects, 13]),
+            ("object_kind", vec![objects]),
+            ("object_half_extents", vec![objects, 3]),
+            ("object_mass", vec![objects]),
+        ]);
+    }
+    let fields = shapes.into_iter().map(|(name, shape)| {
+        let len = shape.iter().product();
+        Field { name, shape, len }
+    });
+    fields.filter(|field| field.len > 0).collect()
+}
+
+/// Writes a run's fields behind one another.
+pub(crate) fn write(run: &Run, sensing: Sensing, row: &mut Vec<f64>) {
+    row.clear();
+    let seen = run.observe(Sensing::Sensors);
+    let base = &seen.hand.base;
+    row.extend(base.position);
+    row.extend(base.quat_xyzw);
+    row.extend(base.linear);
+    row.extend(base.angular);
+    for motor in &seen.hand.actuators {
+        row.extend([motor.command, motor.position, motor.velocity, motor.tension]);
+    }
+    row.extend(seen.hand.wrist.force);
+    row.extend(seen.hand.wrist.torque);
+    row.extend(&seen.hand.joints.0);
+    row.extend(seen.hand.touch.0.as_flattened());
+    row.extend(seen.hand.acceleration.iter().flatten());
+    row.push(run.task().time_limit_s - seen.sim_time_s);
+    if sensing == Sensing::Truth {
+        let state = run.world().state();
+        let joints = run.hand().coordinates.len();
+        row.extend_from_slice(&state.q);
+        row.extend_from_slice(&state.v[6..6 + joints]);
+        let objects = run.objects();
+        for k in 0..objects.position.0.len() {
+            row.extend(objects.position.0[k]);
+            row.extend(objects.quat_xyzw.0[k]);
+            row.extend(objects.linear.0[k]);
+            row.extend(objects.angular.0[k]);
+        }
+        let free = || run.scene().bodies.iter().filter(|body| body.free);
+        row.extend(free().map(kind));
+        for body in free() {
+            row.extend(body.half_extents());
+        }
+        row.extend(free().map(|body| body.mass));
+    }
+}
+
+/// 0 sphere, 1 capsule, 2 cylinder, 3 box, 4 hull, 5 several parts.
+fn kind(body: &SceneBody) -> f64 {
+    match body.parts.as_slice() {
+        [part] => match part.shape {
+            Shape::Sphere { .. } => 0.0,
+            Shape::Capsule { .. } => 1.0,
+            Shape::Cylinder { .. } => 2.0,
+            Shape::Box { .. } => 3.0,
+            Shape::Hull { .. } => 4.0,
+        },
+        _ => 5.0,
+    }
+}

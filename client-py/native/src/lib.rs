@@ -1,0 +1,32 @@
+//! `palmares._native`: the engine and the program in a Python process. `palmares.sim` makes of it what people use; there is
+//! the documentation.
+//!
+//! The very crates that score a run on a server step it here: same inputs, same bits.
+
+mod batch;
+mod fields;
+mod history;
+mod interrupt;
+mod lookup;
+mod snapshot;
+mod world;
+
+use pyo3::prelude::*;
+use std::process::ExitCode;
+
+/// The `palmares` program: returns its exit code. `argv[0]` is its name.
+#[pyfunction]
+fn main(py: Python<'_>, argv: Vec<String>) -> i32 {
+    let code = py.detach(|| palmares::main(argv.into_iter().map(Into::into)));
+    i32::from(code != ExitCode::SUCCESS)
+}
+
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<world::World>()?;
+    module.add_class::<snapshot::Snapshot>()?;
+    module.add_class::<batch::Batch>()?;
+    module.add_function(wrap_pyfunction!(main, module)?)?;
+    module.add_function(wrap_pyfunction!(lookup::tasks, module)?)?;
+    module.add_function(wrap_pyfunction!(lookup::hands, module)?)
+}

@@ -1,0 +1,318 @@
+//! One world in the process.
+
+use crate::history::{Entry, History, Push};
+use crate::interrupt::{LOOK, interruptible};
+use crate::lookup;
+use crate::snapshot::Snapshot;
+use palmares_protocol::encoding::Payload;
+use palmares_protocol::obs::{Obs, Opened};
+use palmares_protocol::reply::{Ack, RunInfo, RunResult};
+use palmares_protocol::{Code, Encoding, Mode, Perturb, Refusal, Reply, Request, Step, request};
+use palmares_replay::{Header, Recorder, Signer};
+use palmares_tasks::observation::Wrench;
+use palmares_tasks::run::{Shot, ShotError};
+use palmares_tasks::{Action, Observation, Outcome, Reason, Run, Seed, Sensing};
+use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+
+/// Room for a message, bytes.
+const ROOM: usize = 8192;
+
+/// A world, which answers the requests `step`, `perturb` and `stop` of the protocol as a server's session does, in
+/// MessagePack.
+#[pyclass(module = "palmares._native")]
+pub(crate) struct World {
+    run: Run,
+    number: u64,
+    sensing: Sensing,
+    run_id: String,
+    /// Unknown after going on from bytes.
+    history: Option<History>,
+    pushes: Vec<Push>,
+    /// Set when the run was stopped.
+    outcome: Option<Outcome>,
+}
+
+#[pymethods]
+impl World {
+    #[new]
+    fn new(py: Python<'_>, task: &str, hand: &str, seed: u64, sensing: &str, noise: &str) -> PyResult<Self> {
+        let (task, hand) = (lookup::task(task)?, lookup::hand(hand)?);
+        let (sensing, noise) = (lookup::sensing(sensing)?, lookup::noise(noise)?);
+        let number = lookup::seed(seed)?;
+        let build = move || Run::new(task, hand, Seed::from_u64(number)).map(|run| run.with_noise(noise));
+        let run = interruptible(py, build)?.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let mut id = [0; 8];
+        getrandom::fill(&mut id).map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+        let run_id = format!("local_{:016x}", u64::from_le_bytes(id));
+        let history = Some(History::default());
+        Ok(World { run, number, sensing, run_id, history, pushes: Vec::new(), outcome: None })
+    }
+
+    /// The message `obs` as in the reply to `reset`, with the scene; pictures of `cameras`.
+    fn opened<'py>(&mut self, py: Python<'py>, cameras: Vec<String>) -> PyResult<Bound<'py, PyBytes>> {
+        let reply = self.seen(&cameras).map(|observation| {
+            let task = self.run.task();
+            let run = Some(Opened {
+                task: task.name.clone(),
+                hand: self.run.hand().name.clone(),
+                mode: Mode::Lockstep,
+                sensing: self.sensing,
+                noise: self.run.noise(),
+                seed: Some(self.number),
+                tick_s: task.tick_s,
+                time_limit_s: task.time_limit_s,
+            });
+            let scene = Some(self.run.scene().clone().told(self.sensing));
+            Obs { run, scene, ..self.obs(0, observation) }
+        });
+        told(py, 0, reply.map(|obs| Reply::Obs(Box::new(obs))))
+    }
+
+    /// Answers a request.
+    fn answer<'py>(&mut self, py: Python<'py>, request: &[u8]) -> PyResult<Bound<'py, PyBytes>> {
+        let parsed = Encoding::MsgPack.read_binary(request);
+        let id = parsed.id.unwrap_or(0);
+        let reply = match parsed.request {
+            Ok(Request::Step(step)) => self.step(py, id, step)?,
+            Ok(Request::Perturb(push)) => self.perturb(id, push),
+            Ok(Request::Stop(request::Stop {})) => Ok(self.stop(py, id)?),
+            Ok(other) => Err(Refusal::new(
+                Code::WrongState,
+                format!("`{}`: a world in the process answers step, perturb and stop", other.op()),
+            )),
+            Err(refusal) => Err(refusal),
+        };
+        told(py, id, reply)
+    }
+
+    /// What is seen now, as the message `obs`.
+    fn observe<'py>(
+        &mut self,
+        py: Python<'py>,
+        sensing: &str,
+        cameras: Vec<String>,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let own = std::mem::replace(&mut self.sensing, lookup::sensing(sensing)?);
+        let reply = self.seen(&cameras).map(|observation| self.obs(0, observation));
+        self.sensing = own;
+        told(py, 0, reply.map(|obs| Reply::Obs(Box::new(obs))))
+    }
+
+    /// Takes a snapshot.
+    fn snapshot(&self) -> Snapshot {
+        Snapshot { run: self.run.snapshot(), history: self.history.clone() }
+    }
+
+    /// Goes on from a snapshot of this world, or of another of the same task, hand, seed and noise.
+    fn restore(&mut self, from: &Bound<'_, Snapshot>) -> PyResult<()> {
+        let from = from.get();
+        self.run.restore(&from.run).map_err(|error| PyValueError::new_err(error.to_string()))?;
+        self.history.clone_from(&from.history);
+        self.pushes.clear();
+        self.outcome = None;
+        Ok(())
+    }
+
+    /// Another world that goes on from here on its own.
+    fn fork(&self) -> World {
+        World {
+            run: self.run.fork(),
+            number: self.number,
+            sensing: self.sensing,
+            run_id: self.run_id.clone(),
+            history: self.history.clone(),
+            pushes: self.pushes.clone(),
+            outcome: self.outcome.clone(),
+        }
+    }
+
+    /// Digest of the state, 16 hexadecimal digits.
+    fn state_hash(&self) -> String {
+        self.run.state_hash()
+    }
+
+    #[getter]
+    fn tick(&self) -> u64 {
+        self.run.tick()
+    }
+
+    #[getter]
+    fn score(&self) -> f64 {
+        self.outcome.as_ref().map_or_else(|| self.run.score(), |outcome| outcome.score)
+    }
+
+    /// Plays the run again and writes it as a replay, signed by a key that is made for it and forgotten.
+    fn save_replay(&self, py: Python<'_>, path: PathBuf, team: String) -> PyResult<()> {
+        let Some(history) = &self.history else {
+            let message =
+                "this world went on from the bytes of a snapshot, which tell nothing of the ticks before";
+            return Err(PyValueError::new_err(message));
+        };
+        let (task, hand) = (Arc::clone(self.run.task()), Arc::clone(self.run.hand()));
+        let own = !palmares_models::builtin::builtin_hands().iter().any(|known| known.name == hand.name);
+        if own {
+            let message = "a replay of a hand of one's own needs its files: play it on a server";
+            return Err(PyValueError::new_err(message));
+        }
+        let (seed, noise) = (self.run.seed(), self.run.noise());
+        let started =
+            SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_millis() as u64);
+        let header = Header {
+            sensing: self.sensing,
+            noise,
+            seed_number: Some(self.number),
+            ..Header::new(&self.run_id, &team, &task, &hand, seed, started)
+        };
+        let (history, reason) = (history.clone(), self.outcome.as_ref().map(|outcome| outcome.reason));
+        let work = move || -> Result<(), String> {
+            let failed = |error: &dyn ToString| error.to_string();
+            let mut run = Run::new(task, hand, seed).map_err(|error| failed(&error))?.with_noise(noise);
+            let signer = Arc::new(Signer::random().map_err(|error| failed(&error))?);
+            let folder = path.parent().map_or_else(PathBuf::new, |parent| parent.join(".palmares-replay"));
+            let recorder = Recorder::create(&folder, header, &run, &signer, None);
+            let mut recorder = recorder.map_err(|error| failed(&error))?;
+            for Entry { pushes, action } in history.entries() {
+                for Push { link, wrench, duration_s } in pushes {
+                    run.push(&link, wrench, duration_s).map_err(|error| failed(&error))?;
+                    recorder.push(&link, wrench, duration_s);
+                }
+                run.step(&action).map_err(|error| failed(&error))?;
+                recorder.tick(&run);
+            }
+            let reason = reason.or_else(|| run.over()).unwrap_or(Reason::Stopped);
+            let outcome = run.finish(reason);
+            let written = recorder.finish(&run, &outcome).map_err(|error| failed(&error))?;
+            std::fs::rename(&written.path, &path).map_err(|error| failed(&error))?;
+            // Another replay may be on its way.
+            let _ = std::fs::remove_dir(&folder);
+            Ok(())
+        };
+        interruptible(py, work)?.map_err(PyOSError::new_err)
+    }
+}
+
+impl World {
+    fn obs(&self, id: u64, observation: Observation) -> Obs {
+        let run_id = self.run_id.clone();
+        Obs { id: Some(id), run_id, session_left_s: None, observation, late_s: None, run: None, scene: None }
+    }
+
+    /// What is seen now.
+    fn seen(&mut self, cameras: &[String]) -> Result<Observation, Refusal> {
+        let shots = self.shots(cameras)?;
+        Ok(self.looked(&shots))
+    }
+
+    fn shots(&self, cameras: &[String]) -> Result<Vec<Shot>, Refusal> {
+        self.run
+            .shots(cameras, self.sensing)
+            .map_err(|error: ShotError| Refusal::new(Code::UnknownCamera, error.to_string()))
+    }
+
+    fn looked(&mut self, shots: &[Shot]) -> Observation {
+        let mut observation = self.run.observe(self.sensing);
+        observation.cameras = self.run.expose(shots).iter().map(|taken| taken.develop().clone()).collect();
+        observation
+    }
+
+    /// Ticks, without the interpreter's lock, but it is looked for Ctrl-C.
+    fn step(&mut self, py: Python<'_>, id: u64, step: Step) -> PyResult<Result<Reply, Refusal>> {
+        if let Err(refusal) = self.may_step(&step) {
+            return Ok(Err(refusal));
+        }
+        let shots = match self.shots(&step.cameras) {
+            Ok(shots) => shots,
+            Err(refusal) => return Ok(Err(refusal)),
+        };
+        let mut events = Vec::new();
+        let mut left = step.repeat;
+        while left > 0 && self.run.over().is_none() {
+            py.detach(|| self.ticks(&step.action, &mut left, &mut events));
+            if self.run.fault().is_some() {
+                self.outcome = Some(self.run.finish(Reason::WorldFault));
+                let message = "the world failed; the run is void";
+                return Ok(Err(Refusal::new(Code::Internal, message)));
+            }
+            py.check_signals()?;
+        }
+        let mut observation = py.detach(|| self.looked(&shots));
+        observation.events = events;
+        Ok(Ok(Reply::Obs(Box::new(self.obs(id, observation)))))
+    }
+
+    fn may_step(&self, step: &Step) -> Result<(), Refusal> {
+        if self.outcome.is_some() || self.run.over().is_some() {
+            return Err(Refusal::new(Code::WrongState, "the run is over"));
+        }
+        if step.tick != self.run.tick() {
+            let message = format!("tick {} is not the current tick {}", step.tick, self.run.tick());
+            return Err(Refusal::new(Code::StaleTick, message));
+        }
+        if step.repeat == 0 {
+            return Err(Refusal::new(Code::BadRequest, "repeat must be at least 1"));
+        }
+        self.run.check(&step.action).map_err(|error| Refusal::new(Code::BadAction, error.to_string()))
+    }
+
+    /// As many as there is time for until somebody looks for signals.
+    fn ticks(&mut self, action: &Action, left: &mut u32, events: &mut Vec<palmares_tasks::Event>) {
+        let begun = Instant::now();
+        while *left > 0 && self.run.over().is_none() && self.run.fault().is_none() && begun.elapsed() < LOOK {
+            // It has been checked.
+            if self.run.step(action).is_err() {
+                return;
+            }
+            *left -= 1;
+            events.extend(self.run.events().iter().map(|event| event.told(self.sensing)));
+            if let Some(history) = &mut self.history {
+                let pushes = std::mem::take(&mut self.pushes);
+                history.push(Entry { pushes, action: self.run.applied().clone() });
+            }
+        }
+    }
+
+    fn perturb(&mut self, id: u64, push: Perturb) -> Result<Reply, Refusal> {
+        let wrench = Wrench { force: push.wrench.force, torque: push.wrench.torque };
+        let pushed = self.run.push(&push.link, wrench, push.duration_s);
+        pushed.map_err(|error| Refusal::new(Code::BadRequest, error.to_string()))?;
+        self.pushes.push(Push { link: push.link, wrench, duration_s: push.duration_s });
+        Ok(Reply::Ack(Ack { id, tick: self.run.tick() + 1 }))
+    }
+
+    /// Lets the objects settle and counts; another time the same result.
+    fn stop(&mut self, py: Python<'_>, id: u64) -> PyResult<Reply> {
+        if self.outcome.is_none() {
+            let reason = self.run.over().unwrap_or(Reason::Stopped);
+            self.outcome = Some(py.detach(|| self.run.finish(reason)));
+            py.check_signals()?;
+        }
+        let Some(outcome) = self.outcome.clone() else {
+            return Err(PyRuntimeError::new_err("the run was not counted"));
+        };
+        let status = if outcome.reason == Reason::WorldFault { "voided" } else { "practice" };
+        let run = RunInfo {
+            run_id: self.run_id.clone(),
+            task: self.run.task().name.clone(),
+            hand: self.run.hand().name.clone(),
+            mode: Mode::Lockstep,
+            tick: self.run.tick(),
+            open: false,
+        };
+        Ok(Reply::Result(Box::new(RunResult { id: Some(id), ..RunResult::new(run, status, outcome) })))
+    }
+}
+
+/// A reply, or the message of a refusal, as bytes.
+fn told<'py>(py: Python<'py>, id: u64, reply: Result<Reply, Refusal>) -> PyResult<Bound<'py, PyBytes>> {
+    let reply = reply.unwrap_or_else(|refusal| Reply::refused(Some(id), &refusal));
+    match Encoding::MsgPack.write(&reply, ROOM) {
+        Ok(Payload::Binary(bytes)) => Ok(PyBytes::new(py, &bytes)),
+        Ok(Payload::Text(_)) => Err(PyRuntimeError::new_err("MessagePack is binary")),
+        Err(error) => Err(PyRuntimeError::new_err(error.to_string())),
+    }
+}

@@ -1,0 +1,30 @@
+"""The engine that scores, in this process: no server, no socket, the same bits.
+
+>>> from palmares.sim import World                                    # doctest: +SKIP
+... world = World("balls", "softhand", seed=1)
+... obs = world.step(hand=[1.0], repeat=100)
+... print(world.result().score, world.state_hash())
+
+A run that is played here and through a server with the same actions ends in the same state hash and the same
+score, on any machine. `World` is one world that can be kept and gone back to; `Batch` is many of them on all
+cores. Both need the compiled part of the package, which its wheels have.
+"""
+
+try:
+    from palmares import _native
+except ImportError as missing:
+    raise ImportError(
+        "palmares.sim needs the compiled part of the package, which is missing here: install a wheel "
+        "(`cargo xtask wheel` makes one). `palmares.Client` works without it."
+    ) from missing
+
+from palmares._native import Snapshot
+from palmares.sim.batch import Batch, Stepped
+from palmares.sim.world import World
+
+TASKS = tuple(_native.tasks())
+"""Names of the tasks that come with the program"""
+HANDS = tuple(_native.hands())
+"""Names of the hands that come with the program"""
+
+__all__ = ["HANDS", "TASKS", "Batch", "Snapshot", "Stepped", "World"]

@@ -1,0 +1,180 @@
+"""Many worlds at once, on all cores."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from palmares import _native
+from palmares.arrays import Array
+
+Arrays: TypeAlias = dict[str, Array]
+Mask: TypeAlias = Sequence[bool] | NDArray[np.bool_]
+
+SEEDS = 2**53
+"""Seeds are below this."""
+
+
+@dataclass(frozen=True)
+class Stepped:
+    """What a step of a `Batch` gave; every array has one entry for each world."""
+
+    observations: Arrays
+    """As in `Batch.observe`"""
+    rewards: Array
+    """(N,), change of the score in this step; with the last one the objects have settled and are counted"""
+    terminated: NDArray[np.bool_]
+    """(N,), the task is complete"""
+    truncated: NDArray[np.bool_]
+    """(N,), a limit ended the run, or a fault voided it"""
+
+
+class Batch:
+    """N worlds of one task and hand, stepped by a pool of native threads.
+
+    A world's run is the same as that of a `World` with its seed and actions, for any number of threads.
+
+    An observation is a dictionary of arrays (N, …) of float64; without `sensing` ``truth`` the last five are
+    missing, and what a hand does not have is missing too:
+
+    - ``base`` (13,): position (m), quaternion x y z w, linear (m/s) and angular (rad/s) velocity
+    - ``motors`` (motors, 4): command, position, velocity (1/s) and tension of each
+    - ``wrist`` (6,): force (N), torque (N·m)
+    - ``encoders`` (encoders,): rad
+    - ``touch`` (taxels, 3): N
+    - ``acceleration`` (3,): m/s²
+    - ``time_left`` (1,): s until the time limit
+    - ``joints`` (2, joints): position (rad), velocity (rad/s)
+    - ``objects`` (objects, 13): as ``base``, for each
+    - ``object_kind`` (objects,): 0 sphere, 1 capsule, 2 cylinder, 3 box, 4 hull, 5 several parts
+    - ``object_half_extents`` (objects, 3): of the box around it in its own frame, m
+    - ``object_mass`` (objects,): kg
+
+    Args:
+        task: Name of the task: one of `palmares.sim.TASKS`.
+        hand: Name of a hand, or the path of your own; as for `World`.
+        count: N, the number of worlds.
+        sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
+        noise: ``none`` or ``real``.
+        threads: Threads that step; one for each core when left out.
+
+    Attributes:
+        count: N.
+        fields: Shape of each field of an observation, of one world.
+        action_len: Numbers of one world's action.
+        tick_s: Length of a tick, s.
+
+    """
+
+    def __init__(
+        self,
+        task: str,
+        hand: str,
+        count: int,
+        *,
+        sensing: Literal["sensors", "truth"] = "truth",
+        noise: Literal["none", "real"] = "none",
+        threads: int | None = None,
+    ) -> None:
+        if threads is not None and threads < 1:
+            raise ValueError(f"threads: found {threads}; wanted at least 1, or None for one for each core")
+        self._native = _native.Batch(task, str(hand), count, sensing, noise, threads or 0)
+        self.count = count
+        self.fields = {name: tuple(shape) for name, shape in self._native.fields()}
+        self.action_len = self._native.action_len
+        self.tick_s = self._native.tick_s
+
+    def reset(self, seeds: Sequence[int] | NDArray[np.integer], mask: Mask | None = None) -> Arrays:
+        """Open runs with these scenes, in the worlds of `mask` or in all; return the observations of all.
+
+        Args:
+            seeds: (N,), 0 to 2**53 - 1; those of other worlds are not looked at.
+            mask: (N,).
+
+        """
+        self._native.reset([int(seed) for seed in seeds], self._mask(mask))
+        return self.observe()
+
+    def step(self, actions: ArrayLike, ticks: int = 10, mask: Mask | None = None) -> Stepped:
+        """Advance the worlds of `mask`, or all, by `ticks` under their actions.
+
+        A world that is over stands still, with reward 0, until it is reset. Ctrl-C ends the call between two
+        ticks.
+
+        Args:
+            actions: (N, 6 + motors): linear (m/s) and angular (rad/s) velocity of the base, world frame, and
+                σ of each motor in [0, 1]; what is beyond the limits is clipped.
+            ticks: At least 1, of `tick_s` each.
+            mask: (N,).
+
+        Raises:
+            ValueError: Another shape, or a number that is not finite; nothing has changed.
+
+        """
+        if ticks < 1:
+            raise ValueError(f"ticks: found {ticks}; wanted at least 1")
+        self._native.step(np.asarray(actions, dtype=np.float64), ticks, self._mask(mask))
+        rewards, _, terminated, truncated = self._native.progress()
+        return Stepped(self.observe(), rewards, terminated, truncated)
+
+    def observe(self) -> Arrays:
+        """Return the observations: of each field an array (N, …)."""
+        return self._native.observe()
+
+    @property
+    def scores(self) -> Array:
+        """(N,), score of each run if it ended now; the final one of a run that is over."""
+        return self._native.progress()[1]
+
+    @property
+    def done(self) -> NDArray[np.bool_]:
+        """(N,), which runs are over."""
+        _, _, terminated, truncated = self._native.progress()
+        return terminated | truncated
+
+    @property
+    def seeds(self) -> list[int]:
+        """Seeds of the worlds."""
+        return self._native.seeds()
+
+    @property
+    def ticks(self) -> list[int]:
+        """Ticks of each run since its reset."""
+        return self._native.ticks()
+
+    @property
+    def threads(self) -> int:
+        """Threads that step."""
+        return self._native.threads
+
+    def state_hashes(self) -> list[str]:
+        """Return the digest of each state, 16 hexadecimal digits."""
+        return self._native.state_hashes()
+
+    def events(self, world: int) -> list[tuple[int, str, int | None]]:
+        """Return what the referee noted of a world in its last step: tick, kind, object."""
+        return self._native.events(world)
+
+    def result(self, world: int) -> dict[str, Any] | None:
+        """Return the final count of a world whose run is over: score, in_goal, outside, reason, …"""
+        return self._native.result(world)
+
+    def snapshot(self, world: int) -> _native.Snapshot:
+        """Keep a world as it is; see `World.snapshot`."""
+        return self._native.snapshot(world)
+
+    def restore(self, world: int, snapshot: _native.Snapshot | bytes) -> None:
+        """Let a world go on from a snapshot of the same task, hand, seed and noise."""
+        if isinstance(snapshot, bytes | bytearray | memoryview):
+            snapshot = _native.Snapshot(bytes(snapshot))
+        self._native.restore(world, snapshot)
+
+    def __repr__(self) -> str:
+        return f"<Batch of {self.count} worlds on {self.threads} threads>"
+
+    def _mask(self, mask: Mask | None) -> list[bool]:
+        return [True] * self.count if mask is None else [bool(entry) for entry in mask]

@@ -1,0 +1,202 @@
+"""One world in this process."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from typing import Literal, Self, TypeVar
+
+from palmares import _native
+from palmares.codec import CODECS
+from palmares.errors import ProtocolError, error_of
+from palmares.messages import Ack, ErrorMessage, Observation, Opened, Reply, Result
+from palmares.requests import Perturb, Request, Step, Stop, Wrench, names
+from palmares.scene import Scene
+from palmares.targets import Base, Hand, Numbers, action_of, vector
+
+Answer = TypeVar("Answer", bound=Reply)
+
+CODEC = CODECS["msgpack"]
+
+
+class World:
+    """One run of a task, stepped in this process without holding the interpreter's lock.
+
+    It observes, acts and is scored as a lockstep run of `palmares.Client`, with the same types. Use it from
+    one thread at a time. Ctrl-C ends a long `step` between two ticks.
+
+    Args:
+        task: Name of the task: one of `palmares.sim.TASKS`.
+        hand: Name of a hand, one of `palmares.sim.HANDS`, or the path of your own: a folder, an archive or a
+            URDF.
+        seed: Selects the scene, 0 to 2**53 - 1: the same as on a practice server.
+        sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
+        noise: ``none``: sensors without errors, ``real``: with those of real ones.
+        cameras: Whose pictures of tick 0 to take, as in `step`.
+
+    Raises:
+        ValueError: There is no such task, hand or camera, or the hand does not fit where it starts.
+
+    """
+
+    def __init__(
+        self,
+        task: str,
+        hand: str,
+        seed: int = 0,
+        *,
+        sensing: Literal["sensors", "truth"] = "truth",
+        noise: Literal["none", "real"] = "none",
+        cameras: Iterable[str] = (),
+    ) -> None:
+        self._task, self._hand, self._seed = task, str(hand), seed
+        self._sensing: Literal["sensors", "truth"] = sensing
+        self._noise: Literal["none", "real"] = noise
+        self.reset(cameras=cameras)
+
+    def reset(self, seed: int | None = None, cameras: Iterable[str] = ()) -> Observation:
+        """Begin anew, with another scene if `seed` is given; return the observation of tick 0."""
+        if seed is not None:
+            self._seed = seed
+        self._native = _native.World(self._task, self._hand, self._seed, self._sensing, self._noise)
+        obs = _read(self._native.opened(names(cameras)), Observation)
+        if obs.run is None or obs.scene is None:
+            raise ProtocolError("the first observation tells of no scene")
+        self._run, self._scene = obs.run, obs.scene
+        self._names = [body.name for body in obs.scene.free]
+        self._motors = len(obs.hand.actuators)
+        return self._named(obs)
+
+    def step(
+        self,
+        base: Base | None = None,
+        hand: Hand | None = None,
+        repeat: int = 1,
+        cameras: Iterable[str] = (),
+    ) -> Observation:
+        """Advance the world by `repeat` ticks under one action; return the observation after them.
+
+        The arguments are those of `palmares.Client.step`; `repeat` may be any number.
+
+        Raises:
+            BadActionError: `base` or `hand` has another shape or is not finite; nothing has changed.
+            WrongStateError: The run is over.
+
+        """
+        request = Step(
+            tick=self.tick,
+            action=action_of(base, hand, self._motors),
+            repeat=repeat,
+            cameras=names(cameras),
+        )
+        return self._named(self._ask(request, Observation))
+
+    def observe(
+        self, sensing: Literal["sensors", "truth"] | None = None, cameras: Iterable[str] = ()
+    ) -> Observation:
+        """Return what is seen now, with the world's sensing or another; nothing changes."""
+        raw = self._native.observe(sensing or self._sensing, names(cameras))
+        return self._named(_read(raw, Observation))
+
+    def perturb(
+        self,
+        link: str,
+        force: Numbers = (0.0, 0.0, 0.0),
+        torque: Numbers = (0.0, 0.0, 0.0),
+        duration_s: float = 0.1,
+    ) -> int:
+        """Push a link of the hand; return the tick at which it begins. See `palmares.Client.perturb`."""
+        wrench = Wrench(force=vector("force", force), torque=vector("torque", torque))
+        return self._ask(Perturb(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
+
+    def result(self) -> Result:
+        """End the run, let the objects settle and count them; asked again, the same result."""
+        return self._ask(Stop(), Result)
+
+    def snapshot(self) -> _native.Snapshot:
+        """Keep the world as it is after this tick.
+
+        Microseconds, and some tens of kilobytes. ``bytes(snapshot)`` is for another process or machine with
+        the same version of this package; `palmares.sim.Snapshot` reads it.
+        """
+        return self._native.snapshot()
+
+    def restore(self, snapshot: _native.Snapshot | bytes) -> Observation:
+        """Go back to a snapshot of this world, or of another of the same task, hand, seed and noise.
+
+        It goes on bit for bit as the world did of which the snapshot was taken. Return what is seen.
+
+        Raises:
+            ValueError: It is of another scene or hand, or these bytes are none of this version.
+
+        """
+        if isinstance(snapshot, bytes | bytearray | memoryview):
+            snapshot = _native.Snapshot(bytes(snapshot))
+        self._native.restore(snapshot)
+        return self.observe()
+
+    def fork(self) -> Self:
+        """Return another world that goes on from here on its own."""
+        fork = type(self).__new__(type(self))
+        fork.__dict__.update(self.__dict__)
+        fork._native = self._native.fork()
+        return fork
+
+    def state_hash(self) -> str:
+        """Return the digest of the state, 16 hexadecimal digits: equal if and only if the bits are."""
+        return self._native.state_hash()
+
+    def save_replay(self, path: str | os.PathLike[str], team: str = "palmares-py") -> None:
+        """Write the run so far as a replay, which ``palmares verify`` plays again and the pages show.
+
+        It is signed by a key that is made for it: that proves that nobody changed the file since, not whose
+        run it was. The run is played once more for it; a run that was not ended counts as stopped here.
+
+        Raises:
+            ValueError: The world went on from bytes, which tell nothing of the ticks before; or the hand is
+                not one of `palmares.sim.HANDS`.
+            OSError: The file cannot be written.
+
+        """
+        self._native.save_replay(os.fspath(path), team)
+
+    @property
+    def tick(self) -> int:
+        """Ticks since reset."""
+        return self._native.tick
+
+    @property
+    def score(self) -> float:
+        """Score if the run ended now; after `result`, the one that counts."""
+        return self._native.score
+
+    @property
+    def run(self) -> Opened:
+        """Its parameters: task, hand, seed, length of a tick, time limit."""
+        return self._run
+
+    @property
+    def scene(self) -> Scene:
+        """What stands in it at tick 0."""
+        return self._scene
+
+    def __repr__(self) -> str:
+        return f"<World {self._run.task} with {self._run.hand}, seed {self._seed}, tick {self.tick}>"
+
+    def _ask(self, request: Request, kind: type[Answer]) -> Answer:
+        request.id = 1
+        return _read(self._native.answer(CODEC.encode(request)), kind)
+
+    def _named(self, obs: Observation) -> Observation:
+        if obs.truth is not None:
+            obs.truth.name_objects(self._names)
+        return obs
+
+
+def _read(raw: bytes, kind: type[Answer]) -> Answer:
+    message = CODEC.message(raw)
+    if isinstance(message, ErrorMessage):
+        raise error_of(message.code, message.message, fatal=message.fatal)
+    if not isinstance(message, kind):
+        raise ProtocolError(f"expected {kind.__name__}, not {message}")
+    return message
