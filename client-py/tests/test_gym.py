@@ -46,11 +46,12 @@ def test_the_spaces_are_known_without_a_run() -> None:
             "base": (13,),
             "motors": (1, 4),
             "wrist": (6,),
+            "time_left": (1,),
             "joints": (2, 2),
         }
         env.close()
         env = PalmaresEnv(server.url, sensing="sensors")
-        assert set(cast(spaces.Dict, env.observation_space)) == {"base", "motors", "wrist"}
+        assert set(cast(spaces.Dict, env.observation_space)) == {"base", "motors", "wrist", "time_left"}
         env.close()
     assert not [request for request in server.requests if request["op"] == "reset"]
 

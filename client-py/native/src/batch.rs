@@ -174,7 +174,7 @@ impl Batch {
                     left -= some;
                 }
             });
-            if left == 0 {
+            if left == 0 || moving.iter().all(|(slot, _)| slot.is_over()) {
                 break;
             }
             py.check_signals()?;
@@ -219,6 +219,11 @@ impl Batch {
         let reward: Vec<f64> = self.slots.iter().map(|slot| slot.reward).collect();
         let score: Vec<f64> = self.slots.iter().map(|slot| slot.score).collect();
         (reward.to_pyarray(py), score.to_pyarray(py), over(true), over(false))
+    }
+
+    /// Whether every world has a run.
+    fn opened(&self) -> bool {
+        self.slots.iter().all(|slot| slot.run.is_some())
     }
 
     /// Seeds of the worlds.
@@ -313,6 +318,12 @@ impl Slot {
         self.events.clear();
         self.run = Some(run);
         Ok(())
+    }
+
+    /// Whether it moves no more.
+    fn is_over(&self) -> bool {
+        let ended = |run: &Run| run.over().is_some() || run.fault().is_some();
+        self.outcome.is_some() || self.run.as_ref().is_none_or(ended)
     }
 
     fn begin(&mut self) {

@@ -28,5 +28,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<batch::Batch>()?;
     module.add_function(wrap_pyfunction!(main, module)?)?;
     module.add_function(wrap_pyfunction!(lookup::tasks, module)?)?;
-    module.add_function(wrap_pyfunction!(lookup::hands, module)?)
+    module.add_function(wrap_pyfunction!(lookup::hands, module)?)?;
+    module.add_function(wrap_pyfunction!(lookup::limits, module)?)?;
+    module.add_function(wrap_pyfunction!(lookup::cameras, module)?)
 }

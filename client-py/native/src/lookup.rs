@@ -3,7 +3,8 @@
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
 use palmares_models::read::{self, LoadOptions};
-use palmares_tasks::{Noise, Sensing, Task};
+use palmares_tasks::run::camera_name;
+use palmares_tasks::{ActionLimits, Noise, Sensing, Task};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::path::Path;
@@ -27,6 +28,21 @@ pub(crate) fn tasks() -> Vec<String> {
 #[pyfunction]
 pub(crate) fn hands() -> Vec<String> {
     builtin_hands().iter().map(|hand| hand.name.clone()).collect()
+}
+
+/// Largest speed (m/s) and angular speed (rad/s) of the base.
+#[pyfunction]
+pub(crate) fn limits() -> (f64, f64) {
+    let limits = ActionLimits::default();
+    (limits.speed, limits.angular_speed)
+}
+
+/// Cameras of a task with a hand: name, width, height, range in m.
+#[pyfunction]
+pub(crate) fn cameras(task_name: &str, hand_name: &str) -> PyResult<Vec<(String, u32, u32, f64)>> {
+    let (task, hand) = (task(task_name)?, hand(hand_name)?);
+    let all = task.cameras.iter().chain(&hand.sensors.cameras);
+    Ok(all.map(|camera| (camera_name(&task, camera), camera.width, camera.height, camera.far)).collect())
 }
 
 /// The task of this name.

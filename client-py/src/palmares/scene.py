@@ -108,10 +108,36 @@ class SceneBody(msgspec.Struct, kw_only=True):
         """Rotation matrix from its own frame to the world, shape (3, 3); `ValueError` when it is hidden."""
         return matrix_of(self._known(self.quat_xyzw))
 
+    @property
+    def half_extents(self) -> Array:
+        """Half the edges of the box around its parts along its own axes, shape (3,), m."""
+        ends = [_ends(part) for part in self.parts]
+        low, high = np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)
+        return array(0.5 * (high - low))
+
     def _known(self, value: Value | None) -> Value:
         if value is None:
             raise ValueError(f"the pose of {self.name!r} is hidden in a run with sensing='sensors'")
         return value
+
+
+def _ends(part: ScenePart) -> tuple[Array, Array]:
+    """Return the lowest and highest coordinates of a part in the body frame."""
+    turn, shape = part.rotation, part.shape
+    if shape.points is not None:
+        points = array(shape.points, -1, 3) @ turn.T
+        return part.xyz + points.min(axis=0) - shape.rounding, part.xyz + points.max(axis=0) + shape.rounding
+    radius, length = shape.radius or 0.0, shape.half_length or 0.0
+    reach: Array
+    if shape.half_extents is not None:
+        inner = array(shape.half_extents) - shape.rounding
+        reach = np.abs(turn) @ inner + shape.rounding
+    elif shape.type == "cylinder":
+        axis = turn[:, 2]
+        reach = np.abs(axis) * length + radius * np.sqrt(np.maximum(0.0, 1.0 - axis**2))
+    else:
+        reach = np.abs(turn[:, 2]) * length + radius
+    return part.xyz - reach, part.xyz + reach
 
 
 class Region(msgspec.Struct, kw_only=True):

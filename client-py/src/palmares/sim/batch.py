@@ -99,6 +99,11 @@ class Batch:
         self._native.reset([int(seed) for seed in seeds], self._mask(mask))
         return self.observe()
 
+    @property
+    def opened(self) -> bool:
+        """Whether every world has a run."""
+        return self._native.opened()
+
     def step(self, actions: ArrayLike, ticks: int = 10, mask: Mask | None = None) -> Stepped:
         """Advance the worlds of `mask`, or all, by `ticks` under their actions.
 
@@ -160,7 +165,7 @@ class Batch:
         return self._native.events(world)
 
     def result(self, world: int) -> dict[str, Any] | None:
-        """Return the final count of a world whose run is over: score, in_goal, outside, reason, …"""
+        """Return the final count of a world whose run is over: score, in_goal, outside, reason."""
         return self._native.result(world)
 
     def snapshot(self, world: int) -> _native.Snapshot:

@@ -1,0 +1,150 @@
+"""Many episodes at once, on all cores of this process."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from palmares._native import limits
+from palmares.arrays import Array
+from palmares.gym.fields import Arrays, box
+from palmares.sim import Batch
+
+
+class BatchEnv(VectorEnv[Arrays, Array, Array]):
+    """`num_envs` runs of one task and hand as a vector environment, stepped by native threads.
+
+    Actions are (num_envs, 6 + motors) in [−1, 1], as those of `FlatEnv`; observations and rewards are
+    those of `PalmaresEnv` with a fixed number of objects, for each field an array (num_envs, …). The scene of
+    episode *k* of environment *i* follows from the seed, *i* and *k* alone, so that a training does not
+    depend on the number of threads, nor on when other episodes end.
+
+    ``infos`` of a step have, where an episode is over, ``result`` (score, in_goal, outside, reason, ticks, …)
+    and, with ``autoreset_mode=AutoresetMode.SAME_STEP``, ``final_obs`` and ``final_info``.
+
+    Args:
+        task: Name of the task.
+        hand: Name of the hand.
+        num_envs: How many.
+        sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
+        noise: ``none`` or ``real``.
+        ticks: Ticks per step.
+        threads: Threads that step; one for each core when left out.
+        autoreset_mode: What happens to a run that is over: it is reset by the next step (``NEXT_STEP``),
+            by the same one (``SAME_STEP``), or by ``reset(options={"reset_mask": …})`` (``DISABLED``).
+
+    Attributes:
+        batch: The worlds, for snapshots and state hashes.
+
+    """
+
+    def __init__(
+        self,
+        task: str = "balls",
+        hand: str = "softhand",
+        num_envs: int = 1,
+        *,
+        sensing: Literal["sensors", "truth"] = "truth",
+        noise: Literal["none", "real"] = "none",
+        ticks: int = 10,
+        threads: int | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+    ) -> None:
+        self.batch = Batch(task, hand, num_envs, sensing=sensing, noise=noise, threads=threads)
+        self.num_envs, self._ticks = num_envs, ticks
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.metadata = {"autoreset_mode": self.autoreset_mode, "render_modes": []}
+        self.single_observation_space = spaces.Dict(
+            {name: box(*shape) for name, shape in self.batch.fields.items()}
+        )
+        length = self.batch.action_len
+        self.single_action_space = spaces.Box(-1.0, 1.0, (length,), dtype=np.float64)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._scale = np.concatenate([np.repeat(limits(), 3), np.full(length - 6, 0.5)])
+        self._shift = np.concatenate([np.zeros(6), np.full(length - 6, 0.5)])
+        self._roots = np.zeros(num_envs, dtype=np.uint64)
+        self._episodes = np.zeros(num_envs, dtype=np.uint64)
+        self._over = np.zeros(num_envs, dtype=bool)
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Arrays, dict[str, Any]]:
+        """Open a run in every environment, or in those of ``options["reset_mask"]`` (num_envs,).
+
+        Args:
+            seed: One for all, to which an environment's index is added, or one for each: it selects its
+                scene, and those of later episodes follow from it. Left out: the next episode of each.
+            options: Nothing but ``reset_mask``.
+
+        """
+        mask = np.ones(self.num_envs, dtype=bool)
+        if options and "reset_mask" in options:
+            mask = np.asarray(options["reset_mask"])
+            if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
+                raise ValueError(
+                    f"reset_mask: wanted ({self.num_envs},) of bool, found {mask.shape} of {mask.dtype}"
+                )
+        if seed is None and not self.batch.opened:
+            drawn = np.random.SeedSequence().generate_state(1, np.uint64)[0] >> np.uint64(12)
+            seed = int(drawn)
+        if isinstance(seed, int | np.integer):
+            seed = [int(seed) + k for k in range(self.num_envs)]
+        given = [None] * self.num_envs if seed is None else list(seed)
+        if len(given) != self.num_envs:
+            raise ValueError(f"seed: found {len(given)}; wanted one, or one for each of {self.num_envs}")
+        chosen = [self._next(k, given[k]) if mask[k] else 0 for k in range(self.num_envs)]
+        observations = self.batch.reset(chosen, mask)
+        self._over[mask] = False
+        return observations, {"seed": np.array(self.batch.seeds), "_seed": mask}
+
+    def _next(self, k: int, seed: int | None) -> int:
+        """Return the seed of the next scene of environment `k`."""
+        if seed is not None:
+            self._roots[k], self._episodes[k] = seed, 0
+            return seed
+        self._episodes[k] += np.uint64(1)
+        mixed = np.random.SeedSequence([int(self._roots[k]), k, int(self._episodes[k])])
+        return int(mixed.generate_state(1, np.uint64)[0] >> np.uint64(11))
+
+    def step(
+        self, actions: Array
+    ) -> tuple[Arrays, Array, np.ndarray[Any, Any], np.ndarray[Any, Any], dict[str, Any]]:
+        """Advance every environment."""
+        if not self.batch.opened:
+            raise RuntimeError("no runs are open; call reset() first")
+        scaled = np.asarray(actions, dtype=np.float64) * self._scale + self._shift
+        ended = self._over.copy()
+        if self.autoreset_mode is AutoresetMode.DISABLED and ended.any():
+            which = ", ".join(map(str, np.flatnonzero(ended)))
+            raise RuntimeError(f"the runs of {which} are over: reset(options={{'reset_mask': …}}) first")
+        if ended.any():  # NEXT_STEP: they begin anew, and nothing else happens to them.
+            self.batch.reset([self._next(k, None) if ended[k] else 0 for k in range(self.num_envs)], ended)
+        stepped = self.batch.step(scaled, self._ticks, ~ended)
+        rewards, terminated, truncated = stepped.rewards, stepped.terminated, stepped.truncated
+        rewards[ended] = 0.0
+        observations = stepped.observations
+        infos: dict[str, Any] = {}
+        self._over = terminated | truncated
+        for k in np.flatnonzero(self._over):
+            infos = self._add_info(infos, {"result": self.batch.result(int(k))}, int(k))
+        if self.autoreset_mode is AutoresetMode.SAME_STEP and self._over.any():
+            for k in np.flatnonzero(self._over):
+                final = {name: values[k].copy() for name, values in observations.items()}
+                info = {"final_obs": final, "final_info": {"result": self.batch.result(int(k))}}
+                infos = self._add_info(infos, info, int(k))
+            seeds = [self._next(k, None) if self._over[k] else 0 for k in range(self.num_envs)]
+            observations = self.batch.reset(seeds, self._over)
+            self._over = np.zeros(self.num_envs, dtype=bool)
+        return observations, rewards, terminated, truncated, infos
+
+    def close_extras(self, **_: Any) -> None:
+        """Nothing is left open."""

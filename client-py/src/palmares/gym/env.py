@@ -1,0 +1,206 @@
+"""A run as an episode."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal, cast
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+
+from palmares.arrays import array
+from palmares.gym.fields import Arrays, action_space, arrays_of, arrays_of_scene, box
+from palmares.gym.players import Player, ServerPlayer, WorldPlayer
+from palmares.messages import Observation
+from palmares.targets import twist
+
+
+class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
+    """A run as an episode. The reward of a step is the change of the score.
+
+    An action has, within the limits in `Welcome.specs`:
+
+    - ``twist`` (6,): linear (m/s) and angular (rad/s) velocity of the base, world frame
+    - ``hand`` (motors,): σ of every motor
+
+    An observation has:
+
+    - ``base`` (13,): position (m), quaternion x y z w, linear (m/s) and angular (rad/s) velocity
+    - ``motors`` (motors, 4): command, position, velocity (1/s) and tension of each
+    - ``wrist`` (6,): force (N), torque (N·m)
+    - ``time_left`` (1,): s until the time limit
+    - ``objects`` (objects, 13), with ``sensing="truth"``: as ``base``, for each
+    - ``joints`` (2, joints), with ``sensing="truth"``: position (rad), velocity (rad/s)
+    - ``object_kind`` (objects,), ``object_half_extents`` (objects, 3), ``object_mass`` (objects,), with
+      ``sensing="truth"`` and a fixed number of `objects`: 0 sphere, 1 capsule, 2 cylinder, 3 box, 4 hull,
+      5 several parts; m, in its own frame; kg
+    - ``encoders`` (encoders,), ``touch`` (taxels, 3), if the hand has them: rad, N
+    - ``depth.NAME`` (height, width), for each of `cameras`: m, 0 where there is no reading
+
+    The number of objects is not known before a run is opened. So the space of ``objects`` is a `Sequence` of
+    any length; with the argument `objects` it is a `Box` of fixed shape, which most learners need.
+
+    When an episode is over, ``info["result"]`` is its `palmares.Result`: the objects have settled and are
+    counted, and the last reward makes the sum of all the final score. ``info["events"]`` is what the referee
+    noted.
+
+    Attributes:
+        client: The session, for what gymnasium does not cover; ``None`` in this process.
+        world: The `palmares.sim.World`; ``None`` on a server, and before the first `reset`.
+        observation: The last observation, typed; ``None`` before the first `reset`.
+
+    Args:
+        url: Where the server listens; ``None`` to play in this process.
+        task: Name of the task.
+        hand: Name of the hand.
+        sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
+        noise: ``none`` or ``real``: how good the sensors are; left out, as the server has it.
+        cameras: Names of cameras whose depth is part of every observation.
+        ticks: Ticks per step, under the same action.
+        objects: Number of objects in every scene of the task; another number is a `ValueError` at `reset`.
+        render_mode: ``rgb_array``: `render` returns the picture of the task's first camera. ``human``, on a
+            server: `reset` opens the page where its worlds are seen.
+        client: Further arguments of `Client`, such as ``team``.
+
+    """
+
+    metadata: dict[str, Any] = {  # noqa: RUF012 - as gymnasium has it
+        "render_modes": ["rgb_array", "human"],
+        "render_fps": 10,
+    }
+
+    def __init__(
+        self,
+        url: str | None = "http://127.0.0.1:8080",
+        *,
+        task: str = "balls",
+        hand: str = "softhand",
+        sensing: Literal["sensors", "truth"] = "truth",
+        noise: Literal["none", "real"] | None = None,
+        cameras: Sequence[str] = (),
+        ticks: int = 10,
+        objects: int | None = None,
+        render_mode: str | None = None,
+        **client: Any,
+    ) -> None:
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise ValueError(f"render_mode: found {render_mode!r}; wanted None, 'rgb_array' or 'human'")
+        if render_mode == "human" and url is None:
+            raise ValueError("render_mode='human' opens a server's page: give the server's url as well")
+        if url is None and client:
+            raise TypeError(f"for a server only: {', '.join(client)}")
+        self.render_mode, self._url = render_mode, url
+        if url is None:  # A process without a server has no page.
+            self.metadata = {**self.metadata, "render_modes": ["rgb_array"]}
+        self._player: Player = (
+            WorldPlayer(task, hand, sensing, noise)
+            if url is None
+            else ServerPlayer(url, task, hand, sensing, noise, **client)
+        )
+        self._task, self._hand, self._sensing, self._ticks = task, hand, sensing, ticks
+        self._objects, self._cameras = objects, tuple(cameras)
+        self._score = 0.0
+        self._scene: Arrays = {}
+        self.observation: Observation | None = None
+        self.observation_space = cast(spaces.Space[Arrays], self._observations())
+        motors = self._player.shapes["motors"]
+        self.action_space = cast(spaces.Space[Arrays], action_space(self._player.limits, motors))
+
+    def _observations(self) -> spaces.Dict:
+        lengths, objects = self._player.shapes, self._objects
+        shapes: dict[str, tuple[int, ...]] = {
+            "base": (13,),
+            "motors": (lengths["motors"], 4),
+            "wrist": (6,),
+            "time_left": (1,),
+        }
+        if lengths["encoders"]:
+            shapes["encoders"] = (lengths["encoders"],)
+        if lengths["taxels"]:
+            shapes["touch"] = (lengths["taxels"], 3)
+        found: dict[str, spaces.Space[Any]] = {}
+        if self._sensing == "truth":
+            shapes["joints"] = (2, lengths["joints"])
+            if objects is None:
+                found["objects"] = spaces.Sequence(box(13), stack=True)
+            else:
+                shapes |= {
+                    "objects": (objects, 13),
+                    "object_kind": (objects,),
+                    "object_half_extents": (objects, 3),
+                    "object_mass": (objects,),
+                }
+        found |= {name: box(*shape) for name, shape in shapes.items()}
+        known = self._player.cameras
+        for name in self._cameras:
+            if name not in known:
+                there = ", ".join(known) or "none"
+                raise ValueError(f"no camera {name!r} in task {self._task!r} with {self._hand!r}: {there}")
+            height, width, far = known[name]
+            found[f"depth.{name}"] = spaces.Box(0.0, far, (height, width), dtype=np.float64)
+        return spaces.Dict(found)
+
+    @property
+    def client(self) -> Any:
+        """The session; ``None`` in this process."""
+        return getattr(self._player, "client", None)
+
+    @property
+    def world(self) -> Any:
+        """The world; ``None`` on a server."""
+        return getattr(self._player, "world", None)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Arrays, dict[str, Any]]:
+        """Stop the open run, if any, and open another; `seed` sets this scene and those of later resets."""
+        super().reset(seed=seed, options=options)
+        if seed is None:
+            seed = int(self.np_random.integers(2**53))
+        first = self.observation is None
+        obs = self._player.open(seed, self._cameras)
+        found = len(self._player.scene.free)
+        if self._objects not in (None, found):
+            raise ValueError(f"the scene has {found} objects, not {self._objects}")
+        fixed = self._sensing == "truth" and self._objects is not None
+        self._scene = arrays_of_scene(self._player.scene) if fixed else {}
+        self.observation, self._score = obs, obs.score
+        if first and self.render_mode == "human":
+            self.render()
+        return self._arrays(obs), {"seed": seed}
+
+    def step(self, action: Arrays) -> tuple[Arrays, float, bool, bool, dict[str, Any]]:
+        """Advance the world under one action."""
+        base = twist(action["twist"][:3], action["twist"][3:])
+        obs = self._player.step(base, action["hand"], self._ticks, self._cameras)
+        score, info = obs.score, {"tick": obs.tick, "events": obs.events}
+        if obs.done:
+            result = self._player.result()
+            info["result"], score = result, result.score
+        info["score"] = score
+        reward, self._score = score - self._score, score
+        self.observation = obs
+        return self._arrays(obs), reward, obs.terminated, obs.truncated, info
+
+    def render(self) -> Any:
+        """Return a picture (height, width, 3) of uint8, or open the page where the world is seen."""
+        if self.render_mode == "human":
+            import webbrowser
+
+            webbrowser.open(f"{self._url}/live")
+            return None
+        if self.render_mode != "rgb_array":
+            return None
+        camera = next(iter(self._player.cameras))
+        return self._player.look(f"{camera}.rgb").cameras[camera].rgb
+
+    def close(self) -> None:
+        """End the session."""
+        self._player.close()
+
+    def _arrays(self, obs: Observation) -> Arrays:
+        left = array([self._player.time_limit_s - obs.sim_time_s])
+        # Copies: who is given an observation may keep and change it.
+        scene = {name: values.copy() for name, values in self._scene.items()}
+        return arrays_of(obs) | {"time_left": left} | scene

@@ -1,0 +1,69 @@
+"""Observations as arrays, and their spaces."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from gymnasium import spaces
+
+from palmares.arrays import Array, array
+from palmares.messages import Observation
+from palmares.scene import Scene, SceneBody
+
+Arrays: TypeAlias = dict[str, Array]
+
+# Nothing in a sound world is larger, in any unit.
+LARGEST = 1e9
+KINDS = ("sphere", "capsule", "cylinder", "box", "hull")
+
+
+def arrays_of(obs: Observation) -> Arrays:
+    """Return an observation as arrays; their shapes are in the docstring of `PalmaresEnv`."""
+    hand, base = obs.hand, obs.hand.base
+    motors = [(motor.command, motor.position, motor.velocity, motor.tension) for motor in hand.actuators]
+    found = {
+        "base": array([*base.position, *base.quat_xyzw, *base.linear, *base.angular]),
+        "motors": array(motors, -1, 4),
+        "wrist": array([*hand.wrist.force, *hand.wrist.torque]),
+    }
+    if hand.joints.size:
+        found["encoders"] = hand.joints
+    if hand.touch.size:
+        found["touch"] = hand.touch
+    for name, image in obs.cameras.items():
+        found[f"depth.{name}"] = np.nan_to_num(image.depth, nan=0.0)
+    if obs.truth is not None:
+        truth = obs.truth
+        found["objects"] = np.hstack([truth.positions, truth.quats_xyzw, truth.linear, truth.angular])
+        found["joints"] = array([truth.joints.position, truth.joints.velocity])
+    return found
+
+
+def arrays_of_scene(scene: Scene) -> Arrays:
+    """Return what does not change of the objects: their kind, half extents and mass."""
+    free = scene.free
+    return {
+        "object_kind": array([_kind(body) for body in free]),
+        "object_half_extents": array([body.half_extents for body in free], -1, 3),
+        "object_mass": array([body.mass for body in free]),
+    }
+
+
+def box(*shape: int) -> spaces.Box:
+    """Return the space of arrays of a shape whose numbers may be any."""
+    return spaces.Box(-LARGEST, LARGEST, shape, dtype=np.float64)
+
+
+def action_space(limits: tuple[float, float], motors: int) -> spaces.Dict:
+    """Return the space of actions in SI units: ``twist`` (6,) and ``hand`` (motors,)."""
+    most = np.repeat(limits, 3)
+    found: dict[str, spaces.Space[Any]] = {
+        "twist": spaces.Box(-most, most, dtype=np.float64),
+        "hand": spaces.Box(0.0, 1.0, (motors,), dtype=np.float64),
+    }
+    return spaces.Dict(found)
+
+
+def _kind(body: SceneBody) -> float:
+    return float(KINDS.index(body.parts[0].shape.type)) if len(body.parts) == 1 else float(len(KINDS))
