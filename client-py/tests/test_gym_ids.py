@@ -23,7 +23,7 @@ IDS = [
     for task, hand in itertools.product(["Balls", "Shelf", "Grasp"], ["SoftHand", "ReFlex", "Pinch"])
 ]
 # Half of a run of the grasp task.
-HALF = 3_000
+HALF = 6_000
 
 
 def same(a: dict[str, Any], b: dict[str, Any]) -> bool:
@@ -80,10 +80,10 @@ def test_a_batch_plays_as_single_environments_do(options: dict[str, Any]) -> Non
 def episodes(mode: AutoresetMode, threads: int) -> list[Any]:
     """Play four steps of half a run; return what each gave."""
     envs = gymnasium.make_vec(
-        "palmares/Grasp-SoftHand-v1", num_envs=2, ticks=HALF, threads=threads, autoreset_mode=mode
+        "palmares/Grasp-Pinch-v1", num_envs=2, ticks=HALF, threads=threads, autoreset_mode=mode
     )
     envs.reset(seed=3)
-    rest = np.array([[0.0] * 6 + [-1.0]] * 2)
+    rest = np.array([[0.0] * 6 + [-1.0, -1.0]] * 2)
     told: list[Any] = []
     for _ in range(4):
         if mode is AutoresetMode.DISABLED and told and told[-1][3].any():
@@ -113,16 +113,16 @@ def test_every_way_to_begin_again_loses_nothing() -> None:
 
 def test_those_who_begin_again_by_hand_are_told_when_they_do_not() -> None:
     envs = gymnasium.make_vec(
-        "palmares/Grasp-SoftHand-v1", num_envs=1, ticks=2 * HALF, autoreset_mode=AutoresetMode.DISABLED
+        "palmares/Grasp-Pinch-v1", num_envs=1, ticks=2 * HALF, autoreset_mode=AutoresetMode.DISABLED
     )
     with pytest.raises(RuntimeError, match="call reset"):
-        envs.step(np.zeros((1, 7)))
+        envs.step(np.zeros((1, 8)))
     envs.reset(seed=1)
-    envs.step(np.zeros((1, 7)))
+    envs.step(np.zeros((1, 8)))
     with pytest.raises(RuntimeError, match="reset_mask"):
-        envs.step(np.zeros((1, 7)))
+        envs.step(np.zeros((1, 8)))
     with pytest.raises(ValueError, match="reset_mask"):
-        envs.reset(options={"reset_mask": [True]})
+        envs.reset(options={"reset_mask": [True, False]})
     with pytest.raises(ValueError, match="seed: found 2"):
         envs.reset(seed=[1, 2])  # type: ignore[arg-type]
 
