@@ -1,7 +1,7 @@
 //! Many worlds on a pool of threads. Every world is stepped by one thread at a time and knows nothing of the others, so that
 //! the number of threads changes no bit.
 
-use crate::fields::{Field, fields, write};
+use crate::fields::{Field, constant, fields, write};
 use crate::interrupt::LOOK;
 use crate::lookup;
 use crate::snapshot::Snapshot;
@@ -14,16 +14,19 @@ use pyo3::types::PyDict;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// A world of the batch, and what it has to tell.
 struct Slot {
     run: Option<Run>,
     seed: u64,
-    /// The observation.
+    /// The observation, and of it what stays as it is.
     row: Vec<f64>,
+    constant: Vec<f64>,
     score: f64,
     reward: f64,
+    /// Time spent stepping.
+    physics: Duration,
     /// When it is over.
     outcome: Option<Outcome>,
     /// Of the last step.
@@ -72,8 +75,10 @@ impl Batch {
             run: None,
             seed: 0,
             row: vec![0.0; length],
+            constant: Vec::new(),
             score: 0.0,
             reward: 0.0,
+            physics: Duration::ZERO,
             outcome: None,
             events: Vec::new(),
         };
@@ -161,26 +166,39 @@ impl Batch {
             .map(|((slot, numbers), _)| (slot, action(numbers)))
             .collect();
         moving.iter_mut().for_each(|(slot, _)| slot.begin());
+        // So many in one go that Ctrl-C does not wait long.
+        let portion = (500 * pool.current_num_threads() / count).clamp(1, 10) as u32;
         let mut left = ticks;
-        loop {
+        let mut interrupted = Ok(());
+        while left > 0 && interrupted.is_ok() {
             py.detach(|| {
                 let begun = Instant::now();
-                // All in one go, unless it takes so long that Ctrl-C would wait.
                 while left > 0 && begun.elapsed() < LOOK {
-                    let some = left.min(10);
-                    pool.install(|| {
-                        moving.par_iter_mut().for_each(|(slot, action)| slot.advance(action, some, sensing));
-                    });
+                    let some = left.min(portion);
                     left -= some;
+                    pool.install(|| {
+                        moving.par_iter_mut().for_each(|(slot, action)| {
+                            slot.advance(action, some, sensing);
+                            if left == 0 {
+                                slot.end(sensing);
+                            }
+                        });
+                    });
                 }
             });
-            if left == 0 || moving.iter().all(|(slot, _)| slot.is_over()) {
-                break;
+            interrupted = py.check_signals();
+            if left > 0 && (interrupted.is_err() || moving.iter().all(|(slot, _)| slot.is_over())) {
+                left = 0;
+                py.detach(|| pool.install(|| moving.par_iter_mut().for_each(|(slot, _)| slot.end(sensing))));
             }
-            py.check_signals()?;
         }
-        py.detach(|| pool.install(|| moving.par_iter_mut().for_each(|(slot, _)| slot.end(sensing))));
-        py.check_signals()
+        interrupted
+    }
+
+    /// s that threads have spent in the physics and the referee, all of them together.
+    #[getter]
+    fn physics_s(&self) -> f64 {
+        self.slots.iter().map(|slot| slot.physics.as_secs_f64()).sum()
     }
 
     /// The observations: of each field an array (N, …).
@@ -280,7 +298,7 @@ impl Batch {
             PyValueError::new_err(format!("world {world} has no run yet: call reset first"))
         })?;
         run.restore(&from.get().run).map_err(|error| PyValueError::new_err(error.to_string()))?;
-        write(run, sensing, &mut slot.row);
+        write(run, sensing, &slot.constant, &mut slot.row);
         (slot.score, slot.reward, slot.outcome) = (run.score(), 0.0, None);
         slot.events.clear();
         Ok(())
@@ -313,7 +331,8 @@ impl Slot {
     ) -> Result<(), String> {
         let run = Run::new(Arc::clone(task), Arc::clone(hand), Seed::from_u64(seed));
         let run = run.map_err(|error| error.to_string())?.with_noise(noise);
-        write(&run, sensing, &mut self.row);
+        self.constant = constant(&run, sensing);
+        write(&run, sensing, &self.constant, &mut self.row);
         (self.seed, self.score, self.reward, self.outcome) = (seed, run.score(), 0.0, None);
         self.events.clear();
         self.run = Some(run);
@@ -332,26 +351,28 @@ impl Slot {
     }
 
     fn advance(&mut self, action: &Action, ticks: u32, sensing: Sensing) {
-        let Slot { run: Some(run), events, outcome: None, .. } = self else { return };
+        let Slot { run: Some(run), events, outcome: None, physics, .. } = self else { return };
+        let begun = Instant::now();
         for _ in 0..ticks {
             // The action is finite and of the right length.
             if run.over().is_some() || run.fault().is_some() || run.step(action).is_err() {
-                return;
+                break;
             }
             events.extend(run.events().iter().map(|event| {
                 let told = event.told(sensing);
                 (told.tick, told.kind, told.object)
             }));
         }
+        *physics += begun.elapsed();
     }
 
     /// Counts what is over, and observes.
     fn end(&mut self, sensing: Sensing) {
-        let Slot { run: Some(run), outcome, score, reward, row, .. } = self else { return };
+        let Slot { run: Some(run), outcome, score, reward, row, constant, .. } = self else { return };
         if outcome.is_some() {
             return;
         }
-        write(run, sensing, row);
+        write(run, sensing, constant, row);
         let reason = if run.fault().is_some() { Some(Reason::WorldFault) } else { run.over() };
         *outcome = reason.map(|reason| run.finish(reason));
         let now = outcome.as_ref().map_or_else(|| run.score(), |outcome| outcome.score);

@@ -45,8 +45,19 @@ pub(crate) fn fields(task: &Task, hand: &Hand, sensing: Sensing) -> Vec<Field> {
     fields.filter(|field| field.len > 0).collect()
 }
 
-/// Writes a run's fields behind one another.
-pub(crate) fn write(run: &Run, sensing: Sensing, row: &mut Vec<f64>) {
+/// The fields that stay as they are in a run: the last ones.
+pub(crate) fn constant(run: &Run, sensing: Sensing) -> Vec<f64> {
+    if sensing == Sensing::Sensors {
+        return Vec::new();
+    }
+    let free: Vec<&SceneBody> = run.scene().bodies.iter().filter(|body| body.free).collect();
+    let kinds = free.iter().map(|body| kind(body));
+    let sizes = free.iter().flat_map(|body| body.half_extents());
+    kinds.chain(sizes).chain(free.iter().map(|body| body.mass)).collect()
+}
+
+/// Writes a run's fields behind one another; `constant` are the last.
+pub(crate) fn write(run: &Run, sensing: Sensing, constant: &[f64], row: &mut Vec<f64>) {
     row.clear();
     let seen = run.observe(Sensing::Sensors);
     let base = &seen.hand.base;
@@ -75,13 +86,8 @@ pub(crate) fn write(run: &Run, sensing: Sensing, row: &mut Vec<f64>) {
             row.extend(objects.linear.0[k]);
             row.extend(objects.angular.0[k]);
         }
-        let free = || run.scene().bodies.iter().filter(|body| body.free);
-        row.extend(free().map(kind));
-        for body in free() {
-            row.extend(body.half_extents());
-        }
-        row.extend(free().map(|body| body.mass));
     }
+    row.extend_from_slice(constant);
 }
 
 /// 0 sphere, 1 capsule, 2 cylinder, 3 box, 4 hull, 5 several parts.

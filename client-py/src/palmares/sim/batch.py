@@ -156,6 +156,11 @@ class Batch:
         """Threads that step."""
         return self._native.threads
 
+    @property
+    def physics_s(self) -> float:
+        """Seconds that the threads have spent in physics and referee, all together: for those who measure."""
+        return self._native.physics_s
+
     def state_hashes(self) -> list[str]:
         """Return the digest of each state, 16 hexadecimal digits."""
         return self._native.state_hashes()

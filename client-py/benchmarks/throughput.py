@@ -1,0 +1,180 @@
+"""Control ticks per second of many worlds in one process, and what Python and observations take of it.
+
+A control tick is 10 ms: ten steps of the physics, the referee, and an observation of every world as arrays. In the air the hands open and close where they start; among the objects they have come down
+into them first. Each row is the median of several blocks that take turns with those of all other rows of the
+scene, quartiles in brackets. With ``--url``, a server and `AsyncVectorEnv` on it are measured beside.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+import palmares
+import palmares.gym
+from palmares.sim import Batch
+
+SCENES = {
+    # Task, speed down (m/s) and for how many ticks.
+    "air": ("balls", 0.0, 0),
+    "balls": ("balls", -0.5, 110),
+    "shelf": ("shelf", 0.0, 0),
+    "grasp": ("grasp", -0.3, 60),
+}
+# Ticks between opening and closing.
+MOVE = 25
+
+
+@dataclass
+class Row:
+    """A way to play, and what its blocks gave."""
+
+    name: str
+    block: Callable[[int], int]
+    """Plays so many ticks of each of its worlds; returns how many in all"""
+    physics_s: Callable[[], float] = field(default=lambda: 0.0)
+    """Seconds of physics and referee so far, all threads together"""
+    threads: int = 1
+    rates: list[float] = field(default_factory=list)
+    micros: list[float] = field(default_factory=list)
+    extra: list[float] = field(default_factory=list)
+    """What is beside the physics, as a part of it"""
+
+    def play(self, ticks: int) -> None:
+        """Play a block."""
+        before_s, begun_s = self.physics_s(), time.perf_counter()
+        played = self.block(ticks)
+        wall_s = time.perf_counter() - begun_s
+        self.rates.append(played / wall_s)
+        self.micros.append(1e6 * wall_s / played)
+        if (physics_s := self.physics_s() - before_s) > 0.0:
+            self.extra.append(self.threads * wall_s / physics_s - 1.0)
+
+
+def action(motors: int, tick: int, down: float = 0.0) -> np.ndarray[Any, Any]:
+    """Return a world's action (6 + motors,): the motors open and close."""
+    sigma = 0.6 if tick // MOVE % 2 else 0.1
+    return np.array([0.0, 0.0, down, 0.0, 0.0, 0.0] + [sigma] * motors)
+
+
+def batch(scene: str, hand: str, count: int, threads: int) -> Row:
+    """Return worlds in a `Batch`."""
+    task, down, lead_in = SCENES[scene]
+    worlds = Batch(task, hand, count, threads=threads)
+    motors = worlds.action_len - 6
+    worlds.reset(range(1, count + 1))
+    if lead_in:
+        worlds.step(np.tile(action(motors, 0, down), (count, 1)), lead_in)
+
+    def block(ticks: int) -> int:
+        for tick in range(ticks):
+            worlds.step(np.tile(action(motors, tick), (count, 1)), 1)
+        return count * ticks
+
+    name = f"`Batch`, {count} worlds, {threads} thread{'s' if threads > 1 else ''}"
+    return Row(name, block, lambda: worlds.physics_s, threads)
+
+
+def socket(url: str, scene: str, hand: str) -> Row:
+    """Return one run on a server."""
+    task, down, lead_in = SCENES[scene]
+    client = palmares.Client(url)
+    motors = len(client.welcome.hand(hand).motors)
+    client.reset(task, hand, seed=1)
+    if lead_in:
+        falling = palmares.twist([0, 0, down], [0, 0, 0])
+        for _ in range(lead_in // 10):
+            client.step(base=falling, hand=[0.1] * motors, repeat=10)
+    still = palmares.twist([0.0] * 3, [0.0] * 3)
+
+    def block(ticks: int) -> int:
+        for tick in range(ticks):
+            client.step(base=still, hand=action(motors, tick)[6:])
+        return ticks
+
+    return Row("one `Client` on a server", block)
+
+
+def asynchronous(url: str | None, scene: str, hand: str, count: int) -> Row:
+    """Return `AsyncVectorEnv` of environments on a server, or each in a process of its own."""
+    task, down, lead_in = SCENES[scene]
+    words = {"softhand": "SoftHand", "reflex": "ReFlex"}
+    options: dict[str, Any] = {"url": url} if url else {}
+    envs = gymnasium.make_vec(
+        f"palmares.gym:palmares/{task.title()}-{words[hand]}-v1",
+        num_envs=count,
+        vectorization_mode="async",
+        ticks=1,
+        **options,
+    )
+    envs.reset(seed=1)
+    space: Any = envs.single_action_space
+    motors = space.shape[0] - 6
+
+    def act(tick: int, speed: float) -> np.ndarray[Any, Any]:
+        flat = action(motors, tick, speed / 1.5)
+        flat[6:] = 2.0 * flat[6:] - 1.0
+        return np.tile(flat, (count, 1))
+
+    for _ in range(lead_in):
+        envs.step(act(0, down))
+
+    def block(ticks: int) -> int:
+        for tick in range(ticks):
+            envs.step(act(tick, 0.0))
+        return count * ticks
+
+    where = "on a server" if url else "in its processes"
+    return Row(f"`AsyncVectorEnv`, {count} environments {where}", block)
+
+
+def quartiles(values: list[float], form: str) -> str:
+    """Return the median and, in brackets, the quartiles."""
+    low, median, high = statistics.quantiles(values, n=4)
+    return f"{median:{form}} ({low:{form}} to {high:{form}})"
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--url", help="a server to be measured beside")
+    parser.add_argument("--worlds", type=int, default=64)
+    parser.add_argument("--blocks", type=int, default=7)
+    parser.add_argument("--ticks", type=int, default=50, help="of each world in a block")
+    parser.add_argument("--hand", action="append", choices=["softhand", "reflex"])
+    parser.add_argument("--scene", action="append", choices=[*SCENES])
+    args = parser.parse_args()
+    for hand in args.hand or ["softhand", "reflex"]:
+        for scene in args.scene or SCENES:
+            rows = [batch(scene, hand, args.worlds, threads) for threads in (1, 2)]
+            rows.append(asynchronous(None, scene, hand, 2))
+            if args.url:
+                rows += [socket(args.url, scene, hand), asynchronous(args.url, scene, hand, 2)]
+            for _ in range(args.blocks):
+                for row in rows:
+                    row.play(args.ticks)
+            print(f"\n## {scene}, {hand}\n")
+            print("| how | control ticks/s | µs a tick | beside the physics |")
+            print("|---|---|---|---|")
+            for row in rows:
+                extra = quartiles(row.extra, "+.1%") if row.extra else ""
+                rate, micros = quartiles(row.rates, ",.0f"), quartiles(row.micros, ".1f")
+                print(f"| {row.name} | {rate} | {micros} | {extra} |")
+            one, two = (row.rates for row in rows[:2])
+            gain = [b / a for a, b in zip(one, two, strict=True)]
+            print(f"\nTwo threads: {quartiles(gain, '.2f')} times one.", flush=True)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except palmares.PalmaresError as error:
+        sys.exit(str(error))
