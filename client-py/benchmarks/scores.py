@@ -20,7 +20,7 @@ import numpy as np
 
 import palmares
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
+EXAMPLES = Path(__file__).parent.parent / "src/palmares/examples"
 
 
 def row(name: str, scores: Iterable[float]) -> str:

@@ -21,7 +21,7 @@ import numpy as np
 import palmares
 from palmares.motion import UP, Array, Mover, object_bounds, quat_of
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
+EXAMPLES = Path(__file__).parent.parent / "src/palmares/examples"
 CUP = "065-e_cups"
 CLOSE_S, LIFT_S, LIFT_M, HOLD_S = 0.5, 1.5, 0.1, 0.5
 ABOVE_M = 0.02

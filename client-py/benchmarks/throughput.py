@@ -1,8 +1,9 @@
 """Control ticks per second of many worlds in one process, and what Python and observations take of it.
 
-A control tick is 10 ms: ten steps of the physics, the referee, and an observation of every world as arrays. In the air the hands open and close where they start; among the objects they have come down
-into them first. Each row is the median of several blocks that take turns with those of all other rows of the
-scene, quartiles in brackets. With ``--url``, a server and `AsyncVectorEnv` on it are measured beside.
+A control tick is 10 ms: ten steps of the physics, the referee, and an observation of every world as arrays.
+In the air the hands open and close where they start; among the objects they have come down into them first.
+Each row is the median of several blocks that take turns with those of all other rows of the scene, quartiles
+in brackets. With ``--url``, a server and `AsyncVectorEnv` on it are measured beside.
 """
 
 from __future__ import annotations

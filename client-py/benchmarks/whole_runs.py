@@ -63,7 +63,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1, help="scene of the first run; the next runs count up")
     parser.add_argument("--runs", type=int, default=3, help="runs of every task")
     args = parser.parse_args()
-    sys.path.append(str(Path(__file__).parent.parent / "examples"))
+    sys.path.append(str(Path(__file__).parent.parent / "src/palmares/examples"))
     print("Physics, a call and its overhead in µs per tick\n")
     print("| task | seed | score | ticks | physics | call | overhead | overhead/physics |")
     print("|---|---|---|---|---|---|---|---|")

@@ -1,7 +1,7 @@
 """A whole event: four teams, two tasks, the usual failures, and an audit at its end.
 
-The leaderboard of the server must be the one that `examples/leaderboard_from_replays.py` computes from the
-replays alone.
+The leaderboard of the server must be the one that `palmares/examples/leaderboard_from_replays.py` computes
+from the replays alone.
 """
 
 from __future__ import annotations

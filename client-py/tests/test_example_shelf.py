@@ -19,7 +19,7 @@ SHELF = palmares.Region(name="shelf", min=(-0.2, 0.4, 0.7), max=(0.2, 0.8, 1.0))
 
 @pytest.fixture(scope="module")
 def shelf() -> ModuleType:
-    folder = str(Path(__file__).parent.parent / "examples")
+    folder = str(Path(__file__).parent.parent / "src/palmares/examples")
     sys.path.insert(0, folder)
     try:
         return importlib.import_module("shelf_softhand")

@@ -17,7 +17,7 @@ import palmares
 from palmares.motion import BaseLimits, angle_between
 from tests.fake_server import FakeServer
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
+EXAMPLES = Path(__file__).parent.parent / "src/palmares/examples"
 BOX = palmares.Region(name="box_a", min=(-0.25, -0.25, 0.0), max=(0.25, 0.25, 0.3))
 
 

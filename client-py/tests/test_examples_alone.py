@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.py"))
+EXAMPLES = sorted((Path(__file__).parent.parent / "src/palmares/examples").glob("[!_]*.py"))
 
 
 def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:

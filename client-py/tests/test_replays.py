@@ -22,7 +22,7 @@ pytestmark = needs_server
 mcap_reader = pytest.importorskip("mcap.reader", reason="the package mcap is not installed")
 protobuf = pytest.importorskip("mcap_protobuf.decoder", reason="mcap-protobuf-support is not installed")
 
-EXAMPLE = Path(__file__).parents[1] / "examples" / "leaderboard_from_replays.py"
+EXAMPLE = Path(__file__).parents[1] / "src/palmares/examples" / "leaderboard_from_replays.py"
 TICKS = 130
 
 

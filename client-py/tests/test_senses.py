@@ -93,6 +93,7 @@ def test_an_environment_of_sensors(url: str) -> None:
         "base": (13,),
         "motors": (4, 4),
         "wrist": (6,),
+        "time_left": (1,),
         "encoders": (3,),
         "touch": (38, 3),
         "depth.wrist": (120, 160),
@@ -104,7 +105,7 @@ def test_an_environment_of_sensors(url: str) -> None:
 
 
 def test_the_example_finds_the_balls_in_noise(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(Path(__file__).parent.parent / "examples")
+    monkeypatch.syspath_prepend(Path(__file__).parent.parent / "src/palmares/examples")
     example = importlib.import_module("balls_sensors")
     with palmares.Client(url) as client:
         # The truth is for the test: the picture comes with the errors of a real camera.

@@ -3,7 +3,7 @@ import { type ChildProcess, spawn } from 'node:child_process';
 import { fileURLToPath } from 'node:url';
 import { test } from '@playwright/test';
 
-const EXAMPLES = fileURLToPath(new URL('../../client-py/examples/', import.meta.url));
+const EXAMPLES = fileURLToPath(new URL('../../client-py/src/palmares/examples/', import.meta.url));
 
 /** What an example prints of its run with `--json`. */
 export interface Played { run_id: string; score: number }

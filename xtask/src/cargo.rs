@@ -29,6 +29,29 @@ pub(crate) fn build_example(package: &str, example: &str) -> Result<PathBuf> {
     built(package, "--example", example, true)
 }
 
+/// Builds the compiled part of the Python package, puts it among its files, and returns where it is.
+pub(crate) fn build_extension(release: bool) -> Result<PathBuf> {
+    let mut build = cargo();
+    build.args(["build", "--package", "palmares-native", "--message-format", "json-render-diagnostics"]);
+    if release {
+        build.arg("--release");
+    }
+    let output = build.stderr(Stdio::inherit()).output().context("cannot start cargo")?;
+    ensure!(output.status.success(), "palmares-native does not build; see the messages above");
+    let messages = String::from_utf8_lossy(&output.stdout);
+    let library = messages
+        .lines()
+        .filter_map(|line| serde_json::from_str::<Value>(line).ok())
+        .filter(|message| message["target"]["name"] == "_native")
+        .find_map(|message| message["filenames"][0].as_str().map(PathBuf::from))
+        .context("cargo did not say where it put the compiled part of the Python package")?;
+    let place = workspace::root().join("client-py/src/palmares/_native.abi3.so");
+    // Not over the old one, which a process may have in use.
+    let _ = std::fs::remove_file(&place);
+    std::fs::copy(&library, &place).with_context(|| format!("{}", place.display()))?;
+    Ok(place)
+}
+
 fn built(package: &str, kind: &str, name: &str, release: bool) -> Result<PathBuf> {
     let mut build = cargo();
     build.args(["build", "--package", package, kind, name]);

@@ -1,7 +1,7 @@
 //! `cargo xtask test`: every check there is, one after the other, with a summary.
 
 use crate::apt;
-use crate::cargo::{build_server, cargo};
+use crate::cargo::{build_extension, build_server, cargo};
 use crate::docker;
 use crate::instructions;
 use crate::python::Environment;
@@ -83,6 +83,7 @@ pub(crate) fn run() -> Result<bool> {
     if let Some(program) = &server {
         steps.push(step("descriptions in docs/schema", || schema::check(program).map(|()| PASSED)));
     }
+    steps.push(step("compiled part of the Python package", || build_extension(false).map(|_| PASSED)));
     let mut environment = None;
     steps.push(step("Python environment", || {
         environment = Some(Environment::prepare()?);

@@ -38,9 +38,9 @@ enum Demonstrated {
 impl Demonstrated {
     fn example(self) -> &'static str {
         match self {
-            Demonstrated::Balls => "examples/balls_softhand.py",
-            Demonstrated::Shelf => "examples/shelf_softhand.py",
-            Demonstrated::Grasp => "examples/grasp_softhand.py",
+            Demonstrated::Balls => "src/palmares/examples/balls_softhand.py",
+            Demonstrated::Shelf => "src/palmares/examples/shelf_softhand.py",
+            Demonstrated::Grasp => "src/palmares/examples/grasp_softhand.py",
         }
     }
 

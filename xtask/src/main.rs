@@ -1,4 +1,4 @@
-//! Developer commands: `cargo xtask demo`, `docker`, `pages`, `report`, `schema`, `test` and `viewer`.
+//! Developer commands: `cargo xtask demo`, `docker`, `pages`, `report`, `schema`, `test`, `viewer` and `wheel`.
 
 mod apt;
 mod cargo;
@@ -12,6 +12,7 @@ mod report;
 mod schema;
 mod server;
 mod viewer;
+mod wheel;
 mod workspace;
 
 use clap::{Parser, Subcommand};
@@ -44,6 +45,12 @@ enum Task {
     Test,
     /// Build the pages' scripts, which the server takes in when it is compiled next.
     Viewer,
+    /// Build the Python package with the engine, the program and its pages, into target/wheels.
+    Wheel {
+        /// The source distribution as well.
+        #[arg(long)]
+        sdist: bool,
+    },
 }
 
 fn main() -> ExitCode {
@@ -55,6 +62,7 @@ fn main() -> ExitCode {
         Task::Schema => cargo::build_server(false).and_then(|program| schema::run(&program)).map(|()| true),
         Task::Test => check::run(),
         Task::Viewer => viewer::run().map(|()| true),
+        Task::Wheel { sdist } => wheel::run(sdist).map(|()| true),
     };
     match outcome {
         Ok(true) => ExitCode::SUCCESS,

@@ -31,16 +31,26 @@ impl Environment {
             create(&python, &venv)?;
         }
         let mut pip = environment.python();
-        pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--editable", ".[dev]"]);
+        pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]).args(needed(&wanted)?);
         // Standard output belongs to whoever reads our result.
-        let status = pip.current_dir(&project).stdout(Stdio::null()).status().context("cannot start pip")?;
+        let status = pip.stdout(Stdio::null()).status().context("cannot start pip")?;
         ensure!(
             status.success(),
-            "pip could not install the Python client and its tools (see above); \
+            "pip could not install what the Python client needs (see above); \
              it needs to reach a package index once"
         );
+        environment.link(&project.join("src"))?;
         fs::write(&stamp, wanted)?;
         Ok(environment)
+    }
+
+    /// Lets it import what is in `folder`, as it is.
+    fn link(&self, folder: &Path) -> Result<()> {
+        let where_to = "import sysconfig; print(sysconfig.get_path('purelib'), end='')";
+        let told = self.python().args(["-c", where_to]).output().context("cannot start Python")?;
+        let packages = PathBuf::from(String::from_utf8(told.stdout).context("Python's path of packages")?);
+        fs::write(packages.join("palmares.pth"), format!("{}\n", folder.display()))
+            .with_context(|| format!("{}", packages.display()))
     }
 
     /// The folder of its programs.
@@ -61,8 +71,19 @@ impl Environment {
     }
 }
 
+/// Packages that `pyproject.toml` names, those of the tools too. The package itself is not installed: its compiled part
+/// is built by cargo alone, where it is needed.
+fn needed(pyproject: &str) -> Result<Vec<String>> {
+    let project: toml::Table = pyproject.parse().context("client-py/pyproject.toml")?;
+    let project = project.get("project").context("client-py/pyproject.toml: no `project`")?;
+    let lists =
+        [project.get("dependencies"), project.get("optional-dependencies").and_then(|all| all.get("dev"))];
+    let packages = lists.into_iter().flatten().filter_map(toml::Value::as_array).flatten();
+    Ok(packages.filter_map(|name| name.as_str().map(str::to_owned)).collect())
+}
+
 /// Where the Python client lives.
-fn project() -> PathBuf {
+pub(crate) fn project() -> PathBuf {
     workspace::root().join("client-py")
 }
 

@@ -29,8 +29,8 @@ export function connect(info: CompetitionInfo): HTMLElement {
   const official = info.mode === 'official';
   const socket = `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/v1/control`;
   const lines = official
-    ? ['export PALMARES_TOKEN=plm_…   # your team’s', `python client-py/examples/balls_softhand.py --url ${location.origin}`]
-    : ['pip install ./client-py', `python client-py/examples/balls_softhand.py --url ${location.origin}`];
+    ? ['export PALMARES_TOKEN=plm_…   # your team’s', `python -m palmares.examples.balls_softhand --url ${location.origin}`]
+    : ['pip install ./client-py', `python -m palmares.examples.balls_softhand --url ${location.origin}`];
   return el('section', { class: 'panel' },
     el('h3', {}, 'Connect'),
     official && el('p', {}, 'A team needs its token: the organizers make it and give it to the team. Keep it out of programs and addresses; the client reads it from the environment:'),

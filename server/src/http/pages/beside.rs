@@ -40,12 +40,12 @@ pub(super) fn connect(here: &str, phase: Option<Phase>) -> Markup {
                 }
                 pre tabindex="0" {
                     "export PALMARES_TOKEN=plm_…   # your team's\n\
-                     python client-py/examples/balls_softhand.py --url http://" (here)
+                     python -m palmares.examples.balls_softhand --url http://" (here)
                 }
             } @else {
                 p { "No token is needed. With the Python client:" }
                 pre tabindex="0" {
-                    "pip install ./client-py\npython client-py/examples/balls_softhand.py --url http://" (here)
+                    "pip install ./client-py\npython -m palmares.examples.balls_softhand --url http://" (here)
                 }
             }
             p {

@@ -1,6 +1,6 @@
 //! The low-latency path: what makes a lockstep call take less time beside the physics. It is two pieces. What each saves of
 //! a call's time was measured on a machine with two cores, over whole runs of the two lockstep examples in
-//! `client-py/examples`:
+//! `client-py/src/palmares/examples`:
 //!
 //! - Busy poll (`busy_poll.rs`): a connection looks for its next request before it puts its thread to sleep. It saves 28 % in
 //!   balls and 29 % in shelf.

@@ -1,0 +1,1 @@
+"""Controllers to be copied, each a file of its own: ``python -m palmares.examples.balls_softhand --help``."""
