@@ -20,7 +20,7 @@ pub(crate) fn prepare() -> Result<Result<Command, String>> {
     if !has_version(&runner, &version) {
         println!("installing gungraun-runner {version} in {}", tools.display());
         let mut install = cargo();
-        install.args(["install", "--quiet", "--version", &version, "--root"]).arg(&tools);
+        install.args(["install", "--quiet", "--debug", "--version", &version, "--root"]).arg(&tools);
         let status = install.arg("gungraun-runner").status().context("cannot start cargo")?;
         ensure!(status.success(), "gungraun-runner {version} does not install; see the messages above");
     }
