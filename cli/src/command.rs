@@ -19,6 +19,10 @@ Quick start:
   palmares serve                 a practice server on http://127.0.0.1:8080
   open http://127.0.0.1:8080/    the leaderboard
 
+With the Python package installed (pip install palmares-*.whl) there are two more commands:
+  palmares demo                  a server, one run of an example controller, its score
+  palmares evaluate FILE         play a controller over many scenes
+
 Guides: docs/teams.md (writing a controller), docs/hands.md (a hand of your own), docs/organizers.md (a competition).
 Log lines go to stderr; RUST_LOG=palmares=debug shows more of them.";
 

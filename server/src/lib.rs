@@ -28,3 +28,4 @@ pub use app::serve;
 pub use config::{ServeOptions, hand_limits};
 pub use restore::restore;
 pub use store::utc;
+pub use version::own as version;

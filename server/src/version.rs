@@ -6,6 +6,6 @@ use palmares_protocol::reply::ServerInfo;
 pub(crate) const BUILD_HASH: &str = env!("PALMARES_BUILD_HASH");
 
 /// This program, as clients are told.
-pub(crate) fn own() -> ServerInfo {
+pub fn own() -> ServerInfo {
     ServerInfo { version: env!("CARGO_PKG_VERSION").into(), build_hash: BUILD_HASH.into() }
 }

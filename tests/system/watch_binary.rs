@@ -143,13 +143,28 @@ impl Viewer {
     }
 
     async fn text(&mut self, op: &str) -> Value {
-        loop {
-            match self.next().await {
-                Told::Text(message) if message["op"] == op => return message,
-                Told::Closed(code) => panic!("closed with {code}"),
-                _ => {}
+        self.texts([op]).await.remove(0)
+    }
+
+    /// The next message of each of these kinds, which come in any order.
+    async fn texts<const N: usize>(&mut self, ops: [&str; N]) -> Vec<Value> {
+        let mut found = vec![None; N];
+        let all = async {
+            while found.iter().any(Option::is_none) {
+                match self.next().await {
+                    Told::Text(message) => {
+                        if let Some(k) = (0..N).find(|&k| found[k].is_none() && message["op"] == ops[k]) {
+                            found[k] = Some(message);
+                        }
+                    }
+                    Told::Closed(code) => panic!("closed with {code}"),
+                    Told::Frame(_) => {}
+                }
             }
-        }
+        };
+        // Pings come for ever, and are no answer.
+        timeout(Duration::from_secs(60), all).await.unwrap_or_else(|_| panic!("no {ops:?} within a minute"));
+        found.into_iter().flatten().collect()
     }
 
     async fn frame(&mut self) -> Frame {
@@ -251,11 +266,10 @@ async fn a_viewer_is_told_how_time_goes_on_and_why_no_ball_counts_yet() {
     let opened = player.ask(run).await;
     let mut viewer = Viewer::connect(&server, "palmares.v1.bin").await;
     viewer.subscribe(json!(["verdicts"])).await;
+    let [first, verdicts] = viewer.texts(["clock", "verdicts"]).await.try_into().expect("two");
     // Nothing is known of the speed at first.
-    let first = viewer.text("clock").await;
     assert_eq!((&first["real_time_factor"], &first["session_left_s"]), (&Value::Null, &Value::Null));
     assert_eq!((&first["paused"], &first["run_id"]), (&json!(false), &opened["run_id"]));
-    let verdicts = viewer.text("verdicts").await;
     assert_eq!(verdicts["run_id"], opened["run_id"]);
     let objects = verdicts["objects"].as_array().expect("objects");
     assert_eq!(objects.len(), 10);

@@ -8,6 +8,7 @@ mod fields;
 mod history;
 mod interrupt;
 mod lookup;
+mod message;
 mod snapshot;
 mod world;
 
@@ -27,8 +28,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<snapshot::Snapshot>()?;
     module.add_class::<batch::Batch>()?;
     module.add_function(wrap_pyfunction!(main, module)?)?;
-    module.add_function(wrap_pyfunction!(lookup::tasks, module)?)?;
-    module.add_function(wrap_pyfunction!(lookup::hands, module)?)?;
-    module.add_function(wrap_pyfunction!(lookup::limits, module)?)?;
-    module.add_function(wrap_pyfunction!(lookup::cameras, module)?)
+    module.add_function(wrap_pyfunction!(lookup::welcome, module)?)?;
+    module.add_function(wrap_pyfunction!(lookup::describe_hand, module)?)
 }

@@ -1,12 +1,16 @@
 //! Tasks, hands and words by the names that Python gives.
 
+use crate::message;
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
 use palmares_models::read::{self, LoadOptions};
-use palmares_tasks::run::camera_name;
-use palmares_tasks::{ActionLimits, Noise, Sensing, Task};
-use pyo3::exceptions::PyValueError;
+use palmares_protocol::Reply;
+use palmares_protocol::reply::{Competition, HandInfo, Limits, TaskInfo, Welcome};
+use palmares_protocol::specs::Specs;
+use palmares_tasks::{Noise, Sensing, Task};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
@@ -18,38 +22,67 @@ fn builtin_tasks() -> &'static [Arc<Task>] {
     TASKS.get_or_init(Task::builtin)
 }
 
-/// Names of the tasks that come with the program.
+/// What a server says to a client's hello, for runs in this process: the message `welcome`, with the hands of the program
+/// and those of one's own at these paths.
 #[pyfunction]
-pub(crate) fn tasks() -> Vec<String> {
-    builtin_tasks().iter().map(|task| task.name.clone()).collect()
+pub(crate) fn welcome(py: Python<'_>, team: String, own_hands: Vec<String>) -> PyResult<Bound<'_, PyBytes>> {
+    let own = own_hands.iter().map(|path| hand(path)).collect::<PyResult<Vec<_>>>()?;
+    let hands = builtin_hands().iter().chain(&own).map(|hand| HandInfo::of(hand)).collect();
+    let welcome = Welcome {
+        id: 0,
+        session_id: String::new(),
+        resume_token: String::new(),
+        team,
+        session_left_s: None,
+        competition: Competition {
+            name: "in this process".into(),
+            mode: "practice".into(),
+            session_s: None,
+            reset_cost_s: 0.0,
+            noise: Noise::None,
+            sensors_only: Vec::new(),
+        },
+        server: palmares_server::version(),
+        // Nothing goes over a wire.
+        limits: Limits {
+            message_bytes: usize::MAX,
+            repeat: u32::MAX,
+            requests_per_s: f64::INFINITY,
+            requests_burst: f64::INFINITY,
+            resume_grace_s: f64::INFINITY,
+            ping_interval_s: f64::INFINITY,
+            ping_timeout_s: f64::INFINITY,
+            hello_timeout_s: f64::INFINITY,
+            hold_ticks: u32::MAX,
+            outbox_obs: usize::MAX,
+        },
+        tasks: builtin_tasks().iter().map(|task| TaskInfo::of(task)).collect(),
+        hands,
+        specs: Specs::default(),
+        run: None,
+        note: None,
+    };
+    message::of(py, 0, Ok(Reply::Welcome(Box::new(welcome))))
 }
 
-/// Names of the hands that come with the program.
+/// A hand in full, as JSON: what `GET /v1/hands/{name}` tells.
 #[pyfunction]
-pub(crate) fn hands() -> Vec<String> {
-    builtin_hands().iter().map(|hand| hand.name.clone()).collect()
+pub(crate) fn describe_hand(name: &str) -> PyResult<String> {
+    serde_json::to_string(&hand(name)?.describe()).map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }
 
-/// Largest speed (m/s) and angular speed (rad/s) of the base.
-#[pyfunction]
-pub(crate) fn limits() -> (f64, f64) {
-    let limits = ActionLimits::default();
-    (limits.speed, limits.angular_speed)
-}
-
-/// Cameras of a task with a hand: name, width, height, range in m.
-#[pyfunction]
-pub(crate) fn cameras(task_name: &str, hand_name: &str) -> PyResult<Vec<(String, u32, u32, f64)>> {
-    let (task, hand) = (task(task_name)?, hand(hand_name)?);
-    let all = task.cameras.iter().chain(&hand.sensors.cameras);
-    Ok(all.map(|camera| (camera_name(&task, camera), camera.width, camera.height, camera.far)).collect())
+fn names<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    names.collect::<Vec<_>>().join(", ")
 }
 
 /// The task of this name.
 pub(crate) fn task(name: &str) -> PyResult<Arc<Task>> {
     let found = builtin_tasks().iter().find(|task| task.name == name).cloned();
     found.ok_or_else(|| {
-        PyValueError::new_err(format!("task: no task {name:?}; there are: {}", tasks().join(", ")))
+        PyValueError::new_err(format!(
+            "task: no task {name:?}; there are: {}",
+            names(builtin_tasks().iter().map(|task| task.name.as_str()))
+        ))
     })
 }
 
@@ -60,7 +93,7 @@ pub(crate) fn hand(name: &str) -> PyResult<Arc<Hand>> {
     }
     let path = Path::new(name);
     if !path.exists() {
-        let known = hands().join(", ");
+        let known = names(builtin_hands().iter().map(|hand| hand.name.as_str()));
         let message =
             format!("hand: {name:?} is neither a hand of the program ({known}) nor a file or folder");
         return Err(PyValueError::new_err(message));

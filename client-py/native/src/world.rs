@@ -3,8 +3,8 @@
 use crate::history::{Entry, History, Push};
 use crate::interrupt::{LOOK, interruptible};
 use crate::lookup;
+use crate::message;
 use crate::snapshot::Snapshot;
-use palmares_protocol::encoding::Payload;
 use palmares_protocol::obs::{Obs, Opened};
 use palmares_protocol::reply::{Ack, RunInfo, RunResult};
 use palmares_protocol::{Code, Encoding, Mode, Perturb, Refusal, Reply, Request, Step, request};
@@ -18,9 +18,6 @@ use pyo3::types::PyBytes;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
-
-/// Room for a message, bytes.
-const ROOM: usize = 8192;
 
 /// A world, which answers the requests `step`, `perturb` and `stop` of the protocol as a server's session does, in
 /// MessagePack.
@@ -70,7 +67,7 @@ impl World {
             let scene = Some(self.run.scene().clone().told(self.sensing));
             Obs { run, scene, ..self.obs(0, observation) }
         });
-        told(py, 0, reply.map(|obs| Reply::Obs(Box::new(obs))))
+        message::of(py, 0, reply.map(|obs| Reply::Obs(Box::new(obs))))
     }
 
     /// Answers a request.
@@ -87,7 +84,7 @@ impl World {
             )),
             Err(refusal) => Err(refusal),
         };
-        told(py, id, reply)
+        message::of(py, id, reply)
     }
 
     /// What is seen now, as the message `obs`.
@@ -100,7 +97,7 @@ impl World {
         let own = std::mem::replace(&mut self.sensing, lookup::sensing(sensing)?);
         let reply = self.seen(&cameras).map(|observation| self.obs(0, observation));
         self.sensing = own;
-        told(py, 0, reply.map(|obs| Reply::Obs(Box::new(obs))))
+        message::of(py, 0, reply.map(|obs| Reply::Obs(Box::new(obs))))
     }
 
     /// Takes a snapshot.
@@ -304,15 +301,5 @@ impl World {
             open: false,
         };
         Ok(Reply::Result(Box::new(RunResult { id: Some(id), ..RunResult::new(run, status, outcome) })))
-    }
-}
-
-/// A reply, or the message of a refusal, as bytes.
-fn told<'py>(py: Python<'py>, id: u64, reply: Result<Reply, Refusal>) -> PyResult<Bound<'py, PyBytes>> {
-    let reply = reply.unwrap_or_else(|refusal| Reply::refused(Some(id), &refusal));
-    match Encoding::MsgPack.write(&reply, ROOM) {
-        Ok(Payload::Binary(bytes)) => Ok(PyBytes::new(py, &bytes)),
-        Ok(Payload::Text(_)) => Err(PyRuntimeError::new_err("MessagePack is binary")),
-        Err(error) => Err(PyRuntimeError::new_err(error.to_string())),
     }
 }

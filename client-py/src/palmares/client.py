@@ -7,12 +7,11 @@ import os
 import time
 from collections.abc import Iterable, Iterator
 from types import TracebackType
-from typing import Any, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar
 from urllib.parse import urlsplit
 
 from msgspec import structs
 
-from palmares import rest
 from palmares.codec import Encoding, Message
 from palmares.errors import (
     ConnectionLostError,
@@ -42,7 +41,12 @@ from palmares.targets import Base, Hand, Numbers, action_of, vector
 from palmares.transport import Closed
 from palmares.version import VERSION
 
+if TYPE_CHECKING:
+    from palmares.sim import World
+
 LOG = logging.getLogger("palmares")
+# Instead of a server's address: this process.
+LOCAL = "local"
 # How often a single request is repeated after the rate limit or a broken connection.
 MAX_RETRIES = 20
 # How long to wait for an observation before checking that the server is still alive.
@@ -55,7 +59,9 @@ class Client:
     """A session with a Palmares server. Use it from one thread.
 
     Args:
-        url: Where the server listens: ``http://host:port`` (or https, ws, wss).
+        url: Where the server listens: ``http://host:port`` (or https, ws, wss). ``local``: no server;
+            lockstep runs are played in this process, as `palmares.sim` does, and the `hand` of a `reset` may
+            be the path of one of your own.
         team: The name on a practice server's leaderboard, 1 to 64 characters. In a competition the token
             identifies the team.
         token: The team's token; the environment variable ``PALMARES_TOKEN`` when left out. A
@@ -83,11 +89,10 @@ class Client:
         timeout_s: float = 60.0,
         reconnect_s: float = 60.0,
     ) -> None:
-        self._http_url, ws_url = _addresses(url)
-        self._token = token if token is not None else os.environ.get("PALMARES_TOKEN")
         self._timeout_s = timeout_s
         self._tick: int | None = None
         self._run_id: str | None = None
+        self._result: Result | None = None
         self._run: Opened | None = None
         self._scene: Scene | None = None
         self._names: list[str] = []
@@ -95,11 +100,18 @@ class Client:
         self._newest: Observation | None = None
         self._stream = Stream()
         self._unrequested: Result | None = None
+        self._link: Link
+        if url == LOCAL:
+            from palmares.local import LocalLink
+
+            self._link = LocalLink(team)
+            return
+        http_url, ws_url = _addresses(url)
         self._link = Link(
-            self._http_url,
+            http_url,
             ws_url,
             Hello(client={"name": team, "version": VERSION}, session_s=session_s),
-            token=self._token,
+            token=token if token is not None else os.environ.get("PALMARES_TOKEN"),
             encoding=encoding,
             timeout_s=timeout_s,
             reconnect_s=reconnect_s,
@@ -271,8 +283,17 @@ class Client:
                 raise
             result = lost.result
         self._forget_run()
+        self._result = result
         self.welcome.run = None
         return result
+
+    def abandon(self) -> None:
+        """Close the run without wanting its result, which in this process saves its counting."""
+        if self.is_local:
+            self._link.close()
+            self._forget_run()
+        else:
+            self.stop()
 
     def time(self) -> Time:
         """Return the session's clock."""
@@ -280,11 +301,38 @@ class Client:
 
     def leaderboard(self) -> list[LeaderboardRow]:
         """Return the rows of the leaderboard, best first."""
-        return rest.leaderboard(self._http_url, self._token)
+        return self._link.leaderboard()
 
     def describe_hand(self, name: str) -> dict[str, Any]:
         """Return the server's description of a hand: links, joints, motors, tendons, shapes, masses."""
-        return rest.get_object(self._http_url, f"/v1/hands/{name}", self._token)
+        return self._link.describe_hand(name)
+
+    def save_replay(self, path: str | os.PathLike[str]) -> None:
+        """Write the replay of the last run that was stopped to a file, for ``palmares verify`` and the pages.
+
+        Raises:
+            WrongStateError: No run was stopped yet.
+            NotFoundError: The server does not record.
+
+        """
+        if self._result is None:
+            raise WrongStateError("wrong_state: no run was stopped yet; call stop() first")
+        self._link.save_replay(self._result.run_id, path)
+
+    @property
+    def result(self) -> Result | None:
+        """What the last `stop` returned."""
+        return self._result
+
+    @property
+    def is_local(self) -> bool:
+        """True with ``url="local"``: runs are played in this process."""
+        return self._link.where == LOCAL
+
+    @property
+    def world(self) -> World | None:
+        """With ``url="local"`` the world of the current or last run; ``None`` on a server."""
+        return getattr(self._link, "world", None)
 
     @property
     def welcome(self) -> Welcome:
@@ -400,7 +448,7 @@ class Client:
         run_id = self._run_id or ""
         result = self._unrequested
         if result is None or result.run_id != run_id:
-            result = rest.result_of(self._http_url, run_id, self._token)
+            result = self._link.result_of(run_id)
         self._forget_run()
         return RunLostError.of(run_id, result)
 
@@ -454,7 +502,7 @@ class Client:
             if obs is not None:
                 return obs
             if self._link.silence_s() > self._timeout_s:
-                raise ConnectionLostError(f"{self._http_url} has been silent for {self._timeout_s:g} s")
+                raise ConnectionLostError(f"{self._link.where} has been silent for {self._timeout_s:g} s")
 
 
 def _addresses(url: str) -> tuple[str, str]:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import os
 import threading
 import time
 import weakref
 from collections.abc import Callable, Iterator
-from typing import TypeVar
+from pathlib import Path
+from typing import Any, TypeVar
 
 import msgspec
 
@@ -24,7 +26,7 @@ from palmares.errors import (
     SessionTakenError,
     error_of,
 )
-from palmares.messages import ErrorMessage, Reply, SessionWarning, Welcome
+from palmares.messages import ErrorMessage, LeaderboardRow, Reply, Result, SessionWarning, Welcome
 from palmares.requests import Bye, Hello, Request
 from palmares.transport import Closed, Transport
 
@@ -137,6 +139,28 @@ class Link:
         raise ConnectionLostError(
             f"the connection broke and did not come back within {self._reconnect_s:g} s: {last}"
         ) from last
+
+    @property
+    def where(self) -> str:
+        """Where the server is."""
+        return self._http_url
+
+    def describe_hand(self, name: str) -> dict[str, Any]:
+        """Return the server's description of a hand."""
+        return rest.get_object(self._http_url, f"/v1/hands/{name}", self._token)
+
+    def save_replay(self, run_id: str, path: str | os.PathLike[str]) -> None:
+        """Write the replay of a run to a file."""
+        replay = rest.get(self._http_url, f"/v1/runs/{run_id}/replay", self._token)
+        Path(path).write_bytes(replay)
+
+    def leaderboard(self) -> list[LeaderboardRow]:
+        """Return the rows of the leaderboard, best first."""
+        return rest.leaderboard(self._http_url, self._token)
+
+    def result_of(self, run_id: str) -> Result | None:
+        """Return the result of a run, if the server has one."""
+        return rest.result_of(self._http_url, run_id, self._token)
 
     def silence_s(self) -> float:
         """How long nothing has come from the server, not even a ping."""

@@ -1,13 +1,20 @@
-"""The ``palmares`` program, from the compiled part of the package."""
+"""The ``palmares`` program: that of the compiled part, and what needs Python."""
 
 from __future__ import annotations
 
+import importlib
 import signal
 import sys
+
+# Commands that are written in Python, by the module whose `main` takes their arguments.
+COMMANDS = {"demo": "palmares.demo", "evaluate": "palmares.evaluate.command"}
 
 
 def main() -> int:
     """Run ``palmares`` with the arguments of this process; return its exit code."""
+    if len(sys.argv) > 1 and sys.argv[1] in COMMANDS:
+        code: int = importlib.import_module(COMMANDS[sys.argv[1]]).main(sys.argv[2:])
+        return code
     try:
         from palmares import _native
     except ImportError:

@@ -20,8 +20,8 @@ def is_loopback(url: str) -> bool:
     return urlsplit(url).hostname in ("127.0.0.1", "localhost", "::1")
 
 
-def get_json(base_url: str, path: str, token: str | None = None) -> Any:
-    """GET `path` and return the decoded JSON."""
+def get(base_url: str, path: str, token: str | None = None) -> bytes:
+    """GET `path` and return the body of the answer."""
     request = urllib.request.Request(base_url + path)
     if token:
         # Not a plain header: a redirect to another server must not receive the token.
@@ -30,13 +30,19 @@ def get_json(base_url: str, path: str, token: str | None = None) -> Any:
     opener = urllib.request.build_opener(*handlers)
     try:
         with opener.open(request, timeout=TIMEOUT_S) as response:
-            body = response.read()
+            body: bytes = response.read()
     except urllib.error.HTTPError as refused:
         raise error_of_response(refused.code, refused.read(), base_url + path) from None
     except OSError as unreachable:
         raise NoServerError(
             f"no server at {base_url} ({unreachable}); is `palmares serve` running?"
         ) from None
+    return body
+
+
+def get_json(base_url: str, path: str, token: str | None = None) -> Any:
+    """GET `path` and return the decoded JSON."""
+    body = get(base_url, path, token)
     try:
         return msgspec.json.decode(body)
     except msgspec.MsgspecError as unreadable:

@@ -7,8 +7,8 @@ mod engine;
 mod images;
 
 use crate::cargo::build_server;
+use crate::http::get;
 use crate::python::Environment;
-use crate::server::get;
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use engine::{Engine, Project};

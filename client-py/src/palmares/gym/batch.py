@@ -10,10 +10,9 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from palmares._native import limits
 from palmares.arrays import Array
 from palmares.gym.fields import Arrays, box
-from palmares.sim import Batch
+from palmares.sim import Batch, welcome
 
 
 class BatchEnv(VectorEnv[Arrays, Array, Array]):
@@ -66,7 +65,9 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         self.single_action_space = spaces.Box(-1.0, 1.0, (length,), dtype=np.float64)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._scale = np.concatenate([np.repeat(limits(), 3), np.full(length - 6, 0.5)])
+        specs = welcome().specs
+        limits = [specs.action_field(name).range[1] for name in ("base.linear", "base.angular")]
+        self._scale = np.concatenate([np.repeat(limits, 3), np.full(length - 6, 0.5)])
         self._shift = np.concatenate([np.zeros(6), np.full(length - 6, 0.5)])
         self._roots = np.zeros(num_envs, dtype=np.uint64)
         self._episodes = np.zeros(num_envs, dtype=np.uint64)

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import gymnasium
 import numpy as np
 from gymnasium import spaces
 
 from palmares.arrays import array
+from palmares.client import Client
 from palmares.gym.fields import Arrays, action_space, arrays_of, arrays_of_scene, box
-from palmares.gym.players import Player, ServerPlayer, WorldPlayer
+from palmares.gym.player import Player
 from palmares.messages import Observation
 from palmares.targets import twist
+
+if TYPE_CHECKING:
+    from palmares.sim import World
 
 
 class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
@@ -46,8 +50,6 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
     noted.
 
     Attributes:
-        client: The session, for what gymnasium does not cover; ``None`` in this process.
-        world: The `palmares.sim.World`; ``None`` on a server, and before the first `reset`.
         observation: The last observation, typed; ``None`` before the first `reset`.
 
     Args:
@@ -93,11 +95,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         self.render_mode, self._url = render_mode, url
         if url is None:  # A process without a server has no page.
             self.metadata = {**self.metadata, "render_modes": ["rgb_array"]}
-        self._player: Player = (
-            WorldPlayer(task, hand, sensing, noise)
-            if url is None
-            else ServerPlayer(url, task, hand, sensing, noise, **client)
-        )
+        self._player = Player(url, task, hand, sensing, noise, **client)
         self._task, self._hand, self._sensing, self._ticks = task, hand, sensing, ticks
         self._objects, self._cameras = objects, tuple(cameras)
         self._score = 0.0
@@ -142,14 +140,14 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         return spaces.Dict(found)
 
     @property
-    def client(self) -> Any:
-        """The session; ``None`` in this process."""
-        return getattr(self._player, "client", None)
+    def client(self) -> Client:
+        """The session, for what gymnasium does not cover."""
+        return self._player.client
 
     @property
-    def world(self) -> Any:
-        """The world; ``None`` on a server."""
-        return getattr(self._player, "world", None)
+    def world(self) -> World | None:
+        """The world of this process; ``None`` on a server, and before the first `reset`."""
+        return self._player.client.world
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

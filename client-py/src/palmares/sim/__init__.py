@@ -18,13 +18,32 @@ except ImportError as missing:
         "(`cargo xtask wheel` makes one). `palmares.Client` works without it."
     ) from missing
 
-from palmares._native import Snapshot
-from palmares.sim.batch import Batch, Stepped
-from palmares.sim.world import World
+from collections.abc import Iterable
 
-TASKS = tuple(_native.tasks())
+from palmares._native import Snapshot, describe_hand
+from palmares.messages import Welcome
+from palmares.sim.batch import Batch, Stepped
+from palmares.sim.world import World, read
+
+
+def welcome(team: str = "palmares-py", own_hands: Iterable[str] = ()) -> Welcome:
+    """Return what a practice server greets with: tasks, hands, limits, fields of actions and observations.
+
+    Args:
+        team: Name of the team.
+        own_hands: Paths of hands of your own, which are to be among them.
+
+    Raises:
+        ValueError: There is no such hand, or it cannot be read.
+
+    """
+    return read(_native.welcome(team, list(own_hands)), Welcome)
+
+
+_GREETING = welcome()
+TASKS = tuple(task.name for task in _GREETING.tasks)
 """Names of the tasks that come with the program"""
-HANDS = tuple(_native.hands())
+HANDS = tuple(hand.name for hand in _GREETING.hands)
 """Names of the hands that come with the program"""
 
-__all__ = ["HANDS", "TASKS", "Batch", "Snapshot", "Stepped", "World"]
+__all__ = ["HANDS", "TASKS", "Batch", "Snapshot", "Stepped", "World", "describe_hand", "welcome"]

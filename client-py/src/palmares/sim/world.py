@@ -59,10 +59,10 @@ class World:
         if seed is not None:
             self._seed = seed
         self._native = _native.World(self._task, self._hand, self._seed, self._sensing, self._noise)
-        obs = _read(self._native.opened(names(cameras)), Observation)
+        obs = read(self._native.opened(names(cameras)), Observation)
         if obs.run is None or obs.scene is None:
             raise ProtocolError("the first observation tells of no scene")
-        self._run, self._scene = obs.run, obs.scene
+        self._run, self._scene, self._run_id = obs.run, obs.scene, obs.run_id
         self._names = [body.name for body in obs.scene.free]
         self._motors = len(obs.hand.actuators)
         return self._named(obs)
@@ -89,14 +89,14 @@ class World:
             repeat=repeat,
             cameras=names(cameras),
         )
-        return self._named(self._ask(request, Observation))
+        return self._named(self.ask(request, Observation))
 
     def observe(
         self, sensing: Literal["sensors", "truth"] | None = None, cameras: Iterable[str] = ()
     ) -> Observation:
         """Return what is seen now, with the world's sensing or another; nothing changes."""
         raw = self._native.observe(sensing or self._sensing, names(cameras))
-        return self._named(_read(raw, Observation))
+        return self._named(read(raw, Observation))
 
     def perturb(
         self,
@@ -107,11 +107,11 @@ class World:
     ) -> int:
         """Push a link of the hand; return the tick at which it begins. See `palmares.Client.perturb`."""
         wrench = Wrench(force=vector("force", force), torque=vector("torque", torque))
-        return self._ask(Perturb(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
+        return self.ask(Perturb(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
 
     def result(self) -> Result:
         """End the run, let the objects settle and count them; asked again, the same result."""
-        return self._ask(Stop(), Result)
+        return self.ask(Stop(), Result)
 
     def snapshot(self) -> _native.Snapshot:
         """Keep the world as it is after this tick.
@@ -171,6 +171,11 @@ class World:
         return self._native.score
 
     @property
+    def run_id(self) -> str:
+        """Name of the run, as it stands in its replay."""
+        return self._run_id
+
+    @property
     def run(self) -> Opened:
         """Its parameters: task, hand, seed, length of a tick, time limit."""
         return self._run
@@ -183,9 +188,10 @@ class World:
     def __repr__(self) -> str:
         return f"<World {self._run.task} with {self._run.hand}, seed {self._seed}, tick {self.tick}>"
 
-    def _ask(self, request: Request, kind: type[Answer]) -> Answer:
+    def ask(self, request: Request, kind: type[Answer]) -> Answer:
+        """Answer a request of the protocol: ``step``, ``perturb`` or ``stop``."""
         request.id = 1
-        return _read(self._native.answer(CODEC.encode(request)), kind)
+        return read(self._native.answer(CODEC.encode(request)), kind)
 
     def _named(self, obs: Observation) -> Observation:
         if obs.truth is not None:
@@ -193,7 +199,8 @@ class World:
         return obs
 
 
-def _read(raw: bytes, kind: type[Answer]) -> Answer:
+def read(raw: bytes, kind: type[Answer]) -> Answer:
+    """Decode a message of the compiled part; raise the error if it refuses."""
     message = CODEC.message(raw)
     if isinstance(message, ErrorMessage):
         raise error_of(message.code, message.message, fatal=message.fatal)

@@ -1,0 +1,7 @@
+"""``python -m palmares``: the program."""
+
+import sys
+
+from palmares.program import main
+
+sys.exit(main())

@@ -1,0 +1,137 @@
+"""``palmares evaluate``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from tqdm import tqdm
+
+from palmares.errors import PalmaresError
+from palmares.evaluate import ControllerError, Played, Report, evaluate, processes
+
+EXAMPLES = """\
+A controller is a Python file, or a module, with a function run(client, seed), which opens a run with
+client.reset(..., seed=seed), plays it and ends it with client.stop(). If it has parameters named task
+and hand, they are given.
+
+examples:
+  palmares evaluate my_controller.py
+  palmares evaluate my_controller.py --tasks balls,shelf --hands softhand --seeds 5001-5100
+  palmares evaluate new.py old.py --seeds 200                    compares them over the same seeds
+  palmares evaluate palmares.examples.balls_softhand --replays worst/
+  palmares evaluate my_controller.py --url http://127.0.0.1:8080   over the socket"""
+
+
+def main(arguments: list[str]) -> int:
+    """Do what the command line says; return the exit code: 1 when a run failed."""
+    options = parser().parse_args(arguments)
+    per_controller = max(1, len(options.tasks)) * max(1, len(options.hands)) * len(options.seeds)
+    bar = tqdm(
+        total=per_controller * len(options.controllers), unit="run", file=sys.stderr, disable=options.quiet
+    )
+
+    def on_played(played: Played) -> None:
+        bar.update()
+        if played.error is not None:
+            bar.write(f"seed {played.seed} failed: {played.error}", file=sys.stderr)
+
+    try:
+        with bar:
+            report = evaluate(
+                options.controllers,
+                options.tasks,
+                options.hands,
+                options.seeds,
+                url=options.url,
+                replays=options.replays,
+                pool=processes(options.jobs),
+                on_played=on_played,
+            )
+    except (ControllerError, PalmaresError, OSError) as error:
+        print(f"palmares evaluate: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 130
+    if options.replays is not None:
+        keep_worst(report)
+    print(report.json() if options.json else report)
+    return int(any(row.failed for row in report.rows))
+
+
+def keep_worst(report: Report) -> None:
+    """Remove the replays that the report does not name."""
+    for row in report.rows:
+        named = {run.replay for run in row.worst()}
+        for run in row.runs:
+            if run.replay is not None and run.replay not in named:
+                Path(run.replay).unlink(missing_ok=True)
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    made = argparse.ArgumentParser(
+        prog="palmares evaluate",
+        description="Play controllers over many scenes and print what their scores come to.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    made.add_argument(
+        "controllers", nargs="+", metavar="CONTROLLER", help="a Python file, or a module's name"
+    )
+    made.add_argument(
+        "--tasks", type=words, default=[], metavar="A,B", help="tasks (default: the controller's own)"
+    )
+    made.add_argument(
+        "--hands", type=words, default=[], metavar="A,B", help="hands (default: the controller's own)"
+    )
+    made.add_argument(
+        "--seeds",
+        type=seeds,
+        default=seeds("100"),
+        metavar="WHICH",
+        help="so many, from 1 on; or a range, 5001-5100; or a list, 3,5,8 (default 100)",
+    )
+    made.add_argument("--url", default="local", help="a server (default: local, without one)")
+    made.add_argument("--jobs", type=positive, metavar="N", help="runs at once (default: one for each core)")
+    made.add_argument(
+        "--replays",
+        metavar="FOLDER",
+        help="keep the replays of the worst runs there; without a server every run is then played twice",
+    )
+    made.add_argument("--json", action="store_true", help="print everything as JSON")
+    made.add_argument("--quiet", action="store_true", help="no progress bar")
+    return made
+
+
+def words(text: str) -> list[str]:
+    """Read names with commas between."""
+    return [word for word in text.split(",") if word]
+
+
+def positive(text: str) -> int:
+    """Read a number of at least 1."""
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"found {text}; wanted at least 1")
+    return number
+
+
+def seeds(text: str) -> list[int]:
+    """Read ``100``, ``5001-5100`` or ``3,5,8``."""
+    try:
+        if "," in text:
+            found = [int(word) for word in text.split(",") if word]
+        elif "-" in text:
+            first, last = map(int, text.split("-"))
+            found = list(range(first, last + 1))
+        else:
+            found = list(range(1, int(text) + 1))
+    except ValueError:
+        found = []
+    if not found or min(found) < 0 or max(found) >= 2**53:
+        raise argparse.ArgumentTypeError(
+            f"found {text!r}; wanted a number, a range as 5001-5100, or a list as 3,5,8"
+        )
+    return found

@@ -1,0 +1,149 @@
+"""The outcome of an evaluation, for people and for programs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from itertools import groupby
+
+from palmares.evaluate.play import Played
+from palmares.evaluate.statistics import Comparison, Spread
+
+WORST = 5
+HEADER = ("controller", "task", "hand", "runs", "mean", "95 %", "min", "q1", "median", "q3", "max", "failed")
+
+
+@dataclass(frozen=True)
+class Row:
+    """A controller at a task with a hand.
+
+    Attributes:
+        spread: Of the scores; a run that failed counts as 0.
+        failed: How many runs failed.
+        runs: All of them, by seed.
+
+    """
+
+    controller: str
+    task: str
+    hand: str
+    spread: Spread
+    failed: int
+    runs: tuple[Played, ...]
+
+    def worst(self, count: int = WORST) -> list[Played]:
+        """Return the runs with the lowest scores, the lowest first."""
+        return sorted(self.runs, key=lambda played: (played.error is None, played.score, played.seed))[:count]
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Two controllers at a task with a hand, over the seeds that both played."""
+
+    first: str
+    second: str
+    task: str
+    hand: str
+    comparison: Comparison
+
+
+@dataclass(frozen=True)
+class Report:
+    """The outcome. As text, a table."""
+
+    rows: tuple[Row, ...]
+    comparisons: tuple[Compared, ...]
+
+    @classmethod
+    def of(cls, outcomes: Iterable[Played]) -> Report:
+        """Return the report of these runs, in whatever order they came."""
+        order: dict[str, int] = {}
+        rows = []
+        known = list(outcomes)
+        # Which task and hand a controller plays by itself is known from its runs that did not fail.
+        plays = {run.controller: (run.task, run.hand) for run in known if run.error is None}
+        for run in known:
+            order.setdefault(run.controller, len(order))
+        named = [(*_place(run, plays), run) for run in known]
+        named.sort(key=lambda item: (order[item[2].controller], item[0], item[1], item[2].seed))
+        for (place, task, hand), group in groupby(
+            named, key=lambda item: (item[2].controller, item[0], item[1])
+        ):
+            runs = tuple(run for _, _, run in group)
+            failed = sum(run.error is not None for run in runs)
+            rows.append(Row(place, task, hand, Spread.of([run.score for run in runs]), failed, runs))
+        return cls(tuple(rows), tuple(_comparisons(rows)))
+
+    def json(self) -> str:
+        """Return everything as JSON."""
+        return json.dumps(asdict(self))
+
+    def __str__(self) -> str:
+        table = [HEADER, *map(_cells, self.rows)]
+        widths = [max(len(row[k]) for row in table) for k in range(len(HEADER))]
+        lines = [
+            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in table
+        ]
+        for row in self.rows:
+            lines += ["", f"worst of {row.controller}, {row.task}, {row.hand}:"]
+            lines += [f"  {_worst(run)}" for run in row.worst()]
+        for compared in self.comparisons:
+            lines += ["", _told(compared)]
+        return "\n".join(line.rstrip() for line in lines)
+
+
+def _place(run: Played, plays: dict[str, tuple[str, str]]) -> tuple[str, str]:
+    task, hand = plays.get(run.controller, ("?", "?"))
+    return run.task or task, run.hand or hand
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    spread = row.spread
+    low, high = spread.interval
+    numbers = (spread.least, spread.quartile_1, spread.median, spread.quartile_3, spread.most)
+    return (
+        row.controller,
+        row.task,
+        row.hand,
+        str(spread.runs),
+        f"{spread.mean:.2f}",
+        f"{low:.2f} … {high:.2f}",
+        *(f"{number:g}" for number in numbers),
+        str(row.failed),
+    )
+
+
+def _worst(run: Played) -> str:
+    if run.error is not None:
+        return f"seed {run.seed}: failed: {run.error}"
+    replay = f", replay {run.replay}" if run.replay else ""
+    return (
+        f"seed {run.seed}: {run.score:g} ({run.in_goal} in the goal, {run.outside} outside, {run.reason}, "
+        f"{run.sim_time_s:.0f} s){replay}"
+    )
+
+
+def _told(compared: Compared) -> str:
+    found = compared.comparison
+    low, high = found.interval
+    return (
+        f"{compared.first} minus {compared.second}, {compared.task}, {compared.hand}: "
+        f"{found.mean:+.3f} a run (95 %: {low:+.3f} … {high:+.3f}) over {found.pairs} seeds, "
+        f"better in {found.better}, equal in {found.equal}, worse in {found.worse}; p = {found.p_value:.2g}"
+    )
+
+
+def _comparisons(rows: list[Row]) -> Iterable[Compared]:
+    """Compare the first controller with each other one, where both played the same."""
+    for row in rows:
+        for other in rows:
+            same = (row.task, row.hand) == (other.task, other.hand)
+            if not same or row.controller != rows[0].controller or other.controller == row.controller:
+                continue
+            theirs = {run.seed: run.score for run in other.runs}
+            pairs = [(run.score, theirs[run.seed]) for run in row.runs if run.seed in theirs]
+            if pairs:
+                first, second = zip(*pairs, strict=True)
+                comparison = Comparison.of(first, second)
+                yield Compared(row.controller, other.controller, row.task, row.hand, comparison)

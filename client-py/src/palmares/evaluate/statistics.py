@@ -1,0 +1,109 @@
+"""What many scores come to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from palmares.arrays import Array
+
+# Of the random numbers below; the same every time.
+SEED = 20161010
+DRAWS = 20_000
+# Up to so many pairs the test counts every sign.
+EXACT_UP_TO = 14
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Distribution of scores.
+
+    Attributes:
+        interval: 95 % interval of the mean, by bootstrap.
+
+    """
+
+    runs: int
+    mean: float
+    interval: tuple[float, float]
+    least: float
+    quartile_1: float
+    median: float
+    quartile_3: float
+    most: float
+
+    @classmethod
+    def of(cls, scores: Sequence[float]) -> Spread:
+        """Return that of at least one score."""
+        values = np.asarray(scores, dtype=float)
+        least, first, median, third, most = np.percentile(values, [0, 25, 50, 75, 100])
+        return cls(
+            len(values),
+            float(values.mean()),
+            _interval(values),
+            float(least),
+            float(first),
+            float(median),
+            float(third),
+            float(most),
+        )
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The first controller against the second over the same seeds.
+
+    Attributes:
+        mean: Mean difference of the scores, first minus second.
+        interval: Its 95 % interval, by bootstrap over the seeds.
+        p_value: Probability of a mean difference at least as large if both were the same: a paired
+            permutation test, which flips the signs of the differences (Fisher, The Design of Experiments).
+
+    """
+
+    pairs: int
+    mean: float
+    interval: tuple[float, float]
+    better: int
+    equal: int
+    worse: int
+    p_value: float
+
+    @classmethod
+    def of(cls, first: Sequence[float], second: Sequence[float]) -> Comparison:
+        """Return that of scores at the same seeds, in the same order."""
+        difference = np.asarray(first, dtype=float) - np.asarray(second, dtype=float)
+        return cls(
+            len(difference),
+            float(difference.mean()),
+            _interval(difference),
+            int((difference > 0).sum()),
+            int((difference == 0).sum()),
+            int((difference < 0).sum()),
+            _p_value(difference),
+        )
+
+
+def _interval(values: Array) -> tuple[float, float]:
+    generator = np.random.default_rng(SEED)
+    drawn = generator.integers(len(values), size=(2_000, len(values)))
+    low, high = np.percentile(values[drawn].mean(axis=1), [2.5, 97.5])
+    return float(low), float(high)
+
+
+def _p_value(difference: Array) -> float:
+    differs = difference[difference != 0]
+    count = len(differs)
+    if count == 0:
+        return 1.0
+    exact = count <= EXACT_UP_TO
+    if exact:
+        signs = 1 - 2 * ((np.arange(2**count)[:, None] >> np.arange(count)) & 1)
+    else:
+        signs = np.random.default_rng(SEED).choice([-1, 1], size=(DRAWS, count))
+    seen = abs(float(differs.sum()))
+    as_large = int((np.abs(signs @ differs) >= seen - 1e-9).sum())
+    # What was seen is one of the draws.
+    return as_large / len(signs) if exact else (as_large + 1) / (len(signs) + 1)

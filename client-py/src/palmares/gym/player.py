@@ -1,0 +1,91 @@
+"""Runs of one task with one hand, one after the other: in a session of a server, or in this process."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Literal
+
+import numpy as np
+
+from palmares.client import LOCAL, Client
+from palmares.messages import BaseTarget, HandInfo, Observation, Result
+from palmares.scene import Scene
+
+Sensing = Literal["sensors", "truth"]
+Noise = Literal["none", "real"]
+
+
+class Player:
+    """Plays runs of a task with a hand.
+
+    Attributes:
+        client: The session.
+        shapes: Lengths of the hand's fields: ``motors``, ``joints``, ``encoders``, ``taxels``.
+        cameras: Height, width and range (m) of each camera.
+        limits: Largest speed (m/s) and angular speed (rad/s) of the base.
+        time_limit_s: Longest run.
+
+    """
+
+    def __init__(
+        self, url: str | None, task: str, hand: str, sensing: Sensing, noise: Noise | None, **client: Any
+    ) -> None:
+        self.client = Client(LOCAL if url is None else url, **client)
+        welcome = self.client.welcome
+        played, of_task = self._hand_info(hand), welcome.task(task).cameras
+        self.shapes = {
+            "motors": len(played.motors),
+            "joints": len(played.joints),
+            "encoders": len(played.encoders),
+            "taxels": len(played.taxels),
+        }
+        taken = {camera.name for camera in of_task}
+        self.cameras = {camera.name: (camera.height, camera.width, camera.far) for camera in of_task}
+        for camera in played.cameras:
+            name = f"hand_{camera.name}" if camera.name in taken else camera.name
+            self.cameras[name] = (camera.height, camera.width, camera.far)
+        ranges = [welcome.specs.action_field(name).range for name in ("base.linear", "base.angular")]
+        self.limits = (ranges[0][1], ranges[1][1])
+        self.time_limit_s = welcome.task(task).time_limit_s
+        self._task, self._hand, self._noise = task, hand, noise
+        self._sensing: Sensing = sensing
+
+    def _hand_info(self, hand: str) -> HandInfo:
+        welcome = self.client.welcome
+        if self.client.is_local and all(hand != known.name for known in welcome.hands):
+            from palmares import sim
+
+            return sim.welcome(own_hands=[hand]).hands[-1]
+        return welcome.hand(hand)
+
+    def open(self, seed: int, cameras: Iterable[str]) -> Observation:
+        """Open a run; stop an earlier one."""
+        if self.client.tick is not None:
+            self.client.abandon()
+        return self.client.reset(
+            self._task, self._hand, sensing=self._sensing, noise=self._noise, seed=seed, cameras=cameras
+        )
+
+    def step(
+        self, base: BaseTarget, hand: np.ndarray[Any, Any], ticks: int, cameras: Iterable[str]
+    ) -> Observation:
+        """Advance the world."""
+        return self.client.step(base=base, hand=hand, repeat=ticks, cameras=cameras)
+
+    def look(self, camera: str) -> Observation:
+        """Take a picture. A server takes none between two ticks: there it takes one."""
+        world = self.client.world
+        return self.client.step(cameras=[camera]) if world is None else world.observe(cameras=[camera])
+
+    def result(self) -> Result:
+        """End the run and count."""
+        return self.client.stop()
+
+    def close(self) -> None:
+        """End."""
+        self.client.close()
+
+    @property
+    def scene(self) -> Scene:
+        """What stands in it."""
+        return self.client.scene

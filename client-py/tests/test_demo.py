@@ -1,0 +1,36 @@
+"""``palmares demo``."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+from tests.real_server import PROGRAM, needs_server
+
+
+@needs_server
+def test_it_plays_a_run_and_keeps_the_replay(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "palmares", "demo", "--task", "grasp", "--seed", "2", "--json"]
+    done = subprocess.run(
+        [*command, "--program", str(PROGRAM), "--replay", str(tmp_path)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["leaderboard"][0]["tasks"]["grasp"]["score"] == told["score"]
+    assert Path(told["replay"]).stat().st_size > 0
+    assert "/live" in done.stderr
+    verified = subprocess.run([str(PROGRAM), "verify", told["replay"]], capture_output=True, check=False)
+    assert verified.returncode == 0
+
+
+def test_a_program_that_is_none_is_told(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "palmares", "demo", "--program", "/bin/false"]
+    done = subprocess.run(
+        [*command, "--replay", str(tmp_path)], capture_output=True, text=True, check=False, cwd=tmp_path
+    )
+    assert done.returncode == 1
+    assert "`/bin/false serve" in done.stderr
+    assert "does not start" in done.stderr
