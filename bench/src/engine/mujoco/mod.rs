@@ -1,11 +1,13 @@
 //! MuJoCo: the same scene as an MJCF document, stepped by a Python process that talks in frames of floats.
 
+mod export;
 mod mjcf;
 mod settings;
 mod worker;
 
 use super::interface::{Cost, Engine};
 use anyhow::{Context, Result, bail};
+pub use export::{Exported, export};
 use mjcf::{Base, Document};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::{base, motor};
