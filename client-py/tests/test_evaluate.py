@@ -77,6 +77,19 @@ def test_json_has_everything(idle: str, capsys: pytest.CaptureFixture[str]) -> N
     assert [run["seed"] for run in row["runs"]] == [7, 8]
 
 
+def test_the_table_is_also_written_in_markdown(
+    idle: str, fails: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    written = tmp_path / "table.md"
+    arguments = [idle, fails, "--seeds", "2", "--quiet", "--jobs", "1", "--markdown", str(written)]
+    assert main(arguments) == 1
+    header, rule, first, second = written.read_text().splitlines()
+    assert header.count("|") == rule.count("|") == first.count("|") == second.count("|")
+    assert first.startswith("| idle | grasp | softhand | truth | 2 | 0.00 |")
+    assert "| 2, 1 failed |" in second
+    assert "mean" in capsys.readouterr().out
+
+
 def test_what_cannot_be_played_is_refused(fails: str, tmp_path: Path) -> None:
     with pytest.raises(ControllerError, match="no parameter `task`"):
         evaluate([fails], tasks=["grasp", "balls"])

@@ -56,6 +56,12 @@ def main(arguments: list[str]) -> int:
         return 130
     if options.replays is not None:
         keep_worst(report)
+    if options.markdown is not None:
+        try:
+            options.markdown.write_text(report.markdown())
+        except OSError as error:
+            print(f"palmares evaluate: {error}", file=sys.stderr)
+            return 1
     print(report.json() if options.json else report)
     return int(any(row.failed for row in report.rows))
 
@@ -100,6 +106,7 @@ def parser() -> argparse.ArgumentParser:
         metavar="FOLDER",
         help="keep the replays of the worst runs there; without a server every run is then played twice",
     )
+    made.add_argument("--markdown", type=Path, metavar="FILE", help="also write the table there, in Markdown")
     made.add_argument("--json", action="store_true", help="print everything as JSON")
     made.add_argument("--quiet", action="store_true", help="no progress bar")
     return made

@@ -49,6 +49,7 @@ class Played:
     """What came of a run.
 
     Attributes:
+        sensing: ``truth`` or ``sensors``, with ``+ noise`` where they err as real ones do.
         error: What the controller raised, if it did; the score is then 0.
         replay: Path of the replay.
 
@@ -58,6 +59,7 @@ class Played:
     task: str
     hand: str
     seed: int
+    sensing: str = ""
     score: float = 0.0
     in_goal: int = 0
     outside: int = 0
@@ -76,9 +78,9 @@ def play(job: Job) -> Played:
     failed = Played(job.controller, job.task or "", job.hand or "", job.seed)
     try:
         run, wanted = _loaded(job.controller)
-        arguments = {
-            name: value for name, value in (("task", job.task), ("hand", job.hand)) if name in wanted
-        }
+        # What is not told is the controller's own to choose.
+        told = (("task", job.task), ("hand", job.hand))
+        arguments = {name: value for name, value in told if name in wanted and value is not None}
         begun = time.perf_counter()
         with Client(job.url, team=Path(job.controller).stem[:64]) as client:
             run(client, job.seed, **arguments)
@@ -86,11 +88,13 @@ def play(job: Job) -> Played:
             if result is None:
                 raise ControllerError("it ended without client.stop(): there is no result")
             replay = _kept(client, job)
+            opened = client.run
         return Played(
             job.controller,
             result.task,
             result.hand,
             job.seed,
+            opened.sensing + (" + noise" if opened.noise == "real" else ""),
             result.score,
             result.in_goal,
             result.outside,

@@ -6,12 +6,17 @@ import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from itertools import groupby
+from pathlib import Path
 
 from palmares.evaluate.play import Played
 from palmares.evaluate.statistics import Comparison, Spread
 
 WORST = 5
 HEADER = ("controller", "task", "hand", "runs", "mean", "95 %", "min", "q1", "median", "q3", "max", "failed")
+MARKDOWN_HEADER = (
+    "| controller | task | hand | sensing | runs | mean | 95 % | least | quartiles | most | worst seeds |",
+    "|---|---|---|---|---|---|---|---|---|---|---|",
+)
 
 
 @dataclass(frozen=True)
@@ -35,6 +40,31 @@ class Row:
     def worst(self, count: int = WORST) -> list[Played]:
         """Return the runs with the lowest scores, the lowest first."""
         return sorted(self.runs, key=lambda played: (played.error is None, played.score, played.seed))[:count]
+
+    @property
+    def sensing(self) -> str:
+        """What it was told; several if its runs differ."""
+        return ", ".join(sorted({run.sensing for run in self.runs if run.error is None})) or "?"
+
+    def markdown(self) -> str:
+        """Return its line of a table in Markdown; `MARKDOWN_HEADER` says what is in it."""
+        spread = self.spread
+        low, high = spread.interval
+        worst = [run for run in self.worst() if run.score < spread.most]
+        cells = (
+            short_name(self.controller),
+            self.task,
+            self.hand,
+            self.sensing,
+            str(spread.runs) + (f", {self.failed} failed" if self.failed else ""),
+            f"{spread.mean:.2f}",
+            f"{low:.2f} … {high:.2f}",
+            f"{spread.least:.4g}",
+            f"{spread.quartile_1:.4g} {spread.median:.4g} {spread.quartile_3:.4g}",
+            f"{spread.most:.4g}",
+            ", ".join(f"{run.seed}: {run.score:.3g}" for run in worst) or "all alike",
+        )
+        return f"| {' | '.join(cells)} |"
 
 
 @dataclass(frozen=True)
@@ -75,6 +105,10 @@ class Report:
             rows.append(Row(place, task, hand, Spread.of([run.score for run in runs]), failed, runs))
         return cls(tuple(rows), tuple(_comparisons(rows)))
 
+    def markdown(self) -> str:
+        """Return a table in Markdown, one line for each row."""
+        return "\n".join([*MARKDOWN_HEADER, *(row.markdown() for row in self.rows)]) + "\n"
+
     def json(self) -> str:
         """Return everything as JSON."""
         return json.dumps(asdict(self))
@@ -91,6 +125,12 @@ class Report:
         for compared in self.comparisons:
             lines += ["", _told(compared)]
         return "\n".join(line.rstrip() for line in lines)
+
+
+def short_name(controller: str) -> str:
+    """Return a file's name without its folder, a module's without its package."""
+    path = Path(controller)
+    return path.stem if path.suffix == ".py" else path.name.rpartition("palmares.examples.")[2]
 
 
 def _place(run: Played, plays: dict[str, tuple[str, str]]) -> tuple[str, str]:
