@@ -111,7 +111,7 @@ def test_what_a_controller_needs_is_sent_along(tmp_path: Path, monkeypatch: pyte
     assert sorted(packed.files) == [
         "late.py", "parted.py", "parts/__init__.py", "parts/few.py", "parts/more.py", "parts/ticks.py",
     ]  # fmt: skip
-    hand = parcel.of_hand("own")
+    hand = parcel.of_files("own")
     assert hand is not None
     assert sorted(hand.files) == ["hand.toml", "hand.urdf"]
     report = palmares.ray.evaluate(
@@ -247,3 +247,16 @@ def test_rllib_finds_the_environments() -> None:
     assert observation in env.observation_space
     env = _global_registry.get(ENV_CREATOR, ids[-1])({"flatten": False, "sensing": "sensors"})
     assert set(env.reset(seed=3)[0]) == {"base", "motors", "wrist", "time_left"}
+
+
+@pytest.mark.usefixtures("cluster")
+def test_tune_searches_a_grasp(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    missing = "Ray Tune is not installed: pip install 'ray[tune]'"
+    pytest.importorskip("ray.tune", reason=missing, exc_type=ImportError)
+    from palmares.examples.train_grasp_tune import main as search
+
+    words = ["--samples", "3", "--seeds", "2", "--unseen", "2", "--folder", str(tmp_path)]
+    assert search(words) == 0
+    told = capfd.readouterr().out
+    assert "Trial status: 3 TERMINATED" in told
+    assert "in 2 scenes it has not seen: " in told

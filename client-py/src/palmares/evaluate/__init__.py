@@ -81,13 +81,17 @@ def _each_once(words: str | Sequence[str]) -> list[str]:
 
 
 def _names(url: str, tasks: Sequence[str], hands: Sequence[str]) -> dict[str, str]:
-    """Return the names of hands by what they are called here; refuse what is not there."""
+    """Return the names of tasks and hands by what they are called here; refuse what is not there.
+
+    What a task that is given by a path is called is not known here.
+    """
     with Client(url, team="evaluate") as client:
         known = [task.name for task in client.welcome.tasks]
         for task in tasks:
-            if task not in known:
+            if task not in known and not (client.is_local and os.path.exists(task)):
                 raise UnknownTaskError(f"unknown_task: no task {task!r}; there are: {', '.join(known)}")
-        return {hand: client.describe_hand(hand)["name"] for hand in hands}
+        names = {task: task for task in tasks if task in known}
+        return names | {hand: client.describe_hand(hand)["name"] for hand in hands}
 
 
 def _played_by(
@@ -110,8 +114,8 @@ def _as_told(job: Job, played: Played, names: dict[str, str]) -> Played:
 
     Two hands of one name, such as one of the program and a changed copy, stay apart.
     """
-    hand = job.hand and names[job.hand]
-    for word, wanted, found in (("task", job.task, played.task), ("hand", hand, played.hand)):
+    for word, told, found in (("task", job.task, played.task), ("hand", job.hand, played.hand)):
+        wanted = names.get(told or "")
         if wanted and found and found != wanted:
             raise ControllerError(f"{job.controller}: plays the {word} {found!r}, not {wanted!r}")
     return replace(

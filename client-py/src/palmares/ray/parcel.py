@@ -1,4 +1,4 @@
-"""What workers on other machines need of this one: a controller's source, a hand's files."""
+"""What workers on other machines need of this one: a controller's source, the files of hands and tasks."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from palmares.evaluate.controller import is_file
 
-# What belongs to a hand, if it is no archive.
+# What belongs to a hand or a task, if it is no archive.
 KINDS = {".urdf", ".toml", ".stl"}
 # Bounds what is sent if a large folder is named by mistake.
 LARGEST_BYTES = 100 << 20
@@ -72,16 +72,18 @@ def imported(file: Path, text: bytes, folder: Path) -> Iterator[Path]:
                 yield from (path for path in candidates if path.is_file())
 
 
-def of_hand(hand: str | None) -> Parcel | None:
-    """Pack the files of a hand that is given by its path; `None` for one that is named.
+def of_files(name: str | None) -> Parcel | None:
+    """Pack the files of a hand or task that is given by its path; `None` for one that is named.
 
     Raises:
         ValueError: There is too much of it.
 
     """
-    if hand is None or not Path(hand).exists():
+    from palmares import sim
+
+    if name is None or name in (*sim.TASKS, *sim.HANDS) or not Path(name).exists():
         return None
-    path = Path(hand).resolve()
+    path = Path(name).resolve()
     if path.is_file() and path.suffix not in KINDS:
         return Parcel(path.name, {path.name: path.read_bytes()})
     folder, main = (path, "") if path.is_dir() else (path.parent, path.name)
@@ -89,6 +91,6 @@ def of_hand(hand: str | None) -> Parcel | None:
     for file in sorted(file for file in folder.rglob("*") if file.suffix in KINDS and file.is_file()):
         total += file.stat().st_size
         if total > LARGEST_BYTES:
-            raise ValueError(f"hand: {hand}: more than {LARGEST_BYTES} bytes of {', '.join(sorted(KINDS))}")
+            raise ValueError(f"{name}: more than {LARGEST_BYTES} bytes of {', '.join(sorted(KINDS))}")
         files[file.relative_to(folder).as_posix()] = file.read_bytes()
     return Parcel(main, files)

@@ -17,9 +17,10 @@ from ray.exceptions import RayError, RayTaskError
 from tqdm import tqdm
 
 import palmares.evaluate
+from palmares.client import LOCAL
 from palmares.evaluate import ControllerError, Job, Played, Pool, Report
 from palmares.evaluate.play import play
-from palmares.ray.parcel import Parcel, of_controller, of_hand
+from palmares.ray.parcel import Parcel, of_controller, of_files
 from palmares.version import VERSION
 
 OPTIONS = {"num_cpus": 1, "max_retries": 5, "scheduling_strategy": "SPREAD"}
@@ -73,10 +74,10 @@ def evaluate(
 def pool(address: str | None = None, **options: Any) -> Pool:
     """Return a pool for `palmares.evaluate.evaluate`, in which every run is a task of Ray.
 
-    What a controller is made of is sent to the workers: its file, the modules beside it that it imports, and
-    the files of hands that are given by a path. A controller that is named as a module must be installed
-    there. A run whose worker is lost is played again elsewhere; one whose worker ends time and again, as by a
-    fault of compiled code, has failed.
+    What a run needs is sent to the worker: the controller's file, the modules beside it that it imports, and
+    the files of hands and tasks that are given by a path. A controller that is named as a module must be
+    installed there. A run whose worker is lost is played again elsewhere; one whose worker ends time and
+    again, as by a fault of compiled code, has failed.
 
     Args:
         address: Of the cluster, as `ray.init` takes it. Left out: the one this process is connected to, else
@@ -89,9 +90,15 @@ def pool(address: str | None = None, **options: Any) -> Pool:
     def play_all(jobs: Sequence[Job]) -> Iterator[tuple[Job, Played]]:
         connect(address)
         send = functools.cache(lambda pack, name: ray.put(pack(name)))
-        task = ray.remote(_play).options(**OPTIONS | options)
+        remote = ray.remote(_play).options(**OPTIONS | options)
         waiting = {
-            task.remote(job, build(), send(of_controller, job.controller), send(of_hand, job.hand)): job
+            remote.remote(
+                job,
+                build(),
+                send(of_controller, job.controller),
+                send(of_files, job.task) if job.url == LOCAL else None,
+                send(of_files, job.hand) if job.url == LOCAL else None,
+            ): job
             for job in jobs
         }
         for job, ref in finished(waiting):
@@ -142,7 +149,7 @@ def check_build(wanted: str) -> None:
 
 
 def _play(
-    job: Job, wanted: str, controller: Parcel | None, hand: Parcel | None
+    job: Job, wanted: str, controller: Parcel | None, task: Parcel | None, hand: Parcel | None
 ) -> tuple[Played, bytes | None]:
     """Play a run where this worker is; return with it the contents of its replay."""
     check_build(wanted)
@@ -151,6 +158,7 @@ def _play(
         there = replace(
             job,
             controller=controller.unpack(folder / "controller") if controller else job.controller,
+            task=task.unpack(folder / "task") if task else job.task,
             hand=hand.unpack(folder / "hand") if hand else job.hand,
             replays=job.replays and name,
         )

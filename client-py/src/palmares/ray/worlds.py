@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 from palmares.arrays import Array
 from palmares.evaluate import Played, Report
-from palmares.ray.parcel import Parcel, of_hand
+from palmares.ray.parcel import Parcel, of_files
 from palmares.ray.runs import OPTIONS, build, check_build, connect, finished
 from palmares.sim import Batch
 from palmares.sim.batch import Arrays
@@ -26,11 +26,20 @@ class BatchActor(Batch):
     """A `Batch` in a worker, stepped by one thread; `batches` makes actors of it."""
 
     def __init__(
-        self, wanted: str, task: str, hand: str, parcel: Parcel | None, worlds: int, kind: dict[str, Any]
+        self,
+        wanted: str,
+        task: str,
+        hand: str,
+        parcels: Sequence[Parcel | None],
+        worlds: int,
+        kind: dict[str, Any],
     ) -> None:
         check_build(wanted)
         with tempfile.TemporaryDirectory(prefix="palmares-") as folder:
-            hand = parcel.unpack(Path(folder)) if parcel else hand
+            task, hand = (
+                parcel.unpack(Path(folder) / place) if parcel else name
+                for name, place, parcel in zip((task, hand), ("task", "hand"), parcels, strict=True)
+            )
             super().__init__(task, hand, worlds, threads=1, **kind)
 
 
@@ -56,7 +65,7 @@ def batches(
 
     Args:
         count: How many actors.
-        task: Name of the task.
+        task: Name of a task, or the path of your own where `Batch` takes one.
         hand: Name of a hand, or the path of your own.
         worlds: N, the number of worlds of each.
         sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
@@ -70,7 +79,8 @@ def batches(
     ours = {"num_cpus": 1, "max_restarts": -1, "scheduling_strategy": "SPREAD"}
     actor = ray.remote(BatchActor).options(**ours | options)
     kind = {"sensing": sensing, "noise": noise}
-    return [actor.remote(build(), task, hand, of_hand(hand), worlds, kind) for _ in range(count)]
+    parcels = (of_files(task), of_files(hand))
+    return [actor.remote(build(), task, hand, parcels, worlds, kind) for _ in range(count)]
 
 
 def rollouts(
@@ -97,7 +107,7 @@ def rollouts(
     Args:
         policy: Takes observations, arrays (N, …), and returns actions (N, 6 + motors), as
             `palmares.sim.Batch` has them; what it returns for runs that are over is not looked at.
-        task: Name of the task.
+        task: Name of a task, or the path of your own where `Batch` takes one.
         hand: Name of a hand, or the path of your own.
         seeds: The scenes.
         worlds: How many seeds are played at a time in one worker.
@@ -118,9 +128,9 @@ def rollouts(
     groups = [seeds[first : first + worlds] for first in range(0, len(seeds), worlds)]
     remote = ray.remote(_roll_out).options(**OPTIONS | options)
     kind = {"sensing": sensing, "noise": noise}
-    sent, hand_sent = ray.put(policy), ray.put(of_hand(hand))
+    sent, parcels = ray.put(policy), ray.put((of_files(task), of_files(hand)))
     waiting = {
-        remote.remote(sent, build(), task, hand, hand_sent, group, ticks, kind): group for group in groups
+        remote.remote(sent, build(), task, hand, parcels, group, ticks, kind): group for group in groups
     }
     called = name or str(getattr(policy, "__name__", type(policy).__name__))
     runs: list[Played] = []
@@ -137,13 +147,13 @@ def _roll_out(
     wanted: str,
     task: str,
     hand: str,
-    parcel: Parcel | None,
+    parcels: Sequence[Parcel | None],
     seeds: list[int],
     ticks: int,
     kind: dict[str, Any],
 ) -> list[dict[str, Any]]:
     """Play a run for each seed; return the fields of `Played` that the referee knows."""
-    batch = BatchActor(wanted, task, hand, parcel, len(seeds), kind)
+    batch = BatchActor(wanted, task, hand, parcels, len(seeds), kind)
     observations = batch.reset(seeds)
     while not batch.done.all():
         observations = batch.step(policy(observations), ticks, ~batch.done).observations
