@@ -3,8 +3,8 @@
 A control tick is 10 ms: ten steps of the physics, the referee, and an observation of every world as arrays.
 In the air the hands open and close where they start; among the objects they have come down into them first.
 Each row is the median of several blocks that take turns with those of all other rows of the scene, quartiles
-in brackets. With ``--url``, a server and `AsyncVectorEnv` on it are measured beside; with ``--mjcf``, MuJoCo's
-own `rollout` over as many worlds of the same scene, as ``palmares-bench mjcf`` writes it.
+in brackets. With ``--url``, a server and `AsyncVectorEnv` on it are measured beside; with ``--mjcf``, the
+`rollout` of MuJoCo over as many worlds of the same scene, as ``palmares-bench mjcf`` writes it.
 """
 
 from __future__ import annotations
@@ -144,9 +144,9 @@ def asynchronous(url: str | None, scene: str, hand: str, count: int) -> Row:
 
 
 def rollout(folder: Path, count: int, threads: int, step_ms: int) -> Row:
-    """Return worlds in MuJoCo, all from one state and under the same set points, asked for its state every tick."""
-    import mujoco  # type: ignore[import-not-found, unused-ignore]
-    from mujoco.rollout import Rollout  # type: ignore[import-not-found, unused-ignore]
+    """Return worlds in MuJoCo, all from one state and under the same set points; it tells theirs every tick."""
+    import mujoco  # type: ignore[import-not-found, import-untyped, unused-ignore]
+    from mujoco.rollout import Rollout  # type: ignore[import-not-found, import-untyped, unused-ignore]
 
     model = mujoco.MjModel.from_xml_path(str(folder / "scene.xml"))
     model.opt.timestep = 1e-3 * step_ms
@@ -176,10 +176,8 @@ def rollout(folder: Path, count: int, threads: int, step_ms: int) -> Row:
 
 def heading() -> str:
     """Return what was measured with what."""
-    cpu = next(
-        (line.split(":")[1].strip() for line in Path("/proc/cpuinfo").open() if line.startswith("model name")),
-        platform.processor(),
-    )
+    named = [line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name")]
+    cpu = named[0].partition(":")[2].strip() if named else platform.processor()
     versions = [f"{name} {metadata.version(name)}" for name in ("gymnasium", "numpy")]
     try:
         versions.append(f"mujoco {metadata.version('mujoco')}")
@@ -210,7 +208,10 @@ def main() -> None:
     parser.add_argument("--hand", action="append", choices=["softhand", "reflex"])
     parser.add_argument("--scene", action="append", choices=[*SCENES])
     args = parser.parse_args()
-    print(f"# Throughput\n\n{__doc__.split(chr(10), 1)[1].strip() if __doc__ else ''}\n\n{heading()}", flush=True)
+    print(
+        f"# Throughput\n\n{__doc__.split(chr(10), 1)[1].strip() if __doc__ else ''}\n\n{heading()}",
+        flush=True,
+    )
     for hand in args.hand or ["softhand", "reflex"]:
         for scene in args.scene or SCENES:
             rows = [batch(scene, hand, args.worlds, threads) for threads in (1, 2)]

@@ -41,20 +41,20 @@ class GraspSummary(Summary):
     """What the referee recorded, and when"""
 
 
-def run(client: palmares.Client, seed: int | None) -> GraspSummary:
+def run(client: palmares.Client, seed: int | None, grasp: TopGrasp = GRASP) -> GraspSummary:
     """Play one run."""
     obs = client.reset("grasp", "softhand", sensing="truth", seed=seed)
     (target,) = object_bounds(client.scene, obs)
     # The fingers lie across the object's longer side.
     width, depth, _ = target.high - target.low
-    rotation = GRASP.rotation(0.0 if width >= depth else math.pi / 2)
-    at = GRASP.base_position(target, rotation)
+    rotation = grasp.rotation(0.0 if width >= depth else math.pi / 2)
+    at = grasp.base_position(target, rotation)
 
     mover = Mover(client, obs)
     with contextlib.suppress(RunOverError):  # The shake is over.
-        mover.to(1.0, at + GRASP.sink_m * UP, quat_of(rotation), sigma=GRASP.sigma_open)
+        mover.to(1.0, at + grasp.sink_m * UP, quat_of(rotation), sigma=grasp.sigma_open)
         mover.to(0.5, at)
-        mover.to(0.6, sigma=GRASP.sigma_closed)
+        mover.to(0.6, sigma=grasp.sigma_closed)
         mover.wait(0.3)
         mover.to(0.6, at + LIFT_M * UP)
         mover.wait(10.0)
