@@ -6,6 +6,7 @@
 pub mod audit;
 pub mod cameras;
 pub mod cases;
+pub mod child;
 pub mod energy;
 pub mod engine;
 pub mod fingerprint;

@@ -5,6 +5,7 @@ use clap::{Parser, Subcommand};
 use palmares_bench::cameras;
 use palmares_bench::cases::grasp::Placement;
 use palmares_bench::cases::{self, Setup};
+use palmares_bench::child;
 use palmares_bench::engine::EngineKind;
 use palmares_bench::grasps;
 use palmares_bench::mjcf;
@@ -104,6 +105,9 @@ enum What {
         #[arg(long, default_value = ".")]
         root: PathBuf,
     },
+    /// Play what the program that started this one asks for.
+    #[command(name = child::COMMAND, hide = true)]
+    Child,
     /// Read a report's JSON: is a peer ahead of ours anywhere at an equal or smaller error? Fails if so.
     Check {
         /// The file.
@@ -153,6 +157,7 @@ fn main() -> Result<()> {
             let stale = report::claims::stale(&root)?;
             ensure!(stale.is_empty(), "{}: `palmares-bench claims --write` writes it anew", stale.join(", "));
         }
+        What::Child => child::serve()?,
         What::Check { report } => report::runner::check(&report)?,
         What::Case { name, dt, engine, settings, start, json, reference_dt } => {
             let reference_dt_s = (reference_dt > 0.0).then_some(reference_dt);

@@ -144,7 +144,7 @@ def asynchronous(url: str | None, scene: str, hand: str, count: int) -> Row:
 
 
 def rollout(folder: Path, count: int, threads: int, step_ms: int) -> Row:
-    """Return worlds in MuJoCo, all from one state and under the same set points; it tells theirs every tick."""
+    """Return worlds in MuJoCo, all from one state, under the same set points; states are told every tick."""
     import mujoco  # type: ignore[import-not-found, import-untyped, unused-ignore]
     from mujoco.rollout import Rollout  # type: ignore[import-not-found, import-untyped, unused-ignore]
 

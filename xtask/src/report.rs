@@ -29,6 +29,9 @@ pub(crate) struct Options {
     /// Timing runs, of which the median counts.
     #[arg(long, default_value_t = 5)]
     repeats: usize,
+    /// How many outcomes are gathered at once; as many as the machine has threads if not given.
+    #[arg(long)]
+    jobs: Option<usize>,
     /// Wall time of a peer's run, and of its reference, s; beyond it the run is listed as not finished.
     #[arg(long, default_value_t = 60.0)]
     run_limit_s: f64,
@@ -54,6 +57,9 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         if let Some(value) = value {
             report.args([flag, value]);
         }
+    }
+    if let Some(jobs) = options.jobs {
+        report.args(["--jobs", &jobs.to_string()]);
     }
     for (flag, given) in [
         ("--quick", options.quick),

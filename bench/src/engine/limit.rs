@@ -1,13 +1,25 @@
-//! A limit on the wall time of a peer's runs: some would take an hour to say what shorter ones say.
+//! A limit on the wall time of a peer's runs: some would take an hour to say what shorter ones say, and some never end. It
+//! is looked at before every step; in a process that [`enforce`]s it, a step that outlasts it ends the process.
 
 use super::interface::{Cost, Engine};
-use anyhow::{Result, bail};
+use anyhow::Result;
 use palmares_models::Vec3;
 use palmares_sim::{Command, Model, State};
 use palmares_sim::{ContactForce, Outcome};
 use std::cell::Cell;
-use std::sync::Arc;
+use std::process::exit;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant};
+
+/// With this a process ends where a step outlasts the limit.
+pub const EXIT_CODE: i32 = 75;
+/// So much longer than the limit a step may take, and how often that is looked at.
+const GRACE: Duration = Duration::from_secs(1);
+const LOOK_EVERY: Duration = Duration::from_millis(100);
+
+/// When the limit of the run that is playing in a process that enforces it will be over.
+static END: Mutex<Option<Instant>> = Mutex::new(None);
 
 thread_local! {
     static LIMIT: Cell<Option<Limit>> = const { Cell::new(None) };
@@ -33,11 +45,39 @@ pub struct NotFinished {
     pub allowed_s: f64,
 }
 
+/// From now on a step that outlasts its run's limit ends this process with [`EXIT_CODE`]: for a process that plays one run
+/// at a time and whose parent can do without it.
+pub fn enforce() {
+    spawn(|| {
+        loop {
+            sleep(LOOK_EVERY);
+            let end = *END.lock().unwrap_or_else(PoisonError::into_inner);
+            if end.is_some_and(|end| Instant::now() > end + GRACE) {
+                exit(EXIT_CODE);
+            }
+        }
+    });
+}
+
+/// Sets the limit of this thread; what was set before.
+fn replace(limit: Option<Limit>) -> Option<Limit> {
+    *END.lock().unwrap_or_else(PoisonError::into_inner) = limit.map(|limit| limit.end);
+    LIMIT.replace(limit)
+}
+
+/// A step of a peer failed in a run with a limit.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("a step failed at {at_s:.3} s")]
+pub struct StepFailed {
+    /// When, s.
+    pub at_s: f64,
+}
+
 /// Runs `run`, which ends with an error after so much wall time in steps of peers, s, or when one of them fails.
 pub fn within<T>(allowed_s: f64, run: impl FnOnce() -> T) -> T {
-    let before = LIMIT.replace(Some(Limit::new(allowed_s)));
+    let before = replace(Some(Limit::new(allowed_s)));
     let outcome = run();
-    LIMIT.set(before);
+    replace(before);
     outcome
 }
 
@@ -47,7 +87,7 @@ pub fn apart<T>(run: impl FnOnce() -> T) -> T {
     let Some(outer) = LIMIT.get() else { return run() };
     let begin = Instant::now();
     let outcome = within(outer.allowed_s, run);
-    LIMIT.set(Some(Limit { end: outer.end + begin.elapsed(), ..outer }));
+    replace(Some(Limit { end: outer.end + begin.elapsed(), ..outer }));
     outcome
 }
 
@@ -71,8 +111,9 @@ impl Engine for Limited {
         let cost = self.0.step(command)?;
         // What has failed once does nothing that was asked for; to go on takes a report an hour.
         if LIMIT.get().is_some() && !self.0.outcome().converged {
-            let seconds = self.0.state().step as f64 * self.0.model().config().step_s;
-            bail!("a step failed at {seconds:.3} s");
+            return Err(
+                StepFailed { at_s: self.0.state().step as f64 * self.0.model().config().step_s }.into()
+            );
         }
         Ok(cost)
     }

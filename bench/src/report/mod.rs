@@ -8,6 +8,7 @@ pub mod machine;
 mod outcome_cache;
 mod page;
 mod passes;
+mod played;
 mod plots;
 pub mod runner;
 pub mod ticks;
@@ -15,4 +16,5 @@ mod verdict;
 
 pub use case::{Figure, Invariants, Report, Times};
 pub use comparison::Comparison;
+pub use played::Played;
 pub use runner::{Options, write};

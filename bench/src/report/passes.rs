@@ -1,10 +1,12 @@
 //! The passes of a report: what came out, from how many starts, and how long it took.
 
-use super::case::{Figure, Invariants, Report, Times};
-use super::comparison::{Run, Starts, trouble};
+use super::case::Times;
+use super::comparison::{Run, Starts};
 use super::outcome_cache::OutcomeCache;
-use crate::cases::{self, Case, Setup};
-use crate::engine::limit::{self, NotFinished};
+use super::played::Played;
+use crate::cases::{Case, Setup};
+use crate::child::{Failure, Task};
+use crate::engine::limit;
 use crate::engine::{EngineKind, mujoco};
 use crate::recorder::Recorder;
 use anyhow::Result;
@@ -47,6 +49,7 @@ pub(super) struct Job {
 pub(super) struct Conduct<'a> {
     pub steps_ms: &'a [f64],
     pub repeats: usize,
+    pub jobs: Option<usize>,
     pub quick: bool,
     pub run_limit_s: f64,
 }
@@ -93,9 +96,9 @@ pub(super) fn outcomes(
             *locked(&done[at]) = runs.collect();
         }
     };
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = || std::thread::available_parallelism().map_or(1, usize::from);
     std::thread::scope(|scope| {
-        for _ in 0..threads {
+        for _ in 0..conduct.jobs.unwrap_or_else(threads).max(1) {
             scope.spawn(work);
         }
     });
@@ -113,24 +116,18 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 /// One run for its outcome, with a reference run where it needs one.
 fn outcome(case: &Case, kind: EngineKind, dt_ms: f64, conduct: Conduct) -> Run {
     let reference_dt_s = Some(reference_s(kind, conduct.quick));
-    let setup = Setup { reference_dt_s, ..Setup::new(kind, 1e-3 * dt_ms) };
+    let task = Task::Case { name: case.name.to_owned(), reference_dt_s, start: 0 };
     let mut run = Run::begun(case.name, kind, dt_ms);
-    match limit::within(conduct.run_limit_s, || cases::run(case.name, &setup)) {
-        Ok((Report { error, invariants, .. }, _)) => {
-            run.trouble = trouble(&error, &invariants);
-            (run.error, run.invariants) = (Some(Figure { value: finite(error.value), ..error }), invariants);
+    match task.play(kind, 1e-3 * dt_ms, conduct.run_limit_s) {
+        Ok(Played { error, invariants, trouble }) => {
+            (run.error, run.invariants, run.trouble) = (Some(error), invariants, trouble);
         }
-        Err(error) => {
-            run.unfinished = error.downcast_ref::<NotFinished>().is_some();
-            run.trouble = Some(format!("{error:#}").lines().next().unwrap_or("failed").to_owned());
+        Err(Failure { said, unfinished }) => {
+            run.unfinished = unfinished;
+            run.trouble = Some(said.lines().next().unwrap_or("failed").to_owned());
         }
     }
     run
-}
-
-/// JSON knows no infinities.
-fn finite(value: Option<f64>) -> Option<f64> {
-    value.filter(|x| x.is_finite())
 }
 
 /// The same from other starts, where the scene is judged by them; the run itself counts as the first.
@@ -138,16 +135,14 @@ fn from_starts(case: &Case, kind: EngineKind, first: &Run, conduct: Conduct) -> 
     if !BY_STARTS.contains(&case.name) || first.unfinished {
         return None;
     }
-    let seen = |trouble: Option<String>, invariants: &Invariants| {
-        (trouble.is_none(), invariants.max_penetration_mm.unwrap_or(f64::INFINITY))
-    };
-    let mut all = vec![seen(first.trouble.clone(), &first.invariants)];
+    let depth = |mm: Option<f64>| mm.unwrap_or(f64::INFINITY);
+    let mut all = vec![(first.trouble.is_none(), depth(first.invariants.max_penetration_mm))];
     let few = conduct.quick || first.dt_ms < 1.0;
     let count = if few { FEW_STARTS } else { STARTS };
     for start in 1..count {
-        let setup = Setup { start, ..Setup::new(kind, 1e-3 * first.dt_ms) };
-        all.push(match limit::within(conduct.run_limit_s, || cases::run(case.name, &setup)) {
-            Ok((report, _)) => seen(trouble(&report.error, &report.invariants), &report.invariants),
+        let task = Task::Case { name: case.name.to_owned(), reference_dt_s: None, start };
+        all.push(match task.play::<Played>(kind, 1e-3 * first.dt_ms, conduct.run_limit_s) {
+            Ok(played) => (played.trouble.is_none(), depth(played.invariants.max_penetration_mm)),
             Err(_) => (false, f64::INFINITY),
         });
         if start + 1 == FEW_STARTS && all.iter().all(|(done, _)| *done == all[0].0) {
@@ -159,7 +154,7 @@ fn from_starts(case: &Case, kind: EngineKind, first: &Run, conduct: Conduct) -> 
     Some(Starts {
         tried: all.len() as u32,
         done: all.iter().filter(|(done, _)| *done).count() as u32,
-        median_overlap_mm: finite(Some(overlaps[overlaps.len() / 2])),
+        median_overlap_mm: Some(overlaps[overlaps.len() / 2]).filter(|mm| mm.is_finite()),
     })
 }
 

