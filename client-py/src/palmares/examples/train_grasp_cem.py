@@ -84,7 +84,7 @@ def play(batch: Batch, seeds: Sequence[int], parameters: Array) -> Array:
 def train(
     seed: int,
     *,
-    updates: int = 10,
+    updates: int = 8,
     population: int = 32,
     tests: int = 100,
     test_every: int = 2,
@@ -134,4 +134,4 @@ def train(
 
 
 if __name__ == "__main__":
-    main(train, __doc__, updates=10)
+    main(train, __doc__, updates=8)

@@ -65,8 +65,8 @@ TABLE_M, BELOW_HAND_M = 0.0, 0.25
 """Heights between which the object is looked for"""
 REWARD = 0.1
 """Of a point"""
-TENSION_N = 50.0
-"""By which the tendon's tension is divided"""
+TENSION = 2.0
+"""What the motor pulls with when the hand holds something, in the tendon's unit"""
 
 
 @dataclass(frozen=True)
@@ -178,9 +178,10 @@ class Decisions:
         from_hand = obs["base"][:, 3:7] * [-1.0, -1.0, -1.0, 1.0]
         off = rotated(from_hand, self._middle - obs["base"][:, :3]) / 0.1
         up = rotated(from_hand, np.tile(UP, (self.batch.count, 1)))
-        felt = (obs["wrist"] - self._empty) / [5.0, 5.0, 5.0, 0.5, 0.5, 0.5]
-        motor = obs["motors"][:, 0, [1, 3]] / [1.0, TENSION_N]
-        return np.hstack([which, size, off, up, motor, np.clip(felt, -5.0, 5.0)])
+        # From the weight of an orange to what the palm presses with.
+        felt = np.arcsinh((obs["wrist"] - self._empty) / [1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
+        motor = obs["motors"][:, 0, [1, 3]] / [1.0, TENSION]
+        return np.hstack([which, size, off, up, motor, felt])
 
 
 def as_vec_env(decisions: Decisions) -> Any:
