@@ -174,9 +174,11 @@ class Decisions:
         obs = self._hands.obs
         which = np.zeros((self.batch.count, DECISIONS))
         which[:, min(self._decision, DECISIONS - 1)] = 1.0
-        size = (self._size - [0.09, 0.07, 0.09]) / [0.02, 0.02, 0.03]
+        # What is taller than all that was learned with looks like the tallest of it.
+        size = np.tanh((self._size - [0.09, 0.07, 0.09]) / [0.02, 0.02, 0.03])
         from_hand = obs["base"][:, 3:7] * [-1.0, -1.0, -1.0, 1.0]
-        off = rotated(from_hand, self._middle - obs["base"][:, :3]) / 0.1
+        top = self._middle + 0.5 * self._size[:, 2:] * UP
+        off = rotated(from_hand, top - obs["base"][:, :3]) / 0.1
         up = rotated(from_hand, np.tile(UP, (self.batch.count, 1)))
         # From the weight of an orange to what the palm presses with.
         felt = np.arcsinh((obs["wrist"] - self._empty) / [1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
