@@ -180,8 +180,10 @@ class Decisions:
         top = self._middle + 0.5 * self._size[:, 2:] * UP
         off = rotated(from_hand, top - obs["base"][:, :3]) / 0.1
         up = rotated(from_hand, np.tile(UP, (self.batch.count, 1)))
+        felt = obs["wrist"] - self._empty
+        force, torque = rotated(from_hand, felt[:, :3]), rotated(from_hand, felt[:, 3:])
         # From the weight of an orange to what the palm presses with.
-        felt = np.arcsinh((obs["wrist"] - self._empty) / [1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
+        felt = np.arcsinh(np.hstack([force, torque]) / [1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
         motor = obs["motors"][:, 0, [1, 3]] / [1.0, TENSION]
         return np.hstack([which, size, off, up, motor, felt])
 
