@@ -242,7 +242,7 @@ def play(model: Any, decisions: Decisions) -> float:
 def train(
     seed: int,
     *,
-    updates: int = 16,
+    updates: int = 12,
     worlds: int = 48,
     tests: int = 100,
     test_every: int = 4,
@@ -298,4 +298,4 @@ def train(
 
 
 if __name__ == "__main__":
-    main(train, __doc__, updates=16)
+    main(train, __doc__, updates=12)
