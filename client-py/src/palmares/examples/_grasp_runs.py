@@ -15,17 +15,17 @@ from palmares.sim.batch import Arrays
 
 TASK, HAND = "grasp", "softhand"
 
-HELD_OUT = ("006_mustard_bottle", "017_orange", "055_baseball", "056_tennis_ball", "077_rubiks_cube")
-"""Objects that no training meets"""
 LEARNED_WITH = (
     "002_master_chef_can",
-    "005_tomato_soup_can",
-    "013_apple",
-    "054_softball",
+    "006_mustard_bottle",
+    "017_orange",
+    "055_baseball",
     "061_foam_brick",
-    "065-e_cups",
+    "077_rubiks_cube",
 )
-"""The other objects of the task"""
+"""Every other object in the list of `tasks/grasp/task.toml`, from the first on"""
+HELD_OUT = ("005_tomato_soup_can", "013_apple", "054_softball", "056_tennis_ball", "065-e_cups")
+"""The others, which no training meets"""
 
 FIRST_TEST_SEED = 5001
 """The test is played in the first scenes from this seed on whose object is held out; training's are below"""

@@ -88,10 +88,10 @@ def play(batch: Batch, seeds: Sequence[int], parameters: Array) -> Array:
 def train(
     seed: int,
     *,
-    updates: int = 8,
+    updates: int = 6,
     population: int = 32,
     tests: int = 100,
-    test_every: int = 2,
+    test_every: int = 3,
     threads: int | None = None,
     tell: Tell = lambda _: None,
     policy: Path | None = None,
@@ -138,4 +138,4 @@ def train(
 
 
 if __name__ == "__main__":
-    main(train, __doc__, updates=8)
+    main(train, __doc__, updates=6)
