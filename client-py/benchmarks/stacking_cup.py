@@ -118,7 +118,7 @@ def main() -> None:
 
 def draw(rows: dict[str, Array], out: Path) -> None:
     """Draw the curves from just before the hand closes."""
-    import matplotlib as mpl  # type: ignore[import-not-found]
+    import matplotlib as mpl
 
     mpl.use("agg")
     mpl.rcParams["svg.hashsalt"] = "palmares"
