@@ -145,8 +145,8 @@ def asynchronous(url: str | None, scene: str, hand: str, count: int) -> Row:
 
 def rollout(folder: Path, count: int, threads: int, step_ms: int) -> Row:
     """Return worlds in MuJoCo, all from one state, under the same set points; states are told every tick."""
-    import mujoco  # type: ignore[import-not-found, import-untyped, unused-ignore]
-    from mujoco.rollout import Rollout  # type: ignore[import-not-found, import-untyped, unused-ignore]
+    import mujoco
+    from mujoco.rollout import Rollout
 
     model = mujoco.MjModel.from_xml_path(str(folder / "scene.xml"))
     model.opt.timestep = 1e-3 * step_ms
