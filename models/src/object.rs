@@ -1,8 +1,8 @@
 //! Free rigid objects.
 
 use crate::error::ModelError;
-use crate::shape::inertia::{self, Inertia};
 use crate::shape::Shape;
+use crate::shape::inertia::{self, Inertia};
 use crate::{Mat3, Pose, Vec3};
 
 /// A rigid object: convex parts, mass and surface. Mass is spread evenly over the parts' volume.

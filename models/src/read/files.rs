@@ -185,7 +185,8 @@ impl Files {
 }
 
 fn outside(file: &Path, element: &str) -> ModelError {
-    let valid = "a file in or under the folder of the file that names it, not through a link that leads out of it";
+    let valid =
+        "a file in or under the folder of the file that names it, not through a link that leads out of it";
     Report::new(file).bad(element, "this file lies outside the folder", valid)
 }
 

@@ -72,7 +72,11 @@ impl OwnObject {
             (None, [_, ..], Some(mass)) => (self.from_parts(mass, &at, files)?, Vec::new()),
             (Some(_), ..) => {
                 let problem = "stands beside parts or mass".to_owned();
-                return Err(bad("urdf", problem, "either `urdf`, which has shape and mass, or `parts` and `mass`"));
+                return Err(bad(
+                    "urdf",
+                    problem,
+                    "either `urdf`, which has shape and mass, or `parts` and `mass`",
+                ));
             }
             (None, [], _) => {
                 return Err(bad("parts", "are missing".to_owned(), "`parts` and `mass`, or a `urdf`"));
@@ -98,7 +102,9 @@ impl OwnObject {
         let mut parts: Vec<(Pose, Shape)> = Vec::new();
         for (k, part) in self.parts.iter().enumerate() {
             let element = format!("objects.own `{}`: part {k}", self.name);
-            let bad = |problem| at.bad(&element, problem, "finite sizes in m, angles in rad, points that span a volume");
+            let bad = |problem| {
+                at.bad(&element, problem, "finite sizes in m, angles in rad, points that span a volume")
+            };
             match part {
                 Part::Mesh { file, scale, at: position, rpy } => {
                     let pose = place(position, rpy).map_err(bad)?;
@@ -144,7 +150,11 @@ impl OwnObject {
             return Err(report.bad(element, "has no collision geometry", "one <collision> or more"));
         }
         if body.inertia.mass <= 0.0 {
-            return Err(report.bad(element, "has no mass", "an <inertial> with a positive mass and its inertia"));
+            return Err(report.bad(
+                element,
+                "has no mass",
+                "an <inertial> with a positive mass and its inertia",
+            ));
         }
         let parts = body.geoms.into_iter().map(|geom| (geom.link_from_geom, geom.shape)).collect();
         let object =

@@ -122,7 +122,10 @@ impl Part {
             }
             Part::Hull { points, at, rpy } => {
                 if !(4..=MOST_POINTS).contains(&points.len()) || !points.iter().all(|p| finite(p)) {
-                    return Err(format!("it has {} points; 4 to {MOST_POINTS} finite ones are possible", points.len()));
+                    return Err(format!(
+                        "it has {} points; 4 to {MOST_POINTS} finite ones are possible",
+                        points.len()
+                    ));
                 }
                 vec![(place(at, rpy)?, Shape::Hull { points: points.clone(), rounding: 0.0 })]
             }
