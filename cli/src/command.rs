@@ -36,6 +36,7 @@ Examples:
   palmares serve --listen 0.0.0.0:8080 --data-dir /var/lib/palmares
   palmares serve --config competition.toml      (see docs/organizers.md)
   palmares serve --hand my-hand/                (see `palmares hand check`)
+  palmares serve --task my-task/                (see `palmares task check`)
   palmares serve --listen 127.0.0.1:0           (any free port)";
 
 const ADMIN_HELP: &str = "\
@@ -52,6 +53,7 @@ Elsewhere, with the token in a file:
 const VERIFY_HELP: &str = "\
 Examples:
   palmares verify run_7c3d8eb479d7f8ab.mcap --key 3b6a…
+  palmares verify run_7c3d8eb479d7f8ab.mcap --task my-task/
   palmares verify --json replays/*.mcap";
 
 #[derive(Debug, Subcommand)]
