@@ -1,5 +1,6 @@
 //! A task as data: furniture, containers, objects, how they are placed, and what counts.
 
+mod arrange;
 mod furniture;
 mod objects;
 mod placing;
@@ -9,6 +10,7 @@ pub(crate) use objects::Kind;
 
 use objects::ObjectError;
 
+pub use arrange::{Arrange, Goal, Within};
 pub use furniture::{Furniture, Ground, OpenBox, Side, Slab, Space, Start};
 pub use objects::{Equal, Objects};
 pub use placing::{Fixed, Placing, Pour, Scatter};
@@ -238,6 +240,11 @@ impl Task {
                 ));
             }
             Rules::Hold(_) => {}
+            Rules::Arrange(rules) => {
+                rules.check_names(self.objects.certain().as_deref())?;
+                let inside = rules.goals.iter().filter_map(|goal| goal.inside.as_deref());
+                spoken_of.extend(inside.map(|name| ("rules.goals.inside", name)));
+            }
         }
         for (field, name) in spoken_of {
             if !names.contains(&name) {
@@ -256,6 +263,8 @@ impl Task {
             parse("balls/task.toml", include_str!("../../balls/task.toml")),
             parse("shelf/task.toml", include_str!("../../shelf/task.toml")),
             parse("grasp/task.toml", include_str!("../../grasp/task.toml")),
+            parse("pan/task.toml", include_str!("../../pan/task.toml")),
+            parse("peg/task.toml", include_str!("../../peg/task.toml")),
         ]
     }
 
@@ -311,7 +320,10 @@ mod tests {
     #[test]
     fn the_built_in_tasks_are_valid() {
         let tasks = Task::builtin();
-        assert_eq!(tasks.iter().map(|t| t.name.as_str()).collect::<Vec<_>>(), ["balls", "shelf", "grasp"]);
+        assert_eq!(
+            tasks.iter().map(|t| t.name.as_str()).collect::<Vec<_>>(),
+            ["balls", "shelf", "grasp", "pan", "peg"]
+        );
         assert_eq!(tasks[0].steps_per_tick(), 10);
     }
 
