@@ -19,8 +19,7 @@ use anyhow::{Context, anyhow, bail};
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
 use palmares_models::read::{self, LoadOptions, Loaded};
-use palmares_tasks::Task;
-use palmares_tasks::inspect;
+use palmares_tasks::{Task, inspect, task};
 use std::num::NonZero;
 use std::sync::Arc;
 
@@ -138,9 +137,28 @@ fn chosen<T>(
     wanted.iter().map(find).collect()
 }
 
-/// The tasks that are played.
+/// The tasks that come with the program, and those of folders.
 pub(super) fn tasks(config: &Config) -> anyhow::Result<Vec<Arc<Task>>> {
-    chosen("tasks", config.tasks.as_deref(), Task::builtin(), |task| &task.name)
+    let mut tasks = chosen("tasks", config.builtin_tasks.as_deref(), Task::builtin(), |task| &task.name)?;
+    for path in &config.tasks {
+        let task::Loaded { task, warnings } =
+            Task::load(path).map_err(|error| anyhow!("a task of your own: {error}"))?;
+        for warning in &warnings {
+            tracing::warn!("{warning}");
+        }
+        // Also one that is not played: replays name their task.
+        let known = Task::builtin().into_iter().chain(tasks.iter().cloned());
+        if known.map(|known| known.name.clone()).any(|name| name == task.name) {
+            bail!(
+                "{}: there is a task named `{}` already; give this one a name of its own in {}: name = \"...\"",
+                path.display(),
+                task.name,
+                Task::FILE
+            );
+        }
+        tasks.push(Arc::new(task));
+    }
+    Ok(tasks)
 }
 
 /// The hands that come with the program, and those of files.

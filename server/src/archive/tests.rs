@@ -97,9 +97,10 @@ impl Place {
     /// Lets the auditor work until a run is no longer provisional; returns its status and note.
     async fn judged(&self, run_id: &str) -> (String, String) {
         let (stop, stopping) = oneshot::channel::<()>();
-        let auditor = audit(self.store.clone(), self.archive.clone(), Arc::default(), async {
-            let _ = stopping.await;
-        });
+        let auditor =
+            audit(self.store.clone(), self.archive.clone(), Arc::default(), Arc::default(), async {
+                let _ = stopping.await;
+            });
         let auditor = tokio::spawn(auditor);
         let start = Instant::now();
         let record = loop {

@@ -243,6 +243,7 @@ impl Session {
         let playing = Playing {
             run_id: run_id.clone(),
             task: task.name.clone(),
+            task_hash: task.content_hash().to_owned(),
             hand: hand.name.clone(),
             own_hand: new.hand_sha256.is_some(),
             tick_s: task.tick_s,

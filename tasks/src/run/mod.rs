@@ -314,6 +314,7 @@ fn sightings(world: &World) -> Vec<ObjectSnapshot> {
                 position: at.to_array(),
                 in_hand: hand_from_world.transform_point(at).to_array(),
                 at_rest: state.sleep[k].asleep || linear.length() < REST_SPEED,
+                frame: state.object_pose(world.model(), k),
             }
         })
         .collect()
