@@ -72,6 +72,10 @@ impl Recorder {
         hand_files: Option<Arc<Vec<u8>>>,
     ) -> Result<Self, RecordError> {
         let path = folder.join(format!("{}.mcap", header.run_id));
+        if run.task().is_varied() {
+            let message = "a randomised run, or one with some of the objects, is none of the task's";
+            return Err(RecordError::new(&path, message));
+        }
         let failed = |error: std::io::Error| RecordError::new(&path, error);
         std::fs::create_dir_all(folder).map_err(failed)?;
         let file =

@@ -83,6 +83,14 @@ impl Rules {
         }
     }
 
+    /// Name of the region that objects are to end in, if there is one.
+    pub fn goal(&self) -> Option<&str> {
+        match self {
+            Rules::Collect(rules) => Some(&rules.goal),
+            Rules::Hold(_) => None,
+        }
+    }
+
     /// The part that a region of that name plays: `start`, `goal`.
     pub fn role(&self, region: &str) -> Option<&'static str> {
         match self {
