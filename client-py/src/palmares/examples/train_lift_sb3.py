@@ -52,9 +52,9 @@ ACTIONS = 7
 """Numbers of an action, −1 to 1: pitch, roll, above, aside, along, open, closed, by turns"""
 OBSERVATIONS = 21
 """Numbers of an observation"""
-START = array([1.6, 0.0, 0.03, 0.0, 0.16, 0.05, 0.6])
-"""What an action of 0 means: the palm level above the box, 3 cm over it, the fingers closed half way"""
-RANGE = array([0.3, 0.4, 0.03, 0.03, 0.06, 0.05, 0.4])
+START = array([1.6, 0.15, 0.02, 0.01, 0.18, 0.05, 0.75])
+"""What an action of 0 means, a guess: the palm 2 cm over the box, level, three quarters closed"""
+RANGE = array([0.3, 0.4, 0.03, 0.03, 0.06, 0.05, 0.25])
 """How far an action of ±1 goes from there, rad, m and σ"""
 SHIFT_M, SQUEEZE = 0.02, 0.3
 """How far decision 1 may shift the hand along each of its axes; how far 2 and 3 may change σ"""
@@ -242,10 +242,10 @@ def play(model: Any, decisions: Decisions) -> float:
 def train(
     seed: int,
     *,
-    updates: int = 12,
-    worlds: int = 48,
+    updates: int = 10,
+    worlds: int = 32,
     tests: int = 100,
-    test_every: int = 4,
+    test_every: int = 5,
     threads: int | None = None,
     tell: Tell = lambda _: None,
     policy: Path | None = None,
@@ -298,4 +298,4 @@ def train(
 
 
 if __name__ == "__main__":
-    main(train, __doc__, updates=12)
+    main(train, __doc__, updates=10)
