@@ -21,7 +21,7 @@ CALLS = {
     "Client.step": "client.step(repeat=2**31)",
     "Batch.step, 4 worlds": "batch.step(np.zeros((4, 7)), 2**31)",
     "Batch.step, 256 worlds": "many.step(np.zeros((256, 7)), 2**31)",
-    "Batch.reset, 100,000 worlds of a shelf": 'sim.Batch("shelf", "softhand", 100_000).reset(range(100_000))',
+    "Batch.reset, 100,000 worlds of a shelf": "largest.reset(range(100_000))",
     "BatchEnv.step": "env.step(np.zeros((4, 7)))",
 }
 CHILD = """
@@ -39,6 +39,8 @@ if "batch" in call:
 if "many" in call:
     many = sim.Batch("balls", "softhand", 256)
     many.reset(range(256))
+if "largest" in call:
+    largest = sim.Batch("shelf", "softhand", 100_000)
 if "env" in call:
     from palmares.gym import BatchEnv
     env = BatchEnv("balls", "softhand", 4, ticks=2**31)
