@@ -82,8 +82,8 @@ def pool(address: str | None = None, **options: Any) -> Pool:
     Args:
         address: Of the cluster, as `ray.init` takes it. Left out: the one this process is connected to, else
             the one that this machine is part of, else one of this machine alone.
-        options: Those of `ray.remote` for a task, such as ``num_cpus``, ``num_gpus``, ``max_retries``,
-            ``runtime_env``; they replace those of `OPTIONS`.
+        options: Those of `ray.remote` for a task, such as ``num_cpus``, ``num_gpus`` and
+            ``max_retries``; they replace those of `OPTIONS`.
 
     """
 
