@@ -51,7 +51,7 @@ struct Request {
     settings: String,
     /// Step, s.
     dt_s: f64,
-    /// Wall time of a peer's run, s.
+    /// CPU time of a peer's run, s.
     limit_s: f64,
 }
 
@@ -72,7 +72,7 @@ impl From<anyhow::Error> for Failure {
 }
 
 impl Task {
-    /// Plays it with a step of `dt_s` within `limit_s` of wall time, both in s.
+    /// Plays it with a step of `dt_s` within `limit_s` of CPU time, both in s.
     ///
     /// # Errors
     /// The engine or the case fails, or does not come to an end in its time.

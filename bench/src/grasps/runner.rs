@@ -65,7 +65,7 @@ pub struct Plan {
     pub aside_um: f64,
     /// Threads.
     pub jobs: usize,
-    /// Wall time of a peer's run, s; beyond it the run is not finished.
+    /// CPU time of a peer's run, s; beyond it the run is not finished.
     pub run_limit_s: f64,
     /// Whether the file's runs of peers count whatever the commit.
     pub reuse_peers: bool,

@@ -29,9 +29,6 @@ pub(super) const FEW_STARTS: u32 = 4;
 pub(super) const LONGEST_S: f64 = 10.0;
 const QUICK_LONGEST_S: f64 = 0.5;
 
-/// ... and, of a peer, after this much wall time, s: MuJoCo's steps wait for a pipe, ours for nothing.
-const TIMED_S: f64 = 40.0;
-
 /// A run is not timed again once it has taken this much wall time, s.
 pub(super) const ENOUGH_S: f64 = 4.0;
 
@@ -187,8 +184,7 @@ pub(super) fn timings(jobs: &[Job], runs: &mut [Vec<Run>], conduct: Conduct, pro
 
 fn turns<'a>(runs: Vec<(&Job, &'a mut Run)>, conduct: Conduct) -> Vec<&'a mut Run> {
     let longest_s = if conduct.quick { QUICK_LONGEST_S } else { LONGEST_S };
-    let within =
-        |run: &mut dyn FnMut() -> Option<Times>| limit::within(conduct.run_limit_s.min(TIMED_S), run);
+    let within = |run: &mut dyn FnMut() -> Option<Times>| limit::within(conduct.run_limit_s, run);
     let mut clocks = Vec::new();
     for (Job { case, kind }, run) in runs {
         let setup = Setup::new(*kind, 1e-3 * run.dt_ms);
