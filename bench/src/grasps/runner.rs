@@ -107,7 +107,7 @@ impl Task<'_> {
         let (hand, family, engine, settings, .., index) = self.key();
         let Task { step_ms, aside_um, .. } = *self;
         let task = child::Task::Grasp { hand: hand.clone(), family: family.clone(), index, aside_um };
-        let fate = match task.play(self.engine, 1e-3 * step_ms, run_limit_s) {
+        let fate = match task.play(self.engine, 1e-3 * step_ms, run_limit_s)? {
             Err(failure) if failure.unfinished => Fate::unknown(),
             fate => fate.with_context(|| format!("{:?}", self.key()))?,
         };
