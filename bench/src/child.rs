@@ -7,7 +7,7 @@ use crate::engine::limit::{self, NotFinished};
 use crate::grasps::family::{Family, HandKind, Trial};
 use crate::grasps::play::play;
 use crate::report::Played;
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -51,7 +51,7 @@ struct Request {
     settings: String,
     /// Step, s.
     dt_s: f64,
-    /// Wall time of a peer's run, s.
+    /// CPU time of a peer's run, s.
     limit_s: f64,
 }
 
@@ -72,20 +72,25 @@ impl From<anyhow::Error> for Failure {
 }
 
 impl Task {
-    /// Plays it with a step of `dt_s` within `limit_s` of wall time, both in s.
+    /// Plays it with a step of `dt_s` within `limit_s` of CPU time, both in s.
     ///
     /// # Errors
-    /// The engine or the case fails, or does not come to an end in its time.
-    pub fn play<T: DeserializeOwned>(
-        self,
-        engine: EngineKind,
-        dt_s: f64,
-        limit_s: f64,
-    ) -> Result<T, Failure> {
+    /// No child can be started: that says nothing of the engine. Within: the engine or the case fails, or does not come to an
+    /// end in its time.
+    pub fn play<T>(self, engine: EngineKind, dt_s: f64, limit_s: f64) -> Result<Result<T, Failure>>
+    where
+        T: DeserializeOwned,
+    {
         let [name, settings] = [engine.name(), engine.settings()].map(str::to_owned);
         let request = Request { task: self, engine: name, settings, dt_s, limit_s };
-        let answer = if engine.always_returns() { request.play()? } else { request.ask()?? };
-        Ok(serde_json::from_value(answer).context("an answer of another kind")?)
+        let answer = match engine.always_returns() {
+            true => request.play().map_err(Failure::from),
+            false => request.ask()?,
+        };
+        Ok(match answer {
+            Ok(answer) => Ok(serde_json::from_value(answer).context("an answer of another kind")?),
+            Err(failure) => Err(failure),
+        })
     }
 }
 
@@ -119,9 +124,13 @@ impl Request {
                 return Ok(answer);
             }
             let status = slot.take().map(|mut child| child.process.wait()).transpose()?;
-            let code = status.and_then(|status| status.code());
-            ensure!(code == Some(limit::EXIT_CODE), "the child process of the run broke down ({status:?})");
-            Ok(Err(anyhow::Error::new(NotFinished { allowed_s: self.limit_s }).into()))
+            Ok(Err(match status {
+                Some(status) if status.code() == Some(limit::EXIT_CODE) => {
+                    anyhow::Error::new(NotFinished { allowed_s: self.limit_s }).into()
+                }
+                Some(status) => Failure { said: format!("it broke down ({status})"), unfinished: false },
+                None => bail!("the child process is not there any more"),
+            }))
         })
     }
 }

@@ -52,7 +52,7 @@ fn head(page: &mut String, table: &Table) {
         moves by less than {:.0} mm in the palm and is nowhere deeper than {:.0} mm in the hand, and if every step converges. That is judged \
         from poses alone, by the same code for all engines. Beside the count stands Wilson's interval at 95 %. *+n deep*: so many more would be kept, were they not \
         too deep. A *flip* is a change of the outcome from one step to the next longer one. A run of a peer that takes more \
-        than {} s by the clock on the wall is not finished and not counted. Steps at which nothing was played show a dash. \
+        than {} s of CPU time is not finished and not counted. Steps at which nothing was played show a dash. \
         The settings with which a peer keeps most are named below each table. Peers play the SoftHand alone: they have no tendons whose R depends on q.\n",
         table.placements,
         1e3 * MOVED_M,

@@ -65,7 +65,7 @@ pub struct Plan {
     pub aside_um: f64,
     /// Threads.
     pub jobs: usize,
-    /// Wall time of a peer's run, s; beyond it the run is not finished.
+    /// CPU time of a peer's run, s; beyond it the run is not finished.
     pub run_limit_s: f64,
     /// Whether the file's runs of peers count whatever the commit.
     pub reuse_peers: bool,
@@ -107,7 +107,7 @@ impl Task<'_> {
         let (hand, family, engine, settings, .., index) = self.key();
         let Task { step_ms, aside_um, .. } = *self;
         let task = child::Task::Grasp { hand: hand.clone(), family: family.clone(), index, aside_um };
-        let fate = match task.play(self.engine, 1e-3 * step_ms, run_limit_s) {
+        let fate = match task.play(self.engine, 1e-3 * step_ms, run_limit_s)? {
             Err(failure) if failure.unfinished => Fate::unknown(),
             fate => fate.with_context(|| format!("{:?}", self.key()))?,
         };

@@ -24,7 +24,7 @@ pub(crate) struct Table {
     pub machine: Machine,
     /// Grasps of each family.
     pub placements: usize,
-    /// Wall time that a run of a peer had at most, s.
+    /// CPU time that a run of a peer had at most, s.
     pub run_limit_s: f64,
     /// Steps, ms.
     pub steps_ms: Vec<f64>,

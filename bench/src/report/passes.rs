@@ -29,9 +29,6 @@ pub(super) const FEW_STARTS: u32 = 4;
 pub(super) const LONGEST_S: f64 = 10.0;
 const QUICK_LONGEST_S: f64 = 0.5;
 
-/// ... and, of a peer, after this much wall time, s: MuJoCo's steps wait for a pipe, ours for nothing.
-const TIMED_S: f64 = 40.0;
-
 /// A run is not timed again once it has taken this much wall time, s.
 pub(super) const ENOUGH_S: f64 = 4.0;
 
@@ -82,18 +79,25 @@ pub(super) fn outcomes(
             let Job { case, kind } = &jobs[at];
             let runs = conduct.steps_ms.iter().map(|dt_ms| {
                 let known = locked(&kept).get(case.name, *kind, *dt_ms).cloned();
-                let run = known.unwrap_or_else(|| {
-                    let mut run = outcome(case, *kind, *dt_ms, conduct);
-                    run.starts = from_starts(case, *kind, &run, conduct);
-                    if let Err(error) = locked(&kept).add(&run) {
-                        *locked(&failed) = Some(error);
+                let run = match known {
+                    Some(run) => run,
+                    None => {
+                        let mut run = outcome(case, *kind, *dt_ms, conduct)?;
+                        run.starts = from_starts(case, *kind, &run, conduct)?;
+                        locked(&kept).add(&run)?;
+                        run
                     }
-                    run
-                });
+                };
                 locked(progress).line("error", &run, &said(&run));
-                run
+                Ok(run)
             });
-            *locked(&done[at]) = runs.collect();
+            match runs.collect() {
+                Ok(runs) => *locked(&done[at]) = runs,
+                Err(error) => {
+                    *locked(&failed) = Some(error);
+                    next.store(jobs.len(), Ordering::Relaxed);
+                }
+            }
         }
     };
     let threads = || std::thread::available_parallelism().map_or(1, usize::from);
@@ -114,11 +118,11 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// One run for its outcome, with a reference run where it needs one.
-fn outcome(case: &Case, kind: EngineKind, dt_ms: f64, conduct: Conduct) -> Run {
+fn outcome(case: &Case, kind: EngineKind, dt_ms: f64, conduct: Conduct) -> Result<Run> {
     let reference_dt_s = Some(reference_s(kind, conduct.quick));
     let task = Task::Case { name: case.name.to_owned(), reference_dt_s, start: 0 };
     let mut run = Run::begun(case.name, kind, dt_ms);
-    match task.play(kind, 1e-3 * dt_ms, conduct.run_limit_s) {
+    match task.play(kind, 1e-3 * dt_ms, conduct.run_limit_s)? {
         Ok(Played { error, invariants, trouble }) => {
             (run.error, run.invariants, run.trouble) = (Some(error), invariants, trouble);
         }
@@ -127,13 +131,13 @@ fn outcome(case: &Case, kind: EngineKind, dt_ms: f64, conduct: Conduct) -> Run {
             run.trouble = Some(said.lines().next().unwrap_or("failed").to_owned());
         }
     }
-    run
+    Ok(run)
 }
 
 /// The same from other starts, where the scene is judged by them; the run itself counts as the first.
-fn from_starts(case: &Case, kind: EngineKind, first: &Run, conduct: Conduct) -> Option<Starts> {
+fn from_starts(case: &Case, kind: EngineKind, first: &Run, conduct: Conduct) -> Result<Option<Starts>> {
     if !BY_STARTS.contains(&case.name) || first.unfinished {
-        return None;
+        return Ok(None);
     }
     let depth = |mm: Option<f64>| mm.unwrap_or(f64::INFINITY);
     let mut all = vec![(first.trouble.is_none(), depth(first.invariants.max_penetration_mm))];
@@ -141,7 +145,7 @@ fn from_starts(case: &Case, kind: EngineKind, first: &Run, conduct: Conduct) -> 
     let count = if few { FEW_STARTS } else { STARTS };
     for start in 1..count {
         let task = Task::Case { name: case.name.to_owned(), reference_dt_s: None, start };
-        all.push(match task.play::<Played>(kind, 1e-3 * first.dt_ms, conduct.run_limit_s) {
+        all.push(match task.play::<Played>(kind, 1e-3 * first.dt_ms, conduct.run_limit_s)? {
             Ok(played) => (played.trouble.is_none(), depth(played.invariants.max_penetration_mm)),
             Err(_) => (false, f64::INFINITY),
         });
@@ -151,11 +155,11 @@ fn from_starts(case: &Case, kind: EngineKind, first: &Run, conduct: Conduct) -> 
     }
     let mut overlaps: Vec<f64> = all.iter().map(|(_, overlap)| *overlap).collect();
     overlaps.sort_by(f64::total_cmp);
-    Some(Starts {
+    Ok(Some(Starts {
         tried: all.len() as u32,
         done: all.iter().filter(|(done, _)| *done).count() as u32,
         median_overlap_mm: Some(overlaps[overlaps.len() / 2]).filter(|mm| mm.is_finite()),
-    })
+    }))
 }
 
 /// Runs for the clock alone, one at a time, of what does what its scene asks for. The engines take turns: where the machine
@@ -187,8 +191,7 @@ pub(super) fn timings(jobs: &[Job], runs: &mut [Vec<Run>], conduct: Conduct, pro
 
 fn turns<'a>(runs: Vec<(&Job, &'a mut Run)>, conduct: Conduct) -> Vec<&'a mut Run> {
     let longest_s = if conduct.quick { QUICK_LONGEST_S } else { LONGEST_S };
-    let within =
-        |run: &mut dyn FnMut() -> Option<Times>| limit::within(conduct.run_limit_s.min(TIMED_S), run);
+    let within = |run: &mut dyn FnMut() -> Option<Times>| limit::within(conduct.run_limit_s, run);
     let mut clocks = Vec::new();
     for (Job { case, kind }, run) in runs {
         let setup = Setup::new(*kind, 1e-3 * run.dt_ms);
