@@ -232,6 +232,11 @@ class ObjectBounds:
     com: Array
 
     @property
+    def size(self) -> Array:
+        """Sides of the bounding box, (3,), m."""
+        return array(self.high - self.low)
+
+    @property
     def middle(self) -> Array:
         """Middle of the bounding box, (3,), m."""
         return array((self.low + self.high) / 2)

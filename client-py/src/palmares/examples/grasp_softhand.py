@@ -4,18 +4,22 @@
 
 The hand comes down on the object with its palm, fingers across the longer side, closes, lifts and waits. The
 server then shakes it. If the object does not come along, or falls, the hand tries again with another grasp.
-How the score is made up is in `tasks/grasp/task.toml`. Change the numbers in `GRASPS` and see what it does.
+How the score is made up is in `tasks/grasp/task.toml`. Change the numbers of a grasp and see what it does.
 """
 
 from __future__ import annotations
 
 import contextlib
 import logging
+import math
 from dataclasses import dataclass
+
+import numpy as np
 
 import palmares
 from palmares.motion import (
     UP,
+    Array,
     Mover,
     ObjectBounds,
     RunOverError,
@@ -29,25 +33,42 @@ from palmares.motion import (
 
 LOG = logging.getLogger(__name__)
 
-GRASPS = [
-    # name, pitch, roll, above, aside, along, σ open, σ closed, sink; units as in `TopGrasp`
-    TopGrasp("narrow", 1.6657, 0.3491, 0.0068, 0.0243, 0.1964, 0.0212, 0.9, 0.12),
-    TopGrasp("wide", 1.7469, 0.1715, 0.0109, 0.0189, 0.2234, 0.0, 1.0, 0.12),
-]
-WIDE_M = 0.085
-"""From this width on an object is taken with the wide grasp first"""
+# name, pitch, roll, above, aside, along, σ open, σ closed, sink; units as in `TopGrasp`
+NARROW = TopGrasp("narrow", 1.6657, 0.3491, 0.0068, 0.0243, 0.1964, 0.0212, 0.9, 0.12)
+WIDE = TopGrasp("wide", 1.7469, 0.1715, 0.0109, 0.0189, 0.2234, 0.0, 1.0, 0.12)
+HIGH = TopGrasp("high", 1.4135, 0.1346, 0.0232, 0.0137, 0.1689, 0.0, 0.8641, 0.12)
+STEEP = TopGrasp("steep", 1.7088, -0.3693, 0.0187, 0.0117, 0.1764, 0.0, 0.9539, 0.12)
+LOOSE = TopGrasp("loose", 1.5586, -0.1036, 0.0226, 0.0357, 0.1726, 0.0492, 0.7668, 0.12)
+ACROSS, ALONG = 0.0, math.pi / 2
+"""Fingers across the object's longer side, or along it"""
+COMPACT = [(NARROW, ACROSS), (WIDE, ACROSS), (NARROW, ALONG), (STEEP, ACROSS), (WIDE, ALONG)]
+"""Grasps of a compact object, the most promising first"""
+LONG = [(WIDE, ACROSS), (NARROW, ALONG), (LOOSE, ALONG), (STEEP, ALONG), (HIGH, ALONG)]
+"""... of a long one"""
+BROAD = [(WIDE, ACROSS), (HIGH, ACROSS), (LOOSE, ALONG), (WIDE, ALONG), (STEEP, ALONG)]
+"""... of one that is broad even across its shorter side"""
+TALL = [(WIDE, ACROSS), (HIGH, ALONG), (STEEP, ALONG), (HIGH, ACROSS), (WIDE, ALONG)]
+"""... of a tall one"""
+LONG_FROM = 1.5
+"""Longer side by shorter side"""
+BROAD_M, TALL_M = 0.085, 0.16
+"""Shorter side, and height"""
 LIFT_M = 0.16
 """How far the object is lifted"""
 LIFTED_M = 0.08
 """An object that rose by this much is in the hand"""
-TRIES = 6
+TRIES = 8
 """Attempts per run"""
 
 
-def order(target: ObjectBounds) -> list[TopGrasp]:
-    """Return the grasps, the most promising first."""
-    narrow, wide = GRASPS
-    return [wide, narrow] if target.high[1] - target.low[1] > WIDE_M else [narrow, wide]
+def grasps_for(size_m: Array) -> list[tuple[TopGrasp, float]]:
+    """Return grasps and how they are turned for an object of this size: longer side, shorter side, height."""
+    longer, shorter, height = size_m
+    if height > TALL_M:
+        return TALL
+    if shorter > BROAD_M:
+        return BROAD
+    return LONG if longer > LONG_FROM * shorter else COMPACT
 
 
 def attempt(mover: Mover, target: ObjectBounds, yaw_rad: float, grasp: TopGrasp) -> None:
@@ -72,6 +93,8 @@ class GraspSummary(Summary):
     """The outcome of a run."""
 
     object: str
+    size_mm: list[int]
+    """Sides of the box around it at the start: longer side, shorter side, height"""
     kept: int
     """1 if the object is still in the hand after the shake"""
     tries: int
@@ -80,21 +103,25 @@ class GraspSummary(Summary):
     """What the referee recorded, and when"""
 
 
-def run(client: palmares.Client, seed: int | None) -> GraspSummary:
-    """Play one run."""
-    mover = Mover(client, client.reset("grasp", "softhand", sensing="truth", seed=seed))
+def run(client: palmares.Client, seed: int | None, task: str = "grasp") -> GraspSummary:
+    """Play one run; `task` may be another one of this kind."""
+    mover = Mover(client, client.reset(task, "softhand", sensing="truth", seed=seed))
+    first, _ = upright_box(client.scene, mover.obs, 0)
     tries = 0
     with contextlib.suppress(RunOverError):  # The shake is over.
         while tries < TRIES:
             target, yaw_rad = upright_box(client.scene, mover.obs, 0)
-            grasp = order(target)[tries % len(GRASPS)]
+            grasps = grasps_for(target.size)
+            grasp, turn_rad = grasps[tries % len(grasps)]
             tries += 1
-            LOG.info(f"{target.name}: {grasp.name}")
-            attempt(mover, target, yaw_rad, grasp)
+            turned = "along" if turn_rad else "across"
+            LOG.info(f"{target.name}, {np.round(1e3 * target.size)} mm: {grasp.name}, {turned}")
+            attempt(mover, target, yaw_rad + turn_rad, grasp)
     result, summary = mover.stop()
     return GraspSummary(
         **vars(summary),
-        object=client.scene.free[0].name,
+        object=first.name,
+        size_mm=[round(1e3 * side) for side in first.size],
         kept=result.in_goal,
         tries=tries,
         events=[f"{event.kind} at {event.tick * client.run.tick_s:.2f} s" for event in result.events],
