@@ -111,9 +111,7 @@ def main(arguments: list[str] | None = None) -> int:
     for name, value in config.items():
         print(f"    {name}={value:.4f},")
     found, before = (fmean(scores(grasp, unseen)) for grasp in (replace(NARROW, **config), NARROW))
-    print(
-        f"in {options.unseen} scenes it has not seen: {found:.2f}; the first grasp of grasp_softhand.py: {before:.2f}"
-    )
+    print(f"in {options.unseen} scenes it has not seen: {found:.2f}; the example's grasp: {before:.2f}")
     return 0
 
 
