@@ -2,7 +2,7 @@
 
 use super::case::{Figure, Invariants, Report, Times};
 use super::comparison::{Run, Starts, trouble};
-use super::kept::Kept;
+use super::outcome_cache::OutcomeCache;
 use crate::cases::{self, Case, Setup};
 use crate::engine::limit::{self, NotFinished};
 use crate::engine::{EngineKind, mujoco};
@@ -67,7 +67,7 @@ pub(super) fn reference_s(engine: EngineKind, quick: bool) -> f64 {
 pub(super) fn outcomes(
     jobs: &[Job],
     conduct: Conduct,
-    kept: Kept,
+    kept: OutcomeCache,
     progress: &Mutex<Progress>,
 ) -> Result<Vec<Vec<Run>>> {
     let kept = Mutex::new(kept);
