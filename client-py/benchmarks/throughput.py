@@ -177,7 +177,11 @@ def rollout(folder: Path, count: int, threads: int, step_ms: int) -> Row:
 def heading() -> str:
     """Return what was measured with what."""
     cpu = next(
-        (line.split(":")[1].strip() for line in Path("/proc/cpuinfo").open() if line.startswith("model name")),
+        (
+            line.split(":")[1].strip()
+            for line in Path("/proc/cpuinfo").open()
+            if line.startswith("model name")
+        ),
         platform.processor(),
     )
     versions = [f"{name} {metadata.version(name)}" for name in ("gymnasium", "numpy")]
@@ -210,7 +214,10 @@ def main() -> None:
     parser.add_argument("--hand", action="append", choices=["softhand", "reflex"])
     parser.add_argument("--scene", action="append", choices=[*SCENES])
     args = parser.parse_args()
-    print(f"# Throughput\n\n{__doc__.split(chr(10), 1)[1].strip() if __doc__ else ''}\n\n{heading()}", flush=True)
+    print(
+        f"# Throughput\n\n{__doc__.split(chr(10), 1)[1].strip() if __doc__ else ''}\n\n{heading()}",
+        flush=True,
+    )
     for hand in args.hand or ["softhand", "reflex"]:
         for scene in args.scene or SCENES:
             rows = [batch(scene, hand, args.worlds, threads) for threads in (1, 2)]
