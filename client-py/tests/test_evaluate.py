@@ -13,7 +13,7 @@ import pytest
 
 import palmares
 from palmares.evaluate import ControllerError, evaluate, processes
-from palmares.evaluate.command import main, seeds
+from palmares.evaluate.command import main, parser, seeds, separated
 from palmares.evaluate.controller import loaded
 from palmares.evaluate.statistics import Comparison, Spread
 from tests.real_server import RealServer, needs_server
@@ -247,6 +247,17 @@ def test_seeds_are_a_number_a_range_or_a_list() -> None:
     for wrong in ("0", "-1", "5-3", "a", "", "1-2-3", str(2**53) + ","):
         with pytest.raises(Exception, match="wanted a number"):
             seeds(wrong)
+
+
+def test_what_follows_ray_is_an_address_or_a_controller() -> None:
+    def told(*arguments: str) -> tuple[str | None, list[str]]:
+        options = parser().parse_args(list(separated(arguments)))
+        return options.ray, options.controllers
+
+    assert told("a.py") == (None, ["a.py"])
+    assert told("--ray", "a.py") == told("a.py", "--ray") == ("", ["a.py"])
+    assert told("--ray", "10.0.0.1:6379", "a.py") == ("10.0.0.1:6379", ["a.py"])
+    assert told("a.py", "--ray", "auto") == told("a.py", "--ray=auto") == ("auto", ["a.py"])
 
 
 def test_the_paired_test_counts_every_sign_of_few_differences() -> None:

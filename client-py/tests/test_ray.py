@@ -5,6 +5,7 @@ Needs ``pip install 'palmares[ray]'``, which the development packages do not hav
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
 from collections.abc import Callable, Iterator
@@ -215,15 +216,13 @@ def test_an_actor_with_worlds_comes_back_without_runs() -> None:
     kept = ray.get(first.snapshot.remote(0))
     ray.kill(first, no_restart=False)
 
-    def again(method: Any, *arguments: Any) -> Any:
-        while True:
-            try:
-                return ray.get(method.remote(*arguments))
-            except ray.exceptions.ActorUnavailableError:
-                pass
+    def step_until_it_fails() -> None:
+        while True:  # The actor may take a step or two before it is ended.
+            with contextlib.suppress(ray.exceptions.ActorUnavailableError):
+                ray.get(first.step.remote(actions, 5))
 
     with pytest.raises(ValueError, match="world 0 has no run yet: call reset first"):
-        again(first.step, actions, 5)
+        step_until_it_fails()
     ray.get(first.reset.remote([1, 2]))
     ray.get(first.step.remote(actions, 5))
     assert ray.get(first.state_hashes.remote()) == hashes

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterator, Sequence
+from itertools import zip_longest
 from pathlib import Path
 
 from tqdm import tqdm
@@ -28,7 +30,7 @@ Ctrl-C ends it with the report of the runs so far."""
 
 def main(arguments: list[str]) -> int:
     """Do what the command line says; return the exit code: 1 when a run failed."""
-    options = parser().parse_args(arguments)
+    options = parser().parse_args(list(separated(arguments)))
     per_controller = max(1, len(options.tasks)) * max(1, len(options.hands)) * len(options.seeds)
     total = per_controller * len(options.controllers)
     bar = tqdm(total=total, unit="run", file=sys.stderr, disable=options.quiet)
@@ -134,6 +136,16 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--json", action="store_true", help="print everything as JSON")
     made.add_argument("--quiet", action="store_true", help="no progress bar")
     return made
+
+
+def separated(arguments: Sequence[str]) -> Iterator[str]:
+    """Yield the arguments such that what follows ``--ray`` and is no address is a controller.
+
+    An address has a colon, or is ``auto`` or ``local``.
+    """
+    for word, following in zip_longest(arguments, arguments[1:], fillvalue=""):
+        address = ":" in following or following in ("auto", "local")
+        yield "--ray=" if word == "--ray" and not address else word
 
 
 def words(text: str) -> list[str]:
