@@ -25,10 +25,12 @@ CALLS = {
     "BatchEnv.step": "env.step(np.zeros((4, 7)))",
 }
 CHILD = """
-import sys, time
+import signal, sys, time
 import numpy as np
 import palmares
 from palmares import sim
+# What a shell starts in the background ignores Ctrl-C, and so would this.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 call = sys.argv[1]
 if "client" in call:
     client = palmares.Client("local")

@@ -167,7 +167,13 @@ def test_ctrl_c_ends_it_with_the_runs_so_far(tmp_path: Path) -> None:
     slow = written(tmp_path / "slow.py", "import time" + IDLE.replace("\n    return", wait))
     command = [sys.executable, "-m", "palmares", "evaluate", slow, "--seeds", "4", "--jobs", "1", "--json"]
     with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        # What a shell starts in the background ignores Ctrl-C, and so would this.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     ) as child:
         while not reached.exists():
             assert child.poll() is None
