@@ -133,20 +133,8 @@ impl State {
 
     /// A copy for a snapshot: without the pairs that remember nothing, of which a cluttered scene has many.
     pub(crate) fn remembered(&self) -> Self {
-        let State {
-            step,
-            base,
-            q,
-            v,
-            objects,
-            reference,
-            motors,
-            tension,
-            sleep,
-            earlier,
-            substeps,
-            pairs,
-        } = self;
+        let State { step, base, q, v, objects, reference, motors, tension, sleep, earlier, substeps, pairs } =
+            self;
         State {
             step: *step,
             base: *base,
@@ -165,20 +153,8 @@ impl State {
 
     /// Takes over another state, and keeps its own memory: a restored world allocates next to nothing.
     pub(crate) fn take_over(&mut self, from: &State) {
-        let State {
-            step,
-            base,
-            q,
-            v,
-            objects,
-            reference,
-            motors,
-            tension,
-            sleep,
-            earlier,
-            substeps,
-            pairs,
-        } = from;
+        let State { step, base, q, v, objects, reference, motors, tension, sleep, earlier, substeps, pairs } =
+            from;
         (self.step, self.base, self.reference, self.substeps) = (*step, *base, *reference, *substeps);
         self.q.clone_from(q);
         self.v.clone_from(v);
