@@ -91,7 +91,8 @@ impl Rules {
     pub fn goal(&self) -> Option<&str> {
         match self {
             Rules::Collect(rules) => Some(&rules.goal),
-            Rules::Hold(_) => None,
+            // What is to be held has none, and what is to be arranged one for each goal.
+            Rules::Hold(_) | Rules::Arrange(_) => None,
         }
     }
 
