@@ -58,7 +58,7 @@ class Batch:
     - ``object_mass`` (objects,): kg
 
     Args:
-        task: Name of the task: one of `palmares.sim.TASKS`.
+        task: Name of the task, or the path of your own; as for `World`.
         hand: Name of a hand, or the path of your own; as for `World`.
         count: N, the number of worlds.
         sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
@@ -88,7 +88,7 @@ class Batch:
     ) -> None:
         if threads is not None and threads < 1:
             raise ValueError(f"threads: found {threads}; wanted at least 1, or None for one for each core")
-        self._native = _native.Batch(task, str(hand), count, sensing, noise, threads or 0, training)
+        self._native = _native.Batch(str(task), str(hand), count, sensing, noise, threads or 0, training)
         self._training = training or Training()
         self.count = count
         self.fields = {name: tuple(shape) for name, shape in self._native.fields()}

@@ -27,7 +27,8 @@ class World:
     one thread at a time. Ctrl-C ends a long `step` between two ticks.
 
     Args:
-        task: Name of the task: one of `palmares.sim.TASKS`.
+        task: Name of the task, one of `palmares.sim.TASKS`, or the path of your own: a folder with a
+            ``task.toml``.
         hand: Name of a hand, one of `palmares.sim.HANDS`, or the path of your own: a folder, an archive or a
             URDF.
         seed: Selects the scene, 0 to 2**53 - 1: the same as on a practice server.
@@ -53,7 +54,7 @@ class World:
         cameras: Iterable[str] = (),
         training: Training | None = None,
     ) -> None:
-        self._task, self._hand, self._seed = task, str(hand), seed
+        self._task, self._hand, self._seed = str(task), str(hand), seed
         self._sensing: Literal["sensors", "truth"] = sensing
         self._noise: Literal["none", "real"] = noise
         self._training = training
