@@ -41,9 +41,11 @@ HIGH = TopGrasp("high", 1.4135, 0.1346, 0.0232, 0.0137, 0.1689, 0.0, 0.8641, 0.1
 STEEP = TopGrasp("steep", 1.7088, -0.3693, 0.0187, 0.0117, 0.1764, 0.0, 0.9539, 0.12)
 LOOSE = TopGrasp("loose", 1.5586, -0.1036, 0.0226, 0.0357, 0.1726, 0.0492, 0.7668, 0.12)
 FIRM = TopGrasp("firm", 1.7931, 0.1371, 0.0065, 0.0085, 0.223, 0.0, 1.0, 0.12)
+DEEP = TopGrasp("deep", 1.732, 0.0591, -0.0227, 0.0451, 0.2217, 0.01, 0.9493, 0.12)
 LOW = TopGrasp("low", 1.5416, 0.1583, -0.0193, 0.0335, 0.1697, 0.2159, 0.9286, 0.12)
 TILTED = TopGrasp("tilted", 1.9271, -0.0653, 0.0071, 0.0167, 0.1946, 0.0432, 0.9653, 0.12)
-RIM = TopGrasp("rim", 1.2745, 0.2288, 0.006, -0.0862, 0.1382, 0.0511, 0.8154, 0.12)
+ROLLED = TopGrasp("rolled", 1.8662, 0.7226, -0.0123, 0.031, 0.2102, 0.1107, 0.8157, 0.12)
+RIM = TopGrasp("rim", 1.3616, 0.0934, 0.004, -0.0925, 0.1349, 0.0464, 0.8276, 0.12)
 ACROSS, ALONG, OBLIQUE, BACK = 0.0, math.pi / 2, 1.195, -2.33
 """Fingers across the object's longer side, along it, or in between from two sides"""
 COMPACT = [(NARROW, ACROSS), (WIDE, ACROSS), (NARROW, ALONG), (STEEP, ACROSS), (WIDE, ALONG)]
@@ -62,17 +64,21 @@ TALL_AND_LONG = [(TILTED, OBLIQUE), (NARROW, ACROSS), (STEEP, ALONG), (WIDE, ACR
 """... of one that is tall and long"""
 HEAVY = [(FIRM, ACROSS), (STEEP, ALONG), (WIDE, ACROSS)]
 """... of one that is tall and heavy"""
+HEAVIER = [(DEEP, -0.143), (FIRM, ACROSS), (WIDE, ACROSS)]
+"""... of one that is tall and heavier still"""
+LARGE = [(ROLLED, ACROSS), (WIDE, ACROSS)]
+"""... of a large ball"""
 DRILL = [(STEEP, ALONG), (WIDE, ACROSS)]
 """... of one that is tall and very long"""
 PLATE = [(RIM, -ALONG), (LOOSE, ACROSS)]
 """... of one that is taken by its rim"""
 LONG_FROM, VERY_LONG_FROM = 1.4, 3.5
 """Longer side by shorter side"""
-BROAD_M, PLATE_M = 0.085, 0.24
+BROAD_M, LARGE_M, PLATE_M = 0.085, 0.12, 0.24
 """Shorter side"""
 TALL_M, THIN_M = 0.16, 0.033
 """Height"""
-HEAVY_KG = 1.0
+HEAVY_KG, HEAVIER_KG = 1.0, 1.1
 LIFT_M = 0.18
 """How far the object is lifted"""
 LIFTED_M = 0.08
@@ -89,11 +95,15 @@ def grasps_for(size_m: Array, mass_kg: float) -> list[tuple[TopGrasp, float]]:
     long = longer > LONG_FROM * shorter
     if height > TALL_M and longer > VERY_LONG_FROM * shorter:
         return DRILL
+    if height > TALL_M and mass_kg > HEAVY_KG:
+        return HEAVIER if mass_kg > HEAVIER_KG else HEAVY
     if height > TALL_M:
-        return HEAVY if mass_kg > HEAVY_KG else TALL_AND_LONG if long else TALL
+        return TALL_AND_LONG if long else TALL
     if height < THIN_M:
         return PLATE if shorter > PLATE_M else THIN_AND_LONG if longer > 1.9 * shorter else THIN
-    return BROAD if shorter > BROAD_M else LONG if long else COMPACT
+    if shorter > BROAD_M:
+        return LARGE if shorter > LARGE_M and height > LARGE_M else BROAD
+    return LONG if long else COMPACT
 
 
 def attempt(mover: Mover, target: ObjectBounds, yaw_rad: float, grasp: TopGrasp) -> None:
