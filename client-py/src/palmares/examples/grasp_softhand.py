@@ -52,7 +52,7 @@ COMPACT = [(NARROW, ACROSS), (WIDE, ACROSS), (NARROW, ALONG), (STEEP, ACROSS), (
 """Grasps of a compact object, the most promising first"""
 LONG = [(WIDE, ACROSS), (NARROW, ALONG), (LOOSE, ALONG), (STEEP, ALONG)]
 """... of a long one"""
-THIN = [(FLAT, ACROSS), (FLAT, ALONG), (STEEP, ALONG), (WIDE, ACROSS)]
+THIN = [(FLAT, ACROSS), (NARROW, ACROSS), (WIDE, ACROSS), (FLAT, ALONG), (STEEP, ALONG)]
 """... of a thin one"""
 THIN_AND_LONG = [(FLAT, ALONG), (WIDE, ACROSS), (LOW, BACK), (STEEP, ALONG)]
 """... of one that is thin and long"""
@@ -72,9 +72,9 @@ DRILL = [(STEEP, ALONG), (WIDE, ACROSS)]
 """... of one that is tall and very long"""
 PLATE = [(RIM, -ALONG), (LOOSE, ACROSS)]
 """... of one that is taken by its rim"""
-LONG_FROM, VERY_LONG_FROM = 1.4, 3.5
+LONG_FROM, DRILL_FROM = 1.9, 3.5
 """Longer side by shorter side"""
-BROAD_M, LARGE_M, PLATE_M = 0.085, 0.12, 0.24
+SLIM_M, BROAD_M, LARGE_M, PLATE_M = 0.06, 0.085, 0.12, 0.24
 """Shorter side"""
 TALL_M, THIN_M = 0.16, 0.033
 """Height"""
@@ -92,18 +92,18 @@ TRIES = 8
 def grasps_for(size_m: Array, mass_kg: float) -> list[tuple[TopGrasp, float]]:
     """Return grasps and how they are turned for an object of this size: longer side, shorter side, height."""
     longer, shorter, height = size_m
-    long = longer > LONG_FROM * shorter
-    if height > TALL_M and longer > VERY_LONG_FROM * shorter:
-        return DRILL
+    ratio = longer / shorter
     if height > TALL_M and mass_kg > HEAVY_KG:
         return HEAVIER if mass_kg > HEAVIER_KG else HEAVY
     if height > TALL_M:
-        return TALL_AND_LONG if long else TALL
+        if ratio > LONG_FROM:
+            return DRILL if ratio > DRILL_FROM else TALL_AND_LONG
+        return TALL if shorter > SLIM_M else COMPACT
     if height < THIN_M:
-        return PLATE if shorter > PLATE_M else THIN_AND_LONG if longer > 1.9 * shorter else THIN
+        return PLATE if shorter > PLATE_M else THIN_AND_LONG if ratio > LONG_FROM else THIN
     if shorter > BROAD_M:
         return LARGE if shorter > LARGE_M and height > LARGE_M else BROAD
-    return LONG if long else COMPACT
+    return LONG if ratio > LONG_FROM else COMPACT
 
 
 def attempt(mover: Mover, target: ObjectBounds, yaw_rad: float, grasp: TopGrasp) -> None:
