@@ -13,6 +13,7 @@ pub mod fingerprint;
 #[cfg(test)]
 mod gates;
 pub mod grasps;
+pub mod mjcf;
 pub mod overlap;
 pub mod random;
 pub mod recorder;

@@ -8,6 +8,7 @@ use palmares_bench::cases::{self, Setup};
 use palmares_bench::child;
 use palmares_bench::engine::EngineKind;
 use palmares_bench::grasps;
+use palmares_bench::mjcf;
 use palmares_bench::report;
 use palmares_bench::robust::{self, heaps, placements};
 use std::path::PathBuf;
@@ -54,6 +55,8 @@ enum What {
     Grasps(grasps::command::Options),
     /// How long do cameras' pictures take, by pixels and objects?
     Cameras(cameras::Options),
+    /// Write a task's scene as a file for MuJoCo, with what drives it.
+    Mjcf(mjcf::Options),
     /// Run one case and print its report.
     Case {
         /// Name of the case; see `palmares-bench list`.
@@ -136,6 +139,7 @@ fn main() -> Result<()> {
             }
         }
         What::Cameras(options) => cameras::run(&options)?,
+        What::Mjcf(options) => mjcf::run(&options)?,
         What::Grasps(options) => grasps::command::run(&options)?,
         What::Report { engines, outcomes_only, mut options } => {
             for name in engines {

@@ -2,7 +2,7 @@
 
 use super::case::Times;
 use super::comparison::{Run, Starts};
-use super::kept::Kept;
+use super::outcome_cache::OutcomeCache;
 use super::played::Played;
 use crate::cases::{Case, Setup};
 use crate::child::{Failure, Task};
@@ -67,7 +67,7 @@ pub(super) fn reference_s(engine: EngineKind, quick: bool) -> f64 {
 pub(super) fn outcomes(
     jobs: &[Job],
     conduct: Conduct,
-    kept: Kept,
+    kept: OutcomeCache,
     progress: &Mutex<Progress>,
 ) -> Result<Vec<Vec<Run>>> {
     let kept = Mutex::new(kept);

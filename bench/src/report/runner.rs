@@ -2,8 +2,8 @@
 
 use super::comparison::{Choice, Clock, Comparison, EngineNote, FORMAT, Run};
 use super::dominance::verdicts;
-use super::kept::Kept;
 use super::machine::{self, Machine};
+use super::outcome_cache::OutcomeCache;
 use super::passes::{self, Conduct, Job, Progress, reference_s};
 use super::{page, plots, ticks};
 use crate::cases::{self, Case};
@@ -93,8 +93,8 @@ impl Options {
         Conduct { steps_ms, repeats, jobs, quick, run_limit_s }
     }
 
-    fn kept(&self, commit: &str) -> Result<Kept> {
-        Kept::open(&self.runs, commit, self.quick, self.reuse_peers)
+    fn kept(&self, commit: &str) -> Result<OutcomeCache> {
+        OutcomeCache::open(&self.runs, commit, self.quick, self.reuse_peers)
     }
 }
 

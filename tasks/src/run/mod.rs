@@ -7,7 +7,7 @@ mod driven;
 mod evidence;
 mod exposure;
 mod hand_body;
-mod inside;
+mod inspection;
 mod observe;
 mod origin;
 mod outcome;
