@@ -125,7 +125,8 @@ class World:
         """Keep the world as it is after this tick.
 
         Microseconds, and some tens of kilobytes. ``bytes(snapshot)`` is for another process or machine with
-        the same version of this package; `palmares.sim.Snapshot` reads it.
+        the same version of this package; `palmares.sim.Snapshot` reads it, and notices damage, but not
+        forgery: take them only from whom you trust.
         """
         return self._native.snapshot()
 
