@@ -1,5 +1,6 @@
 //! What must hold of every referee, whatever it is shown in whatever order.
 
+use palmares_models::{Pose, Vec3};
 use palmares_tasks::referee::{ObjectSnapshot, Referee};
 use palmares_tasks::task::{Rules, Task};
 use proptest::prelude::*;
@@ -22,8 +23,10 @@ fn position(task: &Task) -> BoxedStrategy<[f64; 3]> {
 fn sightings(task: &Task) -> BoxedStrategy<Vec<ObjectSnapshot>> {
     let in_hand =
         prop_oneof![4 => prop::array::uniform3(0.0..0.01f64), 1 => prop::array::uniform3(-0.2..0.2f64)];
-    let one = (position(task), in_hand, any::<bool>())
-        .prop_map(|(position, in_hand, at_rest)| ObjectSnapshot { position, in_hand, at_rest });
+    let one = (position(task), in_hand, any::<bool>()).prop_map(|(position, in_hand, at_rest)| {
+        let frame = Pose::from_translation(Vec3::from_array(position));
+        ObjectSnapshot { position, in_hand, at_rest, frame }
+    });
     prop::collection::vec(one, task.objects.count).boxed()
 }
 
