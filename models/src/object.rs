@@ -82,6 +82,25 @@ impl Object {
         Object { restitution: restitution.clamp(0.0, 1.0), ..self }
     }
 
+    /// The same object with mass, friction coefficient and all lengths so many times as large.
+    #[must_use]
+    pub fn varied(&self, mass: f64, friction: f64, size: f64) -> Object {
+        let parts = self.parts.iter().map(|(pose, shape)| {
+            (Pose::from_parts(pose.translation * size, pose.rotation), shape.scaled(size))
+        });
+        Object {
+            name: self.name.clone(),
+            parts: parts.collect(),
+            mass: self.mass * mass,
+            com: self.com * size,
+            inertia: self.inertia * (mass * size * size),
+            friction: self.friction * friction,
+            // A lever is a length, too.
+            rolling_friction: self.rolling_friction * size,
+            restitution: self.restitution,
+        }
+    }
+
     /// Lowest and highest corner of its bounding box in its own frame, m.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         let mut low = Vec3::splat(f64::INFINITY);

@@ -5,16 +5,18 @@ use crate::interrupt::{LOOK, interruptible};
 use crate::lookup;
 use crate::message;
 use crate::snapshot::Snapshot;
+use crate::training::{Asked, Training, status};
 use palmares_protocol::obs::{Obs, Opened};
 use palmares_protocol::reply::{Ack, RunInfo, RunResult};
 use palmares_protocol::{Code, Encoding, Mode, Perturb, Refusal, Reply, Request, Step, request};
 use palmares_replay::{Header, Recorder, Signer};
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::run::{Shot, ShotError};
+use palmares_tasks::training::{Shaper, open};
 use palmares_tasks::{Action, Observation, Outcome, Reason, Run, Seed, Sensing};
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
+use pyo3::types::{PyBytes, PyDict};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
@@ -30,6 +32,9 @@ pub(crate) struct World {
     /// Unknown after going on from bytes.
     history: Option<History>,
     pushes: Vec<Push>,
+    /// Where rewards are shaped, and the shaped part of the last step's.
+    shaper: Option<Shaper>,
+    shaping: f64,
     /// Set when the run was stopped.
     outcome: Option<Outcome>,
 }
@@ -37,17 +42,29 @@ pub(crate) struct World {
 #[pymethods]
 impl World {
     #[new]
-    fn new(py: Python<'_>, task: &str, hand: &str, seed: u64, sensing: &str, noise: &str) -> PyResult<Self> {
+    fn new(
+        py: Python<'_>,
+        task: &str,
+        hand: &str,
+        seed: u64,
+        sensing: &str,
+        noise: &str,
+        training: Option<Asked>,
+    ) -> PyResult<Self> {
         let (task, hand) = (lookup::task(task)?, lookup::hand(hand)?);
         let (sensing, noise) = (lookup::sensing(sensing)?, lookup::noise(noise)?);
         let number = lookup::seed(seed)?;
-        let build = move || Run::new(task, hand, Seed::from_u64(number)).map(|run| run.with_noise(noise));
+        let training = Training::of(training, &task, noise)?;
+        let options = training.options.clone();
+        let build = move || open(&task, &hand, Seed::from_u64(number), noise, &options);
         let run = interruptible(py, build)?.map_err(|error| PyValueError::new_err(error.to_string()))?;
         let mut id = [0; 8];
         getrandom::fill(&mut id).map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
         let run_id = format!("local_{:016x}", u64::from_le_bytes(id));
         let history = Some(History::default());
-        Ok(World { run, number, sensing, run_id, history, pushes: Vec::new(), outcome: None })
+        let shaper = training.shaper(&run);
+        let (pushes, shaping, outcome) = (Vec::new(), 0.0, None);
+        Ok(World { run, number, sensing, run_id, history, pushes, shaper, shaping, outcome })
     }
 
     /// The message `obs` as in the reply to `reset`, with the scene; pictures of `cameras`.
@@ -112,6 +129,8 @@ impl World {
         self.history.clone_from(&from.history);
         self.pushes.clear();
         self.outcome = None;
+        self.shaping = 0.0;
+        self.shaper.iter_mut().for_each(|shaper| shaper.restart(&self.run));
         Ok(())
     }
 
@@ -124,6 +143,8 @@ impl World {
             run_id: self.run_id.clone(),
             history: self.history.clone(),
             pushes: self.pushes.clone(),
+            shaper: self.shaper.clone(),
+            shaping: self.shaping,
             outcome: self.outcome.clone(),
         }
     }
@@ -131,6 +152,31 @@ impl World {
     /// Digest of the state, 16 hexadecimal digits.
     fn state_hash(&self) -> String {
         self.run.state_hash()
+    }
+
+    /// The shaped part of the last step's reward; none where rewards are not shaped.
+    #[getter]
+    fn shaping(&self) -> Option<f64> {
+        self.shaper.as_ref().map(|_| self.shaping)
+    }
+
+    /// The potential now, term by term; none where rewards are not shaped.
+    #[getter]
+    fn potential<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(terms) = self.shaper.as_ref().map(Shaper::terms) else { return Ok(None) };
+        let told = PyDict::new(py);
+        told.set_item("distance", terms.distance)?;
+        told.set_item("contact", terms.contact)?;
+        told.set_item("lift", terms.lift)?;
+        told.set_item("transport", terms.transport)?;
+        told.set_item("brought", terms.brought)?;
+        Ok(Some(told))
+    }
+
+    /// Whether it differs from the runs of its task.
+    #[getter]
+    fn varied(&self) -> bool {
+        self.run.task().is_varied()
     }
 
     #[getter]
@@ -151,6 +197,11 @@ impl World {
             return Err(PyValueError::new_err(message));
         };
         let (task, hand) = (Arc::clone(self.run.task()), Arc::clone(self.run.hand()));
+        if task.is_varied() {
+            let message =
+                "a randomised run, or one with some of the objects, is none of the task's: it has no replay";
+            return Err(PyValueError::new_err(message));
+        }
         let own = !palmares_models::builtin::builtin_hands().iter().any(|known| known.name == hand.name);
         if own {
             let message = "a replay of a hand of one's own needs its files: play it on a server";
@@ -237,6 +288,7 @@ impl World {
             }
             py.check_signals()?;
         }
+        self.shaping = self.shaper.as_mut().map_or(0.0, |shaper| shaper.step(&self.run));
         let mut observation = py.detach(|| self.looked(&shots));
         observation.events = events;
         Ok(Ok(Reply::Obs(Box::new(self.obs(id, observation)))))
@@ -291,7 +343,7 @@ impl World {
         let Some(outcome) = self.outcome.clone() else {
             return Err(PyRuntimeError::new_err("the run was not counted"));
         };
-        let status = if outcome.reason == Reason::WorldFault { "voided" } else { "practice" };
+        let status = status(&outcome, self.run.task().is_varied());
         let run = RunInfo {
             run_id: self.run_id.clone(),
             task: self.run.task().name.clone(),

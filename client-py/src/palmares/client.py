@@ -38,6 +38,7 @@ from palmares.requests import Time as AskTime
 from palmares.scene import Scene
 from palmares.stream import Stream
 from palmares.targets import Base, Hand, Numbers, action_of, vector
+from palmares.training import Training
 from palmares.transport import Closed
 from palmares.version import VERSION
 
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
 LOG = logging.getLogger("palmares")
 # Instead of a server's address: this process.
 LOCAL = "local"
+NO_TRAINING = "training: no server offers it; wanted url='local'"
 # How often a single request is repeated after the rate limit or a broken connection.
 MAX_RETRIES = 20
 # How long to wait for an observation before checking that the server is still alive.
@@ -70,6 +72,7 @@ class Client:
         encoding: ``json`` or ``msgpack``; left out, the fastest that the server supports.
         timeout_s: How long to wait for a reply.
         reconnect_s: How long to try to reconnect when the connection breaks or the server restarts.
+        training: Only with ``local``: what learners may have in its runs, a `palmares.sim.Training`.
 
     Raises:
         NoServerError: There is no server at `url`.
@@ -88,6 +91,7 @@ class Client:
         encoding: Encoding | None = None,
         timeout_s: float = 60.0,
         reconnect_s: float = 60.0,
+        training: Training | None = None,
     ) -> None:
         self._timeout_s = timeout_s
         self._tick: int | None = None
@@ -104,8 +108,10 @@ class Client:
         if url == LOCAL:
             from palmares.local import LocalLink
 
-            self._link = LocalLink(team)
+            self._link = LocalLink(team, training)
             return
+        if training is not None:
+            raise ValueError(NO_TRAINING)
         http_url, ws_url = _addresses(url)
         self._link = Link(
             http_url,
@@ -333,6 +339,17 @@ class Client:
     def world(self) -> World | None:
         """With ``url="local"`` the world of the current or last run; ``None`` on a server."""
         return getattr(self._link, "world", None)
+
+    @property
+    def training(self) -> Training | None:
+        """With ``url="local"`` what learners have in the runs that are opened from now on; it can be set."""
+        return self._link.training
+
+    @training.setter
+    def training(self, training: Training | None) -> None:
+        if not self.is_local:
+            raise ValueError(NO_TRAINING)
+        self._link.training = training
 
     @property
     def welcome(self) -> Welcome:

@@ -25,12 +25,14 @@ class LocalLink(Link):
         welcome: What a practice server says in its greeting.
         resumed: Always ``None``: there is no connection that could break.
         world: The world of the current or last run.
+        training: What learners have in the runs that are opened from now on.
 
     """
 
     # Nothing of a connection is made, so its own initialisation is left out.
-    def __init__(self, team: str) -> None:
+    def __init__(self, team: str, training: sim.Training | None = None) -> None:
         self._team = team
+        self.training = training
         self._own_hands: list[str] = []
         self._own_tasks: list[str] = []
         self._open = False
@@ -76,6 +78,7 @@ class LocalLink(Link):
                 secrets.randbelow(2**53) if request.seed is None else request.seed,
                 sensing=request.sensing,
                 noise=request.noise or "none",
+                training=self.training,
             )
         except ValueError as refused:
             raise BadRequestError(f"bad_request: {refused}") from None

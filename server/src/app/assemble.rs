@@ -13,7 +13,7 @@ use crate::names;
 use crate::rules::{Rules, write_secret};
 use crate::session::Sessions;
 use crate::store::{NewAuditEntry, Store};
-use crate::transport::Entrance;
+use crate::transport::InboundLimits;
 use crate::watch::Hub;
 use anyhow::{Context, anyhow, bail};
 use palmares_models::builtin::builtin_hands;
@@ -37,7 +37,7 @@ pub(super) async fn app(
     let settings = config.settings.clone();
     let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
     let compute = Arc::new(Compute::new(cores, settings.max_worlds));
-    let entrance = Arc::new(Entrance::new(&settings, config.guard.clone()));
+    let inbound = Arc::new(InboundLimits::new(&settings, config.guard.clone()));
     let own_hands = OwnHands::new(&config.data_dir, config.hand_limits.clone(), tasks.clone());
     let sensing = config.sensing.clone();
     if let Some(unknown) = sensing.sensors_only().iter().find(|name| !tasks.iter().any(|t| t.name == **name))
@@ -63,7 +63,7 @@ pub(super) async fn app(
         vec![("seed.secret", config.seed_secret.clone()), ("signing.key", config.signing_key.clone())];
     let backup = Arc::new(backup::Files { data_dir: config.data_dir.clone(), secrets });
     let auth = Arc::default();
-    Ok(App { store, competition, compute, sessions, archive, hub, auth, entrance, lifecycle, backup })
+    Ok(App { store, competition, compute, sessions, archive, hub, auth, inbound, lifecycle, backup })
 }
 
 /// Runs that were open when an earlier process stopped count for nothing.

@@ -86,7 +86,7 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     let router = http::router(app.clone());
     // `listener` itself in its place: without the low-latency path.
     let listener = Listener::new(listener);
-    let server = transport::serve(listener, router, app.entrance.clone(), lifecycle.clone());
+    let server = transport::serve(listener, router, app.inbound.clone(), lifecycle.clone());
     let server = tokio::spawn(server);
     let overseer = tokio::spawn(overrun::watch_over(app.compute.clone()));
     lifecycle.stopping().await;

@@ -1,8 +1,8 @@
 //! Looks at finished runs when nobody needs the machine: plays official ones again, and deletes old practice replays.
 
 use super::folder::Archive;
-use super::likeness::Marks;
 use super::retention::apply_retention;
+use super::similar_runs::Marks;
 use crate::compute::{Background, Level};
 use crate::store::{RunRecord, Store, StoreError, UnverifiedRun, Verdict};
 use crate::watch::Hub;

@@ -1,6 +1,6 @@
 //! Official runs in the database, and what the auditor makes of them.
 
-use super::likeness::tests::{balls, fetching};
+use super::similar_runs::tests::{balls, fetching};
 use super::{Archive, KEY_FILE, audit, stored_path};
 use crate::store::{FinishedRun, Location, NewAuditEntry, NewRun, NewSession, Store};
 use palmares_models::hand::Hand;

@@ -18,6 +18,11 @@ use std::sync::Arc;
 /// Draws a task's objects and places them; says what did not work out, if it did not.
 pub fn place(task: &Task, dice: &mut SceneRng) -> Result<Vec<Placed>, String> {
     let mut chosen = draw(task, dice);
+    if let Some(variation) = task.variation() {
+        for (k, placed) in chosen.iter_mut().enumerate() {
+            (placed.object, placed.pose) = variation.object(k, &placed.object);
+        }
+    }
     let poses = match &task.place {
         Placing::Pour(pour) => pour::pour(task, pour, &chosen, dice),
         Placing::Scatter(scatter) => scatter::scatter(task, scatter, &chosen, dice)?,

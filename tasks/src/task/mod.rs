@@ -5,6 +5,7 @@ mod furniture;
 mod objects;
 mod placing;
 mod rules;
+mod training;
 
 pub(crate) use objects::Kind;
 
@@ -15,7 +16,9 @@ pub use furniture::{Furniture, Ground, OpenBox, Side, Slab, Space, Start};
 pub use objects::{Equal, Objects};
 pub use placing::{Fixed, Placing, Pour, Scatter};
 pub use rules::{Collect, Hold, HoldPoints, Rules, Shake};
+pub use training::{Distance, HandPoses, Lift, ObjectPoses, Ranges, Rewards, Touching, Training, Transport};
 
+use crate::training::Variation;
 use palmares_models::camera::Camera;
 use palmares_models::content::ContentHash;
 use palmares_models::error::LoadWarning;
@@ -61,9 +64,15 @@ pub struct Task {
     pub place: Placing,
     /// What counts.
     pub rules: Rules,
+    /// For learners; not part of the content hash.
+    #[serde(default)]
+    pub training: Training,
     /// See [`Task::content_hash`].
     #[serde(skip)]
     content_hash: String,
+    /// In what a learner's run differs; none in every other.
+    #[serde(skip)]
+    variation: Option<Arc<Variation>>,
 }
 
 /// A task that cannot be used.
@@ -157,7 +166,10 @@ impl Task {
         task.check_regions().map_err(error)?;
         task.place.check(task.objects.certain().as_deref()).map_err(error)?;
         task.check_cameras().map_err(error)?;
-        let table: toml::Table = toml::from_str(text).map_err(|e| error(e.to_string()))?;
+        let scattered = matches!(task.place, Placing::Scatter(_));
+        task.training.check(task.rules.goal().is_some(), scattered).map_err(error)?;
+        let mut table: toml::Table = toml::from_str(text).map_err(|e| error(e.to_string()))?;
+        table.remove("training");
         let mut hash = ContentHash::of("palmares task 1");
         digest(&mut hash, &toml::Value::Table(table));
         task.objects.digest(&mut hash);
@@ -268,9 +280,22 @@ impl Task {
         ]
     }
 
-    /// SHA-256 of everything the file says, without comments and layout, 64 hexadecimal digits.
+    /// SHA-256 of everything the file says, without comments, layout and `[training]`, 64 hexadecimal digits.
     pub fn content_hash(&self) -> &str {
         &self.content_hash
+    }
+
+    /// Whether runs of it differ from those of the task of this name: a learner's are no scored play.
+    pub fn is_varied(&self) -> bool {
+        self.variation.is_some()
+    }
+
+    pub(crate) fn variation(&self) -> Option<&Variation> {
+        self.variation.as_deref()
+    }
+
+    pub(crate) fn vary(&mut self, variation: Variation, content_hash: String) {
+        (self.variation, self.content_hash) = (Some(Arc::new(variation)), content_hash);
     }
 
     /// The box of a name.

@@ -87,6 +87,15 @@ impl Rules {
         }
     }
 
+    /// Name of the region that objects are to end in, if there is one.
+    pub fn goal(&self) -> Option<&str> {
+        match self {
+            Rules::Collect(rules) => Some(&rules.goal),
+            // What is to be held has none, and what is to be arranged one for each goal.
+            Rules::Hold(_) | Rules::Arrange(_) => None,
+        }
+    }
+
     /// The part that a region of that name plays: `start`, `goal`.
     pub fn role(&self, region: &str) -> Option<&'static str> {
         match self {

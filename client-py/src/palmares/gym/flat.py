@@ -40,6 +40,15 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         self.action_space = spaces.Box(-1.0, 1.0, (6 + sigma.shape[0],), dtype=np.float64)
         self.observation_space = self.inner.observation_space
 
+    @property
+    def fraction(self) -> float:
+        """As `PalmaresEnv.fraction`."""
+        return self.inner.fraction
+
+    @fraction.setter
+    def fraction(self, fraction: float) -> None:
+        self.inner.fraction = fraction
+
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Arrays, dict[str, Any]]:

@@ -24,6 +24,7 @@ from palmares._native import Snapshot, describe_hand
 from palmares.messages import Welcome
 from palmares.sim.batch import Batch, Stepped
 from palmares.sim.world import World, read
+from palmares.training import Training
 
 
 def welcome(
@@ -49,4 +50,14 @@ TASKS = tuple(task.name for task in _GREETING.tasks)
 HANDS = tuple(hand.name for hand in _GREETING.hands)
 """Names of the hands that come with the program"""
 
-__all__ = ["HANDS", "TASKS", "Batch", "Snapshot", "Stepped", "World", "describe_hand", "welcome"]
+__all__ = [
+    "HANDS",
+    "TASKS",
+    "Batch",
+    "Snapshot",
+    "Stepped",
+    "Training",
+    "World",
+    "describe_hand",
+    "welcome",
+]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from palmares import _native
 from palmares.arrays import Array
+from palmares.training import Training
 
 Arrays: TypeAlias = dict[str, Array]
 Mask: TypeAlias = Sequence[bool] | NDArray[np.bool_]
@@ -31,6 +32,8 @@ class Stepped:
     """(N,), the task is complete"""
     truncated: NDArray[np.bool_]
     """(N,), a limit ended the run, or a fault voided it"""
+    shaping: Array | None = None
+    """(N,), the shaped part F of the rewards, which `rewards` does not have; ``None`` without it"""
 
 
 class Batch:
@@ -61,6 +64,8 @@ class Batch:
         sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
         noise: ``none`` or ``real``.
         threads: Threads that step; one for each core when left out.
+        training: For learners: shaped rewards, and runs that differ from the task's. Rows of objects that are
+            not there are zero, their ``object_kind`` is −1.
 
     Attributes:
         count: N.
@@ -79,10 +84,12 @@ class Batch:
         sensing: Literal["sensors", "truth"] = "truth",
         noise: Literal["none", "real"] = "none",
         threads: int | None = None,
+        training: Training | None = None,
     ) -> None:
         if threads is not None and threads < 1:
             raise ValueError(f"threads: found {threads}; wanted at least 1, or None for one for each core")
-        self._native = _native.Batch(str(task), str(hand), count, sensing, noise, threads or 0)
+        self._native = _native.Batch(str(task), str(hand), count, sensing, noise, threads or 0, training)
+        self._training = training or Training()
         self.count = count
         self.fields = {name: tuple(shape) for name, shape in self._native.fields()}
         self.action_len = self._native.action_len
@@ -124,11 +131,31 @@ class Batch:
             raise ValueError(f"ticks: found {ticks}; wanted at least 1")
         self._native.step(np.asarray(actions, dtype=np.float64), ticks, self._mask(mask))
         rewards, _, terminated, truncated = self._native.progress()
-        return Stepped(self.observe(), rewards, terminated, truncated)
+        return Stepped(self.observe(), rewards, terminated, truncated, self._native.shaping())
 
     def observe(self) -> Arrays:
         """Return the observations: of each field an array (N, …)."""
         return self._native.observe()
+
+    @property
+    def potential(self) -> Arrays | None:
+        """The potential of each run now, by term, each (N,); see `World.potential`."""
+        return self._native.potential()
+
+    @property
+    def training(self) -> Training:
+        """What learners have here."""
+        return self._training
+
+    @property
+    def fraction(self) -> float:
+        """Part of the objects that are there; set, it holds for the resets to come."""
+        return self._training.fraction
+
+    @fraction.setter
+    def fraction(self, fraction: float) -> None:
+        self._training = replace(self._training, fraction=fraction)
+        self._native.set_fraction(fraction)
 
     @property
     def scores(self) -> Array:
@@ -170,7 +197,11 @@ class Batch:
         return self._native.events(world)
 
     def result(self, world: int) -> dict[str, Any] | None:
-        """Return the final count of a world whose run is over: score, in_goal, outside, reason."""
+        """Return the final count of a world whose run is over: status, score, in_goal, outside, reason.
+
+        Status: ``practice``, ``voided`` after a fault, ``training`` when `training` made the run another
+        than the task's.
+        """
         return self._native.result(world)
 
     def snapshot(self, world: int) -> _native.Snapshot:

@@ -13,6 +13,7 @@ from palmares.messages import Ack, ErrorMessage, Observation, Opened, Reply, Res
 from palmares.requests import Perturb, Request, Step, Stop, Wrench, names
 from palmares.scene import Scene
 from palmares.targets import Base, Hand, Numbers, action_of, vector
+from palmares.training import Training
 
 Answer = TypeVar("Answer", bound=Reply)
 
@@ -34,9 +35,11 @@ class World:
         sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
         noise: ``none``: sensors without errors, ``real``: with those of real ones.
         cameras: Whose pictures of tick 0 to take, as in `step`.
+        training: For learners: shaped rewards, and runs that differ from the task's.
 
     Raises:
-        ValueError: There is no such task, hand or camera, or the hand does not fit where it starts.
+        ValueError: There is no such task, hand or camera, the task does not declare what `training` asks for,
+            or the hand does not fit where it starts.
 
     """
 
@@ -49,17 +52,21 @@ class World:
         sensing: Literal["sensors", "truth"] = "truth",
         noise: Literal["none", "real"] = "none",
         cameras: Iterable[str] = (),
+        training: Training | None = None,
     ) -> None:
         self._task, self._hand, self._seed = str(task), str(hand), seed
         self._sensing: Literal["sensors", "truth"] = sensing
         self._noise: Literal["none", "real"] = noise
+        self._training = training
         self.reset(cameras=cameras)
 
     def reset(self, seed: int | None = None, cameras: Iterable[str] = ()) -> Observation:
         """Begin anew, with another scene if `seed` is given; return the observation of tick 0."""
         if seed is not None:
             self._seed = seed
-        self._native = _native.World(self._task, self._hand, self._seed, self._sensing, self._noise)
+        self._native = _native.World(
+            self._task, self._hand, self._seed, self._sensing, self._noise, self._training
+        )
         obs = read(self._native.opened(names(cameras)), Observation)
         if obs.run is None or obs.scene is None:
             raise ProtocolError("the first observation tells of no scene")
@@ -118,7 +125,8 @@ class World:
         """Keep the world as it is after this tick.
 
         Microseconds, and some tens of kilobytes. ``bytes(snapshot)`` is for another process or machine with
-        the same version of this package; `palmares.sim.Snapshot` reads it.
+        the same version of this package; `palmares.sim.Snapshot` reads it, and notices damage, but not
+        forgery: take them only from whom you trust.
         """
         return self._native.snapshot()
 
@@ -155,7 +163,7 @@ class World:
 
         Raises:
             ValueError: The world went on from bytes, which tell nothing of the ticks before; or the hand is
-                not one of `palmares.sim.HANDS`.
+                not one of `palmares.sim.HANDS`, or `training` made the run another than the task's.
             OSError: The file cannot be written.
 
         """
@@ -170,6 +178,25 @@ class World:
     def score(self) -> float:
         """Score if the run ended now; after `result`, the one that counts."""
         return self._native.score
+
+    @property
+    def shaping(self) -> float | None:
+        """The shaped part F of the last step's reward; ``None`` without `Training.shaping`."""
+        return self._native.shaping
+
+    @property
+    def potential(self) -> dict[str, float] | None:
+        """The potential now, points, by term: they sum up to Φ. ``None`` without `Training.shaping`.
+
+        ``distance``, ``contact``, ``lift`` and ``transport`` are of the object that has got farthest,
+        ``brought`` is for those in the goal.
+        """
+        return self._native.potential
+
+    @property
+    def varied(self) -> bool:
+        """Whether `training` made the run another than the task's: it has no replay then."""
+        return self._native.varied
 
     @property
     def run_id(self) -> str:
@@ -187,7 +214,8 @@ class World:
         return self._scene
 
     def __repr__(self) -> str:
-        return f"<World {self._run.task} with {self._run.hand}, seed {self._seed}, tick {self.tick}>"
+        varied = ", randomised" if self.varied else ""
+        return f"<World {self._run.task} with {self._run.hand}, seed {self._seed}{varied}, tick {self.tick}>"
 
     def ask(self, request: Request, kind: type[Answer]) -> Answer:
         """Answer a request of the protocol: ``step``, ``perturb`` or ``stop``."""
