@@ -18,7 +18,6 @@ import numpy as np
 import palmares
 from palmares.motion import (
     UP,
-    Array,
     Mover,
     ObjectBounds,
     RunOverError,
@@ -76,8 +75,7 @@ def put_lid_aside(mover: Mover) -> None:
     mover.wait(0.3)
     mover.to(0.8, at + LID_LIFT_M * UP)
     mover.wait(0.2)
-    held = truth_of(mover.obs).object("lid").xyz
-    target = mover.position + PUT_AT - held
+    target = mover.position + PUT_AT - truth_of(mover.obs).object("lid").xyz
     mover.to(1.5, array([target[0], target[1], mover.position[2]]))
     # As low as the lid's lowest point allows: it may hang askew.
     held = truth_of(mover.obs).object("lid")
