@@ -31,15 +31,19 @@ class Shaped(palmares.Client):
     """A client that adds up what shaping returns, discounted per step."""
 
     def reset(self, *args: object, **options: object) -> palmares.Observation:
+        """Open a run and begin anew."""
         obs = super().reset(*args, **options)  # type: ignore[arg-type]
         assert self.world is not None
+        assert self.world.potential is not None
         self.first = sum(self.world.potential.values())
         self.returned, self.weight, self.steps = 0.0, 1.0, 0
         return obs
 
     def step(self, *args: object, **options: object) -> palmares.Observation:
+        """Step and add up."""
         obs = super().step(*args, **options)  # type: ignore[arg-type]
         assert self.world is not None
+        assert self.world.shaping is not None
         self.returned += self.weight * self.world.shaping
         self.weight *= 0.97
         self.steps += 1
@@ -51,6 +55,7 @@ def test_what_shaping_adds_to_an_episode_depends_on_its_first_state_alone() -> N
     with Shaped("local", training=SHAPED) as client:
         grasp_softhand.run(client, 1)
         assert client.world is not None
+        assert client.world.potential is not None
         assert client.result is not None
         assert (client.result.reason, client.world.potential["lift"]) == ("complete", 0.0)
         assert client.steps > 100
@@ -136,8 +141,10 @@ def test_a_randomised_run_is_a_function_of_seed_and_options() -> None:
     again, _ = opened(2, [6, 5, 4], everything)
     assert hashes == again[::-1]
     assert len(set(hashes)) == 3
-    assert (seen["object_mass"][:, :5] > 0.4).all() and (seen["object_mass"][:, 5:] == 0.0).all()
-    assert (seen["object_kind"][:, 5:] == -1.0).all() and not seen["objects"][:, 5:].any()
+    assert (seen["object_mass"][:, :5] > 0.4).all()
+    assert (seen["object_mass"][:, 5:] == 0.0).all()
+    assert (seen["object_kind"][:, 5:] == -1.0).all()
+    assert not seen["objects"][:, 5:].any()
     assert len(np.unique(seen["object_mass"][:, :5])) == 15
     named, _ = opened(1, [4, 5, 6], Training(randomise=QUANTITIES, fraction=0.5))
     assert named == hashes
@@ -173,7 +180,7 @@ def test_what_cannot_be_is_refused() -> None:
         ({"randomise": ["masses"]}, "mass, friction, size"),
     ):
         with pytest.raises(ValueError, match=message):
-            Training(**wrong)  # type: ignore[arg-type]
+            Training(**wrong)
     with pytest.raises(ValueError, match="shelf` declares in"):
         sim.World("shelf", "softhand", training=Training(randomise=["object_poses"]))
     with pytest.raises(ValueError, match='noise="real"'):

@@ -4,15 +4,18 @@ mod furniture;
 mod objects;
 mod rules;
 mod training;
+mod variation;
 
 pub(crate) use objects::Kind;
+pub(crate) use variation::Variation;
 
 pub use furniture::{Furniture, Ground, OpenBox, Side, Slab, Space, Start};
 pub use objects::{Equal, Objects, Placing, Pour, Scatter};
 pub use rules::{Collect, Hold, HoldPoints, Rules, Shake};
-pub use training::{Distance, HandPoses, Lift, ObjectPoses, Ranges, Rewards, Touching, Training, Transport};
+pub use training::{
+    Distance, HandPoses, Lift, ObjectPoses, Quantity, Ranges, Rewards, Touching, Training, Transport,
+};
 
-use crate::training::Variation;
 use palmares_models::camera::Camera;
 use palmares_models::content::ContentHash;
 use serde::Deserialize;
