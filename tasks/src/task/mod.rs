@@ -6,8 +6,10 @@ mod objects;
 mod placing;
 mod rules;
 mod training;
+mod variation;
 
 pub(crate) use objects::Kind;
+pub(crate) use variation::Variation;
 
 use objects::ObjectError;
 
@@ -16,9 +18,10 @@ pub use furniture::{Furniture, Ground, OpenBox, Side, Slab, Space, Start};
 pub use objects::{Equal, Objects};
 pub use placing::{Fixed, Placing, Pour, Scatter};
 pub use rules::{Collect, Hold, HoldPoints, Rules, Shake};
-pub use training::{Distance, HandPoses, Lift, ObjectPoses, Ranges, Rewards, Touching, Training, Transport};
+pub use training::{
+    Distance, HandPoses, Lift, ObjectPoses, Quantity, Ranges, Rewards, Touching, Training, Transport,
+};
 
-use crate::training::Variation;
 use palmares_models::camera::Camera;
 use palmares_models::content::ContentHash;
 use palmares_models::error::LoadWarning;

@@ -121,6 +121,59 @@ pub struct ObjectPoses {
     pub tilt_deg: f64,
 }
 
+/// Something that can be drawn anew for every run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Masses of objects.
+    Mass,
+    /// Friction coefficients of objects.
+    Friction,
+    /// Sizes of objects.
+    Size,
+    /// Errors of sensors.
+    SensorNoise,
+    /// Where the hand starts.
+    HandPose,
+    /// How objects are let go.
+    ObjectPoses,
+}
+
+impl Quantity {
+    /// All of them.
+    pub const ALL: [Quantity; 6] = [
+        Quantity::Mass,
+        Quantity::Friction,
+        Quantity::Size,
+        Quantity::SensorNoise,
+        Quantity::HandPose,
+        Quantity::ObjectPoses,
+    ];
+
+    /// As it stands in a `task.toml`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Quantity::Mass => "mass",
+            Quantity::Friction => "friction",
+            Quantity::Size => "size",
+            Quantity::SensorNoise => "sensor_noise",
+            Quantity::HandPose => "hand_pose",
+            Quantity::ObjectPoses => "object_poses",
+        }
+    }
+
+    /// Whether there is a range of it.
+    pub(crate) fn declared(self, ranges: &Ranges) -> bool {
+        match self {
+            Quantity::Mass => ranges.mass.is_some(),
+            Quantity::Friction => ranges.friction.is_some(),
+            Quantity::Size => ranges.size.is_some(),
+            Quantity::SensorNoise => ranges.sensor_noise.is_some(),
+            Quantity::HandPose => ranges.hand_pose.is_some(),
+            Quantity::ObjectPoses => ranges.object_poses.is_some(),
+        }
+    }
+}
+
 impl Training {
     /// What is wrong with the numbers. `goal`: the rules have a region that objects are to end in.
     pub(crate) fn check(&self, goal: bool, scattered: bool) -> Result<(), String> {

@@ -1,58 +1,6 @@
 //! What a learner asks for.
 
-use crate::task::{Ranges, Task};
-
-/// Something that can be drawn anew for every run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
-    /// Masses of objects.
-    Mass,
-    /// Friction coefficients of objects.
-    Friction,
-    /// Sizes of objects.
-    Size,
-    /// Errors of sensors.
-    SensorNoise,
-    /// Where the hand starts.
-    HandPose,
-    /// How objects are let go.
-    ObjectPoses,
-}
-
-impl Quantity {
-    /// All of them.
-    pub const ALL: [Quantity; 6] = [
-        Quantity::Mass,
-        Quantity::Friction,
-        Quantity::Size,
-        Quantity::SensorNoise,
-        Quantity::HandPose,
-        Quantity::ObjectPoses,
-    ];
-
-    /// As it stands in a `task.toml`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Quantity::Mass => "mass",
-            Quantity::Friction => "friction",
-            Quantity::Size => "size",
-            Quantity::SensorNoise => "sensor_noise",
-            Quantity::HandPose => "hand_pose",
-            Quantity::ObjectPoses => "object_poses",
-        }
-    }
-
-    fn declared(self, ranges: &Ranges) -> bool {
-        match self {
-            Quantity::Mass => ranges.mass.is_some(),
-            Quantity::Friction => ranges.friction.is_some(),
-            Quantity::Size => ranges.size.is_some(),
-            Quantity::SensorNoise => ranges.sensor_noise.is_some(),
-            Quantity::HandPose => ranges.hand_pose.is_some(),
-            Quantity::ObjectPoses => ranges.object_poses.is_some(),
-        }
-    }
-}
+use crate::task::{Quantity, Ranges, Task};
 
 /// In what runs differ from those of their task.
 #[derive(Clone, Debug)]
