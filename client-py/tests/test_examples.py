@@ -1,4 +1,4 @@
-"""The examples, as far as they can be tested without physics."""
+"""The examples that play balls, and the short ones."""
 
 from __future__ import annotations
 
@@ -32,6 +32,7 @@ def load(name: str) -> ModuleType:
 
 
 balls = load("balls_softhand")
+reflex = load("balls_reflex")
 
 
 def test_first_steps_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -109,3 +110,38 @@ def test_targets_stay_within_the_base_limits() -> None:
     quats = [target["quat_xyzw"] for target in targets]
     turns = [angle_between(a, b) for a, b in itertools.pairwise(quats)]
     assert max(turns) / tick_s < limits.angular_speed_rad_s
+
+
+def test_the_reflex_closes_along_the_wall() -> None:
+    by_the_wall = np.array([[0.195, 0.0, 0.05]])
+    plan = reflex.choose(by_the_wall, [0], 0.05, BOX, [])
+    assert plan is not None
+    assert plan.room_m > 0.005
+    # Fingers 1 and 2 stand towards +x of the hand: there the wall is, and the housing is on the other side.
+    assert plan.rotation[0, 0] > 0.8
+    assert plan.at[0] < by_the_wall[0, 0]
+
+
+def test_the_reflex_fits_into_a_corner_and_beside_another_ball() -> None:
+    two = np.array([[0.195, 0.195, 0.05], [0.095, 0.195, 0.05]])
+    plan = reflex.choose(two, [0, 1], 0.05, BOX, [])
+    assert plan is not None
+    assert plan.room_m > -0.005
+
+
+def test_the_reflex_changes_grasp_or_direction_after_a_failure() -> None:
+    alone = np.array([[0.0, 0.0, 0.05]])
+    tried: list[Any] = []
+    for _ in range(reflex.TRIES):
+        plan = reflex.choose(alone, [0], 0.05, BOX, tried)
+        assert plan is not None
+        again = [t for t in tried if t.grasp == plan.grasp.name and math.cos(t.yaw_rad - plan.yaw_rad) > 0.95]
+        assert not again
+        tried.append(reflex.Attempt(0, alone[0], plan.yaw_rad, plan.grasp.name))
+    assert reflex.choose(alone, [0], 0.05, BOX, tried) is None
+
+
+def test_the_reflex_brings_two_balls() -> None:
+    with palmares.Client("local") as client:
+        summary = reflex.run(client, seed=1, picks=2)
+    assert (summary.picks, summary.balls_in_b, summary.score) == (2, 2, 2.0)

@@ -3,9 +3,9 @@
 use crate::format::HASH_EVERY;
 use crate::header::Header;
 use crate::item::Item;
-use crate::key::Signer;
 use crate::messages::{ActionMessage, PushMessage, StateHash};
 use crate::poses::{Picture, RATE};
+use crate::signature::Signer;
 use crate::signed_file::Written;
 use crate::writer::{Plan, write};
 use palmares_tasks::observation::Wrench;

@@ -2,7 +2,7 @@
 
 use super::play::Ending;
 use super::runner::Run;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Add;
 
@@ -23,7 +23,7 @@ pub fn wilson(kept: usize, of: usize) -> [f64; 2] {
 }
 
 /// What an engine made of a family at one step.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Count {
     /// Grasps kept.
     pub kept: usize,
@@ -48,7 +48,7 @@ impl Count {
                 continue;
             }
             count.of += 1;
-            count.kept += usize::from(ending == Ending::Kept);
+            count.kept += usize::from(ending == Ending::OutcomeCache);
             count.overlapping += usize::from(ending == Ending::Overlapping);
             count.diverged += usize::from(ending == Ending::Diverged);
         }
@@ -70,7 +70,7 @@ impl Add for Count {
 }
 
 /// How often kept turns into lost, or the other way round, when the step changes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Flips {
     /// Changes from one step to the next longer one.
     pub flips: usize,
@@ -85,11 +85,11 @@ pub struct Flips {
 impl Flips {
     /// Of the runs of one engine, hand and family.
     pub fn of<'a>(runs: impl Iterator<Item = &'a Run>) -> Self {
-        // Kept or not of every grasp, by its step in µs.
+        // OutcomeCache or not of every grasp, by its step in µs.
         let mut outcomes: BTreeMap<usize, BTreeMap<u64, bool>> = BTreeMap::new();
         for run in runs.filter(|run| run.fate.ending != Ending::NotFinished) {
             let step = (run.step_ms * 1e3).round() as u64;
-            outcomes.entry(run.index).or_default().insert(step, run.fate.ending == Ending::Kept);
+            outcomes.entry(run.index).or_default().insert(step, run.fate.ending == Ending::OutcomeCache);
         }
         let mut flips = Flips::default();
         for by_step in outcomes.values().filter(|by_step| by_step.len() > 1) {
@@ -101,6 +101,11 @@ impl Flips {
             flips.of += 1;
         }
         flips
+    }
+
+    /// Flips out of the pairs, %.
+    pub fn percent(&self) -> f64 {
+        100.0 * self.flips as f64 / self.pairs.max(1) as f64
     }
 }
 
@@ -156,14 +161,14 @@ mod tests {
     #[test]
     fn flips_are_counted_between_neighbouring_steps_in_any_order_of_runs() {
         let runs = [
-            run(0, 4.0, Ending::Kept),
+            run(0, 4.0, Ending::OutcomeCache),
             run(0, 1.0, Ending::LostShaken),
-            run(0, 2.0, Ending::Kept),
+            run(0, 2.0, Ending::OutcomeCache),
             run(0, 0.5, Ending::Overlapping),
-            run(1, 1.0, Ending::Kept),
-            run(1, 2.0, Ending::Kept),
+            run(1, 1.0, Ending::OutcomeCache),
+            run(1, 2.0, Ending::OutcomeCache),
             run(1, 4.0, Ending::NotFinished),
-            run(2, 1.0, Ending::Kept),
+            run(2, 1.0, Ending::OutcomeCache),
         ];
         assert_eq!(Flips::of(runs.iter()), Flips { flips: 1, pairs: 4, grasps: 1, of: 2 });
         let count = Count::of(runs.iter());

@@ -367,6 +367,7 @@ impl World {
             tick: self.run.tick(),
             open: false,
         };
-        Ok(Reply::Result(Box::new(RunResult { id: Some(id), ..RunResult::new(run, status, outcome) })))
+        let hash = self.run.task().content_hash();
+        Ok(Reply::Result(Box::new(RunResult { id: Some(id), ..RunResult::new(run, hash, status, outcome) })))
     }
 }

@@ -185,11 +185,13 @@ class Result(Reply, kw_only=True, tag="result"):
     ``voided`` after a fault of the server"""
     score: float
     in_goal: int
-    """Objects in the goal"""
+    """Objects in the goal; where objects are arranged, goals reached"""
     outside: int
     """Objects outside both boxes"""
     reason: str
     """Why it ended: ``stopped``, ``complete``, ``time_limit``, ``session_over``, …"""
+    task_hash: str = ""
+    """SHA-256 of everything that the task is"""
     ticks: int
     sim_time_s: float
     """Simulated time"""
@@ -286,6 +288,8 @@ class TaskInfo(msgspec.Struct, kw_only=True):
     """Longest run, simulated time"""
     cameras: list[CameraInfo] = []
     """Its cameras"""
+    hash: str = ""
+    """SHA-256 of everything that it is"""
 
 
 class HandInfo(msgspec.Struct, kw_only=True):

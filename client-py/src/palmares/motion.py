@@ -59,6 +59,7 @@ __all__ = [
     "slerp",
     "smoothstep",
     "truth_of",
+    "upright_box",
 ]
 
 UP = array([0.0, 0.0, 1.0])
@@ -231,6 +232,11 @@ class ObjectBounds:
     com: Array
 
     @property
+    def size(self) -> Array:
+        """Sides of the bounding box, (3,), m."""
+        return array(self.high - self.low)
+
+    @property
     def middle(self) -> Array:
         """Middle of the bounding box, (3,), m."""
         return array((self.low + self.high) / 2)
@@ -248,11 +254,15 @@ def half_extents(shape: Shape, rotation: Array) -> Array:
     return array(axis + (shape.radius or 0.0) * rim)
 
 
-def object_bounds(scene: Scene, obs: Observation) -> list[ObjectBounds]:
-    """Return where every free object is now, in the order of `Truth.objects`."""
+def object_bounds(scene: Scene, obs: Observation, yaw_rad: float = 0.0) -> list[ObjectBounds]:
+    """Return where every free object is now, in the order of `Truth.objects`.
+
+    `yaw_rad` turns the axes about the vertical: boxes and centres are then given along the turned ones.
+    """
     found = []
+    turned = rot_z(-yaw_rad)
     for body, state in zip(scene.free, truth_of(obs).objects, strict=True):
-        rotation, origin = state.rotation, state.xyz
+        rotation, origin = turned @ state.rotation, turned @ state.xyz
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
         for part in body.parts:
             middle = origin + rotation @ part.xyz
@@ -260,6 +270,26 @@ def object_bounds(scene: Scene, obs: Observation) -> list[ObjectBounds]:
             low, high = np.minimum(low, middle - half), np.maximum(high, middle + half)
         found.append(ObjectBounds(state.id, state.name, low, high, origin + rotation @ array(body.com)))
     return found
+
+
+def upright_box(scene: Scene, obs: Observation, index: int) -> tuple[ObjectBounds, float]:
+    """Return the smallest upright box around object `index`, and the direction of its longer side, rad.
+
+    The box is turned about its middle until that side lies along x, as `TopGrasp.base_position` takes it. The
+    direction is the one nearest to x where several do, as for a round object.
+    """
+    best: tuple[float, float, ObjectBounds] | None = None
+    for degrees in sorted(range(-87, 91, 3), key=abs):
+        yaw_rad = math.radians(degrees)
+        box = object_bounds(scene, obs, yaw_rad)[index]
+        x, y, _ = box.high - box.low
+        # A little less area, as rounding makes it, should not turn the hand.
+        if y < 1.01 * x and (best is None or x * y < 0.99 * best[0]):
+            best = float(x * y), yaw_rad, box
+    assert best is not None
+    _, yaw_rad, box = best
+    half, middle = (box.high - box.low) / 2, rot_z(yaw_rad) @ box.middle
+    return ObjectBounds(index, box.name, middle - half, middle + half, rot_z(yaw_rad) @ box.com), yaw_rad
 
 
 # --- room for the hand, and grasps ---

@@ -7,7 +7,7 @@ mod driven;
 mod evidence;
 mod exposure;
 mod hand_body;
-mod inside;
+mod inspection;
 mod observe;
 mod origin;
 mod outcome;
@@ -207,6 +207,11 @@ impl Run {
         self.referee.score()
     }
 
+    /// Objects by where they are, as far as it has been noted.
+    pub fn count(&self) -> Count {
+        self.referee.count()
+    }
+
     /// Whether the run is over, and why: `Complete` or `TimeLimit`. Costs next to nothing.
     pub fn over(&self) -> Option<Reason> {
         if self.referee.complete() {
@@ -317,6 +322,7 @@ fn sightings(world: &World) -> Vec<ObjectSnapshot> {
                 position: at.to_array(),
                 in_hand: hand_from_world.transform_point(at).to_array(),
                 at_rest: state.sleep[k].asleep || linear.length() < REST_SPEED,
+                frame: state.object_pose(world.model(), k),
             }
         })
         .collect()

@@ -1,5 +1,6 @@
 //! What counts.
 
+use super::arrange::Arrange;
 use serde::Deserialize;
 
 /// The rules of a task, by `kind`.
@@ -10,6 +11,8 @@ pub enum Rules {
     Collect(Collect),
     /// One object is to be lifted, held and shaken.
     Hold(Hold),
+    /// Objects are to be brought to places, one goal after the other.
+    Arrange(Arrange),
 }
 
 /// Points per object by where it ends. An object counts as in a region when its centre of mass is, and it rests.
@@ -80,14 +83,18 @@ impl Rules {
         match self {
             Rules::Collect(rules) => rules.settle_s,
             Rules::Hold(_) => 0.0,
+            Rules::Arrange(rules) => rules.settle_s,
         }
     }
 
-    /// Name of the region that objects are to end in, if there is one.
-    pub fn goal(&self) -> Option<&str> {
+    /// Whether there is a place that objects are to be brought to.
+    pub fn has_destination(&self) -> bool {
         match self {
-            Rules::Collect(rules) => Some(&rules.goal),
-            Rules::Hold(_) => None,
+            Rules::Collect(_) => true,
+            Rules::Hold(_) => false,
+            Rules::Arrange(rules) => {
+                rules.goals.iter().any(|goal| goal.inside.is_some() || goal.within.is_some())
+            }
         }
     }
 
@@ -96,6 +103,11 @@ impl Rules {
         match self {
             Rules::Collect(rules) if rules.goal == region => Some("goal"),
             Rules::Collect(rules) if rules.start == region => Some("start"),
+            Rules::Arrange(rules)
+                if rules.goals.iter().any(|goal| goal.inside.as_deref() == Some(region)) =>
+            {
+                Some("goal")
+            }
             _ => None,
         }
     }
@@ -123,6 +135,7 @@ impl Rules {
                 positive("shake.frequency_hz", rules.shake.frequency_hz)?;
                 positive("shake.axis_s", rules.shake.axis_s)
             }
+            Rules::Arrange(rules) => rules.check(),
         }
     }
 }

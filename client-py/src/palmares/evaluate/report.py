@@ -6,12 +6,17 @@ import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from itertools import groupby
+from pathlib import Path
 
 from palmares.evaluate.play import Played
 from palmares.evaluate.statistics import Comparison, Spread
 
 WORST = 5
 HEADER = ("controller", "task", "hand", "runs", "mean", "95 %", "min", "q1", "median", "q3", "max", "failed")
+MARKDOWN_HEADER = (
+    "| controller | task | hand | sensing | runs | mean | 95 % | least | quartiles | most | worst seeds |",
+    "|---|---|---|---|---|---|---|---|---|---|---|",
+)
 
 
 @dataclass(frozen=True)
@@ -19,7 +24,7 @@ class Row:
     """A controller at a task with a hand.
 
     Attributes:
-        spread: Of the scores; a run that failed counts as 0.
+        spread: Of the scores; a run that failed counts as `Played.score` says.
         failed: How many runs failed.
         runs: All of them, by seed.
 
@@ -35,6 +40,31 @@ class Row:
     def worst(self, count: int = WORST) -> list[Played]:
         """Return the runs with the lowest scores, the lowest first."""
         return sorted(self.runs, key=lambda played: (played.error is None, played.score, played.seed))[:count]
+
+    @property
+    def sensing(self) -> str:
+        """What it was told; several if its runs differ."""
+        return ", ".join(sorted({run.sensing for run in self.runs if run.error is None})) or "?"
+
+    def markdown(self) -> str:
+        """Return its line of a table in Markdown; `MARKDOWN_HEADER` says what is in it."""
+        spread = self.spread
+        low, high = spread.interval
+        worst = [run for run in self.worst() if run.score < spread.most]
+        cells = (
+            short_name(self.controller),
+            self.task,
+            self.hand,
+            self.sensing,
+            str(spread.runs) + (f", {self.failed} failed" if self.failed else ""),
+            f"{spread.mean:.2f}",
+            f"{low:.2f} … {high:.2f}",
+            f"{spread.least:.4g}",
+            f"{spread.quartile_1:.4g} {spread.median:.4g} {spread.quartile_3:.4g}",
+            f"{spread.most:.4g}",
+            ", ".join(f"{run.seed}: {run.score:.3g}" for run in worst) or "all alike",
+        )
+        return f"| {' | '.join(cells)} |"
 
 
 @dataclass(frozen=True)
@@ -75,6 +105,10 @@ class Report:
             rows.append(Row(place, task, hand, Spread.of([run.score for run in runs]), failed, runs))
         return cls(tuple(rows), tuple(_comparisons(rows)))
 
+    def markdown(self) -> str:
+        """Return a table in Markdown, one line for each row."""
+        return "\n".join([*MARKDOWN_HEADER, *(row.markdown() for row in self.rows)]) + "\n"
+
     def json(self) -> str:
         """Return everything as JSON."""
         return json.dumps(asdict(self))
@@ -93,6 +127,12 @@ class Report:
         return "\n".join(line.rstrip() for line in lines)
 
 
+def short_name(controller: str) -> str:
+    """Return a file's name without its folder, a module's without its package."""
+    path = Path(controller)
+    return path.stem if path.suffix == ".py" else path.name.rpartition("palmares.examples.")[2]
+
+
 def _place(run: Played, plays: dict[str, tuple[str, str]]) -> tuple[str, str]:
     task, hand = plays.get(run.controller, ("?", "?"))
     return run.task or task, run.hand or hand
@@ -109,17 +149,17 @@ def _cells(row: Row) -> tuple[str, ...]:
         str(spread.runs),
         f"{spread.mean:.2f}",
         f"{low:.2f} … {high:.2f}",
-        *(f"{number:g}" for number in numbers),
+        *(f"{number:.4g}" for number in numbers),
         str(row.failed),
     )
 
 
 def _worst(run: Played) -> str:
-    if run.error is not None:
-        return f"seed {run.seed}: failed: {run.error}"
     replay = f", replay {run.replay}" if run.replay else ""
+    if run.error is not None:
+        return f"seed {run.seed}: failed: {run.error}; counts {run.score:.4g}{replay}"
     return (
-        f"seed {run.seed}: {run.score:g} ({run.in_goal} in the goal, {run.outside} outside, {run.reason}, "
+        f"seed {run.seed}: {run.score:.4g} ({run.in_goal} in the goal, {run.outside} outside, {run.reason}, "
         f"{run.sim_time_s:.0f} s){replay}"
     )
 

@@ -1,9 +1,10 @@
 """Move balls from box A to box B with the ReFlex: three fingers, each with a motor, and a swivel.
 
-The same task as `balls_softhand.py`, a simpler plan: straight down over the ball that leaves the fingertips
-most room, close, up, over, open. A ball that slipped is tried from another side. It does nothing about balls
-by a wall, where the fingers do not fit: what `balls_softhand.py` does about them, raking, is left to you. It
-brought 6 to 8 of the ten balls of the seeds 1 to 10, 7.2 on average.
+The same task as `balls_softhand.py`, a simpler plan: down over the ball that leaves the fingers most room,
+close, up, over, open. A ball that slipped is tried from another side.
+
+A ball by a wall or in a corner has no room on its outer side. There the swivel helps: it turns fingers 1 and
+2 until they almost face each other, so that they close along the wall; the third presses from the inner side.
 
     python balls_reflex.py --seed 7 --runs 3
 """
@@ -14,6 +15,7 @@ import contextlib
 import logging
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -21,6 +23,7 @@ import palmares
 from palmares.motion import (
     Array,
     Attempt,
+    Capsules,
     Mover,
     RunOverError,
     Summary,
@@ -29,93 +32,170 @@ from palmares.motion import (
     largest_radius,
     play,
     quat_of,
+    rot_y,
+    rot_z,
     rot_zyz,
     truth_of,
 )
 
 LOG = logging.getLogger(__name__)
 
-PRESHAPE = 0.4
-"""Fourth motor: turns fingers 1 and 2 towards each other"""
-SIGMA_OPEN = 0.43
-"""Fingers half closed on the way down, so that they fit between the other balls"""
-SIGMA_CLOSED = 0.9
-BALL_IN_HAND = array([0.015, 0.0, 0.155])
-"""Where a ball's centre is when the fingers close: midway between them, off the palm; hand frame, m"""
-FINGERS = array(
-    [
-        (0.0868, -0.0524, 0.1357),
-        (0.0942, -0.0578, 0.1590),
-        (0.1016, -0.0632, 0.1823),
-        (0.0868, 0.0524, 0.1357),
-        (0.0942, 0.0578, 0.1590),
-        (0.1016, 0.0632, 0.1823),
-        (-0.0650, 0.0000, 0.1357),
-        (-0.0741, 0.0000, 0.1590),
-        (-0.0832, 0.0000, 0.1823),
-    ]
-)
-"""Points of the fingers on the way down, (9, 3), hand frame, m"""
+# --- the hand ---
+
+
+def open_hand(preshape_rad: float, proximal_rad: float, distal_rad: float) -> Capsules:
+    """Return the hand with all fingers bent by the same angles, in the hand frame, m.
+
+    Hand frame: palm normal +z, fingers 1 and 2 towards +x, finger 3 towards −x. The housing is two capsules.
+    """
+    parts = [(array([-0.037, y, 0.064]), array([0.065, y, 0.064]), 0.018) for y in (-0.035, 0.035)]
+    for swivel_at, turn_rad in (
+        ([0.0504, -0.026, 0.0816], -preshape_rad),
+        ([0.0504, 0.026, 0.0816], preshape_rad),
+        ([-0.02, 0.0, 0.0816], math.pi),
+    ):
+        finger = rot_z(turn_rad)
+        proximal = finger @ rot_y(-proximal_rad)
+        distal = proximal @ rot_y(-distal_rad)
+        first = array(swivel_at) + finger @ [0.01, 0.0, 0.0]
+        second = first + proximal @ [0.066, 0.0, -0.005]
+        parts.append((first + proximal @ [0.0, 0.0, 0.002], first + proximal @ [0.056, 0.0, 0.002], 0.0125))
+        parts.append((second + distal @ [0.0, 0.0, 0.006], second + distal @ [0.038, 0.0, 0.009], 0.0115))
+    start, end, radius = zip(*parts, strict=True)
+    return Capsules(array(start), array(end), array(radius))
+
+
+# --- what to tune ---
+
+
+@dataclass(frozen=True)
+class Grasp:
+    """How the ReFlex takes a ball of 10 cm from above."""
+
+    name: str
+    preshape: float
+    """Fourth motor: turns fingers 1 and 2, by 90° at 1, until they face each other"""
+    sigma_open: float
+    """Fingers half closed on the way down, so that they fit between the other balls"""
+    bent_rad: tuple[float, float]
+    """... which bends their proximal and distal joints so far, as `obs.truth.joints` tells"""
+    sigma_closed: float
+    """Fingers 1 and 2"""
+    sigma_third: float
+    """Finger 3: a little less, so that it does not push the ball out between the others"""
+    ball_in_hand: tuple[float, float, float]
+    """Where the ball's centre is when the fingers close, hand frame, m"""
+    tilt_rad: float
+    """Leans the palm; 0 is level"""
+
+    def rotation(self, yaw_rad: float) -> Array:
+        """Return world-from-hand (3, 3): palm down, turned by `yaw_rad` about the vertical."""
+        return rot_zyz(yaw_rad, math.pi - self.tilt_rad)
+
+    def base_position(self, ball: Array, rotation: Array) -> Array:
+        """Return where the hand's base is when the fingers close on `ball` (3,), (3,), m."""
+        return array(ball - rotation @ array(self.ball_in_hand))
+
+    @cached_property
+    def hand(self) -> Capsules:
+        """The hand on its way down."""
+        return open_hand(self.preshape * math.pi / 2, *self.bent_rad)
+
+
+GRASPS = [
+    Grasp("along", 0.724, 0.43, (0.97, 0.23), 0.91, 0.74, (0.053, 0.0, 0.136), -0.187),
+    Grasp("facing", 1.0, 0.5, (1.17, 0.28), 0.87, 0.72, (0.043, 0.0, 0.139), 0.039),
+]
 YAWS_RAD = np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False)
 """Directions tried for every ball"""
+ENOUGH_M = 0.015
+"""More room than this is no better"""
 HIGH_M = 0.6
 """Height of the hand's base on its way"""
 LOW_M = 0.35
 """... and where it opens over box B"""
-PICKS = 25
+PICKS = 30
 """Attempts per run"""
-TRIES = 4
+TRIES = 6
 """A ball that stayed where it is through so many attempts is left there"""
 MOVED_M = 0.01
 """For a ball that has moved farther than this, earlier attempts do not count"""
 
-
-class Reflex(Mover):
-    """Sends the same command to the three fingers and keeps the preshape."""
-
-    def command(self) -> list[float]:
-        """Return σ of the four motors."""
-        return [self.sigma, self.sigma, self.sigma, PRESHAPE]
+# --- which ball, and from where ---
 
 
-def rotation_of(yaw_rad: float) -> Array:
-    """Return world-from-hand (3, 3): palm down, turned by `yaw_rad` about the vertical."""
-    return rot_zyz(yaw_rad, math.pi)
+@dataclass(frozen=True)
+class Plan:
+    """A ball, a grasp and a direction."""
+
+    ball: int
+    grasp: Grasp
+    yaw_rad: float
+    rotation: Array
+    """World from hand, (3, 3)"""
+    at: Array
+    """Position of the base when the fingers close, (3,), m"""
+    room_m: float
+
+
+def room(hand: Capsules, others: Array, radius_m: float, box: palmares.Region) -> float:
+    """Return how far the hand is from walls and from the `others` (n, 3), m; less than 0 if it touches."""
+    low, high = hand.bounds()
+    walls = np.minimum(low[:, :2] - box.min[:2], box.max[:2] - high[:, :2])
+    within = low[:, 2] < box.max[2]
+    balls = hand.distances(others) - radius_m
+    return min(float(walls[within].min(initial=math.inf)), float(balls.min(initial=math.inf)))
 
 
 def choose(
     balls: Array, in_a: list[int], radius_m: float, box: palmares.Region, attempts: list[Attempt]
-) -> Attempt | None:
-    """Return the ball and the yaw that leave the fingers most room, or `None` if nothing is worth a try.
+) -> Plan | None:
+    """Return the ball, grasp and yaw that leave the hand most room, or `None` if nothing is worth a try.
 
-    `balls` (n, 3) are all centres, m; `in_a` are the rows of those to choose from.
+    `balls` (n, 3) are all centres, m; `in_a` are the rows of those to choose from. What was tried where the
+    ball still lies counts less, the same grasp from about the same direction much less.
     """
-    best, best_room = None, -math.inf
+    best, best_score = None, -math.inf
     for ball in in_a:
         others = np.delete(balls, ball, axis=0)
         here = attempts_here(attempts, ball, balls[ball], MOVED_M)
         if len(here) >= TRIES:
             continue
-        for yaw in YAWS_RAD:
-            at = balls[ball] + (FINGERS - BALL_IN_HAND) @ rotation_of(yaw).T
-            walls = np.minimum(at[:, :2] - box.min[:2], box.max[:2] - at[:, :2]).min()
-            gaps = np.linalg.norm(at[:, None, :] - others[None, :, :], axis=2) - radius_m
-            room = min(float(walls), float(gaps.min(initial=math.inf)))
-            room -= sum(0.01 + 0.02 * max(0.0, math.cos(yaw - tried.yaw_rad)) for tried in here)
-            if room > best_room:
-                best, best_room = Attempt(ball, balls[ball].copy(), float(yaw)), room
+        for grasp in GRASPS:
+            for yaw in YAWS_RAD:
+                rotation = grasp.rotation(yaw)
+                at = grasp.base_position(balls[ball], rotation)
+                room_m = room(grasp.hand.at(rotation, at), others, radius_m, box)
+                again = [
+                    max(0.0, math.cos(yaw - tried.yaw_rad)) for tried in here if tried.grasp == grasp.name
+                ]
+                score = min(room_m, ENOUGH_M) - 0.01 * len(here) - 0.02 * sum(again)
+                if score > best_score:
+                    best, best_score = Plan(ball, grasp, float(yaw), rotation, at, room_m), score
     return best
 
 
-def pick_and_carry(mover: Reflex, target: Attempt, box_b: palmares.Region) -> None:
+# --- how it is taken ---
+
+
+class Reflex(Mover):
+    """Sends the same command to the three fingers, of which the third stops earlier."""
+
+    grasp = GRASPS[0]
+
+    def command(self) -> list[float]:
+        """Return σ of the four motors."""
+        return [self.sigma, self.sigma, min(self.sigma, self.grasp.sigma_third), self.grasp.preshape]
+
+
+def pick_and_carry(mover: Reflex, plan: Plan, box_b: palmares.Region) -> None:
     """Take the ball, carry it over box B and let it go."""
-    rotation = rotation_of(target.yaw_rad)
-    at = target.position - rotation @ BALL_IN_HAND
-    above = array([at[0], at[1], HIGH_M])
-    x, y, _ = box_b.center - rotation @ BALL_IN_HAND
-    mover.to(1.0, above, quat_of(rotation), sigma=SIGMA_OPEN)
-    mover.to(0.7, at)
-    mover.to(0.9, sigma=SIGMA_CLOSED)
+    mover.grasp = plan.grasp
+    above = array([*plan.at[:2], HIGH_M])
+    x, y, _ = box_b.center - plan.rotation @ array(plan.grasp.ball_in_hand)
+    mover.to(1.0, above, quat_of(plan.rotation), sigma=plan.grasp.sigma_open)
+    mover.to(0.7, plan.at)
+    mover.to(0.9, sigma=plan.grasp.sigma_closed)
     mover.wait(0.3)
     mover.to(0.9, above)
     if np.any(truth_of(mover.obs).positions[:, 2] > LOW_M):
@@ -123,7 +203,10 @@ def pick_and_carry(mover: Reflex, target: Attempt, box_b: palmares.Region) -> No
         mover.to(0.6, array([x, y, LOW_M]))
     mover.to(0.6, sigma=0.0)
     mover.wait(0.4)
-    mover.to(0.5, array([mover.position[0], mover.position[1], HIGH_M]))
+    mover.to(0.5, array([*mover.position[:2], HIGH_M]))
+
+
+# --- a run ---
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,13 +228,16 @@ def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> Reflex
         while len(attempts) < picks:
             balls = truth_of(mover.obs).positions
             in_a = [ball for ball in range(len(balls)) if box_a.contains(balls[ball])]
-            target = choose(balls, in_a, radius_m, box_a, attempts)
-            if target is None:
+            plan = choose(balls, in_a, radius_m, box_a, attempts)
+            if plan is None:
                 break
-            attempts.append(target)
-            pick_and_carry(mover, target, box_b)
+            attempts.append(Attempt(plan.ball, balls[plan.ball].copy(), plan.yaw_rad, plan.grasp.name))
+            pick_and_carry(mover, plan, box_b)
             in_b = sum(box_b.contains(ball) for ball in truth_of(mover.obs).positions)
-            LOG.info(f"pick {len(attempts):2}: {in_b:2} balls in B, {mover.obs.sim_time_s:6.1f} s simulated")
+            LOG.info(
+                f"pick {len(attempts):2}: {plan.grasp.name:6} room {plan.room_m:.3f} m, {in_b:2} balls in B, "
+                f"{mover.obs.sim_time_s:5.1f} s simulated"
+            )
     result, summary = mover.stop()
     return ReflexSummary(
         **vars(summary),

@@ -1,7 +1,7 @@
 //! The leaderboard as plain HTML, which a script keeps up to date where there is one.
 
 use super::assets::is_built;
-use super::beside::{connect, in_words, legend, rules_of};
+use super::rules_in_words::{connect, in_words, legend, rules_of};
 use super::shell::{Page, answer};
 use crate::archive::Archive;
 use crate::auth::sha256_hex;

@@ -1,0 +1,163 @@
+"""Play every example controller over unseen scenes and write how its scores are distributed into docs.
+
+    python controllers.py                             all of them, over the seeds 5001 to 5100
+    python controllers.py --only shelf_softhand       one; the others' lines stay as they are
+    python controllers.py --for-s 240                 stops after four minutes; called again, it goes on
+
+Runs that have ended are kept in `target/controllers`, under a digest of the controller's source, of what the
+examples share, of its task and of the physics: where one of them changes, the runs are played anew. A line is
+written once all of its runs are there.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import hashlib
+import json
+import math
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+
+from palmares.evaluate import Job, Played, Report
+from palmares.evaluate.command import seeds
+from palmares.evaluate.play import play
+from palmares.evaluate.report import MARKDOWN_HEADER, short_name
+from palmares.server import Server
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = ROOT / "client-py/src/palmares"
+KEPT = ROOT / "target/controllers"
+DOCUMENT = ROOT / "docs/controllers.md"
+TASKS = ("balls", "grasp", "shelf")
+SCRIPTS = {"balls.mjs": ROOT / "docs/examples/balls.mjs"}
+NODE = ("node", "--experimental-websocket")
+HEAD = """\
+# How good the example controllers are
+
+Each controller played each scene once; a failed run counts as 0. The seeds {seeds} were not looked at while
+the controllers were written. `client-py/benchmarks/controllers.py` plays and writes this table;
+`palmares evaluate --markdown` writes one of your own controller. *95 %* is an interval of the mean, by
+bootstrap over the scenes. At most there are 10 points in balls and in grasp, 50 in the shelf.
+
+"""
+
+
+def controllers() -> dict[str, Path]:
+    """Return the examples that play a task, by name."""
+    examples = PACKAGE / "examples"
+    found = {path.stem: path for task in TASKS for path in sorted(examples.glob(f"{task}_*.py"))}
+    return found | SCRIPTS
+
+
+def task_of(name: str) -> str:
+    """Return the task that a controller plays: its name begins with it."""
+    return next(task for task in TASKS if name.startswith(task))
+
+
+def digest(name: str, path: Path) -> str:
+    """Return a digest of all that decides how the controller's runs go, 12 hexadecimal digits."""
+    shared = [] if name in SCRIPTS else [PACKAGE / "motion.py", PACKAGE / "rotation.py"]
+    # The fingerprint of a run changes with any bit of the physics.
+    world = [ROOT / "tasks" / task_of(name) / "task.toml", ROOT / "bench/golden/balls_5s.txt"]
+    sources = b"\0".join(source.read_bytes() for source in [path, *shared, *world])
+    return hashlib.sha256(sources).hexdigest()[:12]
+
+
+def play_script(path: Path, job: Job) -> Played:
+    """Play a run of a controller in JavaScript on a server."""
+    begun = time.perf_counter()
+    command = [*NODE, str(path), "--url", job.url, "--seed", str(job.seed)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        return Played(job.controller, "balls", "softhand", job.seed, error=done.stderr.strip()[-300:])
+    result = json.loads(done.stdout)
+    return Played(
+        job.controller,
+        result["task"],
+        result["hand"],
+        job.seed,
+        "truth",
+        result["score"],
+        result["in_goal"],
+        result["outside"],
+        result["reason"],
+        result["sim_time_s"],
+        time.perf_counter() - begun,
+        result["run_id"],
+        result["state_hash"],
+    )
+
+
+def player(name: str, path: Path, stack: contextlib.ExitStack) -> Callable[[int], Played]:
+    """Return what plays a seed."""
+    if name not in SCRIPTS:
+        return lambda seed: play(Job(str(path), None, None, seed))
+    if shutil.which(NODE[0]) is None:
+        sys.exit(f"{name} needs {NODE[0]}, which is not there")
+    data = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+    server = stack.enter_context(Server(data))
+    return lambda seed: play_script(path, Job(name, None, None, seed, server.url))
+
+
+def kept(path: Path) -> dict[int, Played]:
+    """Return the runs that have ended, by seed."""
+    if not path.exists():
+        return {}
+    runs = [Played(**json.loads(line)) for line in path.read_text().splitlines()]
+    return {run.seed: run for run in runs}
+
+
+def write(lines: dict[str, str], played: str) -> None:
+    """Put lines of the table, by controller, into the document; those of other controllers stay."""
+    names = list(controllers())
+    if DOCUMENT.exists():
+        old = [line for line in DOCUMENT.read_text().splitlines() if line.startswith("| ")]
+        lines = {line.split(" | ")[0].removeprefix("| "): line for line in old[1:]} | lines
+    table = [lines[name] for name in names if name in lines]
+    DOCUMENT.write_text(HEAD.format(seeds=played) + "\n".join([*MARKDOWN_HEADER, *table]) + "\n")
+
+
+def main() -> None:
+    """Play what is missing and write the table."""
+    known = controllers()
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--only", choices=known, action="append", metavar="NAME", help=", ".join(known))
+    parser.add_argument("--seeds", default="5001-5100", help="a range (default 5001-5100)")
+    parser.add_argument("--for-s", type=float, default=math.inf, help="begin no run after that many seconds")
+    options = parser.parse_args()
+    KEPT.mkdir(parents=True, exist_ok=True)
+    begun = time.monotonic()
+    lines = {}
+    for name in options.only or known:
+        path = known[name]
+        file = KEPT / f"{name}-{digest(name, path)}.jsonl"
+        runs = kept(file)
+        missing = [seed for seed in seeds(options.seeds) if seed not in runs]
+        with contextlib.ExitStack() as stack, file.open("a") as out:
+            play_seed = player(name, path, stack) if missing else None
+            while missing and play_seed and time.monotonic() - begun < options.for_s:
+                run = play_seed(missing.pop(0))
+                runs[run.seed] = run
+                print(json.dumps(asdict(run)), file=out, flush=True)
+                print(f"{name}: seed {run.seed}: {run.error or f'{run.score:g}'}", file=sys.stderr)
+        if missing:
+            print(f"{name}: {len(missing)} runs are missing; call again", file=sys.stderr)
+            continue
+        (row,) = Report.of([runs[seed] for seed in seeds(options.seeds)]).rows
+        lines[short_name(name)] = row.markdown()
+    if lines:
+        write(lines, options.seeds)
+    print("\n".join([*MARKDOWN_HEADER, *lines.values()]))
+
+
+if __name__ == "__main__":
+    main()
