@@ -43,3 +43,27 @@ fn a_small_report_is_complete_and_can_be_read_back() {
     runner::rewrite(&json).expect("it can be judged again");
     assert_eq!(fs::read_to_string(folder.join("README.md")).expect("written"), page);
 }
+
+#[test]
+fn runs_of_an_engine_that_is_not_played_are_kept_from_an_earlier_report() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let cases = ["--cases", "incline_sphere", "--steps-ms", "4,8"];
+    let both = report(folder, &[&["--engines", "own,rapier"], &cases[..]].concat());
+    let earlier = folder.join("earlier.json");
+    fs::rename(folder.join("report.json"), &earlier).expect("it was written");
+    let keep = ["--engines", "own", "--keep", earlier.to_str().expect("a name")];
+    let kept = report(folder, &[&keep, &cases[..]].concat());
+    let of_peer = |report: &Comparison| {
+        let runs: Vec<_> = report.runs.iter().filter(|run| run.engine == "rapier").collect();
+        serde_json::to_string(&runs).expect("JSON")
+    };
+    assert_eq!(of_peer(&kept), of_peer(&both));
+    assert_eq!(kept.runs.len(), 6);
+    assert_eq!(kept.verdicts.len(), 1);
+    let note = kept.engines.iter().find(|note| note.name == "rapier").expect("a note");
+    let kept_from = note.kept_from.as_ref().expect("it says where it is from");
+    assert_eq!(kept_from.commit, both.commit);
+    let page = fs::read_to_string(folder.join("README.md")).expect("written");
+    assert!(page.contains("its runs and their times are those of commit"), "the page says so");
+}

@@ -5,7 +5,7 @@
     python grasped_objects.py --for-s 240        stops after four minutes; called again, it goes on
 
 The scenes are those of the task grasp with this object alone and room for large ones, as a task of one's own
-in a temporary folder. Runs that have ended are kept as `controllers.py` keeps them.
+in a temporary folder. Runs that have ended are kept in `target/controllers`, under a digest of the example.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ def main() -> None:
     options = parser.parse_args()
     KEPT.mkdir(parents=True, exist_ok=True)
     begun = time.monotonic()
-    file = KEPT / f"objects-{digest(NAME, PACKAGE / 'examples' / f'{NAME}.py')}.jsonl"
+    file = KEPT / f"objects-{digest(PACKAGE / 'examples' / f'{NAME}.py')}.jsonl"
     runs: dict[str, list[Grasped]] = {}
     if file.exists():
         for kept in file.read_text().splitlines():

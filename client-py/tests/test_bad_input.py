@@ -173,6 +173,7 @@ def test_bytes_as_snapshots(world: Any, batch: Any, data: bytes) -> None:
 
 @given(st.data())
 def test_broken_snapshots(world: Any, data: st.DataObject) -> None:
+    # Damaged, but not forged: their digest tells.
     broken = bytearray(SNAPSHOT)
     for _ in range(data.draw(st.integers(1, 4))):
         at = data.draw(st.integers(0, len(broken) - 1))

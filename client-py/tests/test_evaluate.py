@@ -153,6 +153,8 @@ def test_a_hand_of_ones_own_stands_under_its_path(idle: str, fails: str, tmp_pat
     shutil.copytree(HANDS / "softhand", hand)
     report = evaluate(idle, "grasp", ["softhand", str(hand)], [1], pool=processes(1))
     assert [(row.hand, row.failed) for row in report.rows] == [(str(hand), 0), ("softhand", 0)]
+    with pytest.raises(ControllerError, match="replays of hands of your own need a server"):
+        evaluate(idle, "grasp", str(hand), [1], replays=tmp_path / "replays")
     report = evaluate(fails, "grasp", str(hand), [2], pool=processes(1))
     assert [(row.hand, row.failed) for row in report.rows] == [(str(hand), 1)]
 

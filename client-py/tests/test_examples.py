@@ -33,6 +33,7 @@ def load(name: str) -> ModuleType:
 
 balls = load("balls_softhand")
 reflex = load("balls_reflex")
+grasp = load("grasp_softhand")
 
 
 def test_first_steps_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -145,3 +146,21 @@ def test_the_reflex_brings_two_balls() -> None:
     with palmares.Client("local") as client:
         summary = reflex.run(client, seed=1, picks=2)
     assert (summary.picks, summary.balls_in_b, summary.score) == (2, 2, 2.0)
+
+
+def test_the_grasp_depends_on_the_size() -> None:
+    first = {
+        "apple": grasp.grasps_for((0.075, 0.075, 0.075), 0.07)[0],
+        "coffee can": grasp.grasps_for((0.102, 0.102, 0.139), 0.41)[0],
+        "fork": grasp.grasps_for((0.198, 0.024, 0.014), 0.03)[0],
+        "cracker box": grasp.grasps_for((0.158, 0.06, 0.21), 0.41)[0],
+    }
+    assert len({(how.name, turn_rad) for how, turn_rad in first.values()}) == len(first)
+
+
+@pytest.mark.parametrize("seed", [101, 103])
+def test_the_grasp_holds_through_the_shake(seed: int) -> None:
+    with palmares.Client("local") as client:
+        summary = grasp.run(client, seed)
+    assert summary.kept == 1
+    assert summary.score > 9.5

@@ -37,6 +37,7 @@ from palmares.motion import (
     rot_zyz,
     smoothstep,
     truth_of,
+    upright_box,
 )
 from tests.fake_server import BALLS, GREETING, FakeServer
 
@@ -118,6 +119,19 @@ def test_bounds_of_the_balls() -> None:
         assert ball.com == pytest.approx(centre)
         assert ball.middle == pytest.approx(centre)
         assert ball.high - ball.low == pytest.approx([0.1, 0.1, 0.1])
+
+
+def test_the_upright_box_is_turned_along_the_longer_side() -> None:
+    with palmares.Client("local") as client:
+        obs = client.reset("grasp", "softhand", seed=102)
+        box, yaw_rad = upright_box(client.scene, obs, 0)
+        assert box.name == "061_foam_brick"
+        longer_side = truth_of(obs).objects[0].rotation[:, 1]
+    # Directions are tried in steps of 3 degrees, which makes the box a little larger.
+    assert box.size == pytest.approx([0.075, 0.05, 0.05], abs=0.0025)
+    assert box.middle == pytest.approx(truth_of(obs).positions[0], abs=1e-6)
+    along = float(longer_side @ [math.cos(yaw_rad), math.sin(yaw_rad), 0.0])
+    assert abs(along) > math.cos(math.radians(1.6))
 
 
 def test_extents_are_those_of_the_shapes_corners() -> None:

@@ -86,7 +86,7 @@ impl Schedule {
 #[serde(rename_all = "snake_case")]
 pub enum Ending {
     /// Lifted, held and shaken, and still there.
-    OutcomeCache,
+    Kept,
     /// Still there, but deeper in the hand than surfaces may be.
     Overlapping,
     /// Not lifted, or lost before it had settled.
@@ -157,7 +157,7 @@ pub fn play(
         }
     }
     let deep = judge.overlap_m > OVERLAP_M;
-    Ok(judge.fate(if deep { Ending::Overlapping } else { Ending::OutcomeCache }, schedule.end))
+    Ok(judge.fate(if deep { Ending::Overlapping } else { Ending::Kept }, schedule.end))
 }
 
 /// Watches the object.

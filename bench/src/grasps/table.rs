@@ -200,7 +200,7 @@ impl Cell {
         runs.sort_by_key(|run| run.index);
         let count = Count::of(runs.iter().copied());
         let letter = |run: &&Run| match run.fate.ending {
-            Ending::OutcomeCache => 'k',
+            Ending::Kept => 'k',
             Ending::Overlapping => 'o',
             Ending::NotLifted => 'l',
             Ending::LostHeld => 'h',
@@ -208,7 +208,7 @@ impl Cell {
             Ending::Diverged => 'd',
             Ending::NotFinished => 'n',
         };
-        let there = |run: &&&Run| matches!(run.fate.ending, Ending::OutcomeCache | Ending::Overlapping);
+        let there = |run: &&&Run| matches!(run.fate.ending, Ending::Kept | Ending::Overlapping);
         let mut depths: Vec<f64> = runs.iter().filter(there).map(|run| run.fate.overlap_mm).collect();
         depths.sort_by(f64::total_cmp);
         Cell {

@@ -48,7 +48,7 @@ impl Count {
                 continue;
             }
             count.of += 1;
-            count.kept += usize::from(ending == Ending::OutcomeCache);
+            count.kept += usize::from(ending == Ending::Kept);
             count.overlapping += usize::from(ending == Ending::Overlapping);
             count.diverged += usize::from(ending == Ending::Diverged);
         }
@@ -85,11 +85,11 @@ pub struct Flips {
 impl Flips {
     /// Of the runs of one engine, hand and family.
     pub fn of<'a>(runs: impl Iterator<Item = &'a Run>) -> Self {
-        // OutcomeCache or not of every grasp, by its step in µs.
+        // Kept or not of every grasp, by its step in µs.
         let mut outcomes: BTreeMap<usize, BTreeMap<u64, bool>> = BTreeMap::new();
         for run in runs.filter(|run| run.fate.ending != Ending::NotFinished) {
             let step = (run.step_ms * 1e3).round() as u64;
-            outcomes.entry(run.index).or_default().insert(step, run.fate.ending == Ending::OutcomeCache);
+            outcomes.entry(run.index).or_default().insert(step, run.fate.ending == Ending::Kept);
         }
         let mut flips = Flips::default();
         for by_step in outcomes.values().filter(|by_step| by_step.len() > 1) {
@@ -161,14 +161,14 @@ mod tests {
     #[test]
     fn flips_are_counted_between_neighbouring_steps_in_any_order_of_runs() {
         let runs = [
-            run(0, 4.0, Ending::OutcomeCache),
+            run(0, 4.0, Ending::Kept),
             run(0, 1.0, Ending::LostShaken),
-            run(0, 2.0, Ending::OutcomeCache),
+            run(0, 2.0, Ending::Kept),
             run(0, 0.5, Ending::Overlapping),
-            run(1, 1.0, Ending::OutcomeCache),
-            run(1, 2.0, Ending::OutcomeCache),
+            run(1, 1.0, Ending::Kept),
+            run(1, 2.0, Ending::Kept),
             run(1, 4.0, Ending::NotFinished),
-            run(2, 1.0, Ending::OutcomeCache),
+            run(2, 1.0, Ending::Kept),
         ];
         assert_eq!(Flips::of(runs.iter()), Flips { flips: 1, pairs: 4, grasps: 1, of: 2 });
         let count = Count::of(runs.iter());

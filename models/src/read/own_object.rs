@@ -68,8 +68,8 @@ impl OwnObject {
             return Err(bad("color", format!("is {:?}", self.color), "three numbers from 0 to 1"));
         }
         let (object, warnings) = match (&self.urdf, self.parts.as_slice(), self.mass) {
-            (Some(urdf), [], None) => self.from_urdf(urdf, &at, files)?,
-            (None, [_, ..], Some(mass)) => (self.from_parts(mass, &at, files)?, Vec::new()),
+            (Some(urdf), [], None) => self.read_urdf(urdf, &at, files)?,
+            (None, [_, ..], Some(mass)) => (self.assembled(mass, &at, files)?, Vec::new()),
             (Some(_), ..) => {
                 let problem = "stands beside parts or mass".to_owned();
                 return Err(bad(
@@ -96,7 +96,7 @@ impl OwnObject {
         Ok((object.with_restitution(self.restitution), warnings))
     }
 
-    fn from_parts(&self, mass: f64, at: &Report, files: Option<&Files>) -> Result<Object, ModelError> {
+    fn assembled(&self, mass: f64, at: &Report, files: Option<&Files>) -> Result<Object, ModelError> {
         let options = LoadOptions::default();
         let mut meshes = MeshReader::new(&options, files);
         let mut parts: Vec<(Pose, Shape)> = Vec::new();
@@ -122,7 +122,7 @@ impl OwnObject {
         self.named(Object::new(&self.name, parts, mass, self.friction, self.rolling_friction), at)
     }
 
-    fn from_urdf(
+    fn read_urdf(
         &self,
         urdf: &str,
         at: &Report,

@@ -15,7 +15,7 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
-from palmares.client import Client
+from palmares.client import LOCAL, Client
 from palmares.errors import UnknownTaskError
 from palmares.evaluate.controller import ControllerError, parameters
 from palmares.evaluate.play import Job, Played
@@ -32,7 +32,7 @@ def evaluate(
     hands: str | Sequence[str] = (),
     seeds: Iterable[int] = range(1, 101),
     *,
-    url: str = "local",
+    url: str = LOCAL,
     replays: str | os.PathLike[str] | None = None,
     pool: Pool | None = None,
     on_played: Callable[[Played], None] = lambda _: None,
@@ -62,6 +62,9 @@ def evaluate(
         raise ValueError(f"seeds: found {seeds[:5] or 'none'}; wanted some, 0 to 2**53 - 1")
     names = _names(url, tasks, hands)
     if replays is not None:
+        own = [hand for hand in hands if names[hand] != hand]
+        if own and url == LOCAL:
+            raise ControllerError(f"replays of hands of your own need a server (url): {', '.join(own)}")
         os.makedirs(replays, exist_ok=True)
     jobs = [
         Job(controller, task, hand, seed, url, None if replays is None else os.fspath(replays))

@@ -35,44 +35,79 @@ LOG = logging.getLogger(__name__)
 
 # name, pitch, roll, above, aside, along, σ open, σ closed, sink; units as in `TopGrasp`
 NARROW = TopGrasp("narrow", 1.6657, 0.3491, 0.0068, 0.0243, 0.1964, 0.0212, 0.9, 0.12)
+FLAT = TopGrasp("flat", 1.6182, 0.3491, 0.0068, 0.0264, 0.1876, 0.0212, 0.9, 0.12)
 WIDE = TopGrasp("wide", 1.7469, 0.1715, 0.0109, 0.0189, 0.2234, 0.0, 1.0, 0.12)
 HIGH = TopGrasp("high", 1.4135, 0.1346, 0.0232, 0.0137, 0.1689, 0.0, 0.8641, 0.12)
 STEEP = TopGrasp("steep", 1.7088, -0.3693, 0.0187, 0.0117, 0.1764, 0.0, 0.9539, 0.12)
 LOOSE = TopGrasp("loose", 1.5586, -0.1036, 0.0226, 0.0357, 0.1726, 0.0492, 0.7668, 0.12)
-ACROSS, ALONG = 0.0, math.pi / 2
-"""Fingers across the object's longer side, or along it"""
+FIRM = TopGrasp("firm", 1.7931, 0.1371, 0.0065, 0.0085, 0.223, 0.0, 1.0, 0.12)
+DEEP = TopGrasp("deep", 1.732, 0.0591, -0.0227, 0.0451, 0.2217, 0.01, 0.9493, 0.12)
+LOW = TopGrasp("low", 1.5416, 0.1583, -0.0193, 0.0335, 0.1697, 0.2159, 0.9286, 0.12)
+TILTED = TopGrasp("tilted", 1.9271, -0.0653, 0.0071, 0.0167, 0.1946, 0.0432, 0.9653, 0.12)
+ROLLED = TopGrasp("rolled", 1.8662, 0.7226, -0.0123, 0.031, 0.2102, 0.1107, 0.8157, 0.12)
+RIM = TopGrasp("rim", 1.3616, 0.0934, 0.004, -0.0925, 0.1349, 0.0464, 0.8276, 0.12)
+ACROSS, ALONG, OBLIQUE, BACK = 0.0, math.pi / 2, 1.195, -2.33
+"""Fingers across the object's longer side, along it, or in between from two sides"""
 COMPACT = [(NARROW, ACROSS), (WIDE, ACROSS), (NARROW, ALONG), (STEEP, ACROSS), (WIDE, ALONG)]
 """Grasps of a compact object, the most promising first"""
-LONG = [(WIDE, ACROSS), (NARROW, ALONG), (LOOSE, ALONG), (STEEP, ALONG), (HIGH, ALONG)]
+LONG = [(WIDE, ACROSS), (NARROW, ALONG), (LOOSE, ALONG), (STEEP, ALONG)]
 """... of a long one"""
+THIN = [(FLAT, ACROSS), (NARROW, ACROSS), (WIDE, ACROSS), (FLAT, ALONG), (STEEP, ALONG)]
+"""... of a thin one"""
+THIN_AND_LONG = [(FLAT, ALONG), (WIDE, ACROSS), (LOW, BACK), (STEEP, ALONG)]
+"""... of one that is thin and long"""
 BROAD = [(WIDE, ACROSS), (HIGH, ACROSS), (LOOSE, ALONG), (WIDE, ALONG), (STEEP, ALONG)]
 """... of one that is broad even across its shorter side"""
-TALL = [(WIDE, ACROSS), (HIGH, ALONG), (STEEP, ALONG), (HIGH, ACROSS), (WIDE, ALONG)]
+TALL = [(WIDE, ACROSS), (HIGH, ACROSS), (STEEP, ALONG)]
 """... of a tall one"""
-LONG_FROM = 1.5
+TALL_AND_LONG = [(TILTED, OBLIQUE), (NARROW, ACROSS), (STEEP, ALONG), (WIDE, ACROSS)]
+"""... of one that is tall and long"""
+HEAVY = [(FIRM, ACROSS), (STEEP, ALONG), (WIDE, ACROSS)]
+"""... of one that is tall and heavy"""
+HEAVIER = [(DEEP, -0.143), (FIRM, ACROSS), (WIDE, ACROSS)]
+"""... of one that is tall and heavier still"""
+LARGE = [(ROLLED, ACROSS), (WIDE, ACROSS)]
+"""... of a large ball"""
+DRILL = [(STEEP, ALONG), (WIDE, ACROSS)]
+"""... of one that is tall and very long"""
+PLATE = [(RIM, -ALONG), (LOOSE, ACROSS)]
+"""... of one that is taken by its rim"""
+LONG_FROM, DRILL_FROM = 1.9, 3.5
 """Longer side by shorter side"""
-BROAD_M, TALL_M = 0.085, 0.16
-"""Shorter side, and height"""
-LIFT_M = 0.16
+SLIM_M, BROAD_M, LARGE_M, PLATE_M = 0.06, 0.085, 0.12, 0.24
+"""Shorter side"""
+TALL_M, THIN_M = 0.16, 0.033
+"""Height"""
+HEAVY_KG, HEAVIER_KG = 1.0, 1.1
+LIFT_M = 0.18
 """How far the object is lifted"""
 LIFTED_M = 0.08
 """An object that rose by this much is in the hand"""
+PATIENCE_S = 8.0
+"""Holding and shaking take 5 s; an object that still slips after this long is put down"""
 TRIES = 8
 """Attempts per run"""
 
 
-def grasps_for(size_m: Array) -> list[tuple[TopGrasp, float]]:
+def grasps_for(size_m: Array, mass_kg: float) -> list[tuple[TopGrasp, float]]:
     """Return grasps and how they are turned for an object of this size: longer side, shorter side, height."""
     longer, shorter, height = size_m
+    ratio = longer / shorter
+    if height > TALL_M and mass_kg > HEAVY_KG:
+        return HEAVIER if mass_kg > HEAVIER_KG else HEAVY
     if height > TALL_M:
-        return TALL
+        if ratio > LONG_FROM:
+            return DRILL if ratio > DRILL_FROM else TALL_AND_LONG
+        return TALL if shorter > SLIM_M else COMPACT
+    if height < THIN_M:
+        return PLATE if shorter > PLATE_M else THIN_AND_LONG if ratio > LONG_FROM else THIN
     if shorter > BROAD_M:
-        return BROAD
-    return LONG if longer > LONG_FROM * shorter else COMPACT
+        return LARGE if shorter > LARGE_M and height > LARGE_M else BROAD
+    return LONG if ratio > LONG_FROM else COMPACT
 
 
 def attempt(mover: Mover, target: ObjectBounds, yaw_rad: float, grasp: TopGrasp) -> None:
-    """Grasp, lift and hold the object until it falls; the run is over when it is held through the shake."""
+    """Grasp, lift and hold the object; the run is over when it is held through the shake."""
     rotation = grasp.rotation(yaw_rad)
     at = grasp.base_position(target, rotation)
     mover.to(1.0, at + grasp.sink_m * UP, quat_of(rotation), sigma=grasp.sigma_open)
@@ -81,7 +116,9 @@ def attempt(mover: Mover, target: ObjectBounds, yaw_rad: float, grasp: TopGrasp)
     mover.wait(0.3)
     lowest_m = truth_of(mover.obs).positions[0, 2] + LIFTED_M
     mover.to(0.6, at + LIFT_M * UP)
-    while truth_of(mover.obs).positions[0, 2] > lowest_m:
+    for _ in range(math.ceil(PATIENCE_S / 0.1)):
+        if truth_of(mover.obs).positions[0, 2] < lowest_m:
+            break
         mover.wait(0.1)
     mover.to(0.4, sigma=0.0)
     mover.to(0.6, mover.position + 0.1 * UP)
@@ -116,11 +153,12 @@ def run(
     with contextlib.suppress(RunOverError):  # The shake is over.
         while tries < TRIES:
             target, yaw_rad = upright_box(client.scene, mover.obs, 0)
-            grasps = grasps_for(target.size) if only is None else [only]
+            grasps = [only] if only else grasps_for(target.size, client.scene.free[0].mass)
             grasp, turn_rad = grasps[tries % len(grasps)]
             tries += 1
-            turned = "along" if turn_rad else "across"
-            LOG.info(f"{target.name}, {np.round(1e3 * target.size)} mm: {grasp.name}, {turned}")
+            LOG.info(
+                f"{target.name}, {np.round(target.size, 3)} m: {grasp.name}, turned by {turn_rad:.2f} rad"
+            )
             attempt(mover, target, yaw_rad + turn_rad, grasp)
     result, summary = mover.stop()
     return GraspSummary(

@@ -13,7 +13,7 @@ from palmares.gym.env import PalmaresEnv
 from palmares.gym.fields import Arrays
 
 # Objects in every scene of the tasks that come with the program.
-OBJECTS = {"balls": 10, "shelf": 10, "grasp": 1}
+OBJECTS = {"balls": 10, "shelf": 10, "grasp": 1, "pan": 2, "peg": 2}
 
 
 class FlatEnv(gymnasium.Env[Arrays, Array]):

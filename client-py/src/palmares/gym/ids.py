@@ -2,7 +2,7 @@
 
 import gymnasium
 
-TASKS = {"Balls": "balls", "Shelf": "shelf", "Grasp": "grasp"}
+TASKS = {"Balls": "balls", "Shelf": "shelf", "Grasp": "grasp", "Pan": "pan", "Peg": "peg"}
 HANDS = {"SoftHand": "softhand", "ReFlex": "reflex", "Pinch": "pinch"}
 
 

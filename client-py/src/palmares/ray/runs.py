@@ -38,7 +38,7 @@ def evaluate(
     seeds: Iterable[int] = range(1, 101),
     *,
     address: str | None = None,
-    url: str = "local",
+    url: str = LOCAL,
     replays: str | os.PathLike[str] | None = None,
     progress: bool = True,
     **options: Any,
@@ -90,11 +90,11 @@ def pool(address: str | None = None, **options: Any) -> Pool:
     def play_all(jobs: Sequence[Job]) -> Iterator[tuple[Job, Played]]:
         connect(address)
         send = functools.cache(lambda pack, name: ray.put(pack(name)))
-        remote = ray.remote(_play).options(**OPTIONS | options)
+        remote, wanted = ray.remote(_play).options(**OPTIONS | options), build()
         waiting = {
             remote.remote(
                 job,
-                build(),
+                wanted,
                 send(of_controller, job.controller),
                 send(of_files, job.task) if job.url == LOCAL else None,
                 send(of_files, job.hand) if job.url == LOCAL else None,

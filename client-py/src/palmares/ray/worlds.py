@@ -106,7 +106,7 @@ def rollouts(
 
     Args:
         policy: Takes observations, arrays (N, …), and returns actions (N, 6 + motors), as
-            `palmares.sim.Batch` has them; what it returns for runs that are over is not looked at.
+            `palmares.sim.Batch` has them: finite, also for runs that are over, which stand still.
         task: Name of a task, or the path of your own where `Batch` takes one.
         hand: Name of a hand, or the path of your own.
         seeds: The scenes.
@@ -126,11 +126,11 @@ def rollouts(
     connect(address)
     seeds = list(dict.fromkeys(seeds))
     groups = [seeds[first : first + worlds] for first in range(0, len(seeds), worlds)]
-    remote = ray.remote(_roll_out).options(**OPTIONS | options)
+    remote, wanted = ray.remote(_roll_out).options(**OPTIONS | options), build()
     kind = {"sensing": sensing, "noise": noise}
     sent, parcels = ray.put(policy), ray.put((of_files(task), of_files(hand)))
     waiting = {
-        remote.remote(sent, build(), task, hand, parcels, group, ticks, kind): group for group in groups
+        remote.remote(sent, wanted, task, hand, parcels, group, ticks, kind): group for group in groups
     }
     called = name or str(getattr(policy, "__name__", type(policy).__name__))
     runs: list[Played] = []

@@ -27,18 +27,21 @@ from palmares.sim.world import World, read
 from palmares.training import Training
 
 
-def welcome(team: str = "palmares-py", own_hands: Iterable[str] = ()) -> Welcome:
+def welcome(
+    team: str = "palmares-py", own_hands: Iterable[str] = (), own_tasks: Iterable[str] = ()
+) -> Welcome:
     """Return what a practice server greets with: tasks, hands, limits, fields of actions and observations.
 
     Args:
         team: Name of the team.
         own_hands: Paths of hands of your own, which are to be among them.
+        own_tasks: Paths of tasks of your own, which are to be among them.
 
     Raises:
-        ValueError: There is no such hand, or it cannot be read.
+        ValueError: There is no such hand or task, or it cannot be read.
 
     """
-    return read(_native.welcome(team, list(own_hands)), Welcome)
+    return read(_native.welcome(team, list(own_hands), list(own_tasks)), Welcome)
 
 
 _GREETING = welcome()

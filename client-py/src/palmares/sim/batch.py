@@ -62,7 +62,7 @@ class Batch:
     - ``object_mass`` (objects,): kg
 
     Args:
-        task: Name of the task: one of `palmares.sim.TASKS`.
+        task: Name of the task, or the path of your own; as for `World`.
         hand: Name of a hand, or the path of your own; as for `World`.
         count: N, the number of worlds.
         sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
@@ -92,7 +92,7 @@ class Batch:
     ) -> None:
         if threads is not None and threads < 1:
             raise ValueError(f"threads: found {threads}; wanted at least 1, or None for one for each core")
-        self._native = _native.Batch(task, str(hand), count, sensing, noise, threads or 0, training)
+        self._native = _native.Batch(str(task), str(hand), count, sensing, noise, threads or 0, training)
         self._training = training or Training()
         specs = read(_native.welcome("", [], []), Welcome).specs
         limits = [specs.action_field(name).range[1] for name in ("base.linear", "base.angular")]

@@ -29,7 +29,8 @@ class World:
     one thread at a time. Ctrl-C ends a long `step` between two ticks.
 
     Args:
-        task: Name of the task: one of `palmares.sim.TASKS`.
+        task: Name of the task, one of `palmares.sim.TASKS`, or the path of your own: a folder with a
+            ``task.toml``.
         hand: Name of a hand, one of `palmares.sim.HANDS`, or the path of your own: a folder, an archive or a
             URDF.
         seed: Selects the scene, 0 to 2**53 - 1: the same as on a practice server.
@@ -55,7 +56,7 @@ class World:
         cameras: Iterable[str] = (),
         training: Training | None = None,
     ) -> None:
-        self._task, self._hand, self._seed = task, str(hand), seed
+        self._task, self._hand, self._seed = str(task), str(hand), seed
         self._sensing: Literal["sensors", "truth"] = sensing
         self._noise: Literal["none", "real"] = noise
         self._training = training
@@ -130,7 +131,8 @@ class World:
         """Keep the world as it is after this tick.
 
         Microseconds, and some tens of kilobytes. ``bytes(snapshot)`` is for another process or machine with
-        the same version of this package; `palmares.sim.Snapshot` reads it.
+        the same version of this package; `palmares.sim.Snapshot` reads it, and notices damage, but not
+        forgery: take them only from whom you trust.
         """
         return self._native.snapshot()
 

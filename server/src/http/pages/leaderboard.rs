@@ -202,7 +202,15 @@ mod tests {
     fn task(name: &str) -> TaskInfo {
         let description = format!("Do {name}.");
         let (name, cameras) = (name.into(), vec![]);
-        TaskInfo { name, description, tick_s: 0.01, step_s: 0.001, time_limit_s: 600.0, cameras }
+        TaskInfo {
+            name,
+            description,
+            tick_s: 0.01,
+            step_s: 0.001,
+            time_limit_s: 600.0,
+            hash: String::new(),
+            cameras,
+        }
     }
 
     fn shown(
