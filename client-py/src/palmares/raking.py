@@ -24,8 +24,20 @@ from palmares.rotation import quat_of, rot_z
 from palmares.scene import Region, SceneBody
 from palmares.targets import pose
 
-__all__ = ["RakePlan", "RakeShape", "Rolling", "boxes", "choose", "drag", "fling", "rake", "rolling"]
+__all__ = [
+    "RakePlan",
+    "RakeShape",
+    "Rolling",
+    "boxes",
+    "choose",
+    "drag",
+    "fling",
+    "rake",
+    "rolling",
+]
 
+Kind = Literal["rake", "drag"]
+"""Pull out from behind; draw forward from above, where there is no room behind"""
 Rolling = frozenset[int]
 """Rows of objects that roll, in `Truth.positions`"""
 
@@ -49,7 +61,9 @@ class RakeShape:
     hook: Array
     """Boxes around the fingers that pull, (n, 8, 3), hand frame, m; see `boxes`"""
     body: Array
-    """Boxes around the rest, (n, 8, 3), hand frame, m"""
+    """Boxes around what stays above the objects, (n, 8, 3), hand frame, m"""
+    beside: Array | None = None
+    """Boxes around what comes down beside the fingers and does not pull, such as a thumb"""
     behind_m: float = 0.012
     """Room between the fingers and the object when they come down"""
     above_m: float = 0.008
@@ -57,26 +71,25 @@ class RakeShape:
     bite_m: float = 0.02
     """The fingers must reach down at least so far behind the object"""
     yaws_rad: tuple[float, ...] = (0.0, 0.3, -0.3)
-    kinds: tuple[Literal["rake", "drag"], ...] = ("rake", "drag")
-    """What it can do: soft fingers do not drag"""
+    kinds: tuple[Kind, ...] = ("rake", "drag")
+    """What it is used for: soft fingers only rake"""
     asides_m: tuple[float, ...] = (0.0, -0.02, 0.02, -0.04, 0.04)
     """How far beside its middle the object may be taken"""
 
-    def bounds(self, yaw_rad: float) -> tuple[Array, Array, Array, Array]:
-        """Return the least and largest coordinates of the hook's boxes, then of the body's, (n, 3), m.
+    def bounds(self, part: Array, yaw_rad: float) -> tuple[Array, Array]:
+        """Return the least and largest coordinates (n, 3) of boxes (n, 8, 3) of a hand turned by `yaw_rad`.
 
-        They are along the world's axes, from the hand's origin.
+        They are along the world's axes, from the hand's origin, m.
         """
-        turn = rot_z(yaw_rad) @ self.rotation
-        hook, body = self.hook @ turn.T, self.body @ turn.T
-        return hook.min(axis=1), hook.max(axis=1), body.min(axis=1), body.max(axis=1)
+        turned = part @ (rot_z(yaw_rad) @ self.rotation).T
+        return turned.min(axis=1), turned.max(axis=1)
 
 
 @dataclass(frozen=True)
 class RakePlan:
     """Where to put the hand down, and what for."""
 
-    kind: Literal["rake", "drag"]
+    kind: Kind
     target: ObjectBounds
     yaw_rad: float
     rotation: Array
@@ -139,7 +152,7 @@ def choose(
     return best
 
 
-KINDS: tuple[Literal["rake", "drag"], ...] = ("rake", "drag")
+KINDS: tuple[Kind, ...] = ("rake", "drag")
 FLOOR_M = 0.012
 """Room between the fingertips and the floor"""
 ABOVE_TOP_M = 0.005
@@ -149,7 +162,7 @@ DRAG_COST = 0.12
 
 
 def _best_place(
-    kind: Literal["rake", "drag"],
+    kind: Kind,
     target: ObjectBounds,
     others: list[ObjectBounds],
     shelf: Region,
@@ -158,18 +171,23 @@ def _best_place(
     rolls: Rolling,
     here: Sequence[Attempt],
 ) -> RakePlan | None:
-    hook_low, hook_high, body_low, body_high = shape.bounds(yaw_rad)
+    hook_low, hook_high = shape.bounds(shape.hook, yaw_rad)
+    body_low, body_high = shape.bounds(shape.body, yaw_rad)
     low, high = hook_low.min(axis=0), hook_high.max(axis=0)
+    down = shape.hook if shape.beside is None else np.concatenate([shape.hook, shape.beside])
+    down_low, down_high = shape.bounds(down, yaw_rad)
     best: RakePlan | None = None
     for aside in shape.asides_m:
         x = float(target.middle[0] - (low[0] + high[0]) / 2 + aside)
+        farthest = shelf.max[1] - 0.003 - max(float(high[1]), float(body_high[:, 1].max()))
         if kind == "rake":
-            y = float(target.high[1] + shape.behind_m - low[1])
+            y = min(float(target.high[1] + shape.behind_m - low[1]), farthest)
+            blocked = y + low[1] < target.high[1] + 0.002
         else:
-            y = float(target.middle[1] + 0.25 * (target.high[1] - target.low[1]) - (low[1] + high[1]) / 2)
-        if x + low[0] < shelf.min[0] + 0.003 or x + high[0] > shelf.max[0] - 0.003:
-            continue
-        if y + max(high[1], body_high[:, 1].max()) > shelf.max[1] - 0.005:
+            depth = target.high[1] - target.low[1]
+            y = min(float(target.middle[1] + 0.25 * depth - (low[1] + high[1]) / 2), farthest)
+            blocked = y + low[1] < target.low[1]
+        if blocked or x + low[0] < shelf.min[0] + 0.003 or x + high[0] > shelf.max[0] - 0.003:
             continue
         place = array([x, y, 0.0])
         # As low as the floor and what is under the palm allow.
@@ -189,8 +207,7 @@ def _best_place(
             continue
         place[2] = z
         score = (
-            0.3 * min(bite, 0.05)
-            - 0.015
+            -BITE * max(0.0, 0.05 - bite)
             - abs(aside)
             - 0.02 * abs(yaw_rad)
             - 0.1 * (target.middle[1] - shelf.min[1])
@@ -199,12 +216,13 @@ def _best_place(
         lane_low, lane_high = min(x + low[0], target.low[0]), max(x + high[0], target.high[0])
         for other in others:
             deep = np.minimum(
-                _overlap(hook_low + place, hook_high + place, other), other.high[2] - (hook_low[:, 2] + z)
+                _overlap(down_low + place, down_high + place, other), other.high[2] - (down_low[:, 2] + z)
             )
             clash = max(clash, float(deep.max()))
             if kind == "rake" and other.middle[1] < y + low[1]:
                 score -= GLANCE[other.index in rolls] * _glances(lane_low, lane_high, other)
         score -= 2.0 * clash
+        score -= max(0.0, shelf.min[0] - (x + down_low[:, 0].min()), x + down_high[:, 0].max() - shelf.max[0])
         if target.index in rolls:
             score += ROLLS_FIRST
         if kind == "drag":
@@ -215,6 +233,8 @@ def _best_place(
     return best
 
 
+BITE = 0.3
+"""Cost of reaching down behind an object by less than 5 cm, 1/m"""
 GLANCE = (0.03, 0.08)
 """Cost of touching an object in passing, one that stands and one that rolls"""
 ROLLS_FIRST = 0.04

@@ -16,11 +16,12 @@ from __future__ import annotations
 
 import contextlib
 import logging
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import palmares
 from palmares import raking
-from palmares.motion import Attempt, Mover, RunOverError, Summary, array, object_bounds, play
+from palmares.motion import Attempt, Mover, ObjectBounds, RunOverError, Summary, array, object_bounds, play
 
 LOG = logging.getLogger(__name__)
 
@@ -40,6 +41,21 @@ RAKE = raking.RakeShape(
     ),
 )
 """The ReFlex with two fingers hooked (σ = 0.55)"""
+RAKES = (
+    RAKE,
+    replace(
+        RAKE,
+        yaws_rad=(0.0, 0.15, -0.15, 0.5, -0.5),
+        asides_m=(0.0, 0.03, -0.03, 0.055, -0.055),
+        behind_m=0.025,
+        above_m=0.002,
+        bite_m=0.01,
+    ),
+    replace(RAKE, yaws_rad=(0.0, 0.3, -0.3, 0.7, -0.7), behind_m=0.0, above_m=-0.01, bite_m=0.03),
+)
+"""First with care; what is left then in other ways, the last of which bumps into things"""
+TRIES = 5
+"""Attempts at an object where it stands, with each of these"""
 SIGMA_HOOKED = 0.55
 HOOK_S = 0.8
 """How long hooking the fingers takes"""
@@ -78,6 +94,20 @@ class ShelfSummary(Summary):
     """Objects that are still in the shelf"""
 
 
+def choose(
+    objects: Sequence[ObjectBounds],
+    shelf: palmares.Region,
+    attempts: Sequence[Attempt],
+    rolls: raking.Rolling,
+) -> raking.RakePlan | None:
+    """Return what to do next, as carefully as possible; `None` if nothing is worth a try."""
+    for rank, shape in enumerate(RAKES, start=1):
+        plan = raking.choose(objects, shelf, shape, attempts, rolls=rolls, tries=rank * TRIES)
+        if plan is not None:
+            return plan
+    return None
+
+
 def do(mover: Reflex, plan: raking.RakePlan) -> None:
     """Carry a plan out."""
     raking.put_down(
@@ -108,7 +138,7 @@ def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> ShelfS
 
     with contextlib.suppress(RunOverError):  # Complete, or out of time: the result says which.
         while len(attempts) < picks:
-            plan = raking.choose(object_bounds(scene, mover.obs), shelf, RAKE, attempts, rolls=rolls)
+            plan = choose(object_bounds(scene, mover.obs), shelf, attempts, rolls)
             if plan is None:
                 break
             target = plan.target

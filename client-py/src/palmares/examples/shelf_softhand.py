@@ -59,7 +59,10 @@ RAKE = raking.RakeShape(
     body=raking.boxes(
         (-0.033, -0.033, 0.000, 0.033, 0.033, 0.099),  # wrist
         (-0.022, -0.044, 0.071, 0.013, 0.048, 0.200),  # palm
-        (-0.002, 0.029, 0.133, 0.054, 0.083, 0.200),  # thumb
+        (-0.007, -0.048, 0.181, 0.025, 0.040, 0.230),  # roots of the fingers
+    ),
+    beside=raking.boxes(
+        (-0.002, 0.029, 0.133, 0.042, 0.070, 0.183), (0.024, 0.060, 0.167, 0.054, 0.083, 0.201)
     ),
     kinds=("rake",),
 )
@@ -71,6 +74,8 @@ TOP_M = 0.957
 """Height of the base on its way in, close under the shelf's top"""
 FLAT_Y_M = 0.51
 """Farther in, straight fingers would touch the rear wall"""
+PULL_M_S = 2.0
+"""Greatest speed of a pull; there is hardly room to reach it"""
 END_Y_M = -0.05
 """Where the base comes to rest after a pull"""
 LEAST_SCORE = -0.1
@@ -194,7 +199,7 @@ def rake(mover: Mover, plan: raking.RakePlan) -> None:
         sigmas=(0.0, SIGMA_HOOKED),
         hook_s=HOOK_S,
     )
-    raking.rake(mover, plan, end_y_m=END_Y_M, sigma=SIGMA_PULL)
+    raking.rake(mover, plan, end_y_m=END_Y_M, sigma=SIGMA_PULL, speed_m_s=PULL_M_S)
 
 
 def fetch(mover: Mover, plan: Plan, scene: palmares.Scene) -> None:
@@ -210,7 +215,7 @@ def fetch(mover: Mover, plan: Plan, scene: palmares.Scene) -> None:
     mover.to(LIFT_S, plan.at + LIFT_M * UP)
     # Out, until the object is over the box's middle.
     x, y, _ = box.center + plan.at - plan.target.middle
-    raking.fling(mover, array([x, y, mover.position[2]]), speed_m_s=2.0)
+    raking.fling(mover, array([x, y, mover.position[2]]), speed_m_s=PULL_M_S)
     mover.to(OPEN_S, sigma=0.0)
     mover.wait(FALL_S)
 
