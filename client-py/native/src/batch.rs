@@ -2,7 +2,7 @@
 //! the number of threads changes no bit.
 
 use crate::fields::{Field, constant, fields, write};
-use crate::interrupt::LOOK;
+use crate::interrupt::{LOOK, Told, tell};
 use crate::lookup;
 use crate::snapshot::Snapshot;
 use crate::training::{Asked, Training, status};
@@ -128,8 +128,9 @@ impl Batch {
         self.fields.iter().map(|field| (field.name, field.shape.clone())).collect()
     }
 
-    /// Opens a run in each world of `mask`, by its place in `seeds`.
-    fn reset(&mut self, py: Python<'_>, seeds: Vec<u64>, mask: Vec<bool>) -> PyResult<()> {
+    /// Opens a run in each world of `mask`, by its place in `seeds`; `told` is told how many are open.
+    #[pyo3(signature = (seeds, mask, told=None))]
+    fn reset(&mut self, py: Python<'_>, seeds: Vec<u64>, mask: Vec<bool>, told: Told<'_>) -> PyResult<()> {
         self.fits("seeds", seeds.len())?;
         self.fits("mask", mask.len())?;
         for seed in &seeds {
@@ -139,6 +140,7 @@ impl Batch {
         let how = How { task, hand, noise: *noise, sensing: *sensing, training };
         let chosen = slots.iter_mut().zip(seeds).zip(mask).filter(|(_, chosen)| *chosen);
         let mut chosen: Vec<(&mut Slot, u64)> = chosen.map(|(slot, _)| slot).collect();
+        let mut opened = 0;
         // So many at once that somebody looks for Ctrl-C in between.
         for some in chosen.chunks_mut(2 * pool.current_num_threads()) {
             let built = py.detach(|| {
@@ -146,17 +148,22 @@ impl Batch {
             });
             built.map_err(PyValueError::new_err)?;
             py.check_signals()?;
+            opened += some.len() as u64;
+            tell(&told, opened)?;
         }
         Ok(())
     }
 
-    /// Advances each world of `mask` by up to `ticks` under its row of `actions`; a world that is over stands still.
+    /// Advances each world of `mask` by up to `ticks` under its row of `actions`; a world that is over stands still. `told` is
+    /// told how many ticks are done.
+    #[pyo3(signature = (actions, ticks, mask, told=None))]
     fn step(
         &mut self,
         py: Python<'_>,
         actions: PyReadonlyArray2<'_, f64>,
         ticks: u32,
         mask: Vec<bool>,
+        told: Told<'_>,
     ) -> PyResult<()> {
         self.fits("mask", mask.len())?;
         let (count, width) = (self.slots.len(), 6 + self.hand.motors.len());
@@ -203,7 +210,7 @@ impl Batch {
                     });
                 }
             });
-            interrupted = py.check_signals();
+            interrupted = py.check_signals().and_then(|()| tell(&told, u64::from(ticks - left)));
             if left > 0 && (interrupted.is_err() || moving.iter().all(|(slot, _)| slot.is_over())) {
                 left = 0;
                 py.detach(|| {

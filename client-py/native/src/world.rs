@@ -1,7 +1,7 @@
 //! One world in the process.
 
 use crate::history::{Entry, History, Push};
-use crate::interrupt::{LOOK, interruptible};
+use crate::interrupt::{LOOK, Told, interruptible, interruptible_told, tell};
 use crate::lookup;
 use crate::message;
 use crate::snapshot::Snapshot;
@@ -19,6 +19,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 /// A world, which answers the requests `step`, `perturb` and `stop` of the protocol as a server's session does, in
@@ -87,12 +88,18 @@ impl World {
         message::of(py, 0, reply.map(|obs| Reply::Obs(Box::new(obs))))
     }
 
-    /// Answers a request.
-    fn answer<'py>(&mut self, py: Python<'py>, request: &[u8]) -> PyResult<Bound<'py, PyBytes>> {
+    /// Answers a request; `told` is told how many ticks of a step are done.
+    #[pyo3(signature = (request, told=None))]
+    fn answer<'py>(
+        &mut self,
+        py: Python<'py>,
+        request: &[u8],
+        told: Told<'py>,
+    ) -> PyResult<Bound<'py, PyBytes>> {
         let parsed = Encoding::MsgPack.read_binary(request);
         let id = parsed.id.unwrap_or(0);
         let reply = match parsed.request {
-            Ok(Request::Step(step)) => self.step(py, id, step)?,
+            Ok(Request::Step(step)) => self.step(py, id, step, &told)?,
             Ok(Request::Perturb(push)) => self.perturb(id, push),
             Ok(Request::Stop(request::Stop {})) => Ok(self.stop(py, id)?),
             Ok(other) => Err(Refusal::new(
@@ -189,8 +196,10 @@ impl World {
         self.outcome.as_ref().map_or_else(|| self.run.score(), |outcome| outcome.score)
     }
 
-    /// Plays the run again and writes it as a replay, signed by a key that is made for it and forgotten.
-    fn save_replay(&self, py: Python<'_>, path: PathBuf, team: String) -> PyResult<()> {
+    /// Plays the run again and writes it as a replay, signed by a key that is made for it and forgotten. `told` is told how
+    /// many ticks are played.
+    #[pyo3(signature = (path, team, told=None))]
+    fn save_replay(&self, py: Python<'_>, path: PathBuf, team: String, told: Told<'_>) -> PyResult<()> {
         let Some(history) = &self.history else {
             let message =
                 "this world went on from the bytes of a snapshot, which tell nothing of the ticks before";
@@ -217,7 +226,7 @@ impl World {
             ..Header::new(&self.run_id, &team, &task, &hand, seed, started)
         };
         let (history, reason) = (history.clone(), self.outcome.as_ref().map(|outcome| outcome.reason));
-        let work = move || -> Result<(), String> {
+        let work = move |ticks: &AtomicU64| -> Result<(), String> {
             let failed = |error: &dyn ToString| error.to_string();
             let mut run = Run::new(task, hand, seed).map_err(|error| failed(&error))?.with_noise(noise);
             let signer = Arc::new(Signer::random().map_err(|error| failed(&error))?);
@@ -231,6 +240,7 @@ impl World {
                 }
                 run.step(&action).map_err(|error| failed(&error))?;
                 recorder.tick(&run);
+                ticks.store(run.tick(), Ordering::Relaxed);
             }
             let reason = reason.or_else(|| run.over()).unwrap_or(Reason::Stopped);
             let outcome = run.finish(reason);
@@ -240,7 +250,7 @@ impl World {
             let _ = std::fs::remove_dir(&folder);
             Ok(())
         };
-        interruptible(py, work)?.map_err(PyOSError::new_err)
+        interruptible_told(py, &told, work)?.map_err(PyOSError::new_err)
     }
 }
 
@@ -269,7 +279,13 @@ impl World {
     }
 
     /// Ticks, without the interpreter's lock, but it is looked for Ctrl-C.
-    fn step(&mut self, py: Python<'_>, id: u64, step: Step) -> PyResult<Result<Reply, Refusal>> {
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        id: u64,
+        step: Step,
+        told: &Told<'_>,
+    ) -> PyResult<Result<Reply, Refusal>> {
         if let Err(refusal) = self.may_step(&step) {
             return Ok(Err(refusal));
         }
@@ -287,6 +303,7 @@ impl World {
                 return Ok(Err(Refusal::new(Code::Internal, message)));
             }
             py.check_signals()?;
+            tell(told, u64::from(step.repeat - left))?;
         }
         self.shaping = self.shaper.as_mut().map_or(0.0, |shaper| shaper.step(&self.run));
         let mut observation = py.detach(|| self.looked(&shots));

@@ -12,6 +12,7 @@ from urllib.parse import urlsplit
 
 from msgspec import structs
 
+from palmares.clipping import Clipping
 from palmares.codec import Encoding, Message
 from palmares.errors import (
     ConnectionLostError,
@@ -103,6 +104,7 @@ class Client:
         self._motors = 0
         self._newest: Observation | None = None
         self._stream = Stream()
+        self._clipping = Clipping()
         self._unrequested: Result | None = None
         self._link: Link
         if url == LOCAL:
@@ -212,6 +214,8 @@ class Client:
                 raise
             return last
         self._tick, self._newest = obs.tick, self._named(obs)
+        self._clipping.ask(action)
+        self._clipping.see(obs.applied_action, obs.tick, stacklevel=2)
         return obs
 
     def act(self, base: Base | None = None, hand: Hand | None = None, cameras: Iterable[str] = ()) -> int:
@@ -226,8 +230,10 @@ class Client:
         if self._tick is None:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
         try:
-            request = Act(action=action_of(base, hand, self._motors), cameras=names(cameras))
-            return self._ask(request, Ack).tick
+            action = action_of(base, hand, self._motors)
+            tick = self._ask(Act(action=action, cameras=names(cameras)), Ack).tick
+            self._clipping.ask(action, tick)
+            return tick
         except WrongStateError:
             # The run ended meanwhile, and the observation that says so has not been read yet.
             if self._stream.over:
@@ -243,6 +249,7 @@ class Client:
         """
         while self._run_id is not None:
             obs = self._next()
+            self._clipping.see(obs.applied_action, obs.tick, stacklevel=2)
             yield obs
             if obs.done:
                 return

@@ -37,8 +37,7 @@ use crate::score::Count;
 use crate::seed::Seed;
 use crate::settle::SceneError;
 use crate::start::start_pose;
-use crate::task::Task;
-use crate::training::Variation;
+use crate::task::{Task, Variation};
 use cameras::{Cameras, Lately, Plates};
 use driven::{Pushing, Target};
 use origin::Origin;
@@ -206,6 +205,11 @@ impl Run {
     /// Score if the run ended now, without the settling.
     pub fn score(&self) -> f64 {
         self.referee.score()
+    }
+
+    /// Objects by where they are, as far as it has been noted.
+    pub fn count(&self) -> Count {
+        self.referee.count()
     }
 
     /// Whether the run is over, and why: `Complete` or `TimeLimit`. Costs next to nothing.

@@ -6,8 +6,10 @@ mod objects;
 mod placing;
 mod rules;
 mod training;
+mod variation;
 
 pub(crate) use objects::Kind;
+pub(crate) use variation::Variation;
 
 use objects::ObjectError;
 
@@ -16,9 +18,10 @@ pub use furniture::{Furniture, Ground, OpenBox, Side, Slab, Space, Start};
 pub use objects::{Equal, Objects};
 pub use placing::{Fixed, Placing, Pour, Scatter};
 pub use rules::{Collect, Hold, HoldPoints, Rules, Shake};
-pub use training::{Distance, HandPoses, Lift, ObjectPoses, Ranges, Rewards, Touching, Training, Transport};
+pub use training::{
+    Distance, HandPoses, Lift, ObjectPoses, Quantity, Ranges, Rewards, Touching, Training, Transport,
+};
 
-use crate::training::Variation;
 use palmares_models::camera::Camera;
 use palmares_models::content::ContentHash;
 use palmares_models::error::LoadWarning;
@@ -166,8 +169,7 @@ impl Task {
         task.check_regions().map_err(error)?;
         task.place.check(task.objects.certain().as_deref()).map_err(error)?;
         task.check_cameras().map_err(error)?;
-        let scattered = matches!(task.place, Placing::Scatter(_));
-        task.training.check(task.rules.goal().is_some(), scattered).map_err(error)?;
+        task.training.check(task.rules.has_destination(), &task.place).map_err(error)?;
         let mut table: toml::Table = toml::from_str(text).map_err(|e| error(e.to_string()))?;
         table.remove("training");
         let mut hash = ContentHash::of("palmares task 1");

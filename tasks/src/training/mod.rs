@@ -3,18 +3,17 @@
 //! Nothing here is reached from a server. A run's potential is read off it and changes no bit of it; a varied run is one of
 //! a varied task, whose content hash is another, so that neither snapshot nor replay of it passes for one of the task.
 
-mod draws;
 mod grasp_centre;
 mod options;
 mod potential;
 mod shaper;
-mod variation;
+mod varied;
 
+pub use crate::task::Quantity;
 pub use grasp_centre::grasp_centre;
-pub use options::{Options, Quantity};
+pub use options::Options;
 pub use potential::{Potential, Terms};
 pub use shaper::Shaper;
-pub(crate) use variation::Variation;
 
 use crate::observation::Noise;
 use crate::run::Run;

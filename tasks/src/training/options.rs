@@ -1,58 +1,6 @@
 //! What a learner asks for.
 
-use crate::task::{Ranges, Task};
-
-/// Something that can be drawn anew for every run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
-    /// Masses of objects.
-    Mass,
-    /// Friction coefficients of objects.
-    Friction,
-    /// Sizes of objects.
-    Size,
-    /// Errors of sensors.
-    SensorNoise,
-    /// Where the hand starts.
-    HandPose,
-    /// How objects are let go.
-    ObjectPoses,
-}
-
-impl Quantity {
-    /// All of them.
-    pub const ALL: [Quantity; 6] = [
-        Quantity::Mass,
-        Quantity::Friction,
-        Quantity::Size,
-        Quantity::SensorNoise,
-        Quantity::HandPose,
-        Quantity::ObjectPoses,
-    ];
-
-    /// As it stands in a `task.toml`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Quantity::Mass => "mass",
-            Quantity::Friction => "friction",
-            Quantity::Size => "size",
-            Quantity::SensorNoise => "sensor_noise",
-            Quantity::HandPose => "hand_pose",
-            Quantity::ObjectPoses => "object_poses",
-        }
-    }
-
-    fn declared(self, ranges: &Ranges) -> bool {
-        match self {
-            Quantity::Mass => ranges.mass.is_some(),
-            Quantity::Friction => ranges.friction.is_some(),
-            Quantity::Size => ranges.size.is_some(),
-            Quantity::SensorNoise => ranges.sensor_noise.is_some(),
-            Quantity::HandPose => ranges.hand_pose.is_some(),
-            Quantity::ObjectPoses => ranges.object_poses.is_some(),
-        }
-    }
-}
+use crate::task::{Placing, Quantity, Ranges, Rules, Task};
 
 /// In what runs differ from those of their task.
 #[derive(Clone, Debug)]
@@ -63,13 +11,17 @@ pub struct Options {
     pub(super) count: usize,
     /// How many the task has.
     whole: usize,
+    /// Name of the task, if it speaks of its objects one by one.
+    needs_all: Option<String>,
 }
 
 impl Options {
     /// Nothing differs.
     pub fn none(task: &Task) -> Self {
         let count = task.objects.count;
-        Options { ranges: Ranges::default(), count, whole: count }
+        let named = matches!(task.rules, Rules::Arrange(_)) || matches!(task.place, Placing::Fixed(_));
+        let needs_all = named.then(|| task.name.clone());
+        Options { ranges: Ranges::default(), count, whole: count, needs_all }
     }
 
     /// Draws everything that the task declares.
@@ -111,12 +63,17 @@ impl Options {
     /// Leaves this part of the task's objects, in (0, 1], rounded to a whole number and at least one.
     ///
     /// # Errors
-    /// It is no such part.
+    /// It is no such part, or the task needs all of its objects.
     pub fn fraction(self, part: f64) -> Result<Self, String> {
         if !(part > 0.0 && part <= 1.0) {
             return Err(format!("fraction: found {part}; wanted a number above 0 and at most 1"));
         }
         let count = ((part * self.whole as f64).round() as usize).max(1);
+        if let Some(task) = self.needs_all.as_ref().filter(|_| count < self.whole) {
+            return Err(format!(
+                "fraction: found {part}; task `{task}` speaks of its objects one by one and needs all of them: wanted 1"
+            ));
+        }
         Ok(Options { count, ..self })
     }
 

@@ -52,9 +52,9 @@ COMPACT = [(NARROW, ACROSS), (WIDE, ACROSS), (NARROW, ALONG), (STEEP, ACROSS), (
 """Grasps of a compact object, the most promising first"""
 LONG = [(WIDE, ACROSS), (NARROW, ALONG), (LOOSE, ALONG), (STEEP, ALONG)]
 """... of a long one"""
-THIN = [(FLAT, ACROSS), (NARROW, ACROSS), (WIDE, ACROSS), (FLAT, ALONG), (STEEP, ALONG)]
+THIN = [(FLAT, ACROSS), (LOW, BACK), (FLAT, ALONG), (LOW, ALONG), (STEEP, ALONG)]
 """... of a thin one"""
-THIN_AND_LONG = [(FLAT, ALONG), (WIDE, ACROSS), (LOW, BACK), (STEEP, ALONG)]
+THIN_AND_LONG = [(FLAT, ALONG), (LOW, ALONG), (WIDE, ACROSS), (LOW, BACK), (FLAT, ACROSS)]
 """... of one that is thin and long"""
 BROAD = [(WIDE, ACROSS), (HIGH, ACROSS), (LOOSE, ALONG), (WIDE, ALONG), (STEEP, ALONG)]
 """... of one that is broad even across its shorter side"""
@@ -78,6 +78,8 @@ SLIM_M, BROAD_M, LARGE_M, PLATE_M = 0.06, 0.085, 0.12, 0.24
 """Shorter side"""
 TALL_M, THIN_M = 0.16, 0.033
 """Height"""
+TINY_M = 0.04
+"""Longer side"""
 HEAVY_KG, HEAVIER_KG = 1.0, 1.1
 LIFT_M = 0.18
 """How far the object is lifted"""
@@ -99,7 +101,7 @@ def grasps_for(size_m: Array, mass_kg: float) -> list[tuple[TopGrasp, float]]:
         if ratio > LONG_FROM:
             return DRILL if ratio > DRILL_FROM else TALL_AND_LONG
         return TALL if shorter > SLIM_M else COMPACT
-    if height < THIN_M:
+    if height < THIN_M and longer > TINY_M:
         return PLATE if shorter > PLATE_M else THIN_AND_LONG if ratio > LONG_FROM else THIN
     if shorter > BROAD_M:
         return LARGE if shorter > LARGE_M and height > LARGE_M else BROAD

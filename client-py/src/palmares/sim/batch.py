@@ -10,7 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palmares import _native
-from palmares.arrays import Array
+from palmares.arrays import Array, array
+from palmares.clipping import Clipping
+from palmares.messages import Welcome
+from palmares.progress import progress
+from palmares.sim.world import read
 from palmares.training import Training
 
 Arrays: TypeAlias = dict[str, Array]
@@ -90,6 +94,14 @@ class Batch:
             raise ValueError(f"threads: found {threads}; wanted at least 1, or None for one for each core")
         self._native = _native.Batch(str(task), str(hand), count, sensing, noise, threads or 0, training)
         self._training = training or Training()
+        specs = read(_native.welcome("", [], []), Welcome).specs
+        limits = [specs.action_field(name).range[1] for name in ("base.linear", "base.angular")]
+        self._limits: list[tuple[str, slice, float | None]] = [
+            ("linear", slice(0, 3), limits[0] * (1.0 + 1e-9)),
+            ("angular", slice(3, 6), limits[1] * (1.0 + 1e-9)),
+            ("hand", slice(6, None), None),
+        ]
+        self._clipping: Clipping | None = Clipping()
         self.count = count
         self.fields = {name: tuple(shape) for name, shape in self._native.fields()}
         self.action_len = self._native.action_len
@@ -103,7 +115,9 @@ class Batch:
             mask: (N,).
 
         """
-        self._native.reset([int(seed) for seed in seeds], self._mask(mask))
+        chosen = self._mask(mask)
+        with progress(sum(chosen), "world", "reset") as told:
+            self._native.reset([int(seed) for seed in seeds], chosen, told)
         return self.observe()
 
     @property
@@ -129,9 +143,26 @@ class Batch:
         """
         if ticks < 1:
             raise ValueError(f"ticks: found {ticks}; wanted at least 1")
-        self._native.step(np.asarray(actions, dtype=np.float64), ticks, self._mask(mask))
+        actions = np.asarray(actions, dtype=np.float64)
+        self._look(actions)
+        with progress(ticks, "tick", "step") as told:
+            self._native.step(actions, ticks, self._mask(mask), told)
         rewards, _, terminated, truncated = self._native.progress()
         return Stepped(self.observe(), rewards, terminated, truncated, self._native.shaping())
+
+    def _look(self, actions: Array) -> None:
+        """Warn if this is the first action beyond the limits."""
+        if self._clipping is None or actions.shape != (self.count, self.action_len):
+            return
+        for field, columns, limit in self._limits:
+            numbers = actions[:, columns]
+            beyond = np.abs(numbers - 0.5) > 0.5 if limit is None else _lengths(numbers)[:, None] > limit
+            for k in np.flatnonzero(beyond.any(axis=1))[:1]:
+                asked = numbers[k]
+                was = asked.clip(0.0, 1.0) if limit is None else asked * limit / _lengths(numbers)[k]
+                self._clipping.warn(f"actions[{k}]: {field}", asked.tolist(), was.tolist(), stacklevel=3)
+                self._clipping = None
+                return
 
     def observe(self) -> Arrays:
         """Return the observations: of each field an array (N, …)."""
@@ -219,3 +250,7 @@ class Batch:
 
     def _mask(self, mask: Mask | None) -> list[bool]:
         return [True] * self.count if mask is None else [bool(entry) for entry in mask]
+
+
+def _lengths(vectors: Array) -> Array:
+    return array(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))

@@ -7,9 +7,11 @@ from collections.abc import Iterable
 from typing import Literal, Self, TypeVar
 
 from palmares import _native
+from palmares.clipping import Clipping
 from palmares.codec import CODECS
 from palmares.errors import ProtocolError, error_of
 from palmares.messages import Ack, ErrorMessage, Observation, Opened, Reply, Result
+from palmares.progress import progress
 from palmares.requests import Perturb, Request, Step, Stop, Wrench, names
 from palmares.scene import Scene
 from palmares.targets import Base, Hand, Numbers, action_of, vector
@@ -58,6 +60,7 @@ class World:
         self._sensing: Literal["sensors", "truth"] = sensing
         self._noise: Literal["none", "real"] = noise
         self._training = training
+        self._clipping = Clipping()
         self.reset(cameras=cameras)
 
     def reset(self, seed: int | None = None, cameras: Iterable[str] = ()) -> Observation:
@@ -97,7 +100,10 @@ class World:
             repeat=repeat,
             cameras=names(cameras),
         )
-        return self._named(self.ask(request, Observation))
+        obs = self._named(self.ask(request, Observation))
+        self._clipping.ask(request.action)
+        self._clipping.see(obs.applied_action, obs.tick, stacklevel=2)
+        return obs
 
     def observe(
         self, sensing: Literal["sensors", "truth"] | None = None, cameras: Iterable[str] = ()
@@ -167,7 +173,8 @@ class World:
             OSError: The file cannot be written.
 
         """
-        self._native.save_replay(os.fspath(path), team)
+        with progress(self.tick, "tick", "replay") as told:
+            self._native.save_replay(os.fspath(path), team, told)
 
     @property
     def tick(self) -> int:
@@ -220,7 +227,10 @@ class World:
     def ask(self, request: Request, kind: type[Answer]) -> Answer:
         """Answer a request of the protocol: ``step``, ``perturb`` or ``stop``."""
         request.id = 1
-        return read(self._native.answer(CODEC.encode(request)), kind)
+        ticks = request.repeat if isinstance(request, Step) else 0
+        with progress(ticks, "tick", "step") as told:
+            answer = self._native.answer(CODEC.encode(request), told)
+        return read(answer, kind)
 
     def _named(self, obs: Observation) -> Observation:
         if obs.truth is not None:
