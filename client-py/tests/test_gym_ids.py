@@ -20,7 +20,9 @@ pytest.importorskip("palmares.sim", reason="the compiled part of the package is 
 
 IDS = [
     f"palmares/{task}-{hand}-v1"
-    for task, hand in itertools.product(["Balls", "Shelf", "Grasp", "Pan", "Peg"], ["SoftHand", "ReFlex", "Pinch"])
+    for task, hand in itertools.product(
+        ["Balls", "Shelf", "Grasp", "Pan", "Peg"], ["SoftHand", "ReFlex", "Pinch"]
+    )
 ]
 # Half of a run of the grasp task.
 HALF = 6_000
