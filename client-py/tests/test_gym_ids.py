@@ -20,7 +20,9 @@ pytest.importorskip("palmares.sim", reason="the compiled part of the package is 
 
 IDS = [
     f"palmares/{task}-{hand}-v1"
-    for task, hand in itertools.product(["Balls", "Shelf", "Grasp"], ["SoftHand", "ReFlex", "Pinch"])
+    for task, hand in itertools.product(
+        ["Balls", "Shelf", "Grasp", "Pan", "Peg"], ["SoftHand", "ReFlex", "Pinch"]
+    )
 ]
 # Half of a run of the grasp task.
 HALF = 6_000
@@ -34,7 +36,7 @@ def same(a: dict[str, Any], b: dict[str, Any]) -> bool:
     return set(a) == set(b) and all(np.array_equal(a[name], b[name]) for name in a if name != rounded)
 
 
-@pytest.mark.parametrize("name", [IDS[0], IDS[4], IDS[8]])
+@pytest.mark.parametrize("name", [IDS[0], IDS[4], IDS[8], IDS[9], IDS[14]])
 def test_gymnasium_has_nothing_to_say(name: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")

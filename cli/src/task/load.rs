@@ -1,4 +1,4 @@
-//! Tasks and hands by name, or by the path of one's own.
+//! Which task and which hand are meant.
 
 use anyhow::Context;
 use palmares_models::builtin::builtin_hands;
