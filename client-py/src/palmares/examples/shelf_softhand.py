@@ -93,7 +93,7 @@ YAWS_RAD = (0.0, 0.35, -0.35)
 """Directions tried"""
 PICKS = 100
 """Attempts per run"""
-TRIES = 5
+TRIES = 12
 """An object that was tried so often where it stands is left there"""
 MOVED_M = 0.015
 """For an object that has moved farther than this, earlier attempts do not count"""
