@@ -113,7 +113,7 @@ class Hands:
             off_turn = rotation_between(base[:, 3:7], turned(q0, now * turn))
             action[:, :3] = ((then - now) * path + FEEDBACK * off) / self._dt_s
             action[:, 3:6] = ((then - now) * turn + FEEDBACK * off_turn) / self._dt_s
-            action[:, 6] = s0 + then * close
+            action[:, 6] = np.clip(s0 + then * close, 0.0, 1.0)
             self._step(action, CONTROL_TICKS)
         self.position, self.quat_xyzw, self.sigma = p0 + path, turned(q0, turn), s0 + close
         return self.obs
