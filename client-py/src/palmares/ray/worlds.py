@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, Literal
 
@@ -160,8 +161,6 @@ def _roll_out(
     observations = batch.reset(seeds)
     while not batch.done.all():
         observations = batch.step(policy(observations), ticks, ~batch.done).observations
-    told = []
-    for world in range(len(seeds)):
-        result = batch.result(world) or {}
-        told.append({key: value for key, value in result.items() if key != "ticks"})
-    return told
+    known = {field.name for field in fields(Played)}
+    results = [batch.result(world) or {} for world in range(len(seeds))]
+    return [{key: value for key, value in result.items() if key in known} for result in results]
