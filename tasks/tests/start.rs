@@ -49,7 +49,10 @@ fn a_scene_is_the_same_for_every_hand_and_for_none() {
     for task in Task::builtin() {
         let mut hands = hands();
         // Two that reach far into the room and touch nothing: high above the scene, and 3 cm over all objects.
-        let (low, high) = palmares_tasks::place::placing_room(&task).expect("the task's own");
+        // Nothing starts in the region that objects go into; where each has a place of its own there is none.
+        let region = task.place.into_region().and_then(|name| task.region(name));
+        let room = region.or_else(|| palmares_tasks::place::placing_room(&task));
+        let (low, high) = room.expect("the task's own");
         let over = Vec3::new(0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), high[2] + 0.03);
         for at in [over, over + Vec3::new(0.0, 0.0, 0.5)] {
             hands.push(with_plate(&hands[2], &task, at, [0.1, 0.1, 0.01]));
@@ -137,7 +140,10 @@ fn what_touches_furniture_or_objects_is_refused() {
 #[test]
 fn objects_are_placed_in_the_room_that_hands_keep_out_of() {
     for task in Task::builtin() {
-        let (low, high) = palmares_tasks::place::placing_room(&task).expect("the task's own");
+        // Nothing starts in the region that objects go into; where each has a place of its own there is none.
+        let region = task.place.into_region().and_then(|name| task.region(name));
+        let room = region.or_else(|| palmares_tasks::place::placing_room(&task));
+        let (low, high) = room.expect("the task's own");
         for seed in (0..15).map(Seed::from_u64) {
             let scene = build(&task, None, seed).expect("every seed has a scene").scene;
             for body in scene.bodies.iter().filter(|body| body.free) {
