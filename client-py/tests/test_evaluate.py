@@ -102,7 +102,7 @@ def test_a_run_that_fails_is_told_and_the_others_count(
 def test_however_a_controller_ends_its_run_is_counted(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    report = evaluate(written(tmp_path / "ends.py", ENDS), seeds=range(1, 6), pool=processes(2))
+    report = evaluate(written(tmp_path / "ends.py", ENDS), seeds=range(1, 6), pool=processes(1))
     printed = capfd.readouterr()
     assert printed.out == ""
     assert sorted(printed.err.split()) == ["1", "2", "3", "4", "5"] + 5 * ["seed"]
