@@ -6,12 +6,14 @@
 pub mod audit;
 pub mod cameras;
 pub mod cases;
+pub mod child;
 pub mod energy;
 pub mod engine;
 pub mod fingerprint;
 #[cfg(test)]
 mod gates;
 pub mod grasps;
+pub mod mjcf;
 pub mod overlap;
 pub mod random;
 pub mod recorder;

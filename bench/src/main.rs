@@ -5,8 +5,10 @@ use clap::{Parser, Subcommand};
 use palmares_bench::cameras;
 use palmares_bench::cases::grasp::Placement;
 use palmares_bench::cases::{self, Setup};
+use palmares_bench::child;
 use palmares_bench::engine::EngineKind;
 use palmares_bench::grasps;
+use palmares_bench::mjcf;
 use palmares_bench::report;
 use palmares_bench::robust::{self, heaps, placements};
 use std::path::PathBuf;
@@ -53,6 +55,8 @@ enum What {
     Grasps(grasps::command::Options),
     /// How long do cameras' pictures take, by pixels and objects?
     Cameras(cameras::Options),
+    /// Write a task's scene as a file for MuJoCo, with what drives it.
+    Mjcf(mjcf::Options),
     /// Run one case and print its report.
     Case {
         /// Name of the case; see `palmares-bench list`.
@@ -101,6 +105,9 @@ enum What {
         #[arg(long, default_value = ".")]
         root: PathBuf,
     },
+    /// Play what the program that started this one asks for.
+    #[command(name = child::COMMAND, hide = true)]
+    Child,
     /// Read a report's JSON: is a peer ahead of ours anywhere at an equal or smaller error? Fails if so.
     Check {
         /// The file.
@@ -132,6 +139,7 @@ fn main() -> Result<()> {
             }
         }
         What::Cameras(options) => cameras::run(&options)?,
+        What::Mjcf(options) => mjcf::run(&options)?,
         What::Grasps(options) => grasps::command::run(&options)?,
         What::Report { engines, outcomes_only, mut options } => {
             for name in engines {
@@ -149,6 +157,7 @@ fn main() -> Result<()> {
             let stale = report::claims::stale(&root)?;
             ensure!(stale.is_empty(), "{}: `palmares-bench claims --write` writes it anew", stale.join(", "));
         }
+        What::Child => child::serve()?,
         What::Check { report } => report::runner::check(&report)?,
         What::Case { name, dt, engine, settings, start, json, reference_dt } => {
             let reference_dt_s = (reference_dt > 0.0).then_some(reference_dt);

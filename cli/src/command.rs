@@ -1,5 +1,6 @@
 //! What `palmares` can be asked.
 
+use crate::task::TaskCommand;
 use crate::{admin, health, list, replay, schema, verify};
 use clap::{Parser, Subcommand};
 use palmares_hand_tools::HandCommand;
@@ -23,7 +24,8 @@ With the Python package installed (pip install palmares-*.whl) there are two mor
   palmares demo                  a server, one run of an example controller, its score
   palmares evaluate FILE         play a controller over many scenes
 
-Guides: docs/teams.md (writing a controller), docs/hands.md (a hand of your own), docs/organizers.md (a competition).
+Guides: docs/teams.md (writing a controller), docs/hands.md (a hand of your own), docs/tasks.md (a task of your own),
+docs/organizers.md (a competition).
 Log lines go to stderr; RUST_LOG=palmares=debug shows more of them.";
 
 const SERVE_HELP: &str = "\
@@ -36,6 +38,7 @@ Examples:
   palmares serve --listen 0.0.0.0:8080 --data-dir /var/lib/palmares
   palmares serve --config competition.toml      (see docs/organizers.md)
   palmares serve --hand my-hand/                (see `palmares hand check`)
+  palmares serve --task my-task/                (see `palmares task check`)
   palmares serve --listen 127.0.0.1:0           (any free port)";
 
 const ADMIN_HELP: &str = "\
@@ -52,6 +55,7 @@ Elsewhere, with the token in a file:
 const VERIFY_HELP: &str = "\
 Examples:
   palmares verify run_7c3d8eb479d7f8ab.mcap --key 3b6a…
+  palmares verify run_7c3d8eb479d7f8ab.mcap --task my-task/
   palmares verify --json replays/*.mcap";
 
 #[derive(Debug, Subcommand)]
@@ -81,6 +85,11 @@ enum Command {
     /// A hand is a URDF, meshes and a hand.toml that says what its tendons do. The guide: docs/hands.md.
     #[command(subcommand)]
     Hand(HandCommand),
+    /// Check, show or play a task, one of your own or one that comes with the program
+    ///
+    /// A task is a folder with a task.toml: scene, objects, regions, rules, cameras. The guide: docs/tasks.md.
+    #[command(subcommand)]
+    Task(TaskCommand),
     /// Ask a server whether it can take work; for health checks
     ///
     /// Exits with 0 when the server answers that it is ready, else with 1.
@@ -115,6 +124,7 @@ impl Cli {
             Command::Tasks => list::tasks()?,
             Command::Objects => list::objects()?,
             Command::Hand(command) => return command.run(&palmares_server::hand_limits),
+            Command::Task(command) => return command.run(),
             Command::Health(options) => health::health(&options)?,
             Command::Verify(options) => return verify::verify(&options),
             Command::Replay(options) => return replay::replay(&options),

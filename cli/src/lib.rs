@@ -6,6 +6,7 @@ mod health;
 mod list;
 mod replay;
 mod schema;
+mod task;
 mod verify;
 
 use clap::Parser;

@@ -1,6 +1,6 @@
 //! `palmares replay`: what is in a replay, without simulating it.
 
-use super::verify::load;
+use super::verify::{load, own_tasks};
 use anyhow::{Context, bail};
 use clap::Args;
 use palmares_protocol::text::printable;
@@ -31,6 +31,9 @@ pub(crate) struct ReplayOptions {
     /// their depth, or name.depth, name.rgb, name.bodies
     #[arg(long, value_delimiter = ',', value_name = "CAMERAS", requires = "out")]
     cameras: Vec<String>,
+    /// A task of one's own that the run may be of: a folder with a task.toml
+    #[arg(long = "task", value_name = "PATH", requires = "cameras")]
+    tasks: Vec<PathBuf>,
     /// File for the pictures: MCAP with foxglove.RawImage and foxglove.CameraCalibration
     #[arg(long, value_name = "FILE", requires = "cameras")]
     out: Option<PathBuf>,
@@ -63,8 +66,9 @@ fn rate(text: &str) -> Result<f64, String> {
 
 fn pictures(replay: &Replay, options: &ReplayOptions) -> anyhow::Result<ExitCode> {
     let Some(out) = &options.out else { bail!("--out FILE is missing") };
+    let tasks = own_tasks(&options.tasks)?;
     let file = File::create(out).with_context(|| format!("cannot write {}", out.display()))?;
-    let written = replay::film(replay, &options.cameras, options.rate_hz, file);
+    let written = replay::film(replay, &tasks, &options.cameras, options.rate_hz, file);
     let count = match written {
         Ok(count) => count,
         Err(error) => {

@@ -3,10 +3,12 @@
 use anyhow::Context;
 use clap::Args;
 use palmares_replay::{self as replay, PublicKey, Replay, Verified, VerifyError};
+use palmares_tasks::Task;
 use serde_json::json;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 /// Which replays, and whose they should be.
 #[derive(Args, Debug)]
@@ -18,6 +20,9 @@ pub(crate) struct VerifyOptions {
     /// GET /v1/competition. Without it, the key that signed is told, but nobody knows whose it is
     #[arg(long, value_name = "HEX")]
     key: Option<PublicKey>,
+    /// A task of one's own that runs may be of: a folder with a task.toml. May be given several times
+    #[arg(long = "task", value_name = "PATH")]
+    tasks: Vec<PathBuf>,
     /// Print one JSON object per file
     #[arg(long)]
     json: bool,
@@ -26,10 +31,11 @@ pub(crate) struct VerifyOptions {
 /// Verifies every file and says so.
 pub(crate) fn verify(options: &VerifyOptions) -> anyhow::Result<ExitCode> {
     let mut code = ExitCode::SUCCESS;
+    let tasks = own_tasks(&options.tasks)?;
     let mut out = std::io::stdout().lock();
     for file in &options.files {
         let bytes = load(file)?;
-        let result = check(&bytes, options.key.as_ref());
+        let result = check(&bytes, options.key.as_ref(), &tasks);
         if result.is_err() {
             code = ExitCode::FAILURE;
         }
@@ -37,6 +43,11 @@ pub(crate) fn verify(options: &VerifyOptions) -> anyhow::Result<ExitCode> {
         writeln!(out, "{line}")?;
     }
     Ok(code)
+}
+
+/// Tasks of one's own, from their folders.
+pub(crate) fn own_tasks(paths: &[PathBuf]) -> anyhow::Result<Vec<Arc<Task>>> {
+    paths.iter().map(|path| Ok(Arc::new(Task::load(path)?.task))).collect()
 }
 
 /// A file's bytes; what is too large for a replay is not read.
@@ -54,10 +65,14 @@ pub(crate) fn load(file: &Path) -> anyhow::Result<Vec<u8>> {
     std::fs::read(file).with_context(failed)
 }
 
-fn check(bytes: &[u8], key: Option<&PublicKey>) -> Result<(Replay, Verified), VerifyError> {
+fn check(
+    bytes: &[u8],
+    key: Option<&PublicKey>,
+    tasks: &[Arc<Task>],
+) -> Result<(Replay, Verified), VerifyError> {
     let replay = replay::read(bytes)?;
     replay.signed_by(key)?;
-    let verified = replay::verify(&replay)?;
+    let verified = replay::verify(&replay, tasks)?;
     Ok((replay, verified))
 }
 

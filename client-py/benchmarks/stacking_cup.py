@@ -11,7 +11,6 @@ the errors of sensors.
 from __future__ import annotations
 
 import argparse
-import importlib
 import sys
 from collections import defaultdict
 from pathlib import Path
@@ -19,13 +18,14 @@ from pathlib import Path
 import numpy as np
 
 import palmares
-from palmares.motion import UP, Array, Mover, object_bounds, quat_of
+from palmares.motion import UP, Array, Mover, TopGrasp, object_bounds, quat_of
 
-EXAMPLES = Path(__file__).parent.parent / "src/palmares/examples"
+# name, pitch, roll, above, aside, along, σ open, σ closed, sink
+GRASP = TopGrasp("flat", 1.6182, 0.3491, 0.0068, 0.0264, 0.1876, 0.0212, 0.9, 0.12)
 CUP = "065-e_cups"
 CLOSE_S, LIFT_S, LIFT_M, HOLD_S = 0.5, 1.5, 0.1, 0.5
 ABOVE_M = 0.02
-"""Higher than the example goes, whose palm presses on the object"""
+"""Higher than with the palm on the object, which would press on it"""
 FINGERS = ("thumb", "index", "middle", "ring", "little", "palm")
 
 
@@ -90,18 +90,15 @@ def main() -> None:
     parser.add_argument("--url", default="http://127.0.0.1:8080")
     parser.add_argument("--out", type=Path, default=Path("stacking_cup.svg"))
     args = parser.parse_args()
-    sys.path.insert(0, str(EXAMPLES))
-    grasp = importlib.import_module("grasp_softhand").GRASP
-
     with palmares.Client(args.url, team="stacking-cup") as client:
         seed = seed_with_cup(client)
         client.stop()
         hand = Recorder(client, client.reset("grasp", "softhand", seed=seed))
         hand.rows = defaultdict(list)
         (cup,) = object_bounds(client.scene, hand.obs)
-        rotation = grasp.rotation(0.0)
-        at = grasp.base_position(cup, rotation) + ABOVE_M * UP
-        hand.to(1.0, at + grasp.sink_m * UP, quat_of(rotation), sigma=grasp.sigma_open)
+        rotation = GRASP.rotation(0.0)
+        at = GRASP.base_position(cup, rotation) + ABOVE_M * UP
+        hand.to(1.0, at + GRASP.sink_m * UP, quat_of(rotation), sigma=GRASP.sigma_open)
         hand.to(0.5, at)
         hand.wait(0.3)
         begin_s = hand.obs.sim_time_s
@@ -118,7 +115,7 @@ def main() -> None:
 
 def draw(rows: dict[str, Array], out: Path) -> None:
     """Draw the curves from just before the hand closes."""
-    import matplotlib as mpl  # type: ignore[import-not-found]
+    import matplotlib as mpl
 
     mpl.use("agg")
     mpl.rcParams["svg.hashsalt"] = "palmares"

@@ -3,17 +3,23 @@
 A control tick is 10 ms: ten steps of the physics, the referee, and an observation of every world as arrays.
 In the air the hands open and close where they start; among the objects they have come down into them first.
 Each row is the median of several blocks that take turns with those of all other rows of the scene, quartiles
-in brackets. With ``--url``, a server and `AsyncVectorEnv` on it are measured beside.
+in brackets. With ``--url``, a server and `AsyncVectorEnv` on it are measured beside; with ``--mjcf``, the
+`rollout` of MuJoCo over as many worlds of the same scene, as ``palmares-bench mjcf`` writes it.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
+import os
+import platform
 import statistics
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from importlib import metadata
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -137,6 +143,49 @@ def asynchronous(url: str | None, scene: str, hand: str, count: int) -> Row:
     return Row(f"`AsyncVectorEnv`, {count} environments {where}", block)
 
 
+def rollout(folder: Path, count: int, threads: int, step_ms: int) -> Row:
+    """Return worlds in MuJoCo, all from one state, under the same set points; states are told every tick."""
+    import mujoco
+    from mujoco.rollout import Rollout
+
+    model = mujoco.MjModel.from_xml_path(str(folder / "scene.xml"))
+    model.opt.timestep = 1e-3 * step_ms
+    drive = json.loads((folder / "drive.json").read_text())
+    ctrl = np.array(drive["ctrl"])[::step_ms]
+    state = np.concatenate([[0.0], drive["qpos"], drive["qvel"]])
+    assert len(state) == mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    states = np.tile(state, (count, 1))
+    steps = 10 // step_ms
+    pool = Rollout(nthread=threads if threads > 1 else 0)
+    data = [mujoco.MjData(model) for _ in range(threads)]
+    played = 0
+
+    def block(ticks: int) -> int:
+        nonlocal states, played
+        for _ in range(ticks):
+            first = played % (len(ctrl) // steps) * steps
+            rows = np.tile(ctrl[first : first + steps], (count, 1, 1))
+            after, _ = pool.rollout(model, data, states, rows, nstep=steps)
+            states = after[:, -1]
+            played += 1
+        return count * ticks
+
+    name = f"MuJoCo's `rollout`, `{folder.name}`, {step_ms} ms, {count} worlds, {threads} thread"
+    return Row(name + ("s" if threads > 1 else ""), block)
+
+
+def heading() -> str:
+    """Return what was measured with what."""
+    named = [line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name")]
+    cpu = named[0].partition(":")[2].strip() if named else platform.processor()
+    versions = [f"{name} {metadata.version(name)}" for name in ("gymnasium", "numpy")]
+    try:
+        versions.append(f"mujoco {metadata.version('mujoco')}")
+    except metadata.PackageNotFoundError:
+        versions.append("without MuJoCo")
+    return f"palmares {palmares.__version__}, {', '.join(versions)}; {cpu}, {os.cpu_count()} cores."
+
+
 def quartiles(values: list[float], form: str) -> str:
     """Return the median and, in brackets, the quartiles."""
     low, median, high = statistics.quantiles(values, n=4)
@@ -147,18 +196,31 @@ def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--url", help="a server to be measured beside")
+    parser.add_argument(
+        "--mjcf",
+        type=Path,
+        metavar="FOLDER",
+        help="scenes for MuJoCo: folders SCENE/SETTINGS, each by `palmares-bench mjcf --out`",
+    )
     parser.add_argument("--worlds", type=int, default=64)
     parser.add_argument("--blocks", type=int, default=7)
     parser.add_argument("--ticks", type=int, default=50, help="of each world in a block")
     parser.add_argument("--hand", action="append", choices=["softhand", "reflex"])
     parser.add_argument("--scene", action="append", choices=[*SCENES])
     args = parser.parse_args()
+    print(
+        f"# Throughput\n\n{__doc__.split(chr(10), 1)[1].strip() if __doc__ else ''}\n\n{heading()}",
+        flush=True,
+    )
     for hand in args.hand or ["softhand", "reflex"]:
         for scene in args.scene or SCENES:
             rows = [batch(scene, hand, args.worlds, threads) for threads in (1, 2)]
             rows.append(asynchronous(None, scene, hand, 2))
             if args.url:
                 rows += [socket(args.url, scene, hand), asynchronous(args.url, scene, hand, 2)]
+            if args.mjcf and hand == "softhand":
+                for folder in sorted((args.mjcf / scene).glob("*")):
+                    rows += [rollout(folder, args.worlds, n, ms) for ms in (1, 2) for n in (1, 2)]
             for _ in range(args.blocks):
                 for row in rows:
                     row.play(args.ticks)

@@ -1,13 +1,22 @@
 """Controllers over many scenes."""
 
 import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
 
+import palmares
 from palmares.evaluate import ControllerError, evaluate, processes
-from palmares.evaluate.command import main, seeds
+from palmares.evaluate.command import main, parser, seeds, separated
+from palmares.evaluate.controller import loaded
 from palmares.evaluate.statistics import Comparison, Spread
+from tests.real_server import RealServer, needs_server
 
 # Drops the ball from where the hand begins: a short run whose final state depends on the seed.
 IDLE = """
@@ -23,20 +32,40 @@ def run(client, seed):
         raise ArithmeticError("two is too many")
     client.stop()
 """
+# Ends in every way there is.
+ENDS = """
+import os, sys
+def run(client, seed):
+    client.reset("balls", "softhand", seed=seed)
+    client.step(repeat=3)
+    print("seed", seed)
+    if seed == 2:
+        os._exit(3)
+    if seed == 3:
+        sys.exit("three is enough")
+    if seed == 4:
+        return
+    client.stop()
+    if seed == 5:
+        raise ValueError("after\\nthe run")
+"""
+HANDS = Path(__file__).parents[2] / "models/hands"
+
+
+def written(path: Path, text: str) -> str:
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(text)
+    return str(path)
 
 
 @pytest.fixture
 def idle(tmp_path: Path) -> str:
-    path = tmp_path / "idle.py"
-    path.write_text(IDLE)
-    return str(path)
+    return written(tmp_path / "idle.py", IDLE)
 
 
 @pytest.fixture
 def fails(tmp_path: Path) -> str:
-    path = tmp_path / "fails.py"
-    path.write_text(FAILS)
-    return str(path)
+    return written(tmp_path / "fails.py", FAILS)
 
 
 def test_the_report_is_the_same_for_any_number_of_processes(idle: str) -> None:
@@ -66,7 +95,97 @@ def test_a_run_that_fails_is_told_and_the_others_count(
     assert "seed 2: failed: ArithmeticError: two is too many (fails.py:5)" in told.out
     assert f"{fails} minus {idle}, grasp, softhand: " in told.out
     assert "over 3 seeds" in told.out
-    assert len(list(folder.glob("*.mcap"))) == 5
+    assert len(list(folder.glob("*.mcap"))) == 6
+
+
+def test_however_a_controller_ends_its_run_is_counted(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    report = evaluate(written(tmp_path / "ends.py", ENDS), seeds=range(1, 6), pool=processes(2))
+    printed = capfd.readouterr()
+    assert printed.out == ""
+    assert sorted(printed.err.split()) == ["1", "2", "3", "4", "5"] + 5 * ["seed"]
+    (row,) = report.rows
+    assert [(run.error or "").split(" (")[0] for run in row.runs] == [
+        "",
+        "its process ended: exit code 3",
+        "SystemExit: three is enough",
+        "ControllerError: it ended without client.stop()",
+        "ValueError: after the run",
+    ]
+    assert [run.state_hash != "" for run in row.runs] == [True, False, True, True, True]
+    assert (row.task, row.hand, row.failed) == ("balls", "softhand", 4)
+
+
+def test_each_controller_sees_the_modules_beside_it(tmp_path: Path) -> None:
+    text = """
+import helper
+STEPS = []
+def run(client, seed):
+    import later
+    client.reset("grasp", "softhand", seed=seed)
+    STEPS.append(helper.TICKS + later.TICKS)
+    client.step(repeat=sum(STEPS))
+    return client.stop()
+"""
+    controllers = []
+    for name, ticks in (("old", 1), ("new", 5)):
+        controllers.append(written(tmp_path / name / "controller.py", text))
+        written(tmp_path / name / "helper.py", f"TICKS = {ticks}")
+        written(tmp_path / name / "later.py", f"TICKS = {10 * ticks}")
+    report = evaluate(controllers, seeds=[1, 2], pool=processes(1))
+    assert [[round(run.sim_time_s, 6) for run in row.runs] for row in report.rows] == [[0.11] * 2, [0.55] * 2]
+
+
+def test_a_file_may_have_the_name_of_a_module(tmp_path: Path) -> None:
+    path = written(tmp_path / "json.py", IDLE)
+    before = set(sys.modules)
+    with loaded(path) as run:
+        assert run.__code__.co_filename == path
+        assert sys.modules["json"] is json
+        assert sys.path[0] == str(tmp_path)
+    assert set(sys.modules) == before
+    assert str(tmp_path) not in sys.path
+
+
+def test_a_hand_of_ones_own_stands_under_its_path(idle: str, fails: str, tmp_path: Path) -> None:
+    hand = tmp_path / "changed"
+    shutil.copytree(HANDS / "softhand", hand)
+    report = evaluate(idle, "grasp", ["softhand", str(hand)], [1], pool=processes(1))
+    assert [(row.hand, row.failed) for row in report.rows] == [(str(hand), 0), ("softhand", 0)]
+    with pytest.raises(ControllerError, match="replays of hands of your own need a server"):
+        evaluate(idle, "grasp", str(hand), [1], replays=tmp_path / "replays")
+    report = evaluate(fails, "grasp", str(hand), [2], pool=processes(1))
+    assert [(row.hand, row.failed) for row in report.rows] == [(str(hand), 1)]
+
+
+def test_ctrl_c_ends_it_with_the_runs_so_far(tmp_path: Path) -> None:
+    reached = tmp_path / "reached"
+    wait = f"""
+    if seed == 3:
+        open({str(reached)!r}, "w").close()
+        time.sleep(100.0)
+    return"""
+    slow = written(tmp_path / "slow.py", "import time" + IDLE.replace("\n    return", wait))
+    command = [sys.executable, "-m", "palmares", "evaluate", slow, "--seeds", "4", "--jobs", "1", "--json"]
+    with subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        # What a shell starts in the background ignores Ctrl-C, and so would this.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    ) as child:
+        while not reached.exists():
+            assert child.poll() is None
+            time.sleep(0.01)
+        os.killpg(child.pid, signal.SIGINT)
+        out, err = child.communicate(timeout=20)
+    assert child.returncode == 130
+    assert "interrupted after 2 of 4 runs" in err
+    assert "Traceback" not in err
+    assert [run["seed"] for run in json.loads(out)["rows"][0]["runs"]] == [1, 2]
 
 
 def test_json_has_everything(idle: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -90,18 +209,43 @@ def test_the_table_is_also_written_in_markdown(
     assert "mean" in capsys.readouterr().out
 
 
-def test_what_cannot_be_played_is_refused(fails: str, tmp_path: Path) -> None:
+@needs_server
+def test_over_the_socket_it_is_the_same_and_names_the_replays(idle: str, tmp_path: Path) -> None:
+    with RealServer(tmp_path / "data") as server:
+        there = evaluate(idle, "grasp", "pinch", [1, 2], url=server.url, pool=processes(2))
+        here = evaluate(idle, "grasp", "pinch", [1, 2], pool=processes(2))
+        runs = there.rows[0].runs
+        assert [run.state_hash for run in runs] == [run.state_hash for run in here.rows[0].runs]
+        assert [run.replay for run in runs] == [f"{server.url}/replay/{run.run_id}" for run in runs]
+        with pytest.raises(palmares.PalmaresError, match="no hand `fist`"):
+            evaluate(idle, hands="fist", url=server.url)
+
+
+def test_what_cannot_be_played_is_refused(
+    fails: str, idle: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(ControllerError, match="no parameter `task`"):
-        evaluate([fails], tasks=["grasp", "balls"])
-    with pytest.raises(ControllerError, match="plays the task 'grasp', not balls"):
-        evaluate([fails], tasks=["balls"], seeds=[1], pool=processes(1))
+        evaluate(fails, tasks=["grasp", "balls"])
+    with pytest.raises(ControllerError, match="plays the task 'grasp', not 'balls'"):
+        evaluate(fails, tasks="balls", seeds=[1], pool=processes(1))
+    with pytest.raises(ControllerError, match="plays the hand 'softhand', not 'pinch'"):
+        evaluate(fails, hands="pinch", seeds=[1], pool=processes(1))
+    with pytest.raises(palmares.PalmaresError, match="no task 'bals'; there are: balls, "):
+        evaluate(idle, tasks="bals")
+    with pytest.raises(palmares.PalmaresError, match=r"\"fist\" is neither a hand of the program"):
+        evaluate(idle, hands="fist")
+    with pytest.raises(ValueError, match="seeds: found none"):
+        evaluate(idle, seeds=[])
     with pytest.raises(ControllerError, match="no such file"):
-        evaluate([str(tmp_path / "none.py")])
+        evaluate(str(tmp_path / "none.py"))
     with pytest.raises(ControllerError, match="ModuleNotFoundError"):
-        evaluate(["no.such.module"])
-    (tmp_path / "empty.py").write_text("walk = 1\n")
+        evaluate("no.such.module")
     with pytest.raises(ControllerError, match="no function"):
-        evaluate([str(tmp_path / "empty.py")])
+        evaluate(written(tmp_path / "empty.py", "walk = 1\n"))
+    with pytest.raises(ControllerError, match="SystemExit: 4"):
+        evaluate(written(tmp_path / "leaves.py", "raise SystemExit(4)\n"))
+    assert main([idle, "--url", "http://127.0.0.1:9", "--quiet"]) == 1
+    assert "no server at http://127.0.0.1:9" in capsys.readouterr().err
 
 
 def test_seeds_are_a_number_a_range_or_a_list() -> None:
@@ -111,6 +255,17 @@ def test_seeds_are_a_number_a_range_or_a_list() -> None:
     for wrong in ("0", "-1", "5-3", "a", "", "1-2-3", str(2**53) + ","):
         with pytest.raises(Exception, match="wanted a number"):
             seeds(wrong)
+
+
+def test_what_follows_ray_is_an_address_or_a_controller() -> None:
+    def told(*arguments: str) -> tuple[str | None, list[str]]:
+        options = parser().parse_args(list(separated(arguments)))
+        return options.ray, options.controllers
+
+    assert told("a.py") == (None, ["a.py"])
+    assert told("--ray", "a.py") == told("a.py", "--ray") == ("", ["a.py"])
+    assert told("--ray", "10.0.0.1:6379", "a.py") == ("10.0.0.1:6379", ["a.py"])
+    assert told("a.py", "--ray", "auto") == told("a.py", "--ray=auto") == ("auto", ["a.py"])
 
 
 def test_the_paired_test_counts_every_sign_of_few_differences() -> None:

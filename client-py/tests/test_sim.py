@@ -234,9 +234,11 @@ def test_bad_input_is_refused_and_changes_nothing(seed: int) -> None:
 
 
 LONG = """
-import os, sys, threading
+import signal, sys
 import numpy as np
 from palmares import sim
+# What a shell starts in the background ignores Ctrl-C, and so would this.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 world = sim.World("balls", "softhand", 1)
 batch = sim.Batch("balls", "softhand", 4)
 batch.reset(range(4))

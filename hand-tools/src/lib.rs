@@ -21,4 +21,5 @@ mod views;
 pub use command::{HandCommand, print_trials};
 pub use figures::figures;
 pub use load::LimitsOf;
+pub use trial::{Script, script};
 pub use views::draw_hand;

@@ -15,9 +15,9 @@ const SEED: u64 = 1;
 const IDLE_S: f64 = 5.0;
 
 /// What the hand does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Script {
+pub enum Script {
     /// Nothing.
     Idle,
     /// Reaches out closed and sweeps back, opens, closes, lifts, sweeps to both sides, opens.
@@ -84,32 +84,34 @@ fn stretches(script: Script) -> Vec<Stretch> {
     }
 }
 
+/// The actions of a script, tick by tick, for a hand with so many motors.
+pub fn script(script: Script, task: &Task, motors: usize) -> Vec<Action> {
+    let fingers = start_pose(task).rotation * Vec3::Z;
+    let ticks = |seconds: f64| (seconds / task.tick_s).round() as usize;
+    if script == Script::Idle {
+        return vec![Action::default(); ticks(IDLE_S)];
+    }
+    let stretch = |stretch: Stretch| {
+        let linear = fingers * stretch.along_fingers + stretch.world;
+        let action = Action {
+            base: Some(BaseTarget::Twist { linear: linear.to_array(), angular: [0.0; 3] }),
+            hand: Some(vec![stretch.sigma; motors]),
+        };
+        std::iter::repeat_n(action, ticks(stretch.seconds))
+    };
+    stretches(script).into_iter().flat_map(stretch).collect()
+}
+
 /// A limit is a stiff spring: a joint may press this far into it, rad or m.
 const PRESSED: f64 = 0.05;
 
 /// Plays one script.
-fn play(task: &Arc<Task>, hand: &Arc<Hand>, script: Script) -> Result<Trial, SceneError> {
+fn play(task: &Arc<Task>, hand: &Arc<Hand>, what: Script) -> Result<Trial, SceneError> {
     let mut run = Run::new(task.clone(), hand.clone(), Seed::from_u64(SEED))?;
-    let fingers = start_pose(task).rotation * Vec3::Z;
     let mut seen = Seen::default();
-    let ticks = |seconds: f64| (seconds / task.tick_s).round() as u64;
-    'script: {
-        for _ in 0..if script == Script::Idle { ticks(IDLE_S) } else { 0 } {
-            if !seen.step(&mut run, &Action::default()) {
-                break 'script;
-            }
-        }
-        for stretch in stretches(script) {
-            let linear = fingers * stretch.along_fingers + stretch.world;
-            let action = Action {
-                base: Some(BaseTarget::Twist { linear: linear.to_array(), angular: [0.0; 3] }),
-                hand: Some(vec![stretch.sigma; hand.motors.len()]),
-            };
-            for _ in 0..ticks(stretch.seconds) {
-                if !seen.step(&mut run, &action) {
-                    break 'script;
-                }
-            }
+    for action in script(what, task, hand.motors.len()) {
+        if !seen.step(&mut run, &action) {
+            break;
         }
     }
     let fault = !run.healthy();
@@ -117,7 +119,7 @@ fn play(task: &Arc<Task>, hand: &Arc<Hand>, script: Script) -> Result<Trial, Sce
     let reason = if fault { Reason::WorldFault } else { Reason::Stopped };
     let score = run.finish(reason).score;
     let mut flags = Vec::new();
-    if script == Script::Idle && score > 0.0 {
+    if what == Script::Idle && score > 0.0 {
         flags.push("scores while the hand does nothing".to_owned());
     }
     if fault {
@@ -128,7 +130,7 @@ fn play(task: &Arc<Task>, hand: &Arc<Hand>, script: Script) -> Result<Trial, Sce
     }
     Ok(Trial {
         task: task.name.clone(),
-        script,
+        script: what,
         score,
         fault,
         sim_time_s,

@@ -61,6 +61,19 @@ pub enum ModelError {
     },
 }
 
+impl ModelError {
+    /// The file that is wrong, where the error knows it.
+    pub fn file(&self) -> Option<&str> {
+        match self {
+            ModelError::Read { file, .. }
+            | ModelError::TooLarge { file, .. }
+            | ModelError::Syntax { file, .. }
+            | ModelError::Element { file, .. } => file.to_str(),
+            ModelError::Inconsistent { .. } => None,
+        }
+    }
+}
+
 /// Something a loader accepted but that its author should know of.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}: {element}: {message}", file.display())]

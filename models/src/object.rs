@@ -1,7 +1,8 @@
 //! Free rigid objects.
 
 use crate::error::ModelError;
-use crate::shape::{Shape, inertia};
+use crate::shape::Shape;
+use crate::shape::inertia::{self, Inertia};
 use crate::{Mat3, Pose, Vec3};
 
 /// A rigid object: convex parts, mass and surface. Mass is spread evenly over the parts' volume.
@@ -39,44 +40,65 @@ impl Object {
         rolling_friction: f64,
     ) -> Result<Object, ModelError> {
         let name = name.into();
-        let bad = |element: &str, problem: String| {
-            Err(ModelError::Inconsistent { name: name.clone(), element: element.to_owned(), problem })
-        };
-        for (i, (pose, shape)) in parts.iter().enumerate() {
-            if let Err(problem) = shape.validate() {
-                return bad(&format!("part {i}"), problem);
-            }
-            if !pose.is_finite() {
-                return bad(&format!("part {i}"), "its pose is not finite".to_owned());
-            }
-        }
-        if !(mass.is_finite() && mass > 0.0) {
-            return bad("mass", format!("{mass} kg; it must be positive and finite"));
-        }
-        for (element, value) in [("friction", friction), ("rolling_friction", rolling_friction)] {
-            if !(value.is_finite() && value >= 0.0) {
-                return bad(element, format!("{value}; it must be finite and at least 0"));
-            }
-        }
+        check(&name, &parts, mass, friction, rolling_friction)?;
         let Some(body) = inertia::of_shapes(parts.iter().map(|(pose, shape)| (*pose, shape)), mass) else {
-            return bad("parts", "there are none with a volume".to_owned());
+            return Err(inconsistent(&name, "parts", "there are none with a volume".to_owned()));
         };
-        Ok(Object {
-            name,
-            parts,
-            mass,
-            com: body.com,
-            inertia: body.about_com,
-            friction,
-            rolling_friction,
-            restitution: 0.0,
-        })
+        let (com, inertia, restitution) = (body.com, body.about_com, 0.0);
+        Ok(Object { name, parts, mass, com, inertia, friction, rolling_friction, restitution })
+    }
+
+    /// An object of stated mass, centre of mass and inertia, all in the object frame.
+    ///
+    /// # Errors
+    /// As [`Object::new`]; or an inertia that no solid of this mass can have.
+    pub fn with_inertia(
+        name: impl Into<String>,
+        parts: Vec<(Pose, Shape)>,
+        body: &Inertia,
+        friction: f64,
+        rolling_friction: f64,
+    ) -> Result<Object, ModelError> {
+        let name = name.into();
+        let Inertia { mass, com, about_com: inertia } = *body;
+        check(&name, &parts, mass, friction, rolling_friction)?;
+        if parts.is_empty() {
+            return Err(inconsistent(&name, "parts", "there are none".to_owned()));
+        }
+        if let Some(problem) = body.implausible() {
+            return Err(inconsistent(&name, "inertia", problem));
+        }
+        if body.principal()[0] <= 0.0 {
+            let problem = "a principal moment is not positive; all three must be".to_owned();
+            return Err(inconsistent(&name, "inertia", problem));
+        }
+        let restitution = 0.0;
+        Ok(Object { name, parts, mass, com, inertia, friction, rolling_friction, restitution })
     }
 
     /// The same object with a coefficient of restitution, cut to [0, 1].
     #[must_use]
     pub fn with_restitution(self, restitution: f64) -> Object {
         Object { restitution: restitution.clamp(0.0, 1.0), ..self }
+    }
+
+    /// The same object with mass, friction coefficient and all lengths so many times as large.
+    #[must_use]
+    pub fn varied(&self, mass: f64, friction: f64, size: f64) -> Object {
+        let parts = self.parts.iter().map(|(pose, shape)| {
+            (Pose::from_parts(pose.translation * size, pose.rotation), shape.scaled(size))
+        });
+        Object {
+            name: self.name.clone(),
+            parts: parts.collect(),
+            mass: self.mass * mass,
+            com: self.com * size,
+            inertia: self.inertia * (mass * size * size),
+            friction: self.friction * friction,
+            // A lever is a length, too.
+            rolling_friction: self.rolling_friction * size,
+            restitution: self.restitution,
+        }
     }
 
     /// Lowest and highest corner of its bounding box in its own frame, m.
@@ -92,4 +114,36 @@ impl Object {
         }
         (low, high)
     }
+}
+
+fn inconsistent(name: &str, element: &str, problem: String) -> ModelError {
+    ModelError::Inconsistent { name: name.to_owned(), element: element.to_owned(), problem }
+}
+
+/// Refuses what no object can have.
+fn check(
+    name: &str,
+    parts: &[(Pose, Shape)],
+    mass: f64,
+    friction: f64,
+    rolling_friction: f64,
+) -> Result<(), ModelError> {
+    let bad = |element: &str, problem: String| Err(inconsistent(name, element, problem));
+    for (i, (pose, shape)) in parts.iter().enumerate() {
+        if let Err(problem) = shape.validate() {
+            return bad(&format!("part {i}"), problem);
+        }
+        if !pose.is_finite() {
+            return bad(&format!("part {i}"), "its pose is not finite".to_owned());
+        }
+    }
+    if !(mass.is_finite() && mass > 0.0) {
+        return bad("mass", format!("{mass} kg; it must be positive and finite"));
+    }
+    for (element, value) in [("friction", friction), ("rolling_friction", rolling_friction)] {
+        if !(value.is_finite() && value >= 0.0) {
+            return bad(element, format!("{value}; it must be finite and at least 0"));
+        }
+    }
+    Ok(())
 }

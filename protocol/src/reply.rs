@@ -173,6 +173,8 @@ pub struct TaskInfo {
     pub time_limit_s: f64,
     /// Its cameras.
     pub cameras: Vec<CameraInfo>,
+    /// SHA-256 of everything that it is, 64 hexadecimal digits.
+    pub hash: String,
 }
 
 impl TaskInfo {
@@ -185,6 +187,7 @@ impl TaskInfo {
             step_s: task.step_s,
             time_limit_s: task.time_limit_s,
             cameras: task.cameras.iter().map(CameraInfo::of).collect(),
+            hash: task.content_hash().to_owned(),
         }
     }
 }
@@ -259,6 +262,8 @@ pub struct RunResult {
     pub run_id: String,
     /// Its task.
     pub task: String,
+    /// SHA-256 of everything that the task is, 64 hexadecimal digits.
+    pub task_hash: String,
     /// Its hand.
     pub hand: String,
     /// How time passed in it.
@@ -267,7 +272,7 @@ pub struct RunResult {
     pub status: String,
     /// Points.
     pub score: f64,
-    /// Objects in the goal.
+    /// Objects in the goal; where objects are arranged, goals reached.
     pub in_goal: u32,
     /// Objects outside both boxes.
     pub outside: u32,
@@ -307,11 +312,12 @@ pub struct ReplayInfo {
 
 impl RunResult {
     /// A result from what the run gave.
-    pub fn new(run: RunInfo, status: &str, outcome: Outcome) -> Self {
+    pub fn new(run: RunInfo, task_hash: &str, status: &str, outcome: Outcome) -> Self {
         RunResult {
             id: None,
             run_id: run.run_id,
             task: run.task,
+            task_hash: task_hash.into(),
             hand: run.hand,
             mode: run.mode,
             status: status.into(),

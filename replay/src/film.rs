@@ -10,12 +10,13 @@ use mcap::records::MessageHeader;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_tasks::image::{CameraImage, Pixels};
 use palmares_tasks::run::ShotError;
-use palmares_tasks::{Noise, Run, Sensing};
+use palmares_tasks::{Noise, Run, Sensing, Task};
 use prost::Message;
 use prost_types::field_descriptor_proto::Type;
 use prost_types::{FileDescriptorSet, Timestamp};
 use std::collections::BTreeMap;
 use std::fs::File;
+use std::sync::Arc;
 
 /// Why there is no film.
 #[derive(Debug, thiserror::Error)]
@@ -186,11 +187,18 @@ impl Film {
 }
 
 /// Simulates a run again and writes what `cameras` saw (`name` or `name.channel`, as a controller asks for them): those with
-/// noise at their own rate, others `rate_hz` times a second. Returns how many pictures there are.
+/// noise at their own rate, others `rate_hz` times a second. `own` are tasks beside those of the program. Returns how many
+/// pictures there are.
 ///
 /// # Errors
 /// There is no such camera, the replay is refused, or the file cannot be written.
-pub fn film(replay: &Replay, cameras: &[String], rate_hz: f64, out: File) -> Result<u64, FilmError> {
+pub fn film(
+    replay: &Replay,
+    own: &[Arc<Task>],
+    cameras: &[String],
+    rate_hz: f64,
+    out: File,
+) -> Result<u64, FilmError> {
     let mut mcap = WriteOptions::new().create(out)?;
     let [image, calibration] = schemas();
     let schemas = [
@@ -218,7 +226,7 @@ pub fn film(replay: &Replay, cameras: &[String], rate_hz: f64, out: File) -> Res
         };
         failure = take().err();
     };
-    let verified = verify_watched(replay, Some(&mut look));
+    let verified = verify_watched(replay, own, Some(&mut look));
     if let Some(error) = failure {
         return Err(error);
     }

@@ -2,7 +2,7 @@
 
 use crate::chain::Chain;
 use crate::format::{ACTION, EVENT, HASH, POSES, RESULT_RECORD, RUN_RECORD, SIGNATURE_RECORD, TELEMETRY};
-use crate::key::Signer;
+use crate::signature::Signer;
 use crate::{reader, records};
 use mcap::records::{MessageHeader, Metadata, Record, op};
 use std::collections::BTreeMap;

@@ -9,9 +9,9 @@ use crate::format::{
     SIGNATURE_RECORD, TELEMETRY,
 };
 use crate::header::Header;
-use crate::key::PublicKey;
 use crate::messages::{ActionMessage, HashMessage, PushMessage, StateHash};
 use crate::records::{self, Frame};
+use crate::signature::PublicKey;
 use crate::verify_error::VerifyError;
 use mcap::records::{Metadata, Record, op};
 use palmares_tasks::{Action, Event, Outcome};

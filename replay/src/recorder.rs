@@ -3,9 +3,9 @@
 use crate::format::HASH_EVERY;
 use crate::header::Header;
 use crate::item::Item;
-use crate::key::Signer;
 use crate::messages::{ActionMessage, PushMessage, StateHash};
 use crate::poses::{Picture, RATE};
+use crate::signature::Signer;
 use crate::signed_file::Written;
 use crate::writer::{Plan, write};
 use palmares_tasks::observation::Wrench;
@@ -72,6 +72,10 @@ impl Recorder {
         hand_files: Option<Arc<Vec<u8>>>,
     ) -> Result<Self, RecordError> {
         let path = folder.join(format!("{}.mcap", header.run_id));
+        if run.task().is_varied() {
+            let message = "a randomised run, or one with some of the objects, is none of the task's";
+            return Err(RecordError::new(&path, message));
+        }
         let failed = |error: std::io::Error| RecordError::new(&path, error);
         std::fs::create_dir_all(folder).map_err(failed)?;
         let file =

@@ -1,7 +1,7 @@
 //! A file that is hashed while it is written, so that signing it does not read it again.
 
 use crate::format::SIGNATURE_DIGITS;
-use crate::key::Signer;
+use crate::signature::Signer;
 use mcap::records::op;
 use sha2::{Digest, Sha256};
 use std::cell::RefCell;

@@ -2,12 +2,14 @@
 
 use crate::format::HASH_EVERY;
 use crate::hands::hand;
+use crate::header::Header;
 use crate::identity;
 use crate::messages::StateHash;
 use crate::reader::{RecordedTick, Replay};
 use crate::verify_error::VerifyError;
 use palmares_tasks::{Event, Outcome, Run, Task};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 
 /// A replay that came to the same states and the same score.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,18 +22,19 @@ pub struct Verified {
     pub score: f64,
 }
 
-/// Simulates a replay from tick 0 and compares every state, event and count.
-pub fn verify(replay: &Replay) -> Result<Verified, VerifyError> {
-    verify_watched(replay, None)
+/// Simulates a replay from tick 0 and compares every state, event and count. `own` are tasks beside those of the program.
+pub fn verify(replay: &Replay, own: &[Arc<Task>]) -> Result<Verified, VerifyError> {
+    verify_watched(replay, own, None)
 }
 
 /// The same, and `look` is shown the run at tick 0 and after every tick, with the noise that its sensors had.
 pub fn verify_watched(
     replay: &Replay,
+    own: &[Arc<Task>],
     look: Option<&mut dyn FnMut(&mut Run)>,
 ) -> Result<Verified, VerifyError> {
     // A hand from anybody's file may bring the simulation to places where it gives up.
-    catch_unwind(AssertUnwindSafe(|| simulate(replay, look))).unwrap_or_else(|_| {
+    catch_unwind(AssertUnwindSafe(|| simulate(replay, own, look))).unwrap_or_else(|_| {
         Err(VerifyError::StateDiffers {
             tick: 0,
             last_equal: None,
@@ -41,7 +44,11 @@ pub fn verify_watched(
     })
 }
 
-fn simulate(replay: &Replay, look: Option<&mut dyn FnMut(&mut Run)>) -> Result<Verified, VerifyError> {
+fn simulate(
+    replay: &Replay,
+    own: &[Arc<Task>],
+    look: Option<&mut dyn FnMut(&mut Run)>,
+) -> Result<Verified, VerifyError> {
     let header = &replay.header;
     let engine = identity::engine();
     if header.engine != engine {
@@ -50,14 +57,9 @@ fn simulate(replay: &Replay, look: Option<&mut dyn FnMut(&mut Run)>) -> Result<V
             header.engine, header.server_version, header.build_hash
         )));
     }
-    let task = Task::builtin().into_iter().find(|task| task.name == header.task);
-    let task =
-        task.ok_or_else(|| VerifyError::OtherTask(format!("this program has no task `{}`", header.task)))?;
+    let task = task(header, own)?;
     if identity::physics_hash(&task) != header.physics_hash {
         return Err(VerifyError::OtherPhysics("the constants of the physics are others here".into()));
-    }
-    if task.content_hash() != header.task_hash || task.tick_s != header.tick_s {
-        return Err(VerifyError::OtherTask(format!("the task `{}` is another one here", header.task)));
     }
     let longest = (task.time_limit_s / task.tick_s).ceil() as usize;
     if replay.actions.len() > longest {
@@ -74,6 +76,26 @@ fn simulate(replay: &Replay, look: Option<&mut dyn FnMut(&mut Run)>) -> Result<V
     })?;
     let run = if look.is_some() { run.with_noise(header.noise) } else { run };
     Simulation { run, look, last_equal: None, states: 0, hashes: replay.hashes.iter() }.play(replay)
+}
+
+/// The task of a replay, among one's own and those of the program.
+fn task(header: &Header, own: &[Arc<Task>]) -> Result<Arc<Task>, VerifyError> {
+    let known = own.iter().cloned().chain(Task::builtin());
+    let named: Vec<Arc<Task>> = known.filter(|task| task.name == header.task).collect();
+    let same = |task: &&Arc<Task>| task.content_hash() == header.task_hash && task.tick_s == header.tick_s;
+    match (named.iter().find(same), named.first()) {
+        (Some(task), _) => Ok(task.clone()),
+        (None, Some(other)) => Err(VerifyError::OtherTask(format!(
+            "the task `{}` is another one here: its hash is {}, recorded was {}",
+            header.task,
+            other.content_hash(),
+            header.task_hash
+        ))),
+        (None, None) => Err(VerifyError::OtherTask(format!(
+            "this program has no task `{}`: give its folder with --task",
+            header.task
+        ))),
+    }
 }
 
 struct Simulation<'a, 'l> {

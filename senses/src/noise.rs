@@ -16,16 +16,29 @@ const WORDS_PER_SAMPLE: u128 = 1 << 24;
 #[derive(Clone, Debug)]
 pub struct Noise {
     key: [u8; 32],
+    /// What normal numbers are multiplied by.
+    factor: f64,
 }
 
 impl Noise {
     /// The noise that belongs to a run's seed. Its key is SHA-256("palmares sensor noise" ‖ seed), which tells nothing of
     /// the scene that is made of the same seed.
     pub fn new(seed: &[u8; 32]) -> Self {
+        Self::keyed("palmares sensor noise", seed)
+    }
+
+    /// Random numbers for something else that belongs to the seed: their key is SHA-256(purpose ‖ seed).
+    pub fn keyed(purpose: &str, seed: &[u8; 32]) -> Self {
         let mut hash = Sha256::new();
-        hash.update(b"palmares sensor noise");
+        hash.update(purpose.as_bytes());
         hash.update(seed);
-        Noise { key: hash.finalize().into() }
+        Noise { key: hash.finalize().into(), factor: 1.0 }
+    }
+
+    /// The same with all normal numbers, of which the errors of sensors are made, so many times as large.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        Noise { factor, ..self }
     }
 
     /// The noise of one sensor, which its name tells from all others of the run.
@@ -33,26 +46,26 @@ impl Noise {
         let mut hash = Sha256::new();
         hash.update(self.key);
         hash.update(name.as_bytes());
-        SensorNoise(ChaCha8Rng::from_seed(hash.finalize().into()))
+        SensorNoise(ChaCha8Rng::from_seed(hash.finalize().into()), self.factor)
     }
 }
 
 /// The noise of one sensor.
 #[derive(Clone, Debug)]
-pub struct SensorNoise(ChaCha8Rng);
+pub struct SensorNoise(ChaCha8Rng, f64);
 
 impl SensorNoise {
     /// The random numbers of the `k`-th sample, always the same.
     pub fn sample(&self, k: u64) -> Sample {
         let mut rng = self.0.clone();
         rng.set_word_pos(u128::from(k) * WORDS_PER_SAMPLE);
-        Sample(rng)
+        Sample(rng, self.1)
     }
 }
 
 /// The random numbers of one sample of a sensor, to be drawn in a fixed order.
 #[derive(Clone, Debug)]
-pub struct Sample(ChaCha8Rng);
+pub struct Sample(ChaCha8Rng, f64);
 
 impl Sample {
     /// Uniform in (0, 1).
@@ -60,10 +73,10 @@ impl Sample {
         (f64::from(self.0.next_u32()) + 0.5) / 4_294_967_296.0
     }
 
-    /// Normal, of mean 0 and standard deviation 1, by the transform of Box and Muller (1958).
+    /// Normal, of mean 0 and standard deviation 1 (or as [`Noise::scaled`] has it), by the transform of Box and Muller (1958).
     pub fn normal(&mut self) -> f64 {
         let (length, turn) = (self.unit(), self.unit());
-        (-2.0 * libm::log(length)).sqrt() * libm::cos(TAU * turn)
+        self.1 * ((-2.0 * libm::log(length)).sqrt() * libm::cos(TAU * turn))
     }
 
     /// Three independent normal numbers.
@@ -72,11 +85,11 @@ impl Sample {
     }
 
     /// Uniform and normal numbers of a pixel from one word: 20 bits are an equally likely one of 2²⁰ parts of (0, 1), 12
-    /// bits an equally likely one of 4096 quantiles, whose standard deviation is 1. The normal one never exceeds 3.7.
+    /// bits an equally likely one of 4096 quantiles, whose standard deviation is 1 (or as above). The normal one never exceeds 3.7 of them.
     pub fn pixel(&mut self) -> (f64, f64) {
         let word = self.0.next_u32();
         let unit = (f64::from(word >> 12) + 0.5) / 1_048_576.0;
-        (unit, quantiles()[(word & 0xfff) as usize])
+        (unit, self.1 * quantiles()[(word & 0xfff) as usize])
     }
 }
 
@@ -151,6 +164,19 @@ mod tests {
         }
         assert_ne!(noise.sensor("b").sample(5).normal3(), alone);
         assert_ne!(Noise::new(&[2; 32]).sensor("a").sample(5).normal3(), alone);
+    }
+
+    #[test]
+    fn scaled_noise_has_the_same_numbers_so_many_times_as_large() {
+        let (noise, scaled) = (Noise::new(&[1; 32]), Noise::new(&[1; 32]).scaled(2.0));
+        let (mut a, mut b) = (noise.sensor("a").sample(5), scaled.sensor("a").sample(5));
+        for _ in 0..100 {
+            assert_eq!((2.0 * a.normal(), a.unit()), (b.normal(), b.unit()));
+            let ((unit, normal), twice) = (a.pixel(), b.pixel());
+            assert_eq!((unit, 2.0 * normal), twice);
+        }
+        let other = Noise::keyed("something else", &[1; 32]).sensor("a").sample(5).normal3();
+        assert_ne!(noise.sensor("a").sample(5).normal3(), other);
     }
 
     #[test]

@@ -47,6 +47,10 @@ pub struct ServeOptions {
     #[arg(long = "hand", value_name = "PATH")]
     pub(crate) hands: Vec<PathBuf>,
 
+    /// A task of your own beside those that come with the program: a folder with a task.toml. May be given several times
+    #[arg(long = "task", value_name = "PATH")]
+    pub(crate) tasks: Vec<PathBuf>,
+
     /// Do not record practice runs. Official runs are always recorded: they count only when they replay
     #[arg(long, env = "PALMARES_NO_REPLAYS")]
     pub(crate) no_replays: bool,
@@ -128,8 +132,10 @@ pub(crate) struct Config {
     pub(crate) sessions_per_team: u32,
     /// What a reset takes from a session, s.
     pub(crate) reset_cost_s: f64,
-    /// Names of the tasks; none for all.
-    pub(crate) tasks: Option<Vec<String>>,
+    /// Names of the tasks that come with the program; none for all.
+    pub(crate) builtin_tasks: Option<Vec<String>>,
+    /// Further tasks, from folders.
+    pub(crate) tasks: Vec<PathBuf>,
     /// What controllers may see.
     pub(crate) sensing: SensingRules,
     /// Names of the hands that come with the program; none for all.
@@ -194,6 +200,8 @@ impl ServeOptions {
         let key = |path: &Option<PathBuf>, name: &str| path.as_ref().map_or(data_dir.join(name), inside);
         let mut hands: Vec<PathBuf> = file.hand_files.iter().flatten().map(inside).collect();
         hands.extend(self.hands.iter().cloned());
+        let mut tasks: Vec<PathBuf> = file.task_files.iter().flatten().map(inside).collect();
+        tasks.extend(self.tasks.iter().cloned());
         let both = |first: &[String], then: &Option<Vec<String>>| -> Vec<String> {
             first.iter().chain(then.iter().flatten()).cloned().collect()
         };
@@ -214,7 +222,8 @@ impl ServeOptions {
             session_s,
             sessions_per_team: file.sessions_per_team.unwrap_or(1),
             reset_cost_s,
-            tasks: file.tasks.clone(),
+            builtin_tasks: file.tasks.clone(),
+            tasks,
             sensing: SensingRules::new(mode, file.noise, file.sensors_only.clone()),
             builtin_hands: file.hands.clone(),
             hands,

@@ -29,7 +29,7 @@ impl World {
     pub fn snapshot(&self) -> Snapshot {
         let work = &self.scratch.work;
         Snapshot {
-            state: self.state.clone(),
+            state: self.state.remembered(),
             forces: work.forces.clone(),
             outcome: work.outcome,
             fault: work.fault,
@@ -38,7 +38,8 @@ impl World {
 
     /// Goes on from one. Pushes that were to act in the next step are forgotten.
     pub fn resume(&mut self, from: &Snapshot) {
-        self.restore(from.state.clone());
+        self.state.take_over(&from.state);
+        self.forget();
         let work = &mut self.scratch.work;
         work.forces.clone_from(&from.forces);
         (work.outcome, work.fault) = (from.outcome, from.fault);

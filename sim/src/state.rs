@@ -131,6 +131,43 @@ impl State {
         }
     }
 
+    /// A copy for a snapshot: without the pairs that remember nothing, of which a cluttered scene has many.
+    pub(crate) fn remembered(&self) -> Self {
+        let State { step, base, q, v, objects, reference, motors, tension, sleep, earlier, substeps, pairs } =
+            self;
+        State {
+            step: *step,
+            base: *base,
+            q: q.clone(),
+            v: v.clone(),
+            objects: objects.clone(),
+            reference: *reference,
+            motors: motors.clone(),
+            tension: tension.clone(),
+            sleep: sleep.clone(),
+            earlier: earlier.clone(),
+            substeps: *substeps,
+            pairs: pairs.iter().filter(|pair| !pair.is_blank()).cloned().collect(),
+        }
+    }
+
+    /// Takes over another state, and keeps its own memory: a restored world allocates next to nothing.
+    pub(crate) fn take_over(&mut self, from: &State) {
+        let State { step, base, q, v, objects, reference, motors, tension, sleep, earlier, substeps, pairs } =
+            from;
+        (self.step, self.base, self.reference, self.substeps) = (*step, *base, *reference, *substeps);
+        self.q.clone_from(q);
+        self.v.clone_from(v);
+        self.objects.clone_from(objects);
+        self.motors.clone_from(motors);
+        self.tension.clone_from(tension);
+        self.sleep.clone_from(sleep);
+        (self.earlier.smooth, self.earlier.base) = (earlier.smooth, earlier.base);
+        self.earlier.q.clone_from(&earlier.q);
+        self.earlier.v.clone_from(&earlier.v);
+        self.pairs.clone_from(pairs);
+    }
+
     /// s since the beginning.
     pub fn time_s(&self, model: &Model) -> f64 {
         self.step as f64 * model.config().step_s

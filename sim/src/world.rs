@@ -46,6 +46,11 @@ impl World {
     /// Goes back (or elsewhere) to a snapshot.
     pub fn restore(&mut self, state: State) {
         self.state = state;
+        self.forget();
+    }
+
+    /// Forgets what the last step left for the next one: the state is another.
+    pub(crate) fn forget(&mut self) {
         self.scratch.invalidate();
         self.scratch.work.impacts.of_objects.clear();
         self.scratch.work.forces.clear();

@@ -16,6 +16,7 @@ pub mod settle;
 pub mod start;
 pub mod table;
 pub mod task;
+pub mod training;
 
 pub use action::{Action, ActionError, ActionLimits, BaseTarget};
 pub use observation::{Event, Noise, Observation, Sensing};

@@ -169,7 +169,8 @@ pub struct Contacts {
 pub struct Event {
     /// When, in ticks.
     pub tick: u64,
-    /// `in_goal`, `left_goal`, `outside`, `back_inside`, `lifted`, `dropped`, `slipped`, `held`, `shaken`.
+    /// `in_goal`, `left_goal`, `outside`, `back_inside`, `lifted`, `dropped`, `slipped`, `held`, `shaken`; where objects are
+    /// arranged, the name of the goal that has been reached.
     pub kind: String,
     /// Which object: told with sensing `truth`, and in a run's result.
     #[serde(default, skip_serializing_if = "Option::is_none")]

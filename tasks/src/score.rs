@@ -5,7 +5,7 @@ use crate::task::Collect;
 /// Objects by where they ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Count {
-    /// In the goal box.
+    /// In the goal box, or goals that have been reached.
     pub in_goal: u32,
     /// In neither box.
     pub outside: u32,

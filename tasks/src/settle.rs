@@ -13,6 +13,8 @@ use std::sync::Arc;
 
 /// Longest time the world is given to come to rest after placing, s.
 const REST_S: f64 = 3.0;
+/// An object with a pose of its own has stayed there if its centre of mass has not moved this far, m.
+const STAYED_M: f64 = 0.02;
 /// Placements tried before a scene is given up.
 const DRAWS: usize = 20;
 
@@ -84,7 +86,7 @@ pub(crate) fn draw(task: &Task, seed: Seed) -> Result<Built, SceneError> {
             let message = "the scene needs more computing to come to rest than it may";
             return Err(SceneError::unsound(task, message));
         }
-        match unsound(task, &built) {
+        match unsound(task, &placed, &built) {
             None => return Ok(built),
             Some(why) => last = why,
         }
@@ -98,12 +100,16 @@ pub(crate) fn furnished(task: &Task) -> Result<Built, SceneError> {
 }
 
 /// What is wrong with a settled scene.
-fn unsound(task: &Task, built: &Built) -> Option<String> {
+fn unsound(task: &Task, placed: &[Placed], built: &Built) -> Option<String> {
     let (state, model) = (built.world.state(), built.world.model());
-    let (low, high) = task.region(task.place.into_region())?;
-    for (k, object) in model.objects().iter().enumerate() {
+    let region = task.place.into_region().and_then(|name| task.region(name));
+    for (k, (object, placed)) in model.objects().iter().zip(placed).enumerate() {
         let at = state.objects[k].translation;
-        if !(0..3).all(|axis| at[axis] > low[axis] && at[axis] < high[axis]) {
+        let stayed = match region {
+            Some((low, high)) => (0..3).all(|axis| at[axis] > low[axis] && at[axis] < high[axis]),
+            None => (at - placed.pose * object.com).length() < STAYED_M,
+        };
+        if !stayed {
             return Some(format!("{} did not stay where it was put", object.name));
         }
         if !state.sleep[k].asleep {

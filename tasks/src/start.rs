@@ -42,7 +42,8 @@ pub fn overlaps(task: &Task, hand: Arc<Hand>) -> Result<Vec<Overlap>, SceneError
 pub fn may_overlap(task: &Task, hand: Arc<Hand>) -> Result<Vec<Overlap>, SceneError> {
     let (world, names) = joined(task, &furnished(task)?, hand)?;
     let room = placing_room(task);
-    let room = room.map(|(min, max)| cuboid(task.place.into_region(), Obstacle::Placing, min, max));
+    let name = task.place.into_region().unwrap_or("place.fixed");
+    let room = room.map(|(min, max)| cuboid(name, Obstacle::Placing, min, max));
     Ok(overlapping(task, &world, &names, room))
 }
 

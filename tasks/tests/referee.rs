@@ -1,5 +1,6 @@
 //! What must hold of every referee, whatever it is shown in whatever order.
 
+use palmares_models::{Pose, Vec3};
 use palmares_tasks::referee::{ObjectSnapshot, Referee};
 use palmares_tasks::task::{Rules, Task};
 use proptest::prelude::*;
@@ -22,8 +23,10 @@ fn position(task: &Task) -> BoxedStrategy<[f64; 3]> {
 fn sightings(task: &Task) -> BoxedStrategy<Vec<ObjectSnapshot>> {
     let in_hand =
         prop_oneof![4 => prop::array::uniform3(0.0..0.01f64), 1 => prop::array::uniform3(-0.2..0.2f64)];
-    let one = (position(task), in_hand, any::<bool>())
-        .prop_map(|(position, in_hand, at_rest)| ObjectSnapshot { position, in_hand, at_rest });
+    let one = (position(task), in_hand, any::<bool>()).prop_map(|(position, in_hand, at_rest)| {
+        let frame = Pose::from_translation(Vec3::from_array(position));
+        ObjectSnapshot { position, in_hand, at_rest, frame }
+    });
     prop::collection::vec(one, task.objects.count).boxed()
 }
 
@@ -44,6 +47,28 @@ fn told(kind: &str) -> &'static str {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
+    /// Goals are told in their order, each once, and they alone tell count and score; who goes on from memory sees the same.
+    #[test]
+    fn arranging_is_told_goal_by_goal((task, frames) in story("pan")) {
+        let Rules::Arrange(rules) = &task.rules else { panic!("a pan and its lid are arranged") };
+        let mut referee = Referee::new(&task, &frames[0]);
+        let mut told: Vec<String> = Vec::new();
+        for (k, frame) in frames.iter().enumerate().skip(1) {
+            let mut other = Referee::new(&task, &frames[0]);
+            other.recall(&referee.memory());
+            // Longer than any goal is to last.
+            let events = referee.watch(120 * k as u64, frame);
+            prop_assert_eq!(&other.watch(120 * k as u64, frame), &events);
+            told.extend(events.into_iter().map(|event| event.kind));
+            let reached = &rules.goals[..told.len()];
+            prop_assert!(reached.iter().map(|goal| &goal.name).eq(&told), "{:?}", told);
+            let points: f64 = reached.iter().map(|goal| goal.points).sum();
+            prop_assert!((referee.score() - points).abs() < 1e-12);
+            prop_assert_eq!(referee.count().in_goal as usize, told.len());
+            prop_assert_eq!(referee.complete(), told.len() == rules.goals.len());
+        }
+    }
+
     /// Events alone tell the count; the count alone tells the score; a rested last frame is what the verdict says.
     #[test]
     fn collecting((task, frames) in prop_oneof![story("balls"), story("shelf")]) {

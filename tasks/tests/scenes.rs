@@ -35,7 +35,12 @@ fn shapes(model: &Model, state: &State, object: usize) -> Vec<(Pose, parry3d_f64
 /// Objects within the region by all of their extent, no two in one another by more than a contact's give.
 fn audit(task: &Task, built: &Built, seed: u64) {
     let (state, model) = (built.world.state(), built.world.model());
-    let region = built.scene.regions.iter().find(|r| r.name == task.place.into_region()).expect("it is told");
+    let region = built
+        .scene
+        .regions
+        .iter()
+        .find(|r| Some(r.name.as_str()) == task.place.into_region())
+        .expect("it is told");
     let n = model.objects().len();
     let all: Vec<_> = (0..n).map(|k| shapes(model, state, k)).collect();
     for (k, parts) in all.iter().enumerate() {

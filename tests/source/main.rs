@@ -3,3 +3,4 @@
 mod circles;
 mod imports;
 mod map;
+mod training;

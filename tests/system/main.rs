@@ -33,6 +33,7 @@ mod roles;
 mod senses;
 mod session_time;
 mod store_trouble;
+mod task;
 mod watch;
 mod watch_binary;
 mod watch_official;

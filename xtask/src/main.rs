@@ -46,11 +46,7 @@ enum Task {
     /// Build the pages' scripts, which the server takes in when it is compiled next.
     Viewer,
     /// Build the Python package with the engine, the program and its pages, into target/wheels.
-    Wheel {
-        /// The source distribution as well.
-        #[arg(long)]
-        sdist: bool,
-    },
+    Wheel(wheel::Options),
 }
 
 fn main() -> ExitCode {
@@ -62,7 +58,7 @@ fn main() -> ExitCode {
         Task::Schema => cargo::build_server(false).and_then(|program| schema::run(&program)).map(|()| true),
         Task::Test => check::run(),
         Task::Viewer => viewer::run().map(|()| true),
-        Task::Wheel { sdist } => wheel::run(sdist).map(|()| true),
+        Task::Wheel(options) => wheel::run(&options).map(|()| true),
     };
     match outcome {
         Ok(true) => ExitCode::SUCCESS,

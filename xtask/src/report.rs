@@ -29,7 +29,10 @@ pub(crate) struct Options {
     /// Timing runs, of which the median counts.
     #[arg(long, default_value_t = 5)]
     repeats: usize,
-    /// Wall time of a peer's run, and of its reference, s; beyond it the run is listed as not finished.
+    /// How many outcomes are gathered at once; as many as the machine has threads if not given.
+    #[arg(long)]
+    jobs: Option<usize>,
+    /// CPU time of a peer's run, and of its reference, s; beyond it the run is listed as not finished.
     #[arg(long, default_value_t = 60.0)]
     run_limit_s: f64,
     /// Gather outcomes and time nothing: beside other work. The report that follows takes them from target/report.jsonl.
@@ -38,6 +41,9 @@ pub(crate) struct Options {
     /// Reuse gathered outcomes of peers whatever their commit.
     #[arg(long)]
     reuse_peers: bool,
+    /// A report's JSON from which the runs of engines that are not played, and their times, are taken.
+    #[arg(long)]
+    keep: Option<PathBuf>,
 }
 
 /// Builds the bench, prepares MuJoCo if it can, and runs the comparison; its progress is shown as it goes.
@@ -54,6 +60,12 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         if let Some(value) = value {
             report.args([flag, value]);
         }
+    }
+    if let Some(keep) = &options.keep {
+        report.arg("--keep").arg(keep);
+    }
+    if let Some(jobs) = options.jobs {
+        report.args(["--jobs", &jobs.to_string()]);
     }
     for (flag, given) in [
         ("--quick", options.quick),

@@ -1,13 +1,26 @@
 //! `cargo xtask wheel`: the Python package with client, engine, program and pages in one file.
 
-use crate::python::{Environment, project};
+use crate::python::{Environment, create, interpreter, project};
 use crate::viewer;
 use crate::workspace;
 use anyhow::{Context, Result, ensure};
-use std::process::Stdio;
+use clap::Args;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+#[derive(Args)]
+pub(crate) struct Options {
+    /// The source distribution as well.
+    #[arg(long)]
+    sdist: bool,
+    /// Then do what a user does: install it into an empty environment, play a first run, and say how long that took.
+    #[arg(long)]
+    r#try: bool,
+}
 
 /// Builds it, and the source distribution when that is wanted too.
-pub(crate) fn run(sdist: bool) -> Result<()> {
+pub(crate) fn run(options: &Options) -> Result<()> {
     eprintln!("== building the viewer");
     viewer::run()?;
     eprintln!("== building the wheel");
@@ -18,7 +31,7 @@ pub(crate) fn run(sdist: bool) -> Result<()> {
     maturin
         .args(["-m", "maturin", "build", "--release", "--locked", "--auditwheel", "check", "--out"])
         .arg(&folder);
-    if sdist {
+    if options.sdist {
         maturin.arg("--sdist");
     }
     let status =
@@ -27,8 +40,35 @@ pub(crate) fn run(sdist: bool) -> Result<()> {
     let mut found: Vec<_> =
         std::fs::read_dir(&folder)?.filter_map(Result::ok).map(|entry| entry.path()).collect();
     found.sort();
-    for file in found {
+    for file in &found {
         println!("{}", file.display());
     }
+    if options.r#try {
+        let wheel = found.iter().find(|file| file.extension().is_some_and(|end| end == "whl"));
+        try_it(wheel.context("no wheel was made")?)?;
+    }
+    Ok(())
+}
+
+/// Installs the wheel into an empty environment and plays a first run with what it brings, from an empty folder.
+fn try_it(wheel: &Path) -> Result<()> {
+    let folder = tempfile::tempdir().context("cannot make a folder")?;
+    let venv = folder.path().join("venv");
+    let bin = venv.join(if cfg!(windows) { "Scripts" } else { "bin" });
+    create(&interpreter()?, &venv)?;
+    let took = |what: &str, command: &mut Command| -> Result<f64> {
+        let begun = Instant::now();
+        let status =
+            command.current_dir(folder.path()).status().with_context(|| format!("cannot start {what}"))?;
+        ensure!(status.success(), "{what} failed ({status}); see above");
+        Ok(begun.elapsed().as_secs_f64())
+    };
+    eprintln!("== installing the wheel into an empty environment");
+    let mut pip = Command::new(bin.join("pip"));
+    pip.args(["install", "--quiet", "--disable-pip-version-check"]).arg(wheel);
+    let install_s = took("pip install", &mut pip)?;
+    eprintln!("== palmares demo");
+    let demo_s = took("palmares demo", Command::new(bin.join("palmares")).arg("demo"))?;
+    println!("pip install {install_s:.1} s, first score after {demo_s:.1} s more");
     Ok(())
 }

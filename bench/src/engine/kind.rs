@@ -48,6 +48,11 @@ impl EngineKind {
         }
     }
 
+    /// Whether each of its steps surely comes to an end: rapier does not return from some.
+    pub fn always_returns(self) -> bool {
+        !matches!(self, EngineKind::Rapier(_))
+    }
+
     /// What these settings are, and why anybody would choose them.
     pub fn about_settings(self) -> &'static str {
         match self {

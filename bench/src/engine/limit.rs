@@ -1,13 +1,24 @@
-//! A limit on the wall time of a peer's runs: some would take an hour to say what shorter ones say.
-
+//! A limit on the CPU time of a peer's runs: some would take an hour to say what shorter ones say, and some never end. It
+//! is looked at before every step; in a process that [`enforce`]s it, a step that outlasts it ends the process. The clock on
+//! the wall would have other work beside it decide what comes to an end.
 use super::interface::{Cost, Engine};
-use anyhow::{Result, bail};
+use anyhow::Result;
+use cpu_time::{ProcessTime, ThreadTime};
 use palmares_models::Vec3;
 use palmares_sim::{Command, Model, State};
 use palmares_sim::{ContactForce, Outcome};
 use std::cell::Cell;
-use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::process::exit;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{sleep, spawn};
+use std::time::Duration;
+
+/// With this a process ends where a step outlasts the limit.
+pub const EXIT_CODE: i32 = 75;
+/// So much longer than the limit a process may take that enforces it, s, and how often that is looked at: work between
+/// steps counts there as well.
+const GRACE_S: f64 = 2.0;
+const LOOK_EVERY: Duration = Duration::from_millis(100);
 
 thread_local! {
     static LIMIT: Cell<Option<Limit>> = const { Cell::new(None) };
@@ -16,13 +27,14 @@ thread_local! {
 #[derive(Clone, Copy)]
 struct Limit {
     allowed_s: f64,
-    end: Instant,
+    spent_s: f64,
 }
 
-impl Limit {
-    fn new(allowed_s: f64) -> Self {
-        Limit { allowed_s, end: Instant::now() + Duration::from_secs_f64(allowed_s) }
-    }
+/// CPU time of a process that enforces it at which the limit of its run will be over, s.
+static END_S: Mutex<Option<f64>> = Mutex::new(None);
+
+fn cpu_s() -> f64 {
+    ProcessTime::now().as_duration().as_secs_f64()
 }
 
 /// A peer's run that came to no end in time: it says nothing, neither good nor bad.
@@ -33,27 +45,59 @@ pub struct NotFinished {
     pub allowed_s: f64,
 }
 
-/// Runs `run`, which ends with an error after so much wall time in steps of peers, s, or when one of them fails.
+/// A step of a peer failed in a run with a limit.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("a step failed at {at_s:.3} s")]
+pub struct StepFailed {
+    /// When, s.
+    pub at_s: f64,
+}
+
+/// From now on a step that outlasts its run's limit ends this process with [`EXIT_CODE`]: for a process that plays one run
+/// at a time and whose parent can do without it.
+pub fn enforce() {
+    spawn(|| {
+        loop {
+            sleep(LOOK_EVERY);
+            let end_s = *END_S.lock().unwrap_or_else(PoisonError::into_inner);
+            if end_s.is_some_and(|end_s| cpu_s() > end_s + GRACE_S) {
+                exit(EXIT_CODE);
+            }
+        }
+    });
+}
+
+/// Sets the limit of this thread; what was set before.
+fn replace(limit: Option<Limit>) -> Option<Limit> {
+    let end_s = limit.map(|limit| cpu_s() + limit.allowed_s - limit.spent_s);
+    *END_S.lock().unwrap_or_else(PoisonError::into_inner) = end_s;
+    LIMIT.replace(limit)
+}
+
+/// Runs `run`, which ends with an error after so much CPU time in steps of peers, s, or when one of them fails.
 pub fn within<T>(allowed_s: f64, run: impl FnOnce() -> T) -> T {
-    let before = LIMIT.replace(Some(Limit::new(allowed_s)));
+    let before = replace(Some(Limit { allowed_s, spent_s: 0.0 }));
     let outcome = run();
-    LIMIT.set(before);
+    replace(before);
     outcome
 }
 
 /// Runs `run` with a limit of its own of the same length, where there is one: a reference is not a part of the first
 /// run that needs it.
 pub fn apart<T>(run: impl FnOnce() -> T) -> T {
-    let Some(outer) = LIMIT.get() else { return run() };
-    let begin = Instant::now();
-    let outcome = within(outer.allowed_s, run);
-    LIMIT.set(Some(Limit { end: outer.end + begin.elapsed(), ..outer }));
-    outcome
+    match LIMIT.get() {
+        Some(outer) => within(outer.allowed_s, run),
+        None => run(),
+    }
 }
 
 /// Whether the present run has used up its time.
 pub fn used_up() -> bool {
-    LIMIT.get().is_some_and(|limit| Instant::now() > limit.end)
+    LIMIT.get().is_some_and(|limit| limit.spent_s >= limit.allowed_s)
+}
+
+fn spend(seconds: f64) {
+    LIMIT.set(LIMIT.get().map(|limit| Limit { spent_s: limit.spent_s + seconds, ..limit }));
 }
 
 /// A peer that steps as long as there is time.
@@ -68,11 +112,15 @@ impl Engine for Limited {
         if let Some(limit) = LIMIT.get().filter(|_| used_up()) {
             return Err(NotFinished { allowed_s: limit.allowed_s }.into());
         }
+        let begin = ThreadTime::now();
         let cost = self.0.step(command)?;
+        // MuJoCo steps in another process, and tells how long.
+        spend(cost.total_s.max(begin.elapsed().as_secs_f64()));
         // What has failed once does nothing that was asked for; to go on takes a report an hour.
         if LIMIT.get().is_some() && !self.0.outcome().converged {
-            let seconds = self.0.state().step as f64 * self.0.model().config().step_s;
-            bail!("a step failed at {seconds:.3} s");
+            return Err(
+                StepFailed { at_s: self.0.state().step as f64 * self.0.model().config().step_s }.into()
+            );
         }
         Ok(cost)
     }
@@ -121,8 +169,15 @@ mod tests {
     #[test]
     fn what_runs_apart_takes_nothing_from_the_run_around_it() {
         within(2.0, || {
-            apart(|| std::thread::sleep(Duration::from_millis(2100)));
+            spend(1.5);
+            apart(|| {
+                assert!(!used_up());
+                spend(2.1);
+                assert!(used_up());
+            });
             assert!(!used_up());
+            spend(0.6);
+            assert!(used_up());
         });
         assert!(!used_up());
     }

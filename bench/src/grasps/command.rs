@@ -50,7 +50,7 @@ pub struct Options {
     /// Play nothing: count what the file of runs knows of the plan.
     #[arg(long)]
     count_only: bool,
-    /// Wall time of a peer's run, s; beyond it the run is not finished and is not counted.
+    /// CPU time of a peer's run, s; beyond it the run is not finished and is not counted.
     #[arg(long, default_value_t = 120.0)]
     run_limit_s: f64,
     /// Play only this grasp of one hand and family, and print how it goes.

@@ -7,6 +7,6 @@ mod page;
 pub mod play;
 pub mod runner;
 pub mod scene;
-mod table;
+pub(crate) mod table;
 pub mod tally;
 mod trace;

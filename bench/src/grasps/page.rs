@@ -1,8 +1,8 @@
 //! The counts as a page to read.
 
 use super::play::{MOVED_M, OVERLAP_M};
-use super::table::{Cell, Row, Table};
-use super::tally::{Count, Flips, wilson};
+use super::table::{Cell, Row, Sum, Table, best};
+use super::tally::{Count, wilson};
 use std::fmt::Write;
 
 /// Writing into a string cannot fail.
@@ -51,11 +51,13 @@ fn head(page: &mut String, table: &Table) {
         A grasp is *kept* if the object is lifted by more than 5 cm, from half a second after the lift until the end \
         moves by less than {:.0} mm in the palm and is nowhere deeper than {:.0} mm in the hand, and if every step converges. That is judged \
         from poses alone, by the same code for all engines. Beside the count stands Wilson's interval at 95 %. *+n deep*: so many more would be kept, were they not \
-        too deep. A *flip* is a change of the outcome from one step to the next longer one. Runs that took too long are not \
-        counted. Peers play the SoftHand alone: they have no tendons whose R depends on q.\n",
+        too deep. A *flip* is a change of the outcome from one step to the next longer one. A run of a peer that takes more \
+        than {} s of CPU time is not finished and not counted. Steps at which nothing was played show a dash. \
+        The settings with which a peer keeps most are named below each table. Peers play the SoftHand alone: they have no tendons whose R depends on q.\n",
         table.placements,
         1e3 * MOVED_M,
         1e3 * OVERLAP_M,
+        table.run_limit_s,
     );
 }
 
@@ -67,25 +69,37 @@ fn columns(page: &mut String, table: &Table) {
 
 fn rows_of(page: &mut String, table: &Table, rows: &[&Row]) {
     columns(page, table);
-    for row in rows {
-        let counts: Vec<Count> = row.cells.iter().map(|cell| cell.count).collect();
-        line(page, &row.engine, &row.settings, &counts, row.flips, depth(&row.cells));
+    let sums: Vec<Sum> = rows.iter().map(|row| row.alone()).collect();
+    for (row, sum) in rows.iter().zip(&sums) {
+        line(page, sum, depth(&row.cells));
     }
-    page.push('\n');
+    at_their_best(page, &sums);
 }
 
-fn line(page: &mut String, engine: &str, settings: &str, counts: &[Count], flips: Flips, depth: Option<f64>) {
+fn line(page: &mut String, sum: &Sum, depth: Option<f64>) {
+    let Sum { engine, settings, counts, flips } = sum;
     let cells: String = counts.iter().map(|count| format!(" {} |", words(count))).collect();
-    let percent = 100.0 * flips.flips as f64 / flips.pairs.max(1) as f64;
     let depth = depth.map_or("–".to_owned(), |mm| format!("{mm:.2} mm"));
     put!(
         page,
-        "| {engine} `{settings}` |{cells} {} of {} ({percent:.1} %) | {} of {} | {depth} |",
+        "| {engine} `{settings}` |{cells} {} of {} ({:.1} %) | {} of {} | {depth} |",
         flips.flips,
         flips.pairs,
+        flips.percent(),
         flips.grasps,
         flips.of
     );
+}
+
+fn at_their_best(page: &mut String, sums: &[Sum]) {
+    page.push('\n');
+    for sum in best(sums) {
+        let (Sum { engine, settings, .. }, all) = (sum, sum.all());
+        match all.kept {
+            0 => put!(page, "{engine} keeps none.\n"),
+            kept => put!(page, "{engine} at its best: `{settings}`, {kept} of {} over all steps.\n", all.of),
+        }
+    }
 }
 
 /// `17 of 24 (51–85 %)`, and what else happened.
@@ -112,24 +126,9 @@ fn depth(cells: &[Cell]) -> Option<f64> {
 
 /// All drawn families together.
 fn all_families(page: &mut String, table: &Table, hand: &str) {
-    let of_hand = |row: &&Row| row.hand == hand && !row.family.starts_with("case_");
     put!(page, "### All drawn families together, {hand}\n");
     columns(page, table);
-    for [engine, settings, _] in &table.engines {
-        let rows: Vec<&Row> = table
-            .rows
-            .iter()
-            .filter(of_hand)
-            .filter(|row| row.engine == *engine && row.settings == *settings)
-            .collect();
-        if rows.is_empty() {
-            continue;
-        }
-        let counts: Vec<Count> = (0..table.steps_ms.len())
-            .map(|k| rows.iter().fold(Count::default(), |sum, row| sum + row.cells[k].count))
-            .collect();
-        let flips = rows.iter().fold(Flips::default(), |sum, row| sum + row.flips);
-        line(page, engine, settings, &counts, flips, None);
-    }
-    page.push('\n');
+    let sums = table.drawn(hand);
+    sums.iter().for_each(|sum| line(page, sum, None));
+    at_their_best(page, &sums);
 }

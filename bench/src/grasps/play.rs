@@ -5,7 +5,7 @@ use super::scene::scene;
 use crate::cases::grasp_scene::Scene;
 use crate::cases::{Setup, ends_of_steps, moved, ramp};
 use crate::engine::Engine;
-use crate::engine::limit::NotFinished;
+use crate::engine::limit::{NotFinished, StepFailed};
 use anyhow::Result;
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Vec3};
@@ -114,6 +114,13 @@ pub struct Fate {
     pub moved_mm: f64,
 }
 
+impl Fate {
+    /// Of a run that did not come to an end in its time, and of which nothing else is known.
+    pub fn unknown() -> Self {
+        Fate { ending: Ending::NotFinished, end_s: 0.0, overlap_mm: 0.0, moved_mm: 0.0 }
+    }
+}
+
 /// The object's pose in the frame of the hand's base.
 pub fn in_palm(state: &State) -> Pose {
     state.base.inverse() * state.objects[0]
@@ -138,6 +145,7 @@ pub fn play(
         match engine.step(&command) {
             Ok(_) => {}
             Err(error) if error.is::<NotFinished>() => return Ok(judge.fate(Ending::NotFinished, t)),
+            Err(error) if error.is::<StepFailed>() => return Ok(judge.fate(Ending::Diverged, t)),
             Err(error) => return Err(error),
         }
         watch(t, &mut *engine)?;

@@ -1,9 +1,9 @@
 //! Plays many grasps on several threads, keeps what is done in a file, and goes on from there.
 
 use super::family::{Family, HandKind, Trial};
-use super::play::{Fate, play};
-use crate::cases::Setup;
-use crate::engine::{EngineKind, limit, mujoco};
+use super::play::Fate;
+use crate::child;
+use crate::engine::{EngineKind, mujoco};
 use crate::report::machine;
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
@@ -65,7 +65,7 @@ pub struct Plan {
     pub aside_um: f64,
     /// Threads.
     pub jobs: usize,
-    /// Wall time of a peer's run, s; beyond it the run is not finished.
+    /// CPU time of a peer's run, s; beyond it the run is not finished.
     pub run_limit_s: f64,
     /// Whether the file's runs of peers count whatever the commit.
     pub reuse_peers: bool,
@@ -104,11 +104,14 @@ impl Task<'_> {
 
     fn play(&self, run_limit_s: f64) -> Result<Run> {
         let begin = Instant::now();
-        let setup = Setup::new(self.engine, 1e-3 * self.step_ms);
-        let fate = limit::within(run_limit_s, || play(&setup, self.trial, |_, _| Ok(())))
-            .with_context(|| format!("{:?}", self.key()))?;
         let (hand, family, engine, settings, .., index) = self.key();
-        let (step_ms, aside_um, wall_s) = (self.step_ms, self.aside_um, begin.elapsed().as_secs_f64());
+        let Task { step_ms, aside_um, .. } = *self;
+        let task = child::Task::Grasp { hand: hand.clone(), family: family.clone(), index, aside_um };
+        let fate = match task.play(self.engine, 1e-3 * step_ms, run_limit_s)? {
+            Err(failure) if failure.unfinished => Fate::unknown(),
+            fate => fate.with_context(|| format!("{:?}", self.key()))?,
+        };
+        let wall_s = begin.elapsed().as_secs_f64();
         Ok(Run { hand, family, index, engine, settings, step_ms, aside_um, fate, wall_s })
     }
 }
@@ -159,7 +162,6 @@ fn trials(plan: &Plan) -> Result<Vec<Trial>> {
             trials.extend(Trial::of(*hand, *family, plan.placements)?);
         }
     }
-    trials.iter_mut().for_each(|trial| trial.lie.along_m += 1e-6 * plan.aside_um);
     Ok(trials)
 }
 

@@ -5,12 +5,18 @@ use super::play::Ending;
 use super::runner::{Plan, Run};
 use super::tally::{Count, Flips, wilson};
 use crate::report::machine::{Machine, commit};
-use serde::Serialize;
+use anyhow::{Context, Result, ensure};
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::path::Path;
+
+/// Version of the JSON.
+const FORMAT: u32 = 1;
 
 /// What the page and the JSON say.
-#[derive(Clone, Debug, Serialize)]
-pub(super) struct Table {
-    /// Version of this format.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Table {
+    /// [`FORMAT`].
     pub format: u32,
     /// Commit of the program.
     pub commit: String,
@@ -18,6 +24,8 @@ pub(super) struct Table {
     pub machine: Machine,
     /// Grasps of each family.
     pub placements: usize,
+    /// CPU time that a run of a peer had at most, s.
+    pub run_limit_s: f64,
     /// Steps, ms.
     pub steps_ms: Vec<f64>,
     /// Families that were played, and what they are.
@@ -31,8 +39,8 @@ pub(super) struct Table {
 }
 
 /// What an engine made of a family with a hand.
-#[derive(Clone, Debug, Serialize)]
-pub(super) struct Row {
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Row {
     /// The hand.
     pub hand: String,
     /// The family.
@@ -48,8 +56,8 @@ pub(super) struct Row {
 }
 
 /// At one step.
-#[derive(Clone, Debug, Serialize)]
-pub(super) struct Cell {
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Cell {
     /// ms
     pub step_ms: f64,
     /// How each grasp ended, in the order of the draw: k kept, o overlapping too deeply, l not lifted, h lost while held, s
@@ -86,10 +94,11 @@ impl Table {
         let catalogue = if families.contains(&&Family::Catalogue) { family::items() } else { Vec::new() };
         let text = str::to_owned;
         Table {
-            format: 1,
+            format: FORMAT,
             commit: commit(),
             machine: Machine::here(),
             placements: plan.placements,
+            run_limit_s: plan.run_limit_s,
             steps_ms: plan.steps_ms.clone(),
             families: families.into_iter().map(|it| [it.name(), it.about()].map(text)).collect(),
             catalogue: catalogue.into_iter().map(|item| item.object.name.clone()).collect(),
@@ -103,7 +112,75 @@ impl Table {
     }
 }
 
+/// What an engine made of several families together.
+pub(crate) struct Sum<'a> {
+    /// The engine.
+    pub engine: &'a str,
+    /// Its settings.
+    pub settings: &'a str,
+    /// At each step.
+    pub counts: Vec<Count>,
+    /// How often the outcome changes with the step.
+    pub flips: Flips,
+}
+
+impl Sum<'_> {
+    /// Over all steps.
+    pub(crate) fn all(&self) -> Count {
+        self.counts.iter().fold(Count::default(), |sum, count| sum + *count)
+    }
+}
+
+impl Table {
+    /// Reads what was written.
+    ///
+    /// # Errors
+    /// No such file, or not of this format.
+    pub(crate) fn read(path: &Path) -> Result<Self> {
+        let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let table: Table = serde_json::from_str(&text)
+            .with_context(|| format!("{} are no counts of format {FORMAT}", path.display()))?;
+        ensure!(table.format == FORMAT, "{}: format {} is not {FORMAT}", path.display(), table.format);
+        Ok(table)
+    }
+
+    /// All drawn families together with a hand, for every engine with its settings.
+    pub(crate) fn drawn(&self, hand: &str) -> Vec<Sum<'_>> {
+        let drawn = |row: &&Row| Family::DRAWN.iter().any(|family| row.family == family.name());
+        let mut sums = Vec::new();
+        for [engine, settings, _] in &self.engines {
+            let of = |row: &&Row| row.hand == hand && row.engine == *engine && row.settings == *settings;
+            let rows: Vec<&Row> = self.rows.iter().filter(of).filter(drawn).collect();
+            if !rows.is_empty() {
+                let at = |k: usize| rows.iter().fold(Count::default(), |sum, row| sum + row.cells[k].count);
+                let counts = (0..self.steps_ms.len()).map(at).collect();
+                let flips = rows.iter().fold(Flips::default(), |sum, row| sum + row.flips);
+                sums.push(Sum { engine, settings, counts, flips });
+            }
+        }
+        sums
+    }
+}
+
+/// Of each peer the settings with which it keeps the largest part, over all steps that were played.
+pub(crate) fn best<'a, 'b>(sums: &'b [Sum<'a>]) -> Vec<&'b Sum<'a>> {
+    let mut peers: Vec<&str> = sums.iter().map(|sum| sum.engine).filter(|it| *it != "own").collect();
+    peers.dedup();
+    let part = |sum: &Sum| sum.all().kept as f64 / sum.all().of.max(1) as f64;
+    let best = |peer: &str| {
+        let of_peer = sums.iter().filter(|sum| sum.engine == peer);
+        of_peer.max_by(|a, b| part(a).total_cmp(&part(b)))
+    };
+    peers.into_iter().filter_map(best).collect()
+}
+
 impl Row {
+    /// As the sum of this family alone.
+    pub(super) fn alone(&self) -> Sum<'_> {
+        let counts = self.cells.iter().map(|cell| cell.count).collect();
+        Sum { engine: &self.engine, settings: &self.settings, counts, flips: self.flips }
+    }
+
     fn of(hand: HandKind, family: Family, engine: [&str; 2], plan: &Plan, runs: &[&Run]) -> Self {
         let at = |step_ms: &f64| runs.iter().filter(|run| run.step_ms == *step_ms).copied().collect();
         let [engine, settings] = engine.map(str::to_owned);

@@ -2,7 +2,7 @@
 
 use super::play::Ending;
 use super::runner::Run;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Add;
 
@@ -23,7 +23,7 @@ pub fn wilson(kept: usize, of: usize) -> [f64; 2] {
 }
 
 /// What an engine made of a family at one step.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Count {
     /// Grasps kept.
     pub kept: usize,
@@ -70,7 +70,7 @@ impl Add for Count {
 }
 
 /// How often kept turns into lost, or the other way round, when the step changes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Flips {
     /// Changes from one step to the next longer one.
     pub flips: usize,
@@ -101,6 +101,11 @@ impl Flips {
             flips.of += 1;
         }
         flips
+    }
+
+    /// Flips out of the pairs, %.
+    pub fn percent(&self) -> f64 {
+        100.0 * self.flips as f64 / self.pairs.max(1) as f64
     }
 }
 

@@ -1,11 +1,13 @@
 //! What README.md and docs/physics.md say of the peers: written from the committed reports between two marks, and held
-//! against them by a test.
+//! against them by a test. ARCHITECTURE.md says nothing of them.
 
 use super::comparison::Comparison;
 use super::dominance::Verdict;
 use super::passes::BY_STARTS;
 use super::runner::read;
 use crate::engine::EngineKind;
+use crate::grasps::family::HandKind;
+use crate::grasps::table::{Sum, Table, best};
 use anyhow::{Context, Result, bail};
 use std::fmt::Write;
 use std::fs;
@@ -16,8 +18,11 @@ pub const BEGIN: &str = "<!-- claims: written by `palmares-bench claims --write`
 /// ... and behind them.
 pub const END: &str = "<!-- end of claims -->";
 
-/// The reports and the documents that speak of them, in the repository.
+/// The reports and the counted grasps, in the repository.
 const REPORTS: [&str; 2] = ["docs/report/report.json", "docs/report/further/report.json"];
+const GRASPS: &str = "docs/report/grasps/grasps.json";
+/// The step at which grasps are told, ms.
+const GRASPS_MS: f64 = 1.0;
 
 /// The documents whose claims differ from what the committed reports say.
 ///
@@ -49,10 +54,11 @@ pub fn write(root: &Path) -> Result<()> {
 fn documents(root: &Path) -> Result<[(&'static str, String, String); 2]> {
     let [main, further] = REPORTS;
     let reports = [read(&root.join(main))?, read(&root.join(further))?];
+    let grasps = Table::read(&root.join(GRASPS))?;
     let text =
         |file: &str| fs::read_to_string(root.join(file)).with_context(|| format!("cannot read {file}"));
     Ok([
-        ("README.md", text("README.md")?, readme(&reports)),
+        ("README.md", text("README.md")?, readme(&reports, &grasps)),
         ("docs/physics.md", text("docs/physics.md")?, physics(&reports)),
     ])
 }
@@ -72,8 +78,8 @@ fn outside(text: &str) -> Result<String> {
     Ok(replaced(text, "")?.replace(BEGIN, "").replace(END, ""))
 }
 
-fn readme(reports: &[Comparison; 2]) -> String {
-    let mut out = said_of_all(reports);
+fn readme(reports: &[Comparison; 2], grasps: &Table) -> String {
+    let mut out = said_of_all(reports) + &said_of_grasps(grasps);
     let scenes = BY_STARTS.iter().flat_map(|case| reports[0].verdicts.iter().filter(|v| v.case == *case));
     out += "What it comes to in the scenes that hands are for:\n\n";
     scenes.for_each(|verdict| bullet(&mut out, verdict));
@@ -112,6 +118,35 @@ fn said_of_all(reports: &[Comparison; 2]) -> String {
          equal or smaller error, whichever of these settings it has.",
         all - ahead,
         peers.join("; "),
+    )) + "\n"
+}
+
+/// How many of the drawn grasps each engine keeps, peers with the settings that serve them best.
+fn said_of_grasps(grasps: &Table) -> String {
+    let sums = grasps.drawn(HandKind::SoftHand.name());
+    let own = sums.iter().filter(|sum| sum.engine == EngineKind::Own.name());
+    let at = grasps.steps_ms.iter().position(|step| *step == GRASPS_MS);
+    let said = own.chain(best(&sums)).map(|sum| {
+        let (Sum { engine, settings, flips, .. }, all) = (sum, sum.all());
+        let (which, count) = match at.map(|at| sum.counts[at]).filter(|count| count.of > 0) {
+            Some(count) => (format!("at {GRASPS_MS} ms"), count),
+            None => ("over all steps".into(), all),
+        };
+        let (name, settings) = match *engine == EngineKind::Own.name() {
+            true => ("ours", String::new()),
+            false => (*engine, format!(" with `{settings}`")),
+        };
+        let flips = match flips.pairs {
+            0 => String::new(),
+            _ => format!(", and the next longer step changes {:.1} % of the outcomes", flips.percent()),
+        };
+        format!("{name}{settings} keeps {} of {} {which}{flips}", count.kept, count.of)
+    });
+    let said = said.collect::<Vec<_>>().join("; ");
+    wrapped(&format!(
+        "Of the grasps of the SoftHand that were drawn before any engine had played them (commit {}, \
+         [all counts](docs/report/grasps/README.md)): {said}.",
+        grasps.commit,
     )) + "\n"
 }
 
@@ -163,11 +198,9 @@ mod tests {
     }
 
     /// Sentences that name a peer without comparing anything.
-    const NEUTRAL: [&str; 4] = [
+    const NEUTRAL: [&str; 2] = [
         "cargo xtask report # speed against error beside rapier and MuJoCo, into docs/report; --quick takes minutes",
         "speed against error beside rapier and MuJoCo, every scene and step",
-        "parry and rapier run with `enhanced-determinism` and are pinned",
-        "`tasks` draws the objects, pours them with rapier",
     ];
 
     #[test]
@@ -178,8 +211,10 @@ mod tests {
 
     #[test]
     fn nothing_else_is_said_of_peers() {
-        for (file, text, _) in documents(root()).expect("they are in the repository") {
-            let text = outside(&text).expect("it has marks");
+        let marked = documents(root()).expect("they are in the repository");
+        let marked = marked.map(|(file, text, _)| (file, outside(&text).expect("it has marks")));
+        let bare = fs::read_to_string(root().join("ARCHITECTURE.md")).expect("it is in the repository");
+        for (file, text) in marked.into_iter().chain([("ARCHITECTURE.md", bare)]) {
             let mut text = text.split_whitespace().collect::<Vec<_>>().join(" ");
             for neutral in NEUTRAL {
                 text = text.replace(neutral, "");

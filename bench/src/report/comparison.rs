@@ -23,9 +23,12 @@ pub struct Comparison {
     pub commit: String,
     /// Timing runs of which the median is given.
     pub repeats: usize,
-    /// Wall time that a run of a peer, or its reference, had at most, s.
+    /// Time that a run of a peer, or its reference, had at most, s.
     #[serde(default)]
     pub run_limit_s: f64,
+    /// By which clock.
+    #[serde(default)]
+    pub run_limit_by: Clock,
     /// The engines.
     pub engines: Vec<EngineNote>,
     /// One per case, engine and step.
@@ -46,6 +49,16 @@ impl Comparison {
         self.engines.iter().filter(|note| note.ran).map(|note| &*note.name).collect()
     }
 
+    /// What an engine's note says where its runs are taken from here.
+    pub(super) fn origin(&self) -> KeptFrom {
+        KeptFrom {
+            commit: self.commit.clone(),
+            processor: self.machine.processor.clone(),
+            run_limit_s: self.run_limit_s,
+            run_limit_by: self.run_limit_by,
+        }
+    }
+
     /// Comparisons in which a peer is ahead.
     pub fn ahead(&self) -> impl Iterator<Item = &Verdict> {
         self.verdicts.iter().filter(|verdict| !verdict.holds())
@@ -61,12 +74,49 @@ pub struct EngineNote {
     pub version: String,
     /// Whether it ran.
     pub ran: bool,
+    /// The report that its runs and their times were taken from, where they were not played for this one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kept_from: Option<KeptFrom>,
     /// Step of its reference runs, ms.
     pub reference_ms: f64,
     /// What holds for all its settings.
     pub notes: Vec<String>,
     /// Its settings.
     pub settings: Vec<Choice>,
+}
+
+/// An earlier report.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct KeptFrom {
+    /// Its commit.
+    pub commit: String,
+    /// Where it was made.
+    pub processor: String,
+    /// Time that a run had at most, s, and by which clock.
+    pub run_limit_s: f64,
+    /// By which clock.
+    pub run_limit_by: Clock,
+}
+
+/// Which time of a run is limited.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Clock {
+    /// That of the clock on the wall, as in reports before there was another.
+    #[default]
+    Wall,
+    /// That of the processor.
+    Cpu,
+}
+
+impl Clock {
+    /// What a limit by it is measured in.
+    pub(super) fn words(self) -> &'static str {
+        match self {
+            Clock::Wall => "by the clock on the wall",
+            Clock::Cpu => "of CPU time",
+        }
+    }
 }
 
 /// Named settings of an engine.

@@ -4,9 +4,9 @@ use super::comparison::{Run, distinct};
 pub use super::verdict::{Outcome, Verdict};
 
 /// Compares every peer with ours, case by case.
-pub fn verdicts(runs: &[Run], own: &str, peers: &[&str]) -> Vec<Verdict> {
+pub fn verdicts(runs: &[Run], own: &str, peers: &[impl AsRef<str>]) -> Vec<Verdict> {
     let cases = distinct(runs.iter().map(|run| &run.case));
-    let pairs = cases.iter().flat_map(|case| peers.iter().map(move |peer| (*case, *peer)));
+    let pairs = cases.iter().flat_map(|case| peers.iter().map(move |peer| (*case, peer.as_ref())));
     pairs.filter_map(|(case, peer)| verdict(runs, own, case, peer)).collect()
 }
 

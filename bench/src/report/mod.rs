@@ -4,10 +4,11 @@ mod case;
 pub mod claims;
 pub mod comparison;
 pub mod dominance;
-mod kept;
 pub mod machine;
+mod outcome_cache;
 mod page;
 mod passes;
+mod played;
 mod plots;
 pub mod runner;
 pub mod ticks;
@@ -15,4 +16,5 @@ mod verdict;
 
 pub use case::{Figure, Invariants, Report, Times};
 pub use comparison::Comparison;
+pub use played::Played;
 pub use runner::{Options, write};

@@ -70,9 +70,10 @@ fn head(page: &mut String, report: &Comparison) {
         separate passes; in the latter the engines take turns, and a run ends after {LONGEST_S} s of CPU. MuJoCo's runs are \
         played again in one tight loop of its own, without the pipe. Only what does its scene is timed. Errors below 1 nrad, \
         0.1 µm and 0.001 % count as equal; within a bound speed alone decides. A run of a peer, or its reference, that takes \
-        more than {} s by the clock on the wall is *not finished* and judged by nothing.\n",
+        more than {} s {} is *not finished* and judged by nothing.\n",
         report.repeats,
-        report.run_limit_s
+        report.run_limit_s,
+        report.run_limit_by.words()
     );
     if report.quick {
         put!(page, "This is a quick report: few cases and steps, coarse references.\n");
@@ -188,6 +189,16 @@ fn settings(page: &mut String, report: &Comparison) {
     put!(page, "## The engines and their settings\n");
     for note in report.engines.iter().filter(|note| note.ran) {
         put!(page, "**{}** {}; reference runs at {} ms", note.name, note.version, note.reference_ms);
+        if let Some(kept) = &note.kept_from {
+            put!(
+                page,
+                "- its runs and their times are those of commit {} on {}; each had {} s {}",
+                kept.commit,
+                kept.processor,
+                kept.run_limit_s,
+                kept.run_limit_by.words()
+            );
+        }
         for line in &note.notes {
             put!(page, "- {line}");
         }

@@ -1,10 +1,12 @@
 //! The passes of a report: what came out, from how many starts, and how long it took.
 
-use super::case::{Figure, Invariants, Report, Times};
-use super::comparison::{Run, Starts, trouble};
-use super::kept::Kept;
-use crate::cases::{self, Case, Setup};
-use crate::engine::limit::{self, NotFinished};
+use super::case::Times;
+use super::comparison::{Run, Starts};
+use super::outcome_cache::OutcomeCache;
+use super::played::Played;
+use crate::cases::{Case, Setup};
+use crate::child::{Failure, Task};
+use crate::engine::limit;
 use crate::engine::{EngineKind, mujoco};
 use crate::recorder::Recorder;
 use anyhow::Result;
@@ -27,9 +29,6 @@ pub(super) const FEW_STARTS: u32 = 4;
 pub(super) const LONGEST_S: f64 = 10.0;
 const QUICK_LONGEST_S: f64 = 0.5;
 
-/// ... and, of a peer, after this much wall time, s: MuJoCo's steps wait for a pipe, ours for nothing.
-const TIMED_S: f64 = 40.0;
-
 /// A run is not timed again once it has taken this much wall time, s.
 pub(super) const ENOUGH_S: f64 = 4.0;
 
@@ -47,6 +46,7 @@ pub(super) struct Job {
 pub(super) struct Conduct<'a> {
     pub steps_ms: &'a [f64],
     pub repeats: usize,
+    pub jobs: Option<usize>,
     pub quick: bool,
     pub run_limit_s: f64,
 }
@@ -67,7 +67,7 @@ pub(super) fn reference_s(engine: EngineKind, quick: bool) -> f64 {
 pub(super) fn outcomes(
     jobs: &[Job],
     conduct: Conduct,
-    kept: Kept,
+    kept: OutcomeCache,
     progress: &Mutex<Progress>,
 ) -> Result<Vec<Vec<Run>>> {
     let kept = Mutex::new(kept);
@@ -79,23 +79,30 @@ pub(super) fn outcomes(
             let Job { case, kind } = &jobs[at];
             let runs = conduct.steps_ms.iter().map(|dt_ms| {
                 let known = locked(&kept).get(case.name, *kind, *dt_ms).cloned();
-                let run = known.unwrap_or_else(|| {
-                    let mut run = outcome(case, *kind, *dt_ms, conduct);
-                    run.starts = from_starts(case, *kind, &run, conduct);
-                    if let Err(error) = locked(&kept).add(&run) {
-                        *locked(&failed) = Some(error);
+                let run = match known {
+                    Some(run) => run,
+                    None => {
+                        let mut run = outcome(case, *kind, *dt_ms, conduct)?;
+                        run.starts = from_starts(case, *kind, &run, conduct)?;
+                        locked(&kept).add(&run)?;
+                        run
                     }
-                    run
-                });
+                };
                 locked(progress).line("error", &run, &said(&run));
-                run
+                Ok(run)
             });
-            *locked(&done[at]) = runs.collect();
+            match runs.collect() {
+                Ok(runs) => *locked(&done[at]) = runs,
+                Err(error) => {
+                    *locked(&failed) = Some(error);
+                    next.store(jobs.len(), Ordering::Relaxed);
+                }
+            }
         }
     };
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = || std::thread::available_parallelism().map_or(1, usize::from);
     std::thread::scope(|scope| {
-        for _ in 0..threads {
+        for _ in 0..conduct.jobs.unwrap_or_else(threads).max(1) {
             scope.spawn(work);
         }
     });
@@ -111,43 +118,35 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// One run for its outcome, with a reference run where it needs one.
-fn outcome(case: &Case, kind: EngineKind, dt_ms: f64, conduct: Conduct) -> Run {
+fn outcome(case: &Case, kind: EngineKind, dt_ms: f64, conduct: Conduct) -> Result<Run> {
     let reference_dt_s = Some(reference_s(kind, conduct.quick));
-    let setup = Setup { reference_dt_s, ..Setup::new(kind, 1e-3 * dt_ms) };
+    let task = Task::Case { name: case.name.to_owned(), reference_dt_s, start: 0 };
     let mut run = Run::begun(case.name, kind, dt_ms);
-    match limit::within(conduct.run_limit_s, || cases::run(case.name, &setup)) {
-        Ok((Report { error, invariants, .. }, _)) => {
-            run.trouble = trouble(&error, &invariants);
-            (run.error, run.invariants) = (Some(Figure { value: finite(error.value), ..error }), invariants);
+    match task.play(kind, 1e-3 * dt_ms, conduct.run_limit_s)? {
+        Ok(Played { error, invariants, trouble }) => {
+            (run.error, run.invariants, run.trouble) = (Some(error), invariants, trouble);
         }
-        Err(error) => {
-            run.unfinished = error.downcast_ref::<NotFinished>().is_some();
-            run.trouble = Some(format!("{error:#}").lines().next().unwrap_or("failed").to_owned());
+        Err(Failure { said, unfinished }) => {
+            run.unfinished = unfinished;
+            run.trouble = Some(said.lines().next().unwrap_or("failed").to_owned());
         }
     }
-    run
-}
-
-/// JSON knows no infinities.
-fn finite(value: Option<f64>) -> Option<f64> {
-    value.filter(|x| x.is_finite())
+    Ok(run)
 }
 
 /// The same from other starts, where the scene is judged by them; the run itself counts as the first.
-fn from_starts(case: &Case, kind: EngineKind, first: &Run, conduct: Conduct) -> Option<Starts> {
+fn from_starts(case: &Case, kind: EngineKind, first: &Run, conduct: Conduct) -> Result<Option<Starts>> {
     if !BY_STARTS.contains(&case.name) || first.unfinished {
-        return None;
+        return Ok(None);
     }
-    let seen = |trouble: Option<String>, invariants: &Invariants| {
-        (trouble.is_none(), invariants.max_penetration_mm.unwrap_or(f64::INFINITY))
-    };
-    let mut all = vec![seen(first.trouble.clone(), &first.invariants)];
+    let depth = |mm: Option<f64>| mm.unwrap_or(f64::INFINITY);
+    let mut all = vec![(first.trouble.is_none(), depth(first.invariants.max_penetration_mm))];
     let few = conduct.quick || first.dt_ms < 1.0;
     let count = if few { FEW_STARTS } else { STARTS };
     for start in 1..count {
-        let setup = Setup { start, ..Setup::new(kind, 1e-3 * first.dt_ms) };
-        all.push(match limit::within(conduct.run_limit_s, || cases::run(case.name, &setup)) {
-            Ok((report, _)) => seen(trouble(&report.error, &report.invariants), &report.invariants),
+        let task = Task::Case { name: case.name.to_owned(), reference_dt_s: None, start };
+        all.push(match task.play::<Played>(kind, 1e-3 * first.dt_ms, conduct.run_limit_s)? {
+            Ok(played) => (played.trouble.is_none(), depth(played.invariants.max_penetration_mm)),
             Err(_) => (false, f64::INFINITY),
         });
         if start + 1 == FEW_STARTS && all.iter().all(|(done, _)| *done == all[0].0) {
@@ -156,11 +155,11 @@ fn from_starts(case: &Case, kind: EngineKind, first: &Run, conduct: Conduct) -> 
     }
     let mut overlaps: Vec<f64> = all.iter().map(|(_, overlap)| *overlap).collect();
     overlaps.sort_by(f64::total_cmp);
-    Some(Starts {
+    Ok(Some(Starts {
         tried: all.len() as u32,
         done: all.iter().filter(|(done, _)| *done).count() as u32,
-        median_overlap_mm: finite(Some(overlaps[overlaps.len() / 2])),
-    })
+        median_overlap_mm: Some(overlaps[overlaps.len() / 2]).filter(|mm| mm.is_finite()),
+    }))
 }
 
 /// Runs for the clock alone, one at a time, of what does what its scene asks for. The engines take turns: where the machine
@@ -192,8 +191,7 @@ pub(super) fn timings(jobs: &[Job], runs: &mut [Vec<Run>], conduct: Conduct, pro
 
 fn turns<'a>(runs: Vec<(&Job, &'a mut Run)>, conduct: Conduct) -> Vec<&'a mut Run> {
     let longest_s = if conduct.quick { QUICK_LONGEST_S } else { LONGEST_S };
-    let within =
-        |run: &mut dyn FnMut() -> Option<Times>| limit::within(conduct.run_limit_s.min(TIMED_S), run);
+    let within = |run: &mut dyn FnMut() -> Option<Times>| limit::within(conduct.run_limit_s, run);
     let mut clocks = Vec::new();
     for (Job { case, kind }, run) in runs {
         let setup = Setup::new(*kind, 1e-3 * run.dt_ms);

@@ -1,9 +1,9 @@
 //! Runs cases over engines, settings and steps, and writes the report.
 
-use super::comparison::{Choice, Comparison, EngineNote, FORMAT};
+use super::comparison::{Choice, Clock, Comparison, EngineNote, FORMAT, Run};
 use super::dominance::verdicts;
-use super::kept::Kept;
 use super::machine::{self, Machine};
+use super::outcome_cache::OutcomeCache;
 use super::passes::{self, Conduct, Job, Progress, reference_s};
 use super::{page, plots, ticks};
 use crate::cases::{self, Case};
@@ -33,10 +33,13 @@ pub struct Options {
     /// Timing runs, of which the median counts.
     #[arg(long, default_value_t = 5)]
     pub repeats: usize,
+    /// How many outcomes are gathered at once; as many as the machine has threads if not given.
+    #[arg(long)]
+    pub jobs: Option<usize>,
     /// Few cases and steps, coarse references: under three minutes.
     #[arg(long)]
     pub quick: bool,
-    /// Wall time of a peer's run, and of its reference, s; beyond it the run is listed as not finished.
+    /// CPU time of a peer's run, and of its reference, s; beyond it the run is listed as not finished.
     #[arg(long, default_value_t = 60.0)]
     pub run_limit_s: f64,
     /// File that keeps outcomes, from which a report that was stopped goes on if the program is of the same commit.
@@ -45,6 +48,9 @@ pub struct Options {
     /// Reuse the file's outcomes of peers whatever their commit.
     #[arg(long)]
     pub reuse_peers: bool,
+    /// A report's JSON from which the runs of engines that are not played, and their times, are taken; the page says so.
+    #[arg(long)]
+    pub keep: Option<PathBuf>,
 }
 
 /// The steps of a report, ms.
@@ -83,19 +89,18 @@ pub fn gather(options: &Options) -> Result<()> {
 
 impl Options {
     fn conduct<'a>(&self, steps_ms: &'a [f64]) -> Conduct<'a> {
-        let Options { repeats, quick, run_limit_s, .. } = *self;
-        Conduct { steps_ms, repeats, quick, run_limit_s }
+        let Options { repeats, jobs, quick, run_limit_s, .. } = *self;
+        Conduct { steps_ms, repeats, jobs, quick, run_limit_s }
     }
 
-    fn kept(&self, commit: &str) -> Result<Kept> {
-        Kept::open(&self.runs, commit, self.quick, self.reuse_peers)
+    fn kept(&self, commit: &str) -> Result<OutcomeCache> {
+        OutcomeCache::open(&self.runs, commit, self.quick, self.reuse_peers)
     }
 }
 
 /// What a report is made of.
 struct Planned {
     engines: Vec<EngineNote>,
-    kinds: Vec<EngineKind>,
     jobs: Vec<Job>,
     steps: Vec<f64>,
     left_out: Vec<String>,
@@ -124,7 +129,7 @@ fn plan(options: &Options) -> Result<Planned> {
         let of = kinds.iter().filter(|kind| **kind == EngineKind::Own || case.peers);
         jobs.extend(of.map(|kind| Job { case, kind: *kind }));
     }
-    Ok(Planned { engines, kinds, jobs, steps, left_out })
+    Ok(Planned { engines, jobs, steps, left_out })
 }
 
 /// Runs everything and writes the report.
@@ -134,17 +139,20 @@ fn plan(options: &Options) -> Result<Planned> {
 pub fn write(options: &Options) -> Result<Comparison> {
     let begin = Instant::now();
     let (machine, commit) = (Machine::here(), machine::commit());
-    let Planned { engines, kinds, jobs, steps, left_out } = plan(options)?;
+    let earlier = options.keep.as_deref().map(read).transpose()?;
+    let Planned { mut engines, jobs, steps, left_out } = plan(options)?;
     println!("{} on {}, {} threads; commit {commit}", machine.system, machine.processor, machine.threads);
     let Options { repeats, quick, run_limit_s, .. } = *options;
     let conduct = options.conduct(&steps);
     let progress = Mutex::new(Progress { begin, done: 0, all: 2 * jobs.len() * steps.len() });
     let mut runs = passes::outcomes(&jobs, conduct, options.kept(&commit)?, &progress)?;
     passes::timings(&jobs, &mut runs, conduct, &progress);
-    let runs = runs.concat();
-    let mut peers: Vec<&str> =
-        kinds.iter().filter(|kind| **kind != EngineKind::Own).map(|kind| kind.name()).collect();
-    peers.dedup();
+    let mut runs = runs.concat();
+    if let Some(earlier) = earlier {
+        keep(earlier, &mut engines, &mut runs, &steps)?;
+    }
+    let peers = peers(&engines);
+    let verdicts = verdicts(&runs, EngineKind::Own.name(), &peers);
     let comparison = Comparison {
         format: FORMAT,
         quick,
@@ -152,8 +160,9 @@ pub fn write(options: &Options) -> Result<Comparison> {
         commit,
         repeats,
         run_limit_s,
+        run_limit_by: Clock::Cpu,
         engines,
-        verdicts: verdicts(&runs, EngineKind::Own.name(), &peers),
+        verdicts,
         runs,
         ticks: ticks::measure(repeats)?,
         left_out,
@@ -163,6 +172,48 @@ pub fn write(options: &Options) -> Result<Comparison> {
     publish(&comparison, &options.out)?;
     println!("{} in {:.0} s", options.out.join("README.md").display(), comparison.took_s);
     Ok(comparison)
+}
+
+/// Engines that ran, but for ours.
+fn peers(engines: &[EngineNote]) -> Vec<String> {
+    let ran = engines.iter().filter(|note| note.ran && note.name != EngineKind::Own.name());
+    ran.map(|note| note.name.clone()).collect()
+}
+
+/// Adds the runs that an earlier report has of the same cases and steps on engines that were not played now.
+fn keep(
+    earlier: Comparison,
+    engines: &mut [EngineNote],
+    runs: &mut Vec<Run>,
+    steps_ms: &[f64],
+) -> Result<()> {
+    let mut cases: Vec<String> = runs.iter().map(|run| run.case.clone()).collect();
+    cases.dedup();
+    for note in engines.iter_mut().filter(|note| !note.ran) {
+        let Some(known) = earlier.engines.iter().find(|known| known.ran && known.name == note.name) else {
+            continue;
+        };
+        let of = |run: &&Run| {
+            run.engine == note.name && cases.contains(&run.case) && steps_ms.contains(&run.dt_ms)
+        };
+        let kept: Vec<Run> = earlier.runs.iter().filter(of).cloned().collect();
+        let wanted = cases.len() * steps_ms.len() * known.settings.len();
+        ensure!(
+            kept.len() == wanted,
+            "the report of commit {} has {} of {wanted} runs of {}",
+            earlier.commit,
+            kept.len(),
+            note.name
+        );
+        let kept_from = known.kept_from.clone().unwrap_or_else(|| earlier.origin());
+        *note = EngineNote { kept_from: Some(kept_from), ..known.clone() };
+        runs.extend(kept);
+    }
+    // As if all had been played now: by case, ours first.
+    let place = |run: &Run| cases.iter().position(|case| *case == run.case);
+    let engine = |run: &Run| EngineKind::NAMES.iter().position(|name| *name == run.engine);
+    runs.sort_by_key(|run| (place(run), engine(run)));
+    Ok(())
 }
 
 fn publish(comparison: &Comparison, folder: &Path) -> Result<()> {
@@ -191,12 +242,7 @@ pub fn read(path: &Path) -> Result<Comparison> {
 /// No such file, or not a report of this format.
 pub fn rewrite(path: &Path) -> Result<()> {
     let mut comparison = read(path)?;
-    let peers: Vec<&str> = comparison
-        .engines
-        .iter()
-        .map(|note| &*note.name)
-        .filter(|name| *name != EngineKind::Own.name())
-        .collect();
+    let peers = peers(&comparison.engines);
     comparison.verdicts = verdicts(&comparison.runs, EngineKind::Own.name(), &peers);
     publish(&comparison, path.parent().unwrap_or(Path::new(".")))
 }
@@ -242,7 +288,8 @@ fn notes(options: &Options) -> Vec<EngineNote> {
             about: kind.about_settings().to_owned(),
         };
         let settings = chosen.iter().map(choice).collect();
-        EngineNote { name: kind.name().to_owned(), version, ran, reference_ms, notes, settings }
+        let name = kind.name().to_owned();
+        EngineNote { name, version, ran, kept_from: None, reference_ms, notes, settings }
     };
     let mut engines: Vec<EngineKind> = EngineKind::all().collect();
     engines.dedup_by_key(|kind| kind.name());
@@ -292,42 +339,6 @@ mod tests {
     }
 
     #[test]
-    fn a_small_report_is_complete_and_can_be_read_back() {
-        let folder = Folder(std::env::temp_dir().join(format!("palmares-report-{}", std::process::id())));
-        let options = Options {
-            out: folder.0.clone(),
-            engines: vec![EngineKind::Own, EngineKind::Rapier(&rapier::STIFF120)],
-            cases: vec!["bowling".into()],
-            steps_ms: vec![2.0, 8.0],
-            repeats: 1,
-            quick: true,
-            run_limit_s: 60.0,
-            runs: folder.0.join("runs.jsonl"),
-            reuse_peers: false,
-        };
-        let made = write(&options).expect("it runs");
-        assert_eq!(made.runs.len(), 4);
-        for run in &made.runs {
-            assert_eq!(run.trouble, None, "{run:?}");
-            assert!(run.cpu_s > 0.0 && run.usable_error().is_some(), "{run:?}");
-        }
-        assert_eq!(made.verdicts.len(), 1);
-        let outcome = made.verdicts[0].best().expect("rapier rolls a ball");
-        assert_eq!((outcome.done, outcome.tried, &*outcome.settings), (2, 2, "stiff120"));
-        assert!(made.ticks.iter().all(|way| way.lifted), "the pan is lifted both ways");
-        for file in ["README.md", "report.json", "bowling.svg", "stable.svg", "split.svg", "ticks.svg"] {
-            let text = fs::read_to_string(folder.0.join(file)).expect("the report wrote it");
-            assert!(text.contains("bowling") || file == "ticks.svg", "{file}");
-        }
-        let json = folder.0.join("report.json");
-        assert_eq!(read(&json).expect("it can be read").verdicts, made.verdicts);
-        assert_eq!(check(&json).is_ok(), made.verdicts[0].holds());
-        let page = fs::read_to_string(folder.0.join("README.md")).expect("written");
-        rewrite(&json).expect("it can be judged again");
-        assert_eq!(fs::read_to_string(folder.0.join("README.md")).expect("written"), page);
-    }
-
-    #[test]
     fn a_grasp_is_judged_by_many_starts_and_its_fine_run_is_told_apart() {
         let folder = Folder(std::env::temp_dir().join(format!("palmares-starts-{}", std::process::id())));
         let options = Options {
@@ -336,10 +347,12 @@ mod tests {
             cases: vec!["softhand_cylinder".into()],
             steps_ms: vec![8.0],
             repeats: 1,
+            jobs: None,
             quick: true,
             run_limit_s: 60.0,
             runs: folder.0.join("runs.jsonl"),
             reuse_peers: false,
+            keep: None,
         };
         let made = write(&options).expect("it runs");
         let run = &made.runs[0];
@@ -359,10 +372,12 @@ mod tests {
             cases: vec!["bowlin".into()],
             steps_ms: Vec::new(),
             repeats: 1,
+            jobs: None,
             quick: true,
             run_limit_s: 60.0,
             runs: PathBuf::new(),
             reuse_peers: false,
+            keep: None,
         };
         let message = write(&options).expect_err("refused").to_string();
         assert!(message.contains("bowling"), "{message}");

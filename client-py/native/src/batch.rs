@@ -2,11 +2,13 @@
 //! the number of threads changes no bit.
 
 use crate::fields::{Field, constant, fields, write};
-use crate::interrupt::LOOK;
+use crate::interrupt::{LOOK, Told, tell};
 use crate::lookup;
 use crate::snapshot::Snapshot;
+use crate::training::{Asked, Training, status};
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods, ToPyArray};
 use palmares_models::hand::Hand;
+use palmares_tasks::training::{Shaper, Terms, open};
 use palmares_tasks::{Action, BaseTarget, Noise, Outcome, Reason, Run, Seed, Sensing, Task};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -25,12 +27,24 @@ struct Slot {
     constant: Vec<f64>,
     score: f64,
     reward: f64,
+    /// Where rewards are shaped.
+    shaper: Option<Shaper>,
+    shaping: f64,
     /// Time spent stepping.
     physics: Duration,
     /// When it is over.
     outcome: Option<Outcome>,
     /// Of the last step.
     events: Vec<(u64, String, Option<usize>)>,
+}
+
+/// How the runs of a batch are opened.
+struct How<'a> {
+    task: &'a Arc<Task>,
+    hand: &'a Arc<Hand>,
+    noise: Noise,
+    sensing: Sensing,
+    training: &'a Training,
 }
 
 /// N worlds of one task and hand.
@@ -40,6 +54,7 @@ pub(crate) struct Batch {
     hand: Arc<Hand>,
     sensing: Sensing,
     noise: Noise,
+    training: Training,
     fields: Vec<Field>,
     slots: Vec<Slot>,
     pool: ThreadPool,
@@ -55,6 +70,7 @@ impl Batch {
         sensing: &str,
         noise: &str,
         threads: usize,
+        training: Option<Asked>,
     ) -> PyResult<Self> {
         if !(1..=100_000).contains(&count) {
             return Err(PyValueError::new_err(format!("count: found {count}; wanted 1 to 100000")));
@@ -64,6 +80,7 @@ impl Batch {
         }
         let (task, hand) = (lookup::task(task)?, lookup::hand(hand)?);
         let (sensing, noise) = (lookup::sensing(sensing)?, lookup::noise(noise)?);
+        let training = Training::of(training, &task, noise)?;
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .thread_name(|k| format!("palmares {k}"))
@@ -78,12 +95,14 @@ impl Batch {
             constant: Vec::new(),
             score: 0.0,
             reward: 0.0,
+            shaper: None,
+            shaping: 0.0,
             physics: Duration::ZERO,
             outcome: None,
             events: Vec::new(),
         };
         let slots = (0..count).map(|_| slot()).collect();
-        Ok(Batch { task, hand, sensing, noise, fields, slots, pool })
+        Ok(Batch { task, hand, sensing, noise, training, fields, slots, pool })
     }
 
     /// Threads that step.
@@ -109,37 +128,40 @@ impl Batch {
         self.fields.iter().map(|field| (field.name, field.shape.clone())).collect()
     }
 
-    /// Opens a run in each world of `mask`, by its place in `seeds`.
-    fn reset(&mut self, py: Python<'_>, seeds: Vec<u64>, mask: Vec<bool>) -> PyResult<()> {
+    /// Opens a run in each world of `mask`, by its place in `seeds`; `told` is told how many are open.
+    fn reset(&mut self, py: Python<'_>, seeds: Vec<u64>, mask: Vec<bool>, told: Told<'_>) -> PyResult<()> {
         self.fits("seeds", seeds.len())?;
         self.fits("mask", mask.len())?;
         for seed in &seeds {
             lookup::seed(*seed)?;
         }
-        let Batch { task, hand, noise, sensing, slots, pool, .. } = self;
+        let Batch { task, hand, noise, sensing, training, slots, pool, .. } = self;
+        let how = How { task, hand, noise: *noise, sensing: *sensing, training };
         let chosen = slots.iter_mut().zip(seeds).zip(mask).filter(|(_, chosen)| *chosen);
         let mut chosen: Vec<(&mut Slot, u64)> = chosen.map(|(slot, _)| slot).collect();
+        let mut opened = 0;
         // So many at once that somebody looks for Ctrl-C in between.
         for some in chosen.chunks_mut(2 * pool.current_num_threads()) {
             let built = py.detach(|| {
-                pool.install(|| {
-                    some.par_iter_mut()
-                        .try_for_each(|(slot, seed)| slot.open(task, hand, *noise, *sensing, *seed))
-                })
+                pool.install(|| some.par_iter_mut().try_for_each(|(slot, seed)| slot.open(&how, *seed)))
             });
             built.map_err(PyValueError::new_err)?;
             py.check_signals()?;
+            opened += some.len() as u64;
+            tell(&told, opened)?;
         }
         Ok(())
     }
 
-    /// Advances each world of `mask` by up to `ticks` under its row of `actions`; a world that is over stands still.
+    /// Advances each world of `mask` by up to `ticks` under its row of `actions`; a world that is over stands still. `told` is
+    /// told how many ticks are done.
     fn step(
         &mut self,
         py: Python<'_>,
         actions: PyReadonlyArray2<'_, f64>,
         ticks: u32,
         mask: Vec<bool>,
+        told: Told<'_>,
     ) -> PyResult<()> {
         self.fits("mask", mask.len())?;
         let (count, width) = (self.slots.len(), 6 + self.hand.motors.len());
@@ -156,7 +178,7 @@ impl Batch {
         if let Some(world) = (0..count).find(|k| mask[*k] && self.slots[*k].run.is_none()) {
             return Err(PyValueError::new_err(format!("world {world} has no run yet: call reset first")));
         }
-        let sensing = self.sensing;
+        let (sensing, objects) = (self.sensing, self.task.objects.count);
         let (slots, pool) = (&mut self.slots, &self.pool);
         let mut moving: Vec<(&mut Slot, Action)> = slots
             .iter_mut()
@@ -180,16 +202,18 @@ impl Batch {
                         moving.par_iter_mut().for_each(|(slot, action)| {
                             slot.advance(action, some, sensing);
                             if left == 0 {
-                                slot.end(sensing);
+                                slot.end(sensing, objects);
                             }
                         });
                     });
                 }
             });
-            interrupted = py.check_signals();
+            interrupted = py.check_signals().and_then(|()| tell(&told, u64::from(ticks - left)));
             if left > 0 && (interrupted.is_err() || moving.iter().all(|(slot, _)| slot.is_over())) {
                 left = 0;
-                py.detach(|| pool.install(|| moving.par_iter_mut().for_each(|(slot, _)| slot.end(sensing))));
+                py.detach(|| {
+                    pool.install(|| moving.par_iter_mut().for_each(|(slot, _)| slot.end(sensing, objects)));
+                });
             }
         }
         interrupted
@@ -239,6 +263,38 @@ impl Batch {
         (reward.to_pyarray(py), score.to_pyarray(py), over(true), over(false))
     }
 
+    /// The shaped part of the last step's reward: an array (N,); none where rewards are not shaped.
+    fn shaping<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.training.shapes().then(|| {
+            let parts: Vec<f64> = self.slots.iter().map(|slot| slot.shaping).collect();
+            parts.to_pyarray(py)
+        })
+    }
+
+    /// The potential now, term by term, each an array (N,); none where rewards are not shaped.
+    fn potential<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        if !self.training.shapes() {
+            return Ok(None);
+        }
+        let terms = |slot: &Slot| slot.shaper.as_ref().map(Shaper::terms).unwrap_or_default();
+        let all: Vec<Terms> = self.slots.iter().map(terms).collect();
+        let told = PyDict::new(py);
+        let put = |name: &str, of: fn(&Terms) -> f64| {
+            told.set_item(name, all.iter().map(of).collect::<Vec<f64>>().to_pyarray(py))
+        };
+        put("distance", |terms| terms.distance)?;
+        put("contact", |terms| terms.contact)?;
+        put("lift", |terms| terms.lift)?;
+        put("transport", |terms| terms.transport)?;
+        put("brought", |terms| terms.brought)?;
+        Ok(Some(told))
+    }
+
+    /// Leaves another part of the objects in the runs of later resets.
+    fn set_fraction(&mut self, fraction: f64) -> PyResult<()> {
+        self.training.set_fraction(fraction)
+    }
+
     /// Whether every world has a run.
     fn opened(&self) -> bool {
         self.slots.iter().all(|slot| slot.run.is_some())
@@ -269,6 +325,8 @@ impl Batch {
     fn result<'py>(&self, py: Python<'py>, world: usize) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(outcome) = &self.slot(world)?.outcome else { return Ok(None) };
         let told = PyDict::new(py);
+        let varied = self.slot(world)?.run.as_ref().is_some_and(|run| run.task().is_varied());
+        told.set_item("status", status(outcome, varied))?;
         told.set_item("score", outcome.score)?;
         told.set_item("in_goal", outcome.in_goal)?;
         told.set_item("outside", outcome.outside)?;
@@ -298,8 +356,10 @@ impl Batch {
             PyValueError::new_err(format!("world {world} has no run yet: call reset first"))
         })?;
         run.restore(&from.get().run).map_err(|error| PyValueError::new_err(error.to_string()))?;
-        write(run, sensing, &slot.constant, &mut slot.row);
+        write(run, sensing, self.task.objects.count, &slot.constant, &mut slot.row);
         (slot.score, slot.reward, slot.outcome) = (run.score(), 0.0, None);
+        slot.shaping = 0.0;
+        slot.shaper.iter_mut().for_each(|shaper| shaper.restart(run));
         slot.events.clear();
         Ok(())
     }
@@ -321,19 +381,14 @@ impl Batch {
 }
 
 impl Slot {
-    fn open(
-        &mut self,
-        task: &Arc<Task>,
-        hand: &Arc<Hand>,
-        noise: Noise,
-        sensing: Sensing,
-        seed: u64,
-    ) -> Result<(), String> {
-        let run = Run::new(Arc::clone(task), Arc::clone(hand), Seed::from_u64(seed));
-        let run = run.map_err(|error| error.to_string())?.with_noise(noise);
-        self.constant = constant(&run, sensing);
-        write(&run, sensing, &self.constant, &mut self.row);
+    fn open(&mut self, how: &How<'_>, seed: u64) -> Result<(), String> {
+        let How { task, hand, noise, sensing, training } = *how;
+        let run = open(task, hand, Seed::from_u64(seed), noise, &training.options);
+        let run = run.map_err(|error| error.to_string())?;
+        self.constant = constant(&run, sensing, task.objects.count);
+        write(&run, sensing, task.objects.count, &self.constant, &mut self.row);
         (self.seed, self.score, self.reward, self.outcome) = (seed, run.score(), 0.0, None);
+        (self.shaper, self.shaping) = (training.shaper(&run), 0.0);
         self.events.clear();
         self.run = Some(run);
         Ok(())
@@ -347,7 +402,7 @@ impl Slot {
 
     fn begin(&mut self) {
         self.events.clear();
-        self.reward = 0.0;
+        (self.reward, self.shaping) = (0.0, 0.0);
     }
 
     fn advance(&mut self, action: &Action, ticks: u32, sensing: Sensing) {
@@ -367,12 +422,15 @@ impl Slot {
     }
 
     /// Counts what is over, and observes.
-    fn end(&mut self, sensing: Sensing) {
-        let Slot { run: Some(run), outcome, score, reward, row, constant, .. } = self else { return };
+    fn end(&mut self, sensing: Sensing, objects: usize) {
+        let Slot { run: Some(run), outcome, score, reward, row, constant, shaper, shaping, .. } = self else {
+            return;
+        };
         if outcome.is_some() {
             return;
         }
-        write(run, sensing, constant, row);
+        write(run, sensing, objects, constant, row);
+        *shaping = shaper.as_mut().map_or(0.0, |shaper| shaper.step(run));
         let reason = if run.fault().is_some() { Some(Reason::WorldFault) } else { run.over() };
         *outcome = reason.map(|reason| run.finish(reason));
         let now = outcome.as_ref().map_or_else(|| run.score(), |outcome| outcome.score);

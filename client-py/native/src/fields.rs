@@ -4,6 +4,7 @@ use palmares_models::hand::{Hand, TactilePatch};
 use palmares_models::shape::Shape;
 use palmares_tasks::scene::SceneBody;
 use palmares_tasks::{Run, Sensing, Task};
+use std::iter::repeat_n;
 
 /// A field of an observation.
 #[derive(Clone, Debug)]
@@ -45,19 +46,25 @@ pub(crate) fn fields(task: &Task, hand: &Hand, sensing: Sensing) -> Vec<Field> {
     fields.filter(|field| field.len > 0).collect()
 }
 
-/// The fields that stay as they are in a run: the last ones.
-pub(crate) fn constant(run: &Run, sensing: Sensing) -> Vec<f64> {
+/// The fields that stay as they are in a run: the last ones. Of `objects` those that are not there have kind −1 and no size
+/// and mass.
+pub(crate) fn constant(run: &Run, sensing: Sensing, objects: usize) -> Vec<f64> {
     if sensing == Sensing::Sensors {
         return Vec::new();
     }
     let free: Vec<&SceneBody> = run.scene().bodies.iter().filter(|body| body.free).collect();
-    let kinds = free.iter().map(|body| kind(body));
-    let sizes = free.iter().flat_map(|body| body.half_extents());
-    kinds.chain(sizes).chain(free.iter().map(|body| body.mass)).collect()
+    let missing = objects.saturating_sub(free.len());
+    let mut row: Vec<f64> = free.iter().map(|body| kind(body)).collect();
+    row.extend(repeat_n(-1.0, missing));
+    row.extend(free.iter().flat_map(|body| body.half_extents()));
+    row.extend(repeat_n(0.0, 3 * missing));
+    row.extend(free.iter().map(|body| body.mass));
+    row.extend(repeat_n(0.0, missing));
+    row
 }
 
-/// Writes a run's fields behind one another; `constant` are the last.
-pub(crate) fn write(run: &Run, sensing: Sensing, constant: &[f64], row: &mut Vec<f64>) {
+/// Writes a run's fields behind one another; `constant` are the last. Of `objects` those that are not there are zeros.
+pub(crate) fn write(run: &Run, sensing: Sensing, objects: usize, constant: &[f64], row: &mut Vec<f64>) {
     row.clear();
     let seen = run.observe(Sensing::Sensors);
     let base = &seen.hand.base;
@@ -79,13 +86,14 @@ pub(crate) fn write(run: &Run, sensing: Sensing, constant: &[f64], row: &mut Vec
         let joints = run.hand().coordinates.len();
         row.extend_from_slice(&state.q);
         row.extend_from_slice(&state.v[6..6 + joints]);
-        let objects = run.objects();
-        for k in 0..objects.position.0.len() {
-            row.extend(objects.position.0[k]);
-            row.extend(objects.quat_xyzw.0[k]);
-            row.extend(objects.linear.0[k]);
-            row.extend(objects.angular.0[k]);
+        let there = run.objects();
+        for k in 0..there.position.0.len() {
+            row.extend(there.position.0[k]);
+            row.extend(there.quat_xyzw.0[k]);
+            row.extend(there.linear.0[k]);
+            row.extend(there.angular.0[k]);
         }
+        row.extend(repeat_n(0.0, 13 * objects.saturating_sub(there.position.0.len())));
     }
     row.extend_from_slice(constant);
 }

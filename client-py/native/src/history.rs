@@ -5,8 +5,8 @@ use palmares_tasks::Action;
 use palmares_tasks::observation::Wrench;
 use std::sync::Arc;
 
-/// Actions in a part that is shared.
-const PART: usize = 32;
+/// Actions in a part that is shared. What is not yet in one is copied with every snapshot.
+const PART: usize = 8;
 
 /// A push that begins with the next tick.
 #[derive(Clone, Debug)]

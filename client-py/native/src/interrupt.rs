@@ -1,12 +1,22 @@
-//! Long work that Ctrl-C ends.
+//! Long work that Ctrl-C ends, and that tells how far it has got.
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
 /// How often a long call looks whether it is to end.
 pub(crate) const LOOK: Duration = Duration::from_millis(50);
+
+/// A callable of Python's that is told how much is done.
+pub(crate) type Told<'py> = Option<Bound<'py, PyAny>>;
+
+/// Tells how much is done, if somebody wants to know.
+pub(crate) fn tell(told: &Told<'_>, done: u64) -> PyResult<()> {
+    told.as_ref().map_or(Ok(()), |told| told.call1((done,)).map(|_| ()))
+}
 
 /// Does `work` on a thread of its own, without the interpreter's lock. When a signal raises an exception meanwhile, that is
 /// raised at once, and what the work gives is dropped.
@@ -17,10 +27,24 @@ pub(crate) fn interruptible<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> PyResult<T> {
+    interruptible_told(py, &None, |_| work())
+}
+
+/// The same, and `told` is told again and again what `work` counts.
+///
+/// # Errors
+/// The exception of the signal handler or of `told`; the work panicked.
+pub(crate) fn interruptible_told<T: Send + 'static>(
+    py: Python<'_>,
+    told: &Told<'_>,
+    work: impl FnOnce(&AtomicU64) -> T + Send + 'static,
+) -> PyResult<T> {
+    let counted = Arc::new(AtomicU64::new(0));
+    let counter = Arc::clone(&counted);
     let (done, result) = channel();
     let thread = std::thread::Builder::new().name("palmares".into()).spawn(move || {
         // Nobody waits for it any more, if the call was interrupted.
-        let _ = done.send(work());
+        let _ = done.send(work(&counter));
     });
     thread.map_err(|error| PyRuntimeError::new_err(format!("no thread: {error}")))?;
     // A receiver is for one thread at a time; it is lent to this one for as long as the lock is not held.
@@ -32,7 +56,10 @@ pub(crate) fn interruptible<T: Send + 'static>(
         });
         match waited {
             Ok(value) => return Ok(value),
-            Err(RecvTimeoutError::Timeout) => py.check_signals()?,
+            Err(RecvTimeoutError::Timeout) => {
+                py.check_signals()?;
+                tell(told, counted.load(Ordering::Relaxed))?;
+            }
             Err(RecvTimeoutError::Disconnected) => {
                 return Err(PyRuntimeError::new_err("the simulation failed; see what it printed"));
             }

@@ -10,6 +10,7 @@ mod interrupt;
 mod lookup;
 mod message;
 mod snapshot;
+mod training;
 mod world;
 
 use pyo3::prelude::*;

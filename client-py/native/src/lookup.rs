@@ -22,10 +22,16 @@ fn builtin_tasks() -> &'static [Arc<Task>] {
     TASKS.get_or_init(Task::builtin)
 }
 
-/// What a server says to a client's hello, for runs in this process: the message `welcome`, with the hands of the program
-/// and those of one's own at these paths.
+/// What a server says to a client's hello, for runs in this process: the message `welcome`, with the tasks and hands of the
+/// program and those of one's own at these paths.
 #[pyfunction]
-pub(crate) fn welcome(py: Python<'_>, team: String, own_hands: Vec<String>) -> PyResult<Bound<'_, PyBytes>> {
+pub(crate) fn welcome(
+    py: Python<'_>,
+    team: String,
+    own_hands: Vec<String>,
+    own_tasks: Vec<String>,
+) -> PyResult<Bound<'_, PyBytes>> {
+    let own_tasks = own_tasks.iter().map(|path| task(path)).collect::<PyResult<Vec<_>>>()?;
     let own = own_hands.iter().map(|path| hand(path)).collect::<PyResult<Vec<_>>>()?;
     let hands = builtin_hands().iter().chain(&own).map(|hand| HandInfo::of(hand)).collect();
     let welcome = Welcome {
@@ -56,7 +62,7 @@ pub(crate) fn welcome(py: Python<'_>, team: String, own_hands: Vec<String>) -> P
             hold_ticks: u32::MAX,
             outbox_obs: usize::MAX,
         },
-        tasks: builtin_tasks().iter().map(|task| TaskInfo::of(task)).collect(),
+        tasks: builtin_tasks().iter().chain(&own_tasks).map(|task| TaskInfo::of(task)).collect(),
         hands,
         specs: Specs::default(),
         run: None,
@@ -75,15 +81,23 @@ fn names<'a>(names: impl Iterator<Item = &'a str>) -> String {
     names.collect::<Vec<_>>().join(", ")
 }
 
-/// The task of this name.
+/// The task of this name, or of the folder or `task.toml` at this path.
 pub(crate) fn task(name: &str) -> PyResult<Arc<Task>> {
-    let found = builtin_tasks().iter().find(|task| task.name == name).cloned();
-    found.ok_or_else(|| {
-        PyValueError::new_err(format!(
-            "task: no task {name:?}; there are: {}",
-            names(builtin_tasks().iter().map(|task| task.name.as_str()))
-        ))
-    })
+    if let Some(task) = builtin_tasks().iter().find(|task| task.name == name) {
+        return Ok(task.clone());
+    }
+    let path = Path::new(name);
+    if !path.exists() {
+        let known = names(builtin_tasks().iter().map(|task| task.name.as_str()));
+        let message = format!(
+            "task: {name:?} is neither a task of the program ({known}) nor a folder with a task.toml"
+        );
+        return Err(PyValueError::new_err(message));
+    }
+    let loaded = Task::load(path);
+    loaded
+        .map(|loaded| Arc::new(loaded.task))
+        .map_err(|error| PyValueError::new_err(format!("task: {error}")))
 }
 
 /// The hand of this name, or of the folder, archive or URDF at this path.

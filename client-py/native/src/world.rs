@@ -1,22 +1,25 @@
 //! One world in the process.
 
 use crate::history::{Entry, History, Push};
-use crate::interrupt::{LOOK, interruptible};
+use crate::interrupt::{LOOK, Told, interruptible, interruptible_told, tell};
 use crate::lookup;
 use crate::message;
 use crate::snapshot::Snapshot;
+use crate::training::{Asked, Training, status};
 use palmares_protocol::obs::{Obs, Opened};
 use palmares_protocol::reply::{Ack, RunInfo, RunResult};
 use palmares_protocol::{Code, Encoding, Mode, Perturb, Refusal, Reply, Request, Step, request};
 use palmares_replay::{Header, Recorder, Signer};
 use palmares_tasks::observation::Wrench;
 use palmares_tasks::run::{Shot, ShotError};
+use palmares_tasks::training::{Shaper, open};
 use palmares_tasks::{Action, Observation, Outcome, Reason, Run, Seed, Sensing};
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
+use pyo3::types::{PyBytes, PyDict};
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 /// A world, which answers the requests `step`, `perturb` and `stop` of the protocol as a server's session does, in
@@ -30,6 +33,9 @@ pub(crate) struct World {
     /// Unknown after going on from bytes.
     history: Option<History>,
     pushes: Vec<Push>,
+    /// Where rewards are shaped, and the shaped part of the last step's.
+    shaper: Option<Shaper>,
+    shaping: f64,
     /// Set when the run was stopped.
     outcome: Option<Outcome>,
 }
@@ -37,17 +43,29 @@ pub(crate) struct World {
 #[pymethods]
 impl World {
     #[new]
-    fn new(py: Python<'_>, task: &str, hand: &str, seed: u64, sensing: &str, noise: &str) -> PyResult<Self> {
+    fn new(
+        py: Python<'_>,
+        task: &str,
+        hand: &str,
+        seed: u64,
+        sensing: &str,
+        noise: &str,
+        training: Option<Asked>,
+    ) -> PyResult<Self> {
         let (task, hand) = (lookup::task(task)?, lookup::hand(hand)?);
         let (sensing, noise) = (lookup::sensing(sensing)?, lookup::noise(noise)?);
         let number = lookup::seed(seed)?;
-        let build = move || Run::new(task, hand, Seed::from_u64(number)).map(|run| run.with_noise(noise));
+        let training = Training::of(training, &task, noise)?;
+        let options = training.options.clone();
+        let build = move || open(&task, &hand, Seed::from_u64(number), noise, &options);
         let run = interruptible(py, build)?.map_err(|error| PyValueError::new_err(error.to_string()))?;
         let mut id = [0; 8];
         getrandom::fill(&mut id).map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
         let run_id = format!("local_{:016x}", u64::from_le_bytes(id));
         let history = Some(History::default());
-        Ok(World { run, number, sensing, run_id, history, pushes: Vec::new(), outcome: None })
+        let shaper = training.shaper(&run);
+        let (pushes, shaping, outcome) = (Vec::new(), 0.0, None);
+        Ok(World { run, number, sensing, run_id, history, pushes, shaper, shaping, outcome })
     }
 
     /// The message `obs` as in the reply to `reset`, with the scene; pictures of `cameras`.
@@ -70,12 +88,17 @@ impl World {
         message::of(py, 0, reply.map(|obs| Reply::Obs(Box::new(obs))))
     }
 
-    /// Answers a request.
-    fn answer<'py>(&mut self, py: Python<'py>, request: &[u8]) -> PyResult<Bound<'py, PyBytes>> {
+    /// Answers a request; `told` is told how many ticks of a step are done.
+    fn answer<'py>(
+        &mut self,
+        py: Python<'py>,
+        request: &[u8],
+        told: Told<'py>,
+    ) -> PyResult<Bound<'py, PyBytes>> {
         let parsed = Encoding::MsgPack.read_binary(request);
         let id = parsed.id.unwrap_or(0);
         let reply = match parsed.request {
-            Ok(Request::Step(step)) => self.step(py, id, step)?,
+            Ok(Request::Step(step)) => self.step(py, id, step, &told)?,
             Ok(Request::Perturb(push)) => self.perturb(id, push),
             Ok(Request::Stop(request::Stop {})) => Ok(self.stop(py, id)?),
             Ok(other) => Err(Refusal::new(
@@ -112,6 +135,8 @@ impl World {
         self.history.clone_from(&from.history);
         self.pushes.clear();
         self.outcome = None;
+        self.shaping = 0.0;
+        self.shaper.iter_mut().for_each(|shaper| shaper.restart(&self.run));
         Ok(())
     }
 
@@ -124,6 +149,8 @@ impl World {
             run_id: self.run_id.clone(),
             history: self.history.clone(),
             pushes: self.pushes.clone(),
+            shaper: self.shaper.clone(),
+            shaping: self.shaping,
             outcome: self.outcome.clone(),
         }
     }
@@ -131,6 +158,31 @@ impl World {
     /// Digest of the state, 16 hexadecimal digits.
     fn state_hash(&self) -> String {
         self.run.state_hash()
+    }
+
+    /// The shaped part of the last step's reward; none where rewards are not shaped.
+    #[getter]
+    fn shaping(&self) -> Option<f64> {
+        self.shaper.as_ref().map(|_| self.shaping)
+    }
+
+    /// The potential now, term by term; none where rewards are not shaped.
+    #[getter]
+    fn potential<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(terms) = self.shaper.as_ref().map(Shaper::terms) else { return Ok(None) };
+        let told = PyDict::new(py);
+        told.set_item("distance", terms.distance)?;
+        told.set_item("contact", terms.contact)?;
+        told.set_item("lift", terms.lift)?;
+        told.set_item("transport", terms.transport)?;
+        told.set_item("brought", terms.brought)?;
+        Ok(Some(told))
+    }
+
+    /// Whether it differs from the runs of its task.
+    #[getter]
+    fn varied(&self) -> bool {
+        self.run.task().is_varied()
     }
 
     #[getter]
@@ -143,14 +195,20 @@ impl World {
         self.outcome.as_ref().map_or_else(|| self.run.score(), |outcome| outcome.score)
     }
 
-    /// Plays the run again and writes it as a replay, signed by a key that is made for it and forgotten.
-    fn save_replay(&self, py: Python<'_>, path: PathBuf, team: String) -> PyResult<()> {
+    /// Plays the run again and writes it as a replay, signed by a key that is made for it and forgotten. `told` is told how
+    /// many ticks are played.
+    fn save_replay(&self, py: Python<'_>, path: PathBuf, team: String, told: Told<'_>) -> PyResult<()> {
         let Some(history) = &self.history else {
             let message =
                 "this world went on from the bytes of a snapshot, which tell nothing of the ticks before";
             return Err(PyValueError::new_err(message));
         };
         let (task, hand) = (Arc::clone(self.run.task()), Arc::clone(self.run.hand()));
+        if task.is_varied() {
+            let message =
+                "a randomised run, or one with some of the objects, is none of the task's: it has no replay";
+            return Err(PyValueError::new_err(message));
+        }
         let own = !palmares_models::builtin::builtin_hands().iter().any(|known| known.name == hand.name);
         if own {
             let message = "a replay of a hand of one's own needs its files: play it on a server";
@@ -166,7 +224,7 @@ impl World {
             ..Header::new(&self.run_id, &team, &task, &hand, seed, started)
         };
         let (history, reason) = (history.clone(), self.outcome.as_ref().map(|outcome| outcome.reason));
-        let work = move || -> Result<(), String> {
+        let work = move |ticks: &AtomicU64| -> Result<(), String> {
             let failed = |error: &dyn ToString| error.to_string();
             let mut run = Run::new(task, hand, seed).map_err(|error| failed(&error))?.with_noise(noise);
             let signer = Arc::new(Signer::random().map_err(|error| failed(&error))?);
@@ -180,6 +238,7 @@ impl World {
                 }
                 run.step(&action).map_err(|error| failed(&error))?;
                 recorder.tick(&run);
+                ticks.store(run.tick(), Ordering::Relaxed);
             }
             let reason = reason.or_else(|| run.over()).unwrap_or(Reason::Stopped);
             let outcome = run.finish(reason);
@@ -189,7 +248,7 @@ impl World {
             let _ = std::fs::remove_dir(&folder);
             Ok(())
         };
-        interruptible(py, work)?.map_err(PyOSError::new_err)
+        interruptible_told(py, &told, work)?.map_err(PyOSError::new_err)
     }
 }
 
@@ -218,7 +277,13 @@ impl World {
     }
 
     /// Ticks, without the interpreter's lock, but it is looked for Ctrl-C.
-    fn step(&mut self, py: Python<'_>, id: u64, step: Step) -> PyResult<Result<Reply, Refusal>> {
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        id: u64,
+        step: Step,
+        told: &Told<'_>,
+    ) -> PyResult<Result<Reply, Refusal>> {
         if let Err(refusal) = self.may_step(&step) {
             return Ok(Err(refusal));
         }
@@ -236,7 +301,9 @@ impl World {
                 return Ok(Err(Refusal::new(Code::Internal, message)));
             }
             py.check_signals()?;
+            tell(told, u64::from(step.repeat - left))?;
         }
+        self.shaping = self.shaper.as_mut().map_or(0.0, |shaper| shaper.step(&self.run));
         let mut observation = py.detach(|| self.looked(&shots));
         observation.events = events;
         Ok(Ok(Reply::Obs(Box::new(self.obs(id, observation)))))
@@ -291,7 +358,7 @@ impl World {
         let Some(outcome) = self.outcome.clone() else {
             return Err(PyRuntimeError::new_err("the run was not counted"));
         };
-        let status = if outcome.reason == Reason::WorldFault { "voided" } else { "practice" };
+        let status = status(&outcome, self.run.task().is_varied());
         let run = RunInfo {
             run_id: self.run_id.clone(),
             task: self.run.task().name.clone(),
@@ -300,6 +367,7 @@ impl World {
             tick: self.run.tick(),
             open: false,
         };
-        Ok(Reply::Result(Box::new(RunResult { id: Some(id), ..RunResult::new(run, status, outcome) })))
+        let hash = self.run.task().content_hash();
+        Ok(Reply::Result(Box::new(RunResult { id: Some(id), ..RunResult::new(run, hash, status, outcome) })))
     }
 }

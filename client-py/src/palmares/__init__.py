@@ -18,6 +18,7 @@ and property that takes or returns one states its shape. `array` makes one of an
 from palmares.arrays import Array, array
 from palmares.cameras import CameraImage, Intrinsics
 from palmares.client import Client
+from palmares.clipping import ClippedActionWarning
 from palmares.codec import Encoding
 from palmares.errors import (
     BadActionError,
@@ -72,6 +73,7 @@ from palmares.messages import (
 )
 from palmares.scene import Region, Scene, SceneBody, ScenePart, Shape
 from palmares.targets import pose, twist
+from palmares.training import Training
 from palmares.truth import BodyState, Contact, Joints, ObjectState, Truth
 from palmares.version import VERSION as __version__
 
@@ -88,6 +90,7 @@ __all__ = [
     "CameraInfo",
     "CapacityError",
     "Client",
+    "ClippedActionWarning",
     "Competition",
     "ConnectionLostError",
     "Contact",
@@ -130,6 +133,7 @@ __all__ = [
     "TaskInfo",
     "Time",
     "TooLargeError",
+    "Training",
     "Truth",
     "UnknownCameraError",
     "UnknownHandError",

@@ -12,6 +12,7 @@ from urllib.parse import urlsplit
 
 from msgspec import structs
 
+from palmares.clipping import Clipping
 from palmares.codec import Encoding, Message
 from palmares.errors import (
     ConnectionLostError,
@@ -38,6 +39,7 @@ from palmares.requests import Time as AskTime
 from palmares.scene import Scene
 from palmares.stream import Stream
 from palmares.targets import Base, Hand, Numbers, action_of, vector
+from palmares.training import Training
 from palmares.transport import Closed
 from palmares.version import VERSION
 
@@ -47,6 +49,7 @@ if TYPE_CHECKING:
 LOG = logging.getLogger("palmares")
 # Instead of a server's address: this process.
 LOCAL = "local"
+NO_TRAINING = "training: no server offers it; wanted url='local'"
 # How often a single request is repeated after the rate limit or a broken connection.
 MAX_RETRIES = 20
 # How long to wait for an observation before checking that the server is still alive.
@@ -70,6 +73,7 @@ class Client:
         encoding: ``json`` or ``msgpack``; left out, the fastest that the server supports.
         timeout_s: How long to wait for a reply.
         reconnect_s: How long to try to reconnect when the connection breaks or the server restarts.
+        training: Only with ``local``: what learners may have in its runs, a `palmares.sim.Training`.
 
     Raises:
         NoServerError: There is no server at `url`.
@@ -88,6 +92,7 @@ class Client:
         encoding: Encoding | None = None,
         timeout_s: float = 60.0,
         reconnect_s: float = 60.0,
+        training: Training | None = None,
     ) -> None:
         self._timeout_s = timeout_s
         self._tick: int | None = None
@@ -99,13 +104,16 @@ class Client:
         self._motors = 0
         self._newest: Observation | None = None
         self._stream = Stream()
+        self._clipping = Clipping()
         self._unrequested: Result | None = None
         self._link: Link
         if url == LOCAL:
             from palmares.local import LocalLink
 
-            self._link = LocalLink(team)
+            self._link = LocalLink(team, training)
             return
+        if training is not None:
+            raise ValueError(NO_TRAINING)
         http_url, ws_url = _addresses(url)
         self._link = Link(
             http_url,
@@ -206,6 +214,8 @@ class Client:
                 raise
             return last
         self._tick, self._newest = obs.tick, self._named(obs)
+        self._clipping.ask(action)
+        self._clipping.see(obs.applied_action, obs.tick, stacklevel=2)
         return obs
 
     def act(self, base: Base | None = None, hand: Hand | None = None, cameras: Iterable[str] = ()) -> int:
@@ -220,8 +230,10 @@ class Client:
         if self._tick is None:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
         try:
-            request = Act(action=action_of(base, hand, self._motors), cameras=names(cameras))
-            return self._ask(request, Ack).tick
+            action = action_of(base, hand, self._motors)
+            tick = self._ask(Act(action=action, cameras=names(cameras)), Ack).tick
+            self._clipping.ask(action, tick)
+            return tick
         except WrongStateError:
             # The run ended meanwhile, and the observation that says so has not been read yet.
             if self._stream.over:
@@ -237,6 +249,7 @@ class Client:
         """
         while self._run_id is not None:
             obs = self._next()
+            self._clipping.see(obs.applied_action, obs.tick, stacklevel=2)
             yield obs
             if obs.done:
                 return
@@ -333,6 +346,17 @@ class Client:
     def world(self) -> World | None:
         """With ``url="local"`` the world of the current or last run; ``None`` on a server."""
         return getattr(self._link, "world", None)
+
+    @property
+    def training(self) -> Training | None:
+        """With ``url="local"`` what learners have in the runs that are opened from now on; it can be set."""
+        return self._link.training
+
+    @training.setter
+    def training(self, training: Training | None) -> None:
+        if not self.is_local:
+            raise ValueError(NO_TRAINING)
+        self._link.training = training
 
     @property
     def welcome(self) -> Welcome:

@@ -28,6 +28,7 @@ from palmares.errors import (
 )
 from palmares.messages import ErrorMessage, LeaderboardRow, Reply, Result, SessionWarning, Welcome
 from palmares.requests import Bye, Hello, Request
+from palmares.training import Training
 from palmares.transport import Closed, Transport
 
 # Delays between attempts to reconnect; the last one repeats. The server refuses a new connection until it has
@@ -53,8 +54,11 @@ class Link:
     Attributes:
         welcome: The latest greeting of the server.
         resumed: The greeting after a reconnection, until the client has read it with `take_resumed`.
+        training: Always ``None``: no server offers it.
 
     """
+
+    training: Training | None = None
 
     def __init__(
         self,

@@ -25,13 +25,16 @@ class LocalLink(Link):
         welcome: What a practice server says in its greeting.
         resumed: Always ``None``: there is no connection that could break.
         world: The world of the current or last run.
+        training: What learners have in the runs that are opened from now on.
 
     """
 
     # Nothing of a connection is made, so its own initialisation is left out.
-    def __init__(self, team: str) -> None:
+    def __init__(self, team: str, training: sim.Training | None = None) -> None:
         self._team = team
+        self.training = training
         self._own_hands: list[str] = []
+        self._own_tasks: list[str] = []
         self._open = False
         self._simulated_s = 0.0
         self.welcome = sim.welcome(team)
@@ -66,10 +69,8 @@ class LocalLink(Link):
             raise BadRequestError(
                 f"bad_request: mode {request.mode!r} needs a server; in this process worlds run in lockstep"
             )
-        known = ", ".join(task.name for task in self.welcome.tasks)
-        if request.task not in known.split(", "):
-            raise UnknownTaskError(f"unknown_task: no task {request.task!r}; there are: {known}")
-        self._meet(request.hand)
+        self._meet_task(request.task)
+        self._meet_hand(request.hand)
         try:
             world = sim.World(
                 request.task,
@@ -77,6 +78,7 @@ class LocalLink(Link):
                 secrets.randbelow(2**53) if request.seed is None else request.seed,
                 sensing=request.sensing,
                 noise=request.noise or "none",
+                training=self.training,
             )
         except ValueError as refused:
             raise BadRequestError(f"bad_request: {refused}") from None
@@ -85,12 +87,22 @@ class LocalLink(Link):
         self.world, self._open = world, True
         return obs
 
-    def _meet(self, hand: str) -> None:
+    def _meet_task(self, task: str) -> None:
+        """Take a task of one's own, given by its path, into the greeting."""
+        if task in self._own_tasks or task in sim.TASKS:
+            return
+        try:
+            self.welcome = sim.welcome(self._team, self._own_hands, [*self._own_tasks, task])
+        except ValueError as unreadable:
+            raise UnknownTaskError(f"unknown_task: {unreadable}") from None
+        self._own_tasks.append(task)
+
+    def _meet_hand(self, hand: str) -> None:
         """Take a hand of one's own, given by its path, into the greeting."""
         if hand in self._own_hands or any(known.name == hand for known in self.welcome.hands):
             return
         try:
-            self.welcome = sim.welcome(self._team, [*self._own_hands, hand])
+            self.welcome = sim.welcome(self._team, [*self._own_hands, hand], self._own_tasks)
         except ValueError as unreadable:
             raise UnknownHandError(f"unknown_hand: {unreadable}") from None
         self._own_hands.append(hand)

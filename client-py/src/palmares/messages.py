@@ -11,6 +11,7 @@ import math
 
 import msgspec
 
+from palmares import views
 from palmares.arrays import Array, array
 from palmares.cameras import CameraImage
 from palmares.scene import Quat, Scene, Vec3, named
@@ -157,6 +158,12 @@ class Observation(Reply, kw_only=True, tag="obs"):
         """True when the run cannot go on: stop it to get the result."""
         return self.terminated or self.truncated
 
+    def __repr__(self) -> str:
+        return views.text(*views.observation(self))
+
+    def _repr_html_(self) -> str:
+        return views.html(*views.observation(self))
+
 
 class Replay(msgspec.Struct, kw_only=True):
     """The recording of a run: ``GET /v1/runs/{id}/replay``."""
@@ -173,15 +180,18 @@ class Result(Reply, kw_only=True, tag="result"):
     task: str
     hand: str
     status: str
-    """``practice``; ``provisional`` in a competition until verified; ``aborted`` when it ended at tick 0;
+    """``practice``; ``training`` when `Training` made it another run than the task's; ``provisional``
+    in a competition until verified; ``aborted`` when it ended at tick 0;
     ``voided`` after a fault of the server"""
     score: float
     in_goal: int
-    """Objects in the goal"""
+    """Objects in the goal; where objects are arranged, goals reached"""
     outside: int
     """Objects outside both boxes"""
     reason: str
     """Why it ended: ``stopped``, ``complete``, ``time_limit``, ``session_over``, …"""
+    task_hash: str = ""
+    """SHA-256 of everything that the task is"""
     ticks: int
     sim_time_s: float
     """Simulated time"""
@@ -206,6 +216,12 @@ class Result(Reply, kw_only=True, tag="result"):
     def voided(self) -> bool:
         """True when the run does not count, by a fault of the server or a decision of the organizer."""
         return self.status == "voided"
+
+    def __repr__(self) -> str:
+        return views.text(*views.result(self))
+
+    def _repr_html_(self) -> str:
+        return views.html(*views.result(self))
 
 
 class RunInfo(msgspec.Struct, kw_only=True):
@@ -272,6 +288,8 @@ class TaskInfo(msgspec.Struct, kw_only=True):
     """Longest run, simulated time"""
     cameras: list[CameraInfo] = []
     """Its cameras"""
+    hash: str = ""
+    """SHA-256 of everything that it is"""
 
 
 class HandInfo(msgspec.Struct, kw_only=True):

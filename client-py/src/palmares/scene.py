@@ -8,6 +8,7 @@ from typing import Protocol, TypeAlias, TypeVar
 import msgspec
 import numpy as np
 
+from palmares import views
 from palmares.arrays import Array, array
 from palmares.rotation import matrix_of
 
@@ -202,3 +203,9 @@ class Scene(msgspec.Struct, kw_only=True):
     def furniture(self) -> list[SceneBody]:
         """The bodies that cannot move."""
         return [body for body in self.bodies if not body.free]
+
+    def __repr__(self) -> str:
+        return views.text(*views.scene(self))
+
+    def _repr_html_(self) -> str:
+        return views.html(*views.scene(self))

@@ -146,6 +146,16 @@ class Truth(msgspec.Struct, kw_only=True, dict=True):
         """Joint angles of the untouched hand at the same motor position, shape (n,), rad; may be empty."""
         return array(self._equilibrium)
 
+    @property
+    def names(self) -> list[str]:
+        """Names of all objects in scene order."""
+        return [self._name(k) for k in range(len(self.positions))]
+
+    @property
+    def contact_count(self) -> int:
+        """How many contacts there are."""
+        return len(self._contacts.a)
+
     def name_objects(self, names: Sequence[str]) -> None:
         """Set the names of the objects, in scene order; the client calls this."""
         self.__dict__["_names"] = names

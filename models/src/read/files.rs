@@ -1,4 +1,4 @@
-//! Where the files of a hand lie: a folder on disk, or an archive that is read in memory and never unpacked to disk.
+//! Where the files of a hand or a task lie: a folder on disk, or an archive that is read in memory and never unpacked to disk.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -14,7 +14,7 @@ use crate::error::ModelError;
 /// How well a file of an archive is packed is looked at only if it is larger than this, bytes.
 const RATIO_COUNTS_FROM: u64 = 1 << 20;
 
-/// The files of a hand. A path never leads outside.
+/// The files of a hand or a task. A path never leads outside.
 #[derive(Clone, Debug)]
 pub enum Files {
     /// A folder on disk.
@@ -185,8 +185,9 @@ impl Files {
 }
 
 fn outside(file: &Path, element: &str) -> ModelError {
-    let valid = "a file in or under the folder of the URDF, not through a link that leads out of it";
-    Report::new(file).bad(element, "this file lies outside the hand's folder", valid)
+    let valid =
+        "a file in or under the folder of the file that names it, not through a link that leads out of it";
+    Report::new(file).bad(element, "this file lies outside the folder", valid)
 }
 
 /// The path without `.`, or `None` when it is absolute or goes up.

@@ -5,7 +5,8 @@
 //!    make meshes rounded hulls. `settings.rs` reads and checks `hand.toml`.
 //! 3. `coordinates.rs`, `actuation.rs` and `tactile.rs` build from both what the hand has beside its links.
 //!    `visual.rs` tells how links look, for those who draw them.
-//! 4. `hand.rs` goes through these in order. `objects.rs` reads the catalogue's objects.
+//! 4. `hand.rs` goes through these in order.
+//! 5. `objects.rs` reads the catalogue's objects, `own_object.rs` those of a task's own, both out of `parts.rs`.
 //!
 //! What is odd is a warning, what cannot be meant an error (`report.rs`).
 
@@ -17,6 +18,8 @@ mod limits;
 mod mesh;
 mod objects;
 mod options;
+mod own_object;
+mod parts;
 pub(crate) mod report;
 mod sensors;
 mod settings;
@@ -29,4 +32,5 @@ pub use self::files::Files;
 pub use self::hand::{Loaded, from_files, from_text, hand, visuals};
 pub use self::limits::Limits;
 pub use self::options::{InertiaPolicy, LoadOptions};
+pub use self::own_object::OwnObject;
 pub use self::visual::{Look, Visual};

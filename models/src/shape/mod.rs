@@ -53,6 +53,27 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// The same shape with all lengths so many times as large.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Shape {
+        match self {
+            Shape::Sphere { radius } => Shape::Sphere { radius: radius * factor },
+            Shape::Capsule { radius, half_length } => {
+                Shape::Capsule { radius: radius * factor, half_length: half_length * factor }
+            }
+            Shape::Cylinder { radius, half_length } => {
+                Shape::Cylinder { radius: radius * factor, half_length: half_length * factor }
+            }
+            Shape::Box { half_extents, rounding } => {
+                Shape::Box { half_extents: half_extents.map(|x| x * factor), rounding: rounding * factor }
+            }
+            Shape::Hull { points, rounding } => Shape::Hull {
+                points: points.iter().map(|point| point.map(|x| x * factor)).collect(),
+                rounding: rounding * factor,
+            },
+        }
+    }
+
     /// The parry shape and the rotation that stands it up (parry's cylinders and capsules lie along y).
     /// `None` when a hull's points span no volume.
     pub fn to_parry(&self) -> Option<(SharedShape, Pose)> {

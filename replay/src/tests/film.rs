@@ -28,7 +28,7 @@ fn filmed(noise: Noise, cameras: &[&str], rate_hz: f64) -> Result<Messages, Film
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("pictures.mcap");
     let names: Vec<String> = cameras.iter().map(|name| (*name).to_owned()).collect();
-    let count = film(&replay, &names, rate_hz, std::fs::File::create(&path).expect("a file"))?;
+    let count = film(&replay, &[], &names, rate_hz, std::fs::File::create(&path).expect("a file"))?;
     let all = messages(&std::fs::read(&path).expect("written"));
     let pictures =
         all.iter().filter(|(topic, _)| topic.starts_with("/camera/") && !topic.ends_with("calibration"));

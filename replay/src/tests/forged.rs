@@ -37,7 +37,7 @@ fn a_changed_action_breaks_the_chain_or_the_state() {
     assert_eq!(refused.name(), "bad_signature");
     assert!(refused.to_string().contains(&mallory.public().to_string()), "{refused}");
     assert!(replay.signed_by(None).is_ok());
-    let refused = verify(&replay).expect_err("another run");
+    let refused = verify(&replay, &[]).expect_err("another run");
     assert_eq!((refused.name(), refused.tick()), ("state_differs", Some(43)));
 }
 

@@ -81,7 +81,7 @@ impl Scenario {
 
 /// Reads and simulates.
 fn check(bytes: &[u8]) -> Result<Verified, VerifyError> {
-    verify(&read(bytes)?)
+    verify(&read(bytes)?, &[])
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn a_recorded_run_replays() {
     assert_eq!(replay.actions.len(), 230);
     let ticks: Vec<u64> = replay.hashes.iter().map(|(tick, _)| *tick).collect();
     assert_eq!((ticks.as_slice(), replay.states()), ([0, 100, 200].as_slice(), 231));
-    let verified = verify(&replay).expect("the same again");
+    let verified = verify(&replay, &[]).expect("the same again");
     assert_eq!((verified.ticks, verified.states, verified.score), (230, 232, outcome.score));
 }
 

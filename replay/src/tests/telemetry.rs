@@ -72,6 +72,6 @@ fn a_file_without_it_is_read_and_verified_as_before() {
     let replay = read(&earlier).expect("sound");
     assert_eq!((replay.telemetry, replay.actions.len()), (0, 30));
     assert!(replay.pictures > 0);
-    let verified = verify(&replay).expect("the same run");
+    let verified = verify(&replay, &[]).expect("the same run");
     assert_eq!(verified.ticks, 30);
 }

@@ -13,14 +13,13 @@ use crate::names;
 use crate::rules::{Rules, write_secret};
 use crate::session::Sessions;
 use crate::store::{NewAuditEntry, Store};
-use crate::transport::Entrance;
+use crate::transport::InboundLimits;
 use crate::watch::Hub;
 use anyhow::{Context, anyhow, bail};
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;
 use palmares_models::read::{self, LoadOptions, Loaded};
-use palmares_tasks::Task;
-use palmares_tasks::inspect;
+use palmares_tasks::{Task, inspect, task};
 use std::num::NonZero;
 use std::sync::Arc;
 
@@ -38,7 +37,7 @@ pub(super) async fn app(
     let settings = config.settings.clone();
     let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
     let compute = Arc::new(Compute::new(cores, settings.max_worlds));
-    let entrance = Arc::new(Entrance::new(&settings, config.guard.clone()));
+    let inbound = Arc::new(InboundLimits::new(&settings, config.guard.clone()));
     let own_hands = OwnHands::new(&config.data_dir, config.hand_limits.clone(), tasks.clone());
     let sensing = config.sensing.clone();
     if let Some(unknown) = sensing.sensors_only().iter().find(|name| !tasks.iter().any(|t| t.name == **name))
@@ -64,7 +63,7 @@ pub(super) async fn app(
         vec![("seed.secret", config.seed_secret.clone()), ("signing.key", config.signing_key.clone())];
     let backup = Arc::new(backup::Files { data_dir: config.data_dir.clone(), secrets });
     let auth = Arc::default();
-    Ok(App { store, competition, compute, sessions, archive, hub, auth, entrance, lifecycle, backup })
+    Ok(App { store, competition, compute, sessions, archive, hub, auth, inbound, lifecycle, backup })
 }
 
 /// Runs that were open when an earlier process stopped count for nothing.
@@ -138,9 +137,28 @@ fn chosen<T>(
     wanted.iter().map(find).collect()
 }
 
-/// The tasks that are played.
+/// The tasks that come with the program, and those of folders.
 pub(super) fn tasks(config: &Config) -> anyhow::Result<Vec<Arc<Task>>> {
-    chosen("tasks", config.tasks.as_deref(), Task::builtin(), |task| &task.name)
+    let mut tasks = chosen("tasks", config.builtin_tasks.as_deref(), Task::builtin(), |task| &task.name)?;
+    for path in &config.tasks {
+        let task::Loaded { task, warnings } =
+            Task::load(path).map_err(|error| anyhow!("a task of your own: {error}"))?;
+        for warning in &warnings {
+            tracing::warn!("{warning}");
+        }
+        // Also one that is not played: replays name their task.
+        let known = Task::builtin().into_iter().chain(tasks.iter().cloned());
+        if known.map(|known| known.name.clone()).any(|name| name == task.name) {
+            bail!(
+                "{}: there is a task named `{}` already; give this one a name of its own in {}: name = \"...\"",
+                path.display(),
+                task.name,
+                Task::FILE
+            );
+        }
+        tasks.push(Arc::new(task));
+    }
+    Ok(tasks)
 }
 
 /// The hands that come with the program, and those of files.

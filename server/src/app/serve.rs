@@ -12,10 +12,12 @@ use crate::telemetry;
 use crate::transport;
 use crate::transport::low_latency::listener::Listener;
 use anyhow::Context;
+use palmares_tasks::Task;
 use std::io::Write;
 use std::net::SocketAddr;
 use std::num::NonZero;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpSocket};
 use tokio::signal::unix::{Signal, SignalKind, signal};
@@ -58,11 +60,12 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     std::fs::create_dir_all(&config.data_dir)
         .with_context(|| format!("cannot make the data directory {}", config.data_dir.display()))?;
     let store = Store::open(&config.location).await?;
+    let audited: Arc<[Arc<Task>]> = tasks.clone().into();
     let app = assemble::app(config, store, tasks, hands).await?;
     let lifecycle = app.lifecycle.clone();
     let auditor = app.archive.clone().map(|archive| {
         let (store, hub, lifecycle) = (app.store.clone(), app.hub.clone(), lifecycle.clone());
-        tokio::spawn(archive::audit(store, archive, hub, async move { lifecycle.stopping().await }))
+        tokio::spawn(archive::audit(store, archive, hub, audited, async move { lifecycle.stopping().await }))
     });
     app.sessions.give_back_all().await?;
     app.sessions.restore().await?;
@@ -83,7 +86,7 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     let router = http::router(app.clone());
     // `listener` itself in its place: without the low-latency path.
     let listener = Listener::new(listener);
-    let server = transport::serve(listener, router, app.entrance.clone(), lifecycle.clone());
+    let server = transport::serve(listener, router, app.inbound.clone(), lifecycle.clone());
     let server = tokio::spawn(server);
     let overseer = tokio::spawn(overrun::watch_over(app.compute.clone()));
     lifecycle.stopping().await;

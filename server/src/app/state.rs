@@ -8,7 +8,7 @@ use crate::compute::Compute;
 use crate::lifecycle::Lifecycle;
 use crate::session::Sessions;
 use crate::store::Store;
-use crate::transport::Entrance;
+use crate::transport::InboundLimits;
 use crate::watch::Hub;
 use axum::extract::FromRef;
 use std::sync::Arc;
@@ -31,7 +31,7 @@ pub(crate) struct App {
     /// Who may what.
     pub(crate) auth: Arc<Auth>,
     /// Who is let in, and how much may be sent in.
-    pub(crate) entrance: Arc<Entrance>,
+    pub(crate) inbound: Arc<InboundLimits>,
     /// Whether the server is finishing, and who is still there.
     pub(crate) lifecycle: Arc<Lifecycle>,
     /// What a backup takes beside the database.
@@ -57,7 +57,7 @@ parts! {
     archive: Option<Arc<Archive>>,
     hub: Arc<Hub>,
     auth: Arc<Auth>,
-    entrance: Arc<Entrance>,
+    inbound: Arc<InboundLimits>,
     lifecycle: Arc<Lifecycle>,
     backup: Arc<backup::Files>,
 }

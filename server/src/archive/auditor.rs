@@ -1,12 +1,13 @@
 //! Looks at finished runs when nobody needs the machine: plays official ones again, and deletes old practice replays.
 
 use super::folder::Archive;
-use super::likeness::Marks;
 use super::retention::apply_retention;
+use super::similar_runs::Marks;
 use crate::compute::{Background, Level};
 use crate::store::{RunRecord, Store, StoreError, UnverifiedRun, Verdict};
 use crate::watch::Hub;
 use palmares_replay::{Replay, VerifyError, read, verify, word};
+use palmares_tasks::Task;
 use serde_json::{Value, json};
 use std::future::Future;
 use std::io::ErrorKind;
@@ -17,11 +18,12 @@ use std::time::Duration;
 /// Looks at the runs at least so often, for what went wrong the last time.
 const AGAIN_AFTER: Duration = Duration::from_secs(60);
 
-/// Verifies and tidies up until `stopping`. A verification that is cut off is made again at the next start.
+/// Verifies runs of these tasks and of the program's, and tidies up, until `stopping`. A verification that is cut off is made again at the next start.
 pub(crate) async fn audit(
     store: Store,
     archive: Arc<Archive>,
     hub: Arc<Hub>,
+    tasks: Arc<[Arc<Task>]>,
     stopping: impl Future<Output = ()>,
 ) {
     // Its own places: what nobody waits for must not keep those out for whom somebody waits.
@@ -29,7 +31,7 @@ pub(crate) async fn audit(
     tokio::pin!(stopping);
     loop {
         let round = async {
-            if let Err(error) = round(&store, &archive, &hub, &background).await {
+            if let Err(error) = round(&store, &archive, &hub, &tasks, &background).await {
                 tracing::error!(%error, "store failed; verification goes on later");
             }
             let _ = tokio::time::timeout(AGAIN_AFTER, archive.news.notified()).await;
@@ -45,13 +47,14 @@ async fn round(
     store: &Store,
     archive: &Arc<Archive>,
     hub: &Hub,
+    tasks: &Arc<[Arc<Task>]>,
     background: &Background,
 ) -> Result<(), StoreError> {
     for run in store.runs_to_verify().await? {
         let Some(record) = store.run(&run.run_id).await? else { continue };
         let (path, run_id) = (archive.locate(&run.replay_path), run.run_id.clone());
-        let key = archive.clone();
-        let job = move || judge(&path, &run, &record, &key);
+        let (key, tasks) = (archive.clone(), tasks.clone());
+        let job = move || judge(&path, &run, &record, &key, &tasks);
         let Judged { verdict, note, marks } = match background.run(Level::Idle, job).await {
             Ok(Ok(judged)) => judged,
             Ok(Err(error)) => {
@@ -89,6 +92,7 @@ fn judge(
     run: &UnverifiedRun,
     record: &RunRecord,
     archive: &Archive,
+    tasks: &[Arc<Task>],
 ) -> std::io::Result<Judged> {
     let rejected = |note: String| Judged { verdict: Verdict::Rejected, note, marks: Marks::default() };
     let bytes = match std::fs::read(path) {
@@ -107,7 +111,7 @@ fn judge(
             ));
         }
         same_run(record, &replay)?;
-        Ok((verify(&replay)?, Marks::of(replay.actions.iter().map(|tick| &tick.action))))
+        Ok((verify(&replay, tasks)?, Marks::of(replay.actions.iter().map(|tick| &tick.action))))
     })();
     Ok(match verdict {
         Ok((verified, marks)) => {

@@ -2,8 +2,8 @@
 
 mod auditor;
 mod folder;
-mod likeness;
 mod retention;
+mod similar_runs;
 
 #[cfg(test)]
 mod tests;
@@ -11,5 +11,5 @@ mod tests;
 pub(crate) use auditor::audit;
 pub(crate) use folder::{Archive, KEY_FILE, Recording, stored_path};
 #[cfg(test)]
-pub(crate) use likeness::Mark;
-pub(crate) use likeness::{Marks, is_told};
+pub(crate) use similar_runs::Mark;
+pub(crate) use similar_runs::{Marks, is_told};

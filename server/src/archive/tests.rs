@@ -1,6 +1,6 @@
 //! Official runs in the database, and what the auditor makes of them.
 
-use super::likeness::tests::{balls, fetching};
+use super::similar_runs::tests::{balls, fetching};
 use super::{Archive, KEY_FILE, audit, stored_path};
 use crate::store::{FinishedRun, Location, NewAuditEntry, NewRun, NewSession, Store};
 use palmares_models::hand::Hand;
@@ -97,9 +97,10 @@ impl Place {
     /// Lets the auditor work until a run is no longer provisional; returns its status and note.
     async fn judged(&self, run_id: &str) -> (String, String) {
         let (stop, stopping) = oneshot::channel::<()>();
-        let auditor = audit(self.store.clone(), self.archive.clone(), Arc::default(), async {
-            let _ = stopping.await;
-        });
+        let auditor =
+            audit(self.store.clone(), self.archive.clone(), Arc::default(), Arc::default(), async {
+                let _ = stopping.await;
+            });
         let auditor = tokio::spawn(auditor);
         let start = Instant::now();
         let record = loop {

@@ -32,6 +32,7 @@ pub(super) struct File {
     pub(super) sessions_per_team: Option<u32>,
     pub(super) reset_cost_s: Option<f64>,
     pub(super) tasks: Option<Vec<String>>,
+    pub(super) task_files: Option<Vec<PathBuf>>,
     pub(super) noise: Option<Noise>,
     pub(super) sensors_only: Vec<String>,
     pub(super) hands: Option<Vec<String>>,

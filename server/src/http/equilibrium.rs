@@ -258,7 +258,7 @@ pub(super) async fn equilibrium(
     body: Body,
 ) -> Result<Json<Answer>, Problem> {
     let hand = find(&app, &headers, whose, &name).await?;
-    let received = app.entrance.bodies.read(caller.address, &headers, body, BODY).await?;
+    let received = app.inbound.bodies.read(caller.address, &headers, body, BODY).await?;
     let mut json = serde_json::Deserializer::from_slice(&received.bytes);
     let asked: Asked = serde_path_to_error::deserialize(&mut json)
         .map_err(|error| Problem(bad("body", &error.to_string())))?;

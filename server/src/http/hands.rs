@@ -118,7 +118,7 @@ pub(super) async fn submit(
         let code = if app.competition.rules.official() { Code::NotAuthorized } else { Code::BadRequest };
         Problem::new(code, message)
     })?;
-    let received = app.entrance.bodies.read(caller.address, &headers, body, largest()).await?;
+    let received = app.inbound.bodies.read(caller.address, &headers, body, largest()).await?;
     let submitted =
         app.competition.own_hands.submit(&app.store, &app.compute.background, &team, received).await;
     Ok((StatusCode::CREATED, Json(submitted?)).into_response())

@@ -184,7 +184,7 @@ fn result(finished: Finished, stored: &Stored) -> RunResult {
         status = stored.status,
         "run closed"
     );
-    let mut result = RunResult::new(run.info(), &stored.status, outcome);
+    let mut result = RunResult::new(run.info(), &run.task_hash, &stored.status, outcome);
     result.replay = replay.map(|file| ReplayInfo { sha256: file.sha256, bytes: file.bytes });
     result.missed_ticks = stats.tempo.missed;
     result.late_ticks = stats.tempo.late;

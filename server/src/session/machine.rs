@@ -24,6 +24,8 @@ pub(crate) struct Playing {
     pub(crate) run_id: String,
     /// Its task.
     pub(crate) task: String,
+    /// What the task is: its content's hash.
+    pub(crate) task_hash: String,
     /// Its hand.
     pub(crate) hand: String,
     /// Whether the team sent the hand in.

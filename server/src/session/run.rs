@@ -12,8 +12,8 @@ use crate::store::{NewRun, unix_ms};
 use crate::version;
 use crate::watch::messages::WatchRun;
 use crate::world::Witness;
-use crate::world::film::{self, Film};
 use crate::world::live::{Live, Streamed};
+use crate::world::pictures::{self, Pictures};
 use crate::world::run::{OpenError, OpenedWorld, StepError, World, WorldSetup};
 use palmares_models::hand::Hand;
 use palmares_protocol::obs::{Obs, Opened};
@@ -243,6 +243,7 @@ impl Session {
         let playing = Playing {
             run_id: run_id.clone(),
             task: task.name.clone(),
+            task_hash: task.content_hash().to_owned(),
             hand: hand.name.clone(),
             own_hand: new.hand_sha256.is_some(),
             tick_s: task.tick_s,
@@ -309,7 +310,7 @@ impl Session {
             }
         };
         let mut observation = stepped.observation;
-        let Film { wanted, upcoming } = world.expose(&shots);
+        let Pictures { wanted, upcoming } = world.expose(&shots);
         self.upcoming = upcoming;
         self.machine.stepped(observation.tick, self.now());
         if let Some(reason) = stepped.over {
@@ -319,7 +320,7 @@ impl Session {
             observation.truncated = true;
             observation.reason = Some(Reason::SessionOver.as_str().into());
         }
-        observation.cameras = film::develop(&self.shared.compute, wanted).await;
+        observation.cameras = pictures::develop(&self.shared.compute, wanted).await;
         self.save(false).await;
         Ok(Reply::Obs(Box::new(self.obs(Some(id), run_id, observation))))
     }
@@ -333,7 +334,7 @@ impl Session {
                 world.prepare(&permit);
             }
         }
-        film::prepare(&self.shared.compute, std::mem::take(&mut self.upcoming));
+        pictures::prepare(&self.shared.compute, std::mem::take(&mut self.upcoming));
     }
 
     /// Tells a realtime world what to do next.
@@ -368,10 +369,10 @@ impl Session {
 
     /// The next observation to stream.
     pub(crate) async fn streamed(&mut self) -> Option<Reply> {
-        let Streamed { mut observation, film: Film { wanted, upcoming }, due } =
+        let Streamed { mut observation, pictures: Pictures { wanted, upcoming }, due } =
             self.stream.as_ref()?.pop()?;
-        observation.cameras = film::develop(&self.shared.compute, wanted).await;
-        film::prepare(&self.shared.compute, upcoming);
+        observation.cameras = pictures::develop(&self.shared.compute, wanted).await;
+        pictures::prepare(&self.shared.compute, upcoming);
         self.catch_up();
         let run_id = self.machine.run_info().map(|run| run.run_id)?;
         let late_s = Some(Instant::now().saturating_duration_since(due).as_secs_f64());

@@ -3,8 +3,8 @@
 use super::clocks::{ClockState, write_clock};
 use super::database::Store;
 use super::error::StoreError;
-use super::likeness::SimilarRun;
 use super::number::{signed, unix_ms};
+use super::similar_runs::SimilarRun;
 use palmares_tasks::{Event, Outcome, Sensing};
 use schemars::JsonSchema;
 use serde::Serialize;

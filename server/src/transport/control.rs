@@ -2,7 +2,7 @@
 
 use super::caller::Caller;
 use super::connection::{self, Parts};
-use super::entrance::Entrance;
+use super::inbound_limits::InboundLimits;
 use crate::auth::{Auth, Identity, Role, forbidden};
 use crate::problem::Problem;
 use crate::session::Sessions;
@@ -23,7 +23,7 @@ const AT_ONCE_BYTES: usize = 1 << 10;
 
 /// `GET /v1/control`.
 pub(crate) async fn control(
-    State(entrance): State<Arc<Entrance>>,
+    State(inbound): State<Arc<InboundLimits>>,
     State(auth): State<Arc<Auth>>,
     State(sessions): State<Arc<Sessions>>,
     ConnectInfo(Caller { link, .. }): ConnectInfo<Caller>,
@@ -45,7 +45,7 @@ pub(crate) async fn control(
     };
     // Before the upgrade: who may not play gets an HTTP answer and no socket.
     let identity = player(&auth, &sessions, &headers).await?;
-    let permit = entrance.connections.take(identity.as_ref())?;
+    let permit = inbound.connections.take(identity.as_ref())?;
     let parts = Parts { link, encoding, sessions, auth, identity, permit };
     Ok(upgrade
         .read_buffer_size(AT_ONCE_BYTES)

@@ -1,6 +1,6 @@
 //! Looks at every request before anything else does.
 
-use super::entrance::Entrance;
+use super::inbound_limits::InboundLimits;
 use crate::problem::Problem;
 use axum::extract::{Request, State};
 use axum::middleware::Next;
@@ -8,8 +8,12 @@ use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 
 /// Lets through what may come.
-pub(crate) async fn guard(State(entrance): State<Arc<Entrance>>, request: Request, next: Next) -> Response {
-    match entrance.guard.check(request.method(), request.headers()) {
+pub(crate) async fn guard(
+    State(inbound): State<Arc<InboundLimits>>,
+    request: Request,
+    next: Next,
+) -> Response {
+    match inbound.guard.check(request.method(), request.headers()) {
         Ok(()) => next.run(request).await,
         Err(refusal) => Problem(refusal).into_response(),
     }

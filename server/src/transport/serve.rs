@@ -1,8 +1,8 @@
 //! Serves HTTP on whatever accepts connections.
 
 use super::caller::Caller;
-use super::doors::Counted;
-use super::entrance::Entrance;
+use super::inbound_limits::InboundLimits;
+use super::socket_limits::Counted;
 use crate::lifecycle::Lifecycle;
 use axum::Router;
 use axum::extract::{ConnectInfo, Request};
@@ -38,7 +38,7 @@ const FULL: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: applicat
 pub(crate) async fn serve<L>(
     mut listener: L,
     router: Router,
-    entrance: Arc<Entrance>,
+    inbound: Arc<InboundLimits>,
     lifecycle: Arc<Lifecycle>,
 ) where
     L: Listener,
@@ -54,7 +54,7 @@ pub(crate) async fn serve<L>(
             accepted = listener.accept() => accepted,
         };
         let caller = Caller::from(from);
-        let Some(permit) = entrance.doors.enter(caller.address) else {
+        let Some(permit) = inbound.sockets.enter(caller.address) else {
             tracing::debug!(address = %caller.address, "no place for another connection");
             open.spawn(async { drop(timeout(REFUSAL_TIMEOUT, refuse(io)).await) });
             continue;

@@ -3,7 +3,7 @@
 //! The pacer steps it; the session's connection leaves actions in its inbox and takes what it streams. Neither
 //! waits for the other: of what is not taken in time the oldest is dropped.
 
-use super::film::Film;
+use super::pictures::Pictures;
 use super::run::{StepError, World};
 use crate::compute::Compute;
 use crate::compute::pace::{Pace, Part, Tempo};
@@ -28,7 +28,7 @@ pub(crate) struct Streamed {
     /// The state.
     pub(crate) observation: Observation,
     /// Pictures of it that were asked for.
-    pub(crate) film: Film,
+    pub(crate) pictures: Pictures,
     /// When its tick was due.
     pub(crate) due: Instant,
 }
@@ -245,7 +245,7 @@ impl Live {
             // What the referee noted in this tick was told with it.
             observation.events.clear();
             let over = self.over();
-            self.push(Streamed { observation, film: Film::default(), due: Instant::now() }, over);
+            self.push(Streamed { observation, pictures: Pictures::default(), due: Instant::now() }, over);
         }
         Some(world)
     }
@@ -306,8 +306,8 @@ impl Paced for Live {
         let seen = ticked.and_then(|over| Ok((over, world.observe()?, world.expose(&shots))));
         drop(permit);
         match seen {
-            Ok((over, observation, film)) => {
-                self.push(Streamed { observation, film, due }, over);
+            Ok((over, observation, pictures)) => {
+                self.push(Streamed { observation, pictures, due }, over);
                 world.tell();
                 over.is_none().then(|| pace.due())
             }

@@ -1,7 +1,7 @@
 //! A world: the one place in the server where a run is stepped. Whoever wants to see every tick, a recorder or
 //! spectators, is a [`Witness`] of it.
 
-use super::film::{self, Film};
+use super::pictures::{self, Pictures};
 use super::playable::{Fault, Playable};
 use super::witness::Witness;
 use crate::compute::admission::Admitted;
@@ -108,7 +108,7 @@ impl World {
             let WorldSetup { task, hand, seed, sensing, noise, shots } = setup;
             let mut run = Run::new(task, hand, seed)?.with_noise(noise);
             let (scene, mut observation) = (run.scene().clone().told(sensing), run.observe(sensing));
-            observation.cameras = film::drawn(&run.expose(&shots));
+            observation.cameras = pictures::drawn(&run.expose(&shots));
             witnesses.iter_mut().for_each(|witness| witness.opened(&run));
             let world = World::of(Box::new(run), sensing, witnesses, admitted);
             Ok(OpenedWorld { world, scene, observation })
@@ -264,12 +264,12 @@ impl World {
     }
 
     /// Takes pictures, which are not drawn yet.
-    pub(crate) fn expose(&mut self, shots: &[Shot]) -> Film {
+    pub(crate) fn expose(&mut self, shots: &[Shot]) -> Pictures {
         match self.game.as_mut().ok().and_then(|game| game.run()) {
             Some(run) if !shots.is_empty() => {
-                Film { wanted: run.expose(shots), upcoming: run.upcoming(shots) }
+                Pictures { wanted: run.expose(shots), upcoming: run.upcoming(shots) }
             }
-            _ => Film::default(),
+            _ => Pictures::default(),
         }
     }
 

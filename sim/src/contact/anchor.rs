@@ -31,7 +31,7 @@ pub struct Anchor {
 }
 
 /// Memory of a pair of shapes.
-#[derive(Clone, Serialize, Deserialize)]
+#[derive(Serialize, Deserialize)]
 pub struct Pair {
     /// Collider indices, the lower one first.
     pub key: (u32, u32),
@@ -45,6 +45,32 @@ pub struct Pair {
     /// Gap of the deepest point when the points were last looked at, m, and where B then stood in A's frame; of a pair
     /// without points 0 and nothing.
     pub seen: (f64, Pose),
+}
+
+impl Clone for Pair {
+    fn clone(&self) -> Self {
+        let Pair { key, manifold, mean, initial_overlap, seen } = self;
+        Pair {
+            key: *key,
+            manifold: manifold.clone(),
+            mean: *mean,
+            initial_overlap: *initial_overlap,
+            seen: *seen,
+        }
+    }
+
+    /// Keeps the list of points it has.
+    fn clone_from(&mut self, from: &Self) {
+        let Pair { key, manifold, mean, initial_overlap, seen } = from;
+        let ContactManifold { points, local_n1, local_n2, subshape1, subshape2, subshape_poses, data: () } =
+            manifold;
+        self.key = *key;
+        self.manifold.points.clone_from(points);
+        (self.manifold.local_n1, self.manifold.local_n2) = (*local_n1, *local_n2);
+        (self.manifold.subshape1, self.manifold.subshape2) = (*subshape1, *subshape2);
+        self.manifold.subshape_poses.clone_from(subshape_poses);
+        (self.mean, self.initial_overlap, self.seen) = (*mean, *initial_overlap, *seen);
+    }
 }
 
 impl Anchor {
@@ -83,7 +109,7 @@ impl Pair {
     }
 
     /// Whether there is nothing to remember. Which of the pairs that never touched are listed says nothing.
-    fn is_blank(&self) -> bool {
+    pub(crate) fn is_blank(&self) -> bool {
         let Pair { key: _, manifold, mean, initial_overlap, seen: _ } = self;
         manifold.points.is_empty()
             && manifold.local_n1 == Vec3::ZERO

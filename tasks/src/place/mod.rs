@@ -1,5 +1,6 @@
 //! Which objects a run has and where they start.
 
+mod fixed;
 mod placed;
 mod pour;
 mod rng;
@@ -17,9 +18,15 @@ use std::sync::Arc;
 /// Draws a task's objects and places them; says what did not work out, if it did not.
 pub fn place(task: &Task, dice: &mut SceneRng) -> Result<Vec<Placed>, String> {
     let mut chosen = draw(task, dice);
+    if let Some(variation) = task.variation() {
+        for (k, placed) in chosen.iter_mut().enumerate() {
+            (placed.object, placed.pose) = variation.object(k, &placed.object);
+        }
+    }
     let poses = match &task.place {
         Placing::Pour(pour) => pour::pour(task, pour, &chosen, dice),
         Placing::Scatter(scatter) => scatter::scatter(task, scatter, &chosen, dice)?,
+        Placing::Fixed(list) => fixed::fixed(list, &chosen, dice),
     };
     for (placed, pose) in chosen.iter_mut().zip(poses) {
         placed.pose = pose;
@@ -28,21 +35,24 @@ pub fn place(task: &Task, dice: &mut SceneRng) -> Result<Vec<Placed>, String> {
 }
 
 /// Lowest and highest corner of the room that objects may be placed in, by whatever seed, m: as wide as the region they
-/// go into, and as high as the tallest of them stands or is dropped from.
+/// go into, and as high as the tallest of them stands or is dropped from; where each has a pose of its own, all that they
+/// can fill.
 pub fn placing_room(task: &Task) -> Option<([f64; 3], [f64; 3])> {
-    let (low, mut high) = task.region(task.place.into_region())?;
     let sizes = task.objects.kinds.iter().map(|kind| {
         let (min, max) = kind.object.bounds();
         max - min
     });
-    let top = match &task.place {
-        Placing::Scatter(_) => sizes.map(|size| size.z).fold(0.0, f64::max),
+    let (into, top) = match &task.place {
+        Placing::Scatter(scatter) => (&scatter.into, sizes.map(|size| size.z).fold(0.0, f64::max)),
         Placing::Pour(pour) => {
             let layers = task.objects.count.div_ceil(pour.layer.max(1));
             let half = sizes.map(|size| 0.5 * size.length()).fold(0.0, f64::max);
-            pour.first_height + pour.layer_height * layers.saturating_sub(1) as f64 + half
+            let top = pour.first_height + pour.layer_height * layers.saturating_sub(1) as f64 + half;
+            (&pour.into, top)
         }
+        Placing::Fixed(list) => return fixed::room(list, &task.objects.kinds),
     };
+    let (low, mut high) = task.region(into)?;
     high[2] = low[2] + top;
     Some((low, high))
 }
@@ -59,6 +69,10 @@ fn draw(task: &Task, dice: &mut SceneRng) -> Vec<Placed> {
                 placed(Arc::new(object), kind)
             })
             .collect();
+    }
+    // All of them: nothing to draw.
+    if kinds.len() == count {
+        return kinds.iter().map(|kind| placed(Arc::clone(&kind.object), kind)).collect();
     }
     let mut left: Vec<&Kind> = kinds.iter().collect();
     (0..count.min(left.len()))

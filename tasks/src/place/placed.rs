@@ -9,7 +9,7 @@ use std::sync::Arc;
 pub struct Placed {
     /// Under the name it has in the scene.
     pub object: Arc<Object>,
-    /// World pose.
+    /// World pose; before it is placed, how far from where it would be and how much turned it is let go.
     pub pose: Pose,
     /// sRGB
     pub color: [f64; 3],

@@ -69,10 +69,10 @@ pub(super) fn pour(task: &Task, pour: &Pour, objects: &[Placed], dice: &mut Scen
     let bodies: Vec<_> = drop_points(task, pour, dice)
         .into_iter()
         .zip(objects)
-        .map(|(at, Placed { object, .. })| {
-            let body = world.insert_body(
-                RigidBodyBuilder::dynamic().translation(at).angular_damping(2.0).can_sleep(false),
-            );
+        .map(|(at, Placed { object, pose, .. })| {
+            let at = Pose::from_parts(at + pose.translation, pose.rotation);
+            let body =
+                world.insert_body(RigidBodyBuilder::dynamic().pose(at).angular_damping(2.0).can_sleep(false));
             for (body_from_part, shape) in &object.parts {
                 let Some((parry, upright)) = shape.to_parry() else { continue };
                 // The object's mass by the parts' shares of its volume.

@@ -4,7 +4,7 @@ use super::placed::Placed;
 use super::rng::SceneRng;
 use crate::task::{Scatter, Task};
 use palmares_models::object::Object;
-use palmares_models::{Pose, Vec3, rotation};
+use palmares_models::{Pose, Rotation, Vec3, rotation};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::query;
 use parry3d_f64::shape::SharedShape;
@@ -99,11 +99,16 @@ fn round(
     let mut poses = vec![Pose::IDENTITY; objects.len()];
     let mut standing: Vec<Standing> = Vec::new();
     for &(k, min, _) in order {
+        let tilt = objects[k].pose.rotation;
+        let lowest = if tilt == Rotation::IDENTITY { min.z } else { lowest(&objects[k].object, tilt) };
         let found = (0..TRIES).find_map(|_| {
             let (x, y, yaw) = (dice.unit(), dice.unit(), TAU * dice.unit());
-            let at =
-                Vec3::new(low.x + x * (high.x - low.x), low.y + y * (high.y - low.y), low.z - min.z + DROP_M);
-            let pose = Pose::from_parts(at, rotation::from_rpy([0.0, 0.0, yaw]));
+            let at = Vec3::new(
+                low.x + x * (high.x - low.x),
+                low.y + y * (high.y - low.y),
+                low.z - lowest + DROP_M,
+            );
+            let pose = Pose::from_parts(at, rotation::from_rpy([0.0, 0.0, yaw]) * tilt);
             let here = Standing::new(&objects[k].object, pose);
             let free = here.within(low, high, gap) && !standing.iter().any(|s| s.nearer_than(&here, gap));
             free.then_some((pose, here))
@@ -113,4 +118,10 @@ fn round(
         standing.push(here);
     }
     Some(poses)
+}
+
+/// The lowest point of an object that is turned so, above its origin, m.
+fn lowest(object: &Object, turn: Rotation) -> f64 {
+    let standing = Standing::new(object, Pose::from_parts(Vec3::ZERO, turn));
+    standing.parts.iter().map(|(_, _, around)| around.mins.z).fold(f64::INFINITY, f64::min)
 }

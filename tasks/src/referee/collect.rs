@@ -1,6 +1,7 @@
 //! Bringing objects from one region to another.
 
 use super::snapshot::{ObjectSnapshot, REST_SPEED};
+use super::space::{away, contains};
 use super::verdict::{Measured, Verdict};
 use crate::observation::Event;
 use crate::score::{Count, score};
@@ -126,20 +127,11 @@ impl CollectReferee {
     }
 }
 
-fn contains((low, high): ([f64; 3], [f64; 3]), p: [f64; 3]) -> bool {
-    (0..3).all(|k| p[k] >= low[k] && p[k] <= high[k])
-}
-
-/// How far a point is from a region, m; 0 in it.
-fn away((low, high): ([f64; 3], [f64; 3]), p: [f64; 3]) -> f64 {
-    let beyond = |k: usize| (low[k] - p[k]).max(p[k] - high[k]).max(0.0);
-    (0..3).map(|k| beyond(k) * beyond(k)).sum::<f64>().sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::task::Rules;
+    use palmares_models::Pose;
 
     const IN_A: [f64; 3] = [0.0, 0.0, 0.05];
     const IN_B: [f64; 3] = [0.7, 0.0, 0.05];
@@ -153,7 +145,7 @@ mod tests {
     }
 
     fn all(position: [f64; 3], at_rest: bool) -> Vec<ObjectSnapshot> {
-        vec![ObjectSnapshot { position, in_hand: [0.0; 3], at_rest }; 10]
+        vec![ObjectSnapshot { position, in_hand: [0.0; 3], at_rest, frame: Pose::IDENTITY }; 10]
     }
 
     fn kinds(events: &[Event]) -> Vec<&str> {

@@ -199,6 +199,7 @@ impl HoldReferee {
 mod tests {
     use super::*;
     use crate::task::{Rules, Task};
+    use palmares_models::Pose;
 
     fn start() -> HoldReferee {
         let task = Task::builtin().into_iter().find(|task| task.name == "grasp").expect("built in");
@@ -208,7 +209,12 @@ mod tests {
 
     /// The object at a height, moved in the hand.
     fn at(z: f64, moved: f64) -> ObjectSnapshot {
-        ObjectSnapshot { position: [0.0, 0.0, z], in_hand: [moved, 0.0, 0.15], at_rest: false }
+        ObjectSnapshot {
+            position: [0.0, 0.0, z],
+            in_hand: [moved, 0.0, 0.15],
+            at_rest: false,
+            frame: Pose::IDENTITY,
+        }
     }
 
     fn play(

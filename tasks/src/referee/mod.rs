@@ -1,10 +1,14 @@
 //! The referee: a pure state machine from what it sees of the objects to events, counts and points.
 
+mod arrange;
 mod collect;
 mod hold;
 mod snapshot;
+mod space;
 mod verdict;
 
+use arrange::ArrangeMemory;
+pub use arrange::ArrangeReferee;
 pub use collect::CollectReferee;
 use collect::Place;
 use hold::HoldMemory;
@@ -25,6 +29,8 @@ pub enum Referee {
     Collect(CollectReferee),
     /// One object is lifted, held and shaken.
     Hold(HoldReferee),
+    /// Goals are reached one after the other.
+    Arrange(ArrangeReferee),
 }
 
 /// What a referee has seen so far.
@@ -38,6 +44,8 @@ enum Seen {
     Collect(Vec<Place>),
     /// How far the object has got.
     Hold(HoldMemory),
+    /// How many goals have been reached.
+    Arrange(ArrangeMemory),
 }
 
 impl Referee {
@@ -46,6 +54,7 @@ impl Referee {
         match &task.rules {
             Rules::Collect(rules) => Referee::Collect(CollectReferee::new(task, rules, objects.len())),
             Rules::Hold(rules) => Referee::Hold(HoldReferee::new(rules, task.tick_s, objects)),
+            Rules::Arrange(rules) => Referee::Arrange(ArrangeReferee::new(task, rules, objects)),
         }
     }
 
@@ -54,6 +63,7 @@ impl Referee {
         Memory(match self {
             Referee::Collect(referee) => Seen::Collect(referee.places.clone()),
             Referee::Hold(referee) => Seen::Hold(referee.seen),
+            Referee::Arrange(referee) => Seen::Arrange(referee.seen),
         })
     }
 
@@ -62,8 +72,9 @@ impl Referee {
         match (self, &memory.0) {
             (Referee::Collect(referee), Seen::Collect(places)) => referee.places.clone_from(places),
             (Referee::Hold(referee), Seen::Hold(seen)) => referee.seen = *seen,
-            // Of the other kind of task: there is nothing to be recalled.
-            (Referee::Collect(_), Seen::Hold(_)) | (Referee::Hold(_), Seen::Collect(_)) => {}
+            (Referee::Arrange(referee), Seen::Arrange(seen)) => referee.seen = *seen,
+            // Of another kind of task: there is nothing to be recalled.
+            (Referee::Collect(_) | Referee::Hold(_) | Referee::Arrange(_), _) => {}
         }
     }
 
@@ -72,6 +83,7 @@ impl Referee {
         match self {
             Referee::Collect(referee) => referee.watch(tick, objects),
             Referee::Hold(referee) => referee.watch(tick, objects),
+            Referee::Arrange(referee) => referee.watch(tick, objects),
         }
     }
 
@@ -80,6 +92,7 @@ impl Referee {
         match self {
             Referee::Collect(referee) => referee.count(),
             Referee::Hold(referee) => referee.count(),
+            Referee::Arrange(referee) => referee.count(),
         }
     }
 
@@ -88,6 +101,7 @@ impl Referee {
         match self {
             Referee::Collect(referee) => referee.score(referee.count()),
             Referee::Hold(referee) => referee.score(),
+            Referee::Arrange(referee) => referee.score(),
         }
     }
 
@@ -99,6 +113,7 @@ impl Referee {
                 (count, referee.score(count))
             }
             Referee::Hold(referee) => (referee.count(), referee.score()),
+            Referee::Arrange(referee) => (referee.count(), referee.score()),
         }
     }
 
@@ -107,6 +122,7 @@ impl Referee {
         match self {
             Referee::Collect(referee) => referee.explain(objects, speeds),
             Referee::Hold(referee) => referee.explain(tick, objects),
+            Referee::Arrange(referee) => referee.explain(tick, objects, speeds),
         }
     }
 
@@ -115,13 +131,14 @@ impl Referee {
         match self {
             Referee::Collect(referee) => referee.complete(),
             Referee::Hold(referee) => referee.complete(),
+            Referee::Arrange(referee) => referee.complete(),
         }
     }
 
     /// Seconds since the server took the hand's base to shake it; none when it does not.
     pub fn shaking(&self, tick: u64) -> Option<f64> {
         match self {
-            Referee::Collect(_) => None,
+            Referee::Collect(_) | Referee::Arrange(_) => None,
             Referee::Hold(referee) => referee.shaking(tick),
         }
     }

@@ -1,5 +1,7 @@
 //! What a referee sees.
 
+use palmares_models::Pose;
+
 /// Slower than this an object counts as at rest, m/s; carried objects move with the hand.
 pub(crate) const REST_SPEED: f64 = 5e-3;
 
@@ -12,4 +14,6 @@ pub struct ObjectSnapshot {
     pub in_hand: [f64; 3],
     /// Whether it has come to rest.
     pub at_rest: bool,
+    /// World from its own frame.
+    pub frame: Pose,
 }

@@ -11,7 +11,8 @@ pub struct Verdict {
     /// Whether it gives points for being where it should be.
     pub counts: bool,
     /// Where it is, as far as the rules care: `goal`, `start`, `outside`, `on_the_way`; where one object is held: `down`,
-    /// `up`, `shaking`, `lost`, `kept`.
+    /// `up`, `shaking`, `lost`, `kept`; where objects are arranged: the name of the goal that comes next, `later` if that
+    /// is another object's, `done`.
     pub place: String,
     /// The rules it is measured by.
     pub reasons: Vec<Measured>,
@@ -20,7 +21,8 @@ pub struct Verdict {
 /// A rule and what was measured.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Measured {
-    /// `in_goal`, `at_rest`, `in_start`; `lifted`, `held`, `no_slip`, `shaken`.
+    /// `in_goal`, `at_rest`, `in_start`; `lifted`, `held`, `no_slip`, `shaken`; `inside`, `within`, `above`, `upright`,
+    /// `at_rest`, `let_go`, `held`.
     pub rule: String,
     /// Whether it holds.
     pub holds: bool,

@@ -7,11 +7,11 @@ mod driven;
 mod evidence;
 mod exposure;
 mod hand_body;
-mod inside;
+mod inspection;
 mod observe;
 mod origin;
 mod outcome;
-mod predictor;
+pub(crate) mod predictor;
 mod push;
 mod push_error;
 mod restore;
@@ -37,7 +37,7 @@ use crate::score::Count;
 use crate::seed::Seed;
 use crate::settle::SceneError;
 use crate::start::start_pose;
-use crate::task::Task;
+use crate::task::{Task, Variation};
 use cameras::{Cameras, Lately, Plates};
 use driven::{Pushing, Target};
 use origin::Origin;
@@ -132,7 +132,10 @@ impl Run {
     #[must_use]
     pub fn with_noise(mut self, noise: Noise) -> Self {
         (self.noise, self.origin) = (noise, OnceLock::new());
-        let noise = (noise == Noise::Real).then(|| palmares_senses::noise::Noise::new(&self.seed.0));
+        let noise = (noise == Noise::Real).then(|| {
+            let factor = self.task.variation().map_or(1.0, Variation::sensor_noise);
+            palmares_senses::noise::Noise::new(&self.seed.0).scaled(factor)
+        });
         self.senses = Senses::new(self.hand.clone(), &self.world, self.task.tick_s, noise.as_ref());
         self.cameras =
             Arc::new(Cameras::new(&self.task, &self.scene, (&self.hand, self.hand_bodies()), noise.as_ref()));
@@ -314,6 +317,7 @@ fn sightings(world: &World) -> Vec<ObjectSnapshot> {
                 position: at.to_array(),
                 in_hand: hand_from_world.transform_point(at).to_array(),
                 at_rest: state.sleep[k].asleep || linear.length() < REST_SPEED,
+                frame: state.object_pose(world.model(), k),
             }
         })
         .collect()

@@ -44,7 +44,7 @@ impl Reason {
 pub struct Outcome {
     /// Points.
     pub score: f64,
-    /// Objects in the goal box.
+    /// Objects in the goal box; where objects are arranged, goals reached.
     pub in_goal: u32,
     /// Objects outside both boxes.
     pub outside: u32,

@@ -8,19 +8,19 @@ use std::sync::Arc;
 
 /// Predicts the equilibrium of a hand.
 #[derive(Clone, Debug)]
-pub(super) struct Predictor {
+pub(crate) struct Predictor {
     hand: Arc<Hand>,
     closed_form: Option<ClosedForm>,
 }
 
 impl Predictor {
-    pub(super) fn new(hand: Arc<Hand>) -> Self {
+    pub(crate) fn new(hand: Arc<Hand>) -> Self {
         Predictor { closed_form: ClosedForm::new(&hand).ok(), hand }
     }
 
     /// Equilibrium of the free hand at these positions of the motors, σ, kept within the joint limits: the closed form
     /// where there is one. Empty if it is not defined.
-    pub(super) fn predict(&self, positions: impl Fn(usize) -> f64) -> Vec<f64> {
+    pub(crate) fn predict(&self, positions: impl Fn(usize) -> f64) -> Vec<f64> {
         let s: Vec<f64> = self
             .hand
             .tendons

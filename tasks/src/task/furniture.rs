@@ -12,6 +12,34 @@ pub struct Start {
     pub quat_xyzw: [f64; 4],
 }
 
+impl Start {
+    /// What is wrong with the numbers.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        if !self.position.iter().all(|x| x.abs() <= FARTHEST_M) {
+            return Err(format!("hand.position = {:?}; three numbers within {FARTHEST_M} m", self.position));
+        }
+        let length = self.quat_xyzw.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if !(0.99..=1.01).contains(&length) {
+            return Err(format!("hand.quat_xyzw = {:?}; a unit quaternion x, y, z, w", self.quat_xyzw));
+        }
+        Ok(())
+    }
+}
+
+/// How far from the origin things may be, m.
+const FARTHEST_M: f64 = 1e3;
+
+/// What is wrong with the surface of a fixed body.
+fn check_surface(element: &str, friction: f64, color: &[f64; 3]) -> Result<(), String> {
+    if !(0.0..=1e3).contains(&friction) {
+        return Err(format!("{element}: friction = {friction}; it must be in [0, 1000]"));
+    }
+    if !color.iter().all(|c| (0.0..=1.0).contains(c)) {
+        return Err(format!("{element}: color = {color:?}; three numbers from 0 to 1"));
+    }
+    Ok(())
+}
+
 /// A horizontal ground without end.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -66,6 +94,27 @@ pub struct Furniture {
     pub color: [f64; 3],
     /// Axis-aligned boxes.
     pub parts: Vec<Slab>,
+}
+
+impl Furniture {
+    /// What is wrong with the numbers.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let element = format!("furniture `{}`", self.name);
+        check_surface(&element, self.friction, &self.color)?;
+        if self.parts.is_empty() {
+            return Err(format!("{element}: parts is empty; at least one box"));
+        }
+        for (k, Slab { position, half_extents }) in self.parts.iter().enumerate() {
+            if !position.iter().all(|x| x.abs() <= FARTHEST_M) {
+                return Err(format!("{element}: part {k}: position = {position:?}; within {FARTHEST_M} m"));
+            }
+            if !half_extents.iter().all(|x| *x > 0.0 && *x <= FARTHEST_M) {
+                let valid = format!("more than 0, at most {FARTHEST_M} m");
+                return Err(format!("{element}: part {k}: half_extents = {half_extents:?}; {valid}"));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// An axis-aligned box.
@@ -124,6 +173,21 @@ pub struct OpenBox {
 }
 
 impl OpenBox {
+    /// What is wrong with the numbers.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let element = format!("box `{}`", self.name);
+        check_surface(&element, self.friction, &self.color)?;
+        let [x, y] = self.center;
+        if ![x, y, self.floor].iter().all(|x| x.abs() <= FARTHEST_M) {
+            return Err(format!("{element}: center and floor must be within {FARTHEST_M} m"));
+        }
+        let sizes = [self.inner[0], self.inner[1], self.inner[2], self.wall];
+        if !sizes.iter().all(|x| *x > 0.0 && *x <= FARTHEST_M) {
+            return Err(format!("{element}: inner and wall must be more than 0, at most {FARTHEST_M} m"));
+        }
+        Ok(())
+    }
+
     /// Lowest and highest corner of the inner volume, m.
     pub fn inner_volume(&self) -> ([f64; 3], [f64; 3]) {
         let ([x, y], [w, d, h], z) = (self.center, self.inner, self.floor);

@@ -1,18 +1,34 @@
 //! A task as data: furniture, containers, objects, how they are placed, and what counts.
 
+mod arrange;
 mod furniture;
 mod objects;
+mod placing;
 mod rules;
+mod training;
+mod variation;
 
 pub(crate) use objects::Kind;
+pub(crate) use variation::Variation;
 
+use objects::ObjectError;
+
+pub use arrange::{Arrange, Goal, Within};
 pub use furniture::{Furniture, Ground, OpenBox, Side, Slab, Space, Start};
-pub use objects::{Equal, Objects, Placing, Pour, Scatter};
+pub use objects::{Equal, Objects};
+pub use placing::{Fixed, Placing, Pour, Scatter};
 pub use rules::{Collect, Hold, HoldPoints, Rules, Shake};
+pub use training::{
+    Distance, HandPoses, Lift, ObjectPoses, Quantity, Ranges, Rewards, Touching, Training, Transport,
+};
 
 use palmares_models::camera::Camera;
 use palmares_models::content::ContentHash;
+use palmares_models::error::LoadWarning;
+use palmares_models::read::{Files, Limits};
+use placing::plain_name;
 use serde::Deserialize;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A task as read from its `task.toml`. A new task of the same kind needs no code.
@@ -51,9 +67,15 @@ pub struct Task {
     pub place: Placing,
     /// What counts.
     pub rules: Rules,
+    /// For learners; not part of the content hash.
+    #[serde(default)]
+    pub training: Training,
     /// See [`Task::content_hash`].
     #[serde(skip)]
     content_hash: String,
+    /// In what a learner's run differs; none in every other.
+    #[serde(skip)]
+    variation: Option<Arc<Variation>>,
 }
 
 /// A task that cannot be used.
@@ -66,11 +88,68 @@ pub struct TaskError {
     pub message: String,
 }
 
+/// A task from a folder, and what its author should know.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The task.
+    pub task: Task,
+    /// What is odd about the files it names.
+    pub warnings: Vec<LoadWarning>,
+}
+
+impl TaskError {
+    /// One of the task's file, or of one that it names.
+    fn of(file: &str, error: &ObjectError) -> TaskError {
+        let text = error.to_string();
+        let (file, message) = match error {
+            ObjectError::Field(_) => (file, text.as_str()),
+            ObjectError::File(found) => match text.strip_prefix(&format!("{file}: ")) {
+                Some(message) => (file, message),
+                None => (found.file().unwrap_or(file), text.as_str()),
+            },
+        };
+        let message = message.strip_prefix(&format!("{file}: ")).unwrap_or(message);
+        TaskError { file: file.to_owned(), message: message.to_owned() }
+    }
+}
+
 impl Task {
-    /// Reads and checks a `task.toml`.
+    /// Reads a task of one's own: a folder with a `task.toml` and the meshes and URDFs that it names, or that file.
+    ///
+    /// # Errors
+    /// The first thing found wrong, with file, field and what would be valid.
+    pub fn load(path: &Path) -> Result<Loaded, TaskError> {
+        let (folder, name) = match path.is_dir() {
+            true => (path.to_owned(), PathBuf::from(Self::FILE)),
+            false => {
+                let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+                (folder, path.file_name().map_or_else(|| Self::FILE.into(), PathBuf::from))
+            }
+        };
+        let files = Files::Folder(folder);
+        let file = files.display(&name).display().to_string();
+        let read = files.read(&name, "task", Limits::default().text_bytes);
+        let bytes = read.map_err(|error| TaskError::of(&file, &ObjectError::File(error)))?;
+        let text = String::from_utf8(bytes)
+            .map_err(|e| TaskError { file: file.clone(), message: format!("not valid UTF-8: {e}") })?;
+        Task::read(&file, &text, Some(&files))
+    }
+
+    /// What the file of a task is called.
+    pub const FILE: &str = "task.toml";
+
+    /// Reads and checks a `task.toml` that names no other file.
+    ///
+    /// # Errors
+    /// As [`Task::load`].
     pub fn parse(file: &str, text: &str) -> Result<Task, TaskError> {
+        Ok(Task::read(file, text, None)?.task)
+    }
+
+    fn read(file: &str, text: &str, files: Option<&Files>) -> Result<Loaded, TaskError> {
         let error = |message: String| TaskError { file: file.to_owned(), message };
         let mut task: Task = toml::from_str(text).map_err(|e| error(e.to_string()))?;
+        plain_name("name", &task.name).map_err(error)?;
         let steps = task.tick_s / task.step_s;
         let whole = (steps - steps.round()).abs() < 1e-9 && steps >= 0.5;
         if !(task.step_s > 0.0 && task.step_s <= 0.01 && whole) {
@@ -82,17 +161,46 @@ impl Task {
         if !(task.time_limit_s > 0.0 && task.time_limit_s <= 86_400.0) {
             return Err(error(format!("time_limit_s = {} must be in (0, 86400]", task.time_limit_s)));
         }
-        task.objects.resolve().map_err(error)?;
+        let warnings = task.objects.resolve(Path::new(file), files).map_err(|e| TaskError::of(file, &e))?;
+        task.hand.check().map_err(error)?;
         task.rules.check().map_err(error)?;
         task.ground.check().map_err(error)?;
+        task.check_furniture().map_err(error)?;
         task.check_regions().map_err(error)?;
+        task.place.check(task.objects.certain().as_deref()).map_err(error)?;
         task.check_cameras().map_err(error)?;
-        let table: toml::Table = toml::from_str(text).map_err(|e| error(e.to_string()))?;
+        let scattered = matches!(task.place, Placing::Scatter(_));
+        task.training.check(task.rules.goal().is_some(), scattered).map_err(error)?;
+        let mut table: toml::Table = toml::from_str(text).map_err(|e| error(e.to_string()))?;
+        table.remove("training");
         let mut hash = ContentHash::of("palmares task 1");
         digest(&mut hash, &toml::Value::Table(table));
         task.objects.digest(&mut hash);
         task.content_hash = hash.to_hex();
-        Ok(task)
+        Ok(Loaded { task, warnings })
+    }
+
+    /// That fixed bodies have names of their own and sizes.
+    fn check_furniture(&self) -> Result<(), String> {
+        let mut names: Vec<&str> = vec![Ground::NAME];
+        let bodies =
+            self.furniture.iter().map(|f| f.name.as_str()).chain(self.boxes.iter().map(|b| b.name.as_str()));
+        for name in bodies {
+            plain_name("name of a piece of furniture or a box", name)?;
+            if names.contains(&name) {
+                return Err(format!(
+                    "two pieces of furniture or boxes are called `{name}`; each needs a name of its own"
+                ));
+            }
+            names.push(name);
+        }
+        for name in self.objects.certain().iter().flatten() {
+            if names.contains(&name.as_str()) {
+                return Err(format!("an object and a piece of furniture are both called `{name}`"));
+            }
+        }
+        self.furniture.iter().try_for_each(Furniture::check)?;
+        self.boxes.iter().try_for_each(OpenBox::check)
     }
 
     fn check_cameras(&self) -> Result<(), String> {
@@ -133,7 +241,8 @@ impl Task {
             names.push(name);
         }
         let known = names.join(", ");
-        let mut spoken_of = vec![("place.*.into", self.place.into_region())];
+        let mut spoken_of: Vec<(&str, &str)> =
+            self.place.into_region().into_iter().map(|region| ("place.*.into", region)).collect();
         match &self.rules {
             Rules::Collect(rules) => {
                 spoken_of
@@ -146,14 +255,16 @@ impl Task {
                 ));
             }
             Rules::Hold(_) => {}
+            Rules::Arrange(rules) => {
+                rules.check_names(self.objects.certain().as_deref())?;
+                let inside = rules.goals.iter().filter_map(|goal| goal.inside.as_deref());
+                spoken_of.extend(inside.map(|name| ("rules.goals.inside", name)));
+            }
         }
         for (field, name) in spoken_of {
             if !names.contains(&name) {
                 return Err(format!("{field} = \"{name}\" is no region; regions: {known}"));
             }
-        }
-        if matches!(&self.place, Placing::Pour(pour) if pour.layer == 0) {
-            return Err("place.pour.layer must be at least 1".to_owned());
         }
         Ok(())
     }
@@ -167,12 +278,27 @@ impl Task {
             parse("balls/task.toml", include_str!("../../balls/task.toml")),
             parse("shelf/task.toml", include_str!("../../shelf/task.toml")),
             parse("grasp/task.toml", include_str!("../../grasp/task.toml")),
+            parse("pan/task.toml", include_str!("../../pan/task.toml")),
+            parse("peg/task.toml", include_str!("../../peg/task.toml")),
         ]
     }
 
-    /// SHA-256 of everything the file says, without comments and layout, 64 hexadecimal digits.
+    /// SHA-256 of everything the file says, without comments, layout and `[training]`, 64 hexadecimal digits.
     pub fn content_hash(&self) -> &str {
         &self.content_hash
+    }
+
+    /// Whether runs of it differ from those of the task of this name: a learner's are no scored play.
+    pub fn is_varied(&self) -> bool {
+        self.variation.is_some()
+    }
+
+    pub(crate) fn variation(&self) -> Option<&Variation> {
+        self.variation.as_deref()
+    }
+
+    pub(crate) fn vary(&mut self, variation: Variation, content_hash: String) {
+        (self.variation, self.content_hash) = (Some(Arc::new(variation)), content_hash);
     }
 
     /// The box of a name.
@@ -222,7 +348,10 @@ mod tests {
     #[test]
     fn the_built_in_tasks_are_valid() {
         let tasks = Task::builtin();
-        assert_eq!(tasks.iter().map(|t| t.name.as_str()).collect::<Vec<_>>(), ["balls", "shelf", "grasp"]);
+        assert_eq!(
+            tasks.iter().map(|t| t.name.as_str()).collect::<Vec<_>>(),
+            ["balls", "shelf", "grasp", "pan", "peg"]
+        );
         assert_eq!(tasks[0].steps_per_tick(), 10);
     }
 

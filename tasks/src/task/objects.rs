@@ -1,13 +1,17 @@
-//! Which objects a task has, and how they get to where they start.
+//! Which objects a task has.
 
+use super::placing::plain_name;
 use palmares_models::catalogue::Catalogue;
+use palmares_models::error::{LoadWarning, ModelError};
 use palmares_models::object::Object;
+use palmares_models::read::{Files, OwnObject};
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, content::ContentHash};
 use serde::Deserialize;
+use std::path::Path;
 use std::sync::Arc;
 
-/// The objects of a run: equal ones, or some of the catalogue's. One of the two must be given.
+/// The objects of a run: equal ones, or some of the task's own and the catalogue's.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Objects {
@@ -16,9 +20,13 @@ pub struct Objects {
     /// Equal objects.
     #[serde(default)]
     pub equal: Option<Equal>,
-    /// Identifiers of the catalogue, of which the seed draws `count`, none twice.
+    /// Names of the task's own objects and of the catalogue's, of which the seed draws `count`, none twice. If these are
+    /// all, they are there in this order. Left out, it names all the task's own.
     #[serde(default)]
     pub from: Vec<String>,
+    /// Objects that the task brings along.
+    #[serde(default)]
+    pub own: Vec<OwnObject>,
     /// Everything that can be drawn; made when the file is read.
     #[serde(skip)]
     pub(crate) kinds: Vec<Kind>,
@@ -53,41 +61,87 @@ pub(crate) struct Kind {
 }
 
 impl Objects {
-    /// Looks the objects up, or says what is wrong.
-    pub(crate) fn resolve(&mut self) -> Result<(), String> {
+    /// Reads the task's own and looks the catalogue's up; returns what is odd about them. `file` is the task's.
+    pub(crate) fn resolve(
+        &mut self,
+        file: &Path,
+        files: Option<&Files>,
+    ) -> Result<Vec<LoadWarning>, ObjectError> {
         if self.count == 0 || self.count > 200 {
-            return Err(format!("objects.count = {}; 1 to 200 are possible", self.count));
+            return Err(format!("objects.count = {}; 1 to 200 are possible", self.count).into());
+        }
+        let (own, warnings) = self.read_own(file, files)?;
+        if self.from.is_empty() {
+            self.from = own.iter().map(|kind| kind.object.name.clone()).collect();
         }
         self.kinds = match (&self.equal, self.from.is_empty()) {
-            (Some(equal), true) => {
-                let parts = vec![(Pose::IDENTITY, equal.shape.clone())];
-                let (mass, friction, rolling) = (equal.mass, equal.friction, equal.rolling_friction);
-                let object = Object::new(&equal.name, parts, mass, friction, rolling)
-                    .map_err(|error| format!("objects.equal: {error}"))?;
-                if !(0.0..=1.0).contains(&equal.restitution) {
-                    return Err("objects.equal.restitution must be in [0, 1]".to_owned());
-                }
-                let object = Arc::new(object.with_restitution(equal.restitution));
-                vec![Kind { object, color: equal.color }]
+            (Some(equal), true) => vec![equal.kind()?],
+            (None, false) => self.chosen(&own)?,
+            _ => {
+                let valid = "either `equal` or a list `from` of the task's `own` and the catalogue";
+                return Err(format!("objects needs {valid}").into());
             }
-            (None, false) => {
-                let mut kinds = Vec::new();
-                for id in &self.from {
-                    let item = Catalogue::builtin().find(id).map_err(|e| format!("objects.from: {e}"))?;
-                    if kinds.iter().any(|kind: &Kind| kind.object.name == *id) {
-                        return Err(format!("objects.from names `{id}` twice"));
-                    }
-                    kinds.push(Kind { object: Arc::clone(&item.object), color: item.color });
-                }
-                if kinds.len() < self.count {
-                    let (have, count) = (kinds.len(), self.count);
-                    return Err(format!("objects.from has {have} objects; count = {count} needs as many"));
-                }
-                kinds
-            }
-            _ => return Err("objects needs either `equal` or a list `from` of the catalogue".to_owned()),
         };
-        Ok(())
+        Ok(warnings)
+    }
+
+    fn read_own(
+        &self,
+        file: &Path,
+        files: Option<&Files>,
+    ) -> Result<(Vec<Kind>, Vec<LoadWarning>), ObjectError> {
+        let (mut kinds, mut warnings): (Vec<Kind>, _) = (Vec::new(), Vec::new());
+        for own in &self.own {
+            plain_name("objects.own.name", &own.name)?;
+            if kinds.iter().any(|kind| kind.object.name == own.name) {
+                return Err(format!(
+                    "objects.own: two are called `{}`; each needs a name of its own",
+                    own.name
+                )
+                .into());
+            }
+            if Catalogue::builtin().get(&own.name).is_some() {
+                let problem = format!("objects.own: `{}` is an object of the catalogue already", own.name);
+                return Err((problem + "; give it another name").into());
+            }
+            let (object, odd) = own.read(file, files)?;
+            kinds.push(Kind { object: Arc::new(object), color: own.color });
+            warnings.extend(odd);
+        }
+        Ok((kinds, warnings))
+    }
+
+    fn chosen(&self, own: &[Kind]) -> Result<Vec<Kind>, String> {
+        let mut kinds: Vec<Kind> = Vec::new();
+        for id in &self.from {
+            let kind = match own.iter().find(|kind| kind.object.name == *id) {
+                Some(kind) => kind.clone(),
+                None => {
+                    let item = Catalogue::builtin().find(id).map_err(|e| format!("objects.from: {e}"))?;
+                    Kind { object: Arc::clone(&item.object), color: item.color }
+                }
+            };
+            if kinds.iter().any(|kind| kind.object.name == *id) {
+                return Err(format!("objects.from names `{id}` twice"));
+            }
+            kinds.push(kind);
+        }
+        if kinds.len() < self.count {
+            let (have, count) = (kinds.len(), self.count);
+            return Err(format!("objects.from has {have} objects; count = {count} needs as many"));
+        }
+        Ok(kinds)
+    }
+
+    /// Names of the objects that are there with every seed, in the order of the scene; none if the seed draws them.
+    pub fn certain(&self) -> Option<Vec<String>> {
+        match &self.equal {
+            Some(equal) => Some((0..self.count).map(|k| format!("{}_{k}", equal.name)).collect()),
+            None if self.kinds.len() == self.count => {
+                Some(self.kinds.iter().map(|kind| kind.object.name.clone()).collect())
+            }
+            None => None,
+        }
     }
 
     /// Takes in what the file only names.
@@ -96,50 +150,32 @@ impl Objects {
     }
 }
 
-/// How the objects get to where they start.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Placing {
-    /// Dropped in layers.
-    Pour(Pour),
-    /// Put down next to each other.
-    Scatter(Scatter),
-}
-
-impl Placing {
-    /// Name of the region.
-    pub fn into_region(&self) -> &str {
-        match self {
-            Placing::Pour(pour) => &pour.into,
-            Placing::Scatter(scatter) => &scatter.into,
+impl Equal {
+    fn kind(&self) -> Result<Kind, String> {
+        let parts = vec![(Pose::IDENTITY, self.shape.clone())];
+        let object = Object::new(&self.name, parts, self.mass, self.friction, self.rolling_friction)
+            .map_err(|error| format!("objects.equal: {error}"))?;
+        if !(0.0..=1.0).contains(&self.restitution) {
+            return Err("objects.equal.restitution must be in [0, 1]".to_owned());
         }
+        let object = Arc::new(object.with_restitution(self.restitution));
+        Ok(Kind { object, color: self.color })
     }
 }
 
-/// Layers of a jittered grid, dropped into a region.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Pour {
-    /// Name of the region.
-    pub into: String,
-    /// Part of the region's width the grid spans.
-    pub spread: f64,
-    /// Most objects in a layer.
-    pub layer: usize,
-    /// Largest shift in x and y, m.
-    pub jitter: f64,
-    /// Height of the lowest layer above the region's floor, m.
-    pub first_height: f64,
-    /// Distance of layers, m.
-    pub layer_height: f64,
+/// What is wrong with the objects: in the task's file, or in one that it names.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum ObjectError {
+    /// Field and what would be valid.
+    #[error("{0}")]
+    Field(String),
+    /// File, element and what would be valid.
+    #[error(transparent)]
+    File(#[from] ModelError),
 }
 
-/// Objects put down side by side as they stand, at random places and with random yaw.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Scatter {
-    /// Name of the region.
-    pub into: String,
-    /// Least distance between objects, and to the region's sides, m.
-    pub gap: f64,
+impl From<String> for ObjectError {
+    fn from(message: String) -> Self {
+        ObjectError::Field(message)
+    }
 }

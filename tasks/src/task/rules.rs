@@ -1,5 +1,6 @@
 //! What counts.
 
+use super::arrange::Arrange;
 use serde::Deserialize;
 
 /// The rules of a task, by `kind`.
@@ -10,6 +11,8 @@ pub enum Rules {
     Collect(Collect),
     /// One object is to be lifted, held and shaken.
     Hold(Hold),
+    /// Objects are to be brought to places, one goal after the other.
+    Arrange(Arrange),
 }
 
 /// Points per object by where it ends. An object counts as in a region when its centre of mass is, and it rests.
@@ -80,6 +83,16 @@ impl Rules {
         match self {
             Rules::Collect(rules) => rules.settle_s,
             Rules::Hold(_) => 0.0,
+            Rules::Arrange(rules) => rules.settle_s,
+        }
+    }
+
+    /// Name of the region that objects are to end in, if there is one.
+    pub fn goal(&self) -> Option<&str> {
+        match self {
+            Rules::Collect(rules) => Some(&rules.goal),
+            // What is to be held has none, and what is to be arranged one for each goal.
+            Rules::Hold(_) | Rules::Arrange(_) => None,
         }
     }
 
@@ -88,6 +101,11 @@ impl Rules {
         match self {
             Rules::Collect(rules) if rules.goal == region => Some("goal"),
             Rules::Collect(rules) if rules.start == region => Some("start"),
+            Rules::Arrange(rules)
+                if rules.goals.iter().any(|goal| goal.inside.as_deref() == Some(region)) =>
+            {
+                Some("goal")
+            }
             _ => None,
         }
     }
@@ -115,6 +133,7 @@ impl Rules {
                 positive("shake.frequency_hz", rules.shake.frequency_hz)?;
                 positive("shake.axis_s", rules.shake.axis_s)
             }
+            Rules::Arrange(rules) => rules.check(),
         }
     }
 }

@@ -5,7 +5,7 @@ import { button, type Child, el, facts, name } from '../board/kit';
 import { ask, type Question } from './ask';
 import { type Desk, said, type Tab } from './desk';
 import { KeyedTable } from './keyed';
-import { sides } from './sides';
+import { sides } from './hand_views';
 import type { Hand, ShownHand } from './types';
 
 const COLOUR: Record<string, string> = { pending: 'warn', approved: 'ok', rejected: 'bad' };

@@ -1,7 +1,7 @@
 /** `/hands`: the hands that can be looked at, each with a picture; and a place to send one in. */
 import { el, name } from '../board/kit';
 import { VIEWS, turned } from '../admin/outline';
-import { side } from '../admin/sides';
+import { side } from '../admin/hand_views';
 import { type Access, describeHand, type HandInfo, type HandList, listHands, type OwnHand } from './access';
 import { uploadForm } from './upload';
 import { whoForm } from './who';

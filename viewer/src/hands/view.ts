@@ -13,7 +13,7 @@ import { type OverlayName, Stage } from '../scene/stage';
 import { equilibrium, type OwnHand } from './access';
 import { closing } from './closing';
 import { Grip, type Mode } from './grip';
-import { LawPanel } from './law';
+import { MethodPanel } from './method_panel';
 import type { Opener } from './list';
 import { Marks } from './marks';
 import { MotorSliders } from './motors';
@@ -50,7 +50,7 @@ export class HandView {
   private readonly picked = el('p', { class: 'card', role: 'status', hidden: true });
   private readonly sliders: MotorSliders;
   private readonly tensions: Tensions;
-  private readonly law: LawPanel;
+  private readonly law: MethodPanel;
   private readonly points: Points;
   private readonly tables: Tables;
   private readonly marks: Marks;
@@ -76,7 +76,7 @@ export class HandView {
     this.scale = el('select', { id: 'scale' }, ...FORCES.map((n) => el('option', { value: n, selected: n === usual }, `${n} N`)));
     this.sliders = new MotorSliders(hand.motors, () => { this.ask(); });
     this.tensions = new Tensions(hand.tendons);
-    this.law = new LawPanel(hand);
+    this.law = new MethodPanel(hand);
     this.points = new Points(hand, {
       add: (kind, link) => { this.add(kind, link, hand.links.find((one) => one.name === link)?.com ?? [0, 0, 0]); },
       remove: (id) => { this.remove(id); },

@@ -2,7 +2,7 @@
 import type { HandDescription } from '../model/hand';
 import type { TelemetryRecord } from './protobuf';
 import type { Recording } from './recording';
-import { type Turn, turns } from './turns';
+import { type Turn, turns } from './link_angles';
 
 /** A quantity over time. Lines of the same record share their `times`. */
 export interface Line {

@@ -1,11 +1,13 @@
 //! MuJoCo: the same scene as an MJCF document, stepped by a Python process that talks in frames of floats.
 
+mod export;
 mod mjcf;
 mod settings;
 mod worker;
 
 use super::interface::{Cost, Engine};
 use anyhow::{Context, Result, bail};
+pub use export::Exported;
 use mjcf::{Base, Document};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::{base, motor};
@@ -55,6 +57,29 @@ impl Recording {
         }
         Ok(sum / steps.max(1) as f64)
     }
+}
+
+/// Lets MuJoCo play a scene under some commands, one for each step, and keeps what went into it.
+///
+/// # Errors
+/// The scene has no MuJoCo equivalent, or MuJoCo is not there.
+pub fn export(
+    model: Arc<Model>,
+    state: State,
+    settings: &Settings,
+    commands: &[Command],
+) -> Result<Exported> {
+    let mut engine = MuJoCo::new(model, state, settings)?;
+    let (qpos, qvel) = engine.positions();
+    let mut ctrl = Vec::with_capacity(commands.len());
+    for command in commands {
+        // Asked of a copy of the state: the step itself moves the motors, too.
+        let before = engine.state.clone();
+        ctrl.push(engine.control(command));
+        engine.state = before;
+        engine.step(command)?;
+    }
+    Ok(Exported { xml: engine.document.xml, qpos, qvel, ctrl })
 }
 
 /// A scene in MuJoCo.

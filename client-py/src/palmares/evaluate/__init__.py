@@ -1,7 +1,7 @@
 """Play controllers over many scenes, as the event would, and say what their scores come to.
 
 >>> from palmares.evaluate import evaluate                              # doctest: +SKIP
-... report = evaluate(["my_controller.py"], tasks=["balls"], hands=["softhand"], seeds=range(1, 101))
+... report = evaluate("my_controller.py", "balls", "softhand", seeds=range(1, 101))
 ... print(report)
 
 A controller is a Python file, or a module, with a function ``run(client, seed)``: it opens a run with
@@ -11,26 +11,28 @@ A controller is a Python file, or a module, with a function ``run(client, seed)`
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 
-from palmares.evaluate.play import ControllerError, Job, Played, parameters, play
+from palmares.client import LOCAL, Client
+from palmares.errors import UnknownTaskError
+from palmares.evaluate.controller import ControllerError, parameters
+from palmares.evaluate.play import Job, Played
 from palmares.evaluate.report import Report
 from palmares.evaluate.statistics import Comparison, Spread
+from palmares.evaluate.workers import Pool, processes
 
-Pool = Callable[[Sequence[Job]], Iterator[Played]]
-"""Plays jobs somewhere and yields what comes of them, in any order."""
+LARGEST_SEED = 2**53 - 1
 
 
 def evaluate(
-    controllers: Sequence[str],
-    tasks: Sequence[str] = (),
-    hands: Sequence[str] = (),
+    controllers: str | Sequence[str],
+    tasks: str | Sequence[str] = (),
+    hands: str | Sequence[str] = (),
     seeds: Iterable[int] = range(1, 101),
     *,
-    url: str = "local",
+    url: str = LOCAL,
     replays: str | os.PathLike[str] | None = None,
     pool: Pool | None = None,
     on_played: Callable[[Played], None] = lambda _: None,
@@ -43,18 +45,26 @@ def evaluate(
         controllers: Python files or names of modules; the first is compared with each of the others.
         tasks: Names of tasks, for controllers that take a ``task``; none: whatever they play.
         hands: Names or paths of hands, for controllers that take a ``hand``; none: whatever they play.
-        seeds: The scenes.
+        seeds: The scenes, 0 to 2**53 - 1.
         url: A server, or ``local`` for worlds in the processes that play.
         replays: Folder for the replay of every run; where `url` is ``local`` each is then played twice.
-        pool: Who plays: a process for each core when left out.
+        pool: Who plays: a process for each core when left out; `palmares.ray.pool` is another.
         on_played: Called after every run, for progress.
 
     Raises:
         ControllerError: One cannot be loaded, or does not play what is wanted.
+        PalmaresError: There is no such task, hand or server.
 
     """
-    seeds = list(seeds)
+    controllers, tasks, hands = _each_once(controllers), _each_once(tasks), _each_once(hands)
+    seeds = list(dict.fromkeys(seeds))
+    if not seeds or min(seeds) < 0 or max(seeds) > LARGEST_SEED:
+        raise ValueError(f"seeds: found {seeds[:5] or 'none'}; wanted some, 0 to 2**53 - 1")
+    names = _names(url, tasks, hands)
     if replays is not None:
+        own = [hand for hand in hands if names[hand] != hand]
+        if own and url == LOCAL:
+            raise ControllerError(f"replays of hands of your own need a server (url): {', '.join(own)}")
         os.makedirs(replays, exist_ok=True)
     jobs = [
         Job(controller, task, hand, seed, url, None if replays is None else os.fspath(replays))
@@ -63,27 +73,28 @@ def evaluate(
         for seed in seeds
     ]
     outcomes = []
-    for played in (pool or processes())(jobs):
-        if played.error is None:
-            _check(played, tasks, hands)
-        outcomes.append(played)
-        on_played(played)
+    for job, played in (pool or processes())(jobs):
+        outcomes.append(_as_told(job, played, names))
+        on_played(outcomes[-1])
     return Report.of(outcomes)
 
 
-def processes(count: int | None = None) -> Pool:
-    """Return a pool of so many processes of this machine, one for each core when left out."""
+def _each_once(words: str | Sequence[str]) -> list[str]:
+    return [words] if isinstance(words, str) else list(dict.fromkeys(words))
 
-    def pool(jobs: Sequence[Job]) -> Iterator[Played]:
-        context = multiprocessing.get_context("spawn")
-        executor = ProcessPoolExecutor(count or len(os.sched_getaffinity(0)), mp_context=context)
-        try:
-            for done in as_completed([executor.submit(play, job) for job in jobs]):
-                yield done.result()
-        finally:
-            executor.shutdown(cancel_futures=True)
 
-    return pool
+def _names(url: str, tasks: Sequence[str], hands: Sequence[str]) -> dict[str, str]:
+    """Return the names of tasks and hands by what they are called here; refuse what is not there.
+
+    What a task that is given by a path is called is not known here.
+    """
+    with Client(url, team="evaluate") as client:
+        known = [task.name for task in client.welcome.tasks]
+        for task in tasks:
+            if task not in known and not (client.is_local and os.path.exists(task)):
+                raise UnknownTaskError(f"unknown_task: no task {task!r}; there are: {', '.join(known)}")
+        names = {task: task for task in tasks if task in known}
+        return names | {hand: client.describe_hand(hand)["name"] for hand in hands}
 
 
 def _played_by(
@@ -101,12 +112,21 @@ def _played_by(
     return [(task, hand) for task in told[0] for hand in told[1]]
 
 
-def _check(played: Played, tasks: Sequence[str], hands: Sequence[str]) -> None:
-    """Refuse a controller that plays something else."""
-    for word, wanted, found in (("task", tasks, played.task), ("hand", hands, played.hand)):
-        paths = any(os.sep in name for name in wanted)  # A hand of one's own has a name of its own.
-        if wanted and found not in wanted and not paths:
-            raise ControllerError(f"{played.controller}: plays the {word} {found!r}, not {', '.join(wanted)}")
+def _as_told(job: Job, played: Played, names: dict[str, str]) -> Played:
+    """Return the outcome with controller, task and hand as they were called; refuse another task or hand.
+
+    Two hands of one name, such as one of the program and a changed copy, stay apart.
+    """
+    for word, told, found in (("task", job.task, played.task), ("hand", job.hand, played.hand)):
+        wanted = names.get(told or "")
+        if wanted and found and found != wanted:
+            raise ControllerError(f"{job.controller}: plays the {word} {found!r}, not {wanted!r}")
+    return replace(
+        played,
+        controller=job.controller,
+        task=job.task or played.task,
+        hand=job.hand or played.hand,
+    )
 
 
 __all__ = [

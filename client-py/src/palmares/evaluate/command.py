@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterator, Sequence
+from itertools import zip_longest
 from pathlib import Path
 
 from tqdm import tqdm
 
 from palmares.errors import PalmaresError
-from palmares.evaluate import ControllerError, Played, Report, evaluate, processes
+from palmares.evaluate import LARGEST_SEED, ControllerError, Played, Pool, Report, evaluate, processes
 
 EXAMPLES = """\
 A controller is a Python file, or a module, with a function run(client, seed), which opens a run with
@@ -21,22 +23,26 @@ examples:
   palmares evaluate my_controller.py --tasks balls,shelf --hands softhand --seeds 5001-5100
   palmares evaluate new.py old.py --seeds 200                    compares them over the same seeds
   palmares evaluate palmares.examples.balls_softhand --replays worst/
-  palmares evaluate my_controller.py --url http://127.0.0.1:8080   over the socket"""
+  palmares evaluate my_controller.py --url http://127.0.0.1:8080   over the socket
+  palmares evaluate my_controller.py --ray            on the machines of a Ray cluster
+Ctrl-C ends it with the report of the runs so far."""
 
 
 def main(arguments: list[str]) -> int:
     """Do what the command line says; return the exit code: 1 when a run failed."""
-    options = parser().parse_args(arguments)
+    options = parser().parse_args(list(separated(arguments)))
     per_controller = max(1, len(options.tasks)) * max(1, len(options.hands)) * len(options.seeds)
-    bar = tqdm(
-        total=per_controller * len(options.controllers), unit="run", file=sys.stderr, disable=options.quiet
-    )
+    total = per_controller * len(options.controllers)
+    bar = tqdm(total=total, unit="run", file=sys.stderr, disable=options.quiet)
+    outcomes: list[Played] = []
 
     def on_played(played: Played) -> None:
+        outcomes.append(played)
         bar.update()
         if played.error is not None:
             bar.write(f"seed {played.seed} failed: {played.error}", file=sys.stderr)
 
+    interrupted = False
     try:
         with bar:
             report = evaluate(
@@ -46,24 +52,35 @@ def main(arguments: list[str]) -> int:
                 options.seeds,
                 url=options.url,
                 replays=options.replays,
-                pool=processes(options.jobs),
+                pool=pool(options),
                 on_played=on_played,
             )
-    except (ControllerError, PalmaresError, OSError) as error:
+    except (ControllerError, PalmaresError, OSError, ImportError) as error:
         print(f"palmares evaluate: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        return 130
+        print(f"palmares evaluate: interrupted after {len(outcomes)} of {total} runs", file=sys.stderr)
+        report, interrupted = Report.of(outcomes), True
     if options.replays is not None:
         keep_worst(report)
-    if options.markdown is not None:
+    if options.markdown is not None and outcomes:
         try:
             options.markdown.write_text(report.markdown())
         except OSError as error:
             print(f"palmares evaluate: {error}", file=sys.stderr)
             return 1
-    print(report.json() if options.json else report)
-    return int(any(row.failed for row in report.rows))
+    if outcomes:
+        print(report.json() if options.json else report)
+    return 130 if interrupted else int(any(row.failed for row in report.rows))
+
+
+def pool(options: argparse.Namespace) -> Pool:
+    """Return who plays."""
+    if options.ray is None:
+        return processes(options.jobs)
+    from palmares import ray
+
+    return ray.pool(options.ray or None)
 
 
 def keep_worst(report: Report) -> None:
@@ -100,16 +117,35 @@ def parser() -> argparse.ArgumentParser:
         help="so many, from 1 on; or a range, 5001-5100; or a list, 3,5,8 (default 100)",
     )
     made.add_argument("--url", default="local", help="a server (default: local, without one)")
-    made.add_argument("--jobs", type=positive, metavar="N", help="runs at once (default: one for each core)")
+    where = made.add_mutually_exclusive_group()
+    where.add_argument("--jobs", type=positive, metavar="N", help="runs at once (default: one for each core)")
+    where.add_argument(
+        "--ray",
+        nargs="?",
+        const="",
+        metavar="ADDRESS",
+        help="play on a Ray cluster, a run at a time on each of its cores; without ADDRESS on the one that "
+        "this machine is part of, or on one of this machine alone",
+    )
     made.add_argument(
         "--replays",
         metavar="FOLDER",
-        help="keep the replays of the worst runs there; without a server every run is then played twice",
+        help="keep the replays of the worst runs there; without --url every run is then played twice",
     )
     made.add_argument("--markdown", type=Path, metavar="FILE", help="also write the table there, in Markdown")
     made.add_argument("--json", action="store_true", help="print everything as JSON")
     made.add_argument("--quiet", action="store_true", help="no progress bar")
     return made
+
+
+def separated(arguments: Sequence[str]) -> Iterator[str]:
+    """Yield the arguments such that what follows ``--ray`` and is no address is a controller.
+
+    An address has a colon, or is ``auto`` or ``local``.
+    """
+    for word, following in zip_longest(arguments, arguments[1:], fillvalue=""):
+        address = ":" in following or following in ("auto", "local")
+        yield "--ray=" if word == "--ray" and not address else word
 
 
 def words(text: str) -> list[str]:
@@ -137,7 +173,7 @@ def seeds(text: str) -> list[int]:
             found = list(range(1, int(text) + 1))
     except ValueError:
         found = []
-    if not found or min(found) < 0 or max(found) >= 2**53:
+    if not found or min(found) < 0 or max(found) > LARGEST_SEED:
         raise argparse.ArgumentTypeError(
             f"found {text!r}; wanted a number, a range as 5001-5100, or a list as 3,5,8"
         )

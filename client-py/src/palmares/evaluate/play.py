@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import functools
-import importlib
-import importlib.util
+import contextlib
 import inspect
 import logging
 import sys
 import time
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from palmares.client import Client
-
-
-class ControllerError(Exception):
-    """The controller cannot be loaded or played."""
+from palmares.evaluate.controller import ControllerError, loaded
+from palmares.messages import Result
 
 
 @dataclass(frozen=True)
@@ -50,8 +46,12 @@ class Played:
 
     Attributes:
         sensing: ``truth`` or ``sensors``, with ``+ noise`` where they err as real ones do.
-        error: What the controller raised, if it did; the score is then 0.
-        replay: Path of the replay.
+        task: The one it played; empty if it failed before.
+        hand: Likewise.
+        score: What the referee counted, also of a run in which the controller failed; 0 where there was none.
+        wall_s: How long it took, with loading the controller, s.
+        replay: Path of the replay, or its address on the server.
+        error: What the controller raised, if it did.
 
     """
 
@@ -73,85 +73,74 @@ class Played:
 
 
 def play(job: Job) -> Played:
-    """Play a run; an error of the controller is part of the outcome."""
-    logging.getLogger().setLevel(logging.ERROR)  # Of a hundred runs nobody reads every step.
-    failed = Played(job.controller, job.task or "", job.hand or "", job.seed)
-    try:
-        run, wanted = _loaded(job.controller)
-        # What is not told is the controller's own to choose.
-        told = (("task", job.task), ("hand", job.hand))
-        arguments = {name: value for name, value in told if name in wanted and value is not None}
-        begun = time.perf_counter()
-        with Client(job.url, team=Path(job.controller).stem[:64]) as client:
-            run(client, job.seed, **arguments)
-            result = client.result
-            if result is None:
-                raise ControllerError("it ended without client.stop(): there is no result")
-            replay = _kept(client, job)
-            opened = client.run
-        return Played(
-            job.controller,
-            result.task,
-            result.hand,
-            job.seed,
-            opened.sensing + (" + noise" if opened.noise == "real" else ""),
-            result.score,
-            result.in_goal,
-            result.outside,
-            result.reason,
-            result.sim_time_s,
-            time.perf_counter() - begun,
-            result.run_id,
-            result.state_hash,
-            replay,
-        )
-    except Exception as error:
-        where = traceback.extract_tb(error.__traceback__)[-1]
-        return replace(
-            failed, error=f"{type(error).__name__}: {error} ({Path(where.filename).name}:{where.lineno})"
-        )
+    """Play a run; an error of the controller is part of the outcome.
 
-
-def _kept(client: Client, job: Job) -> str | None:
-    if job.replays is None or client.result is None:
-        return None
-    path = Path(job.replays) / f"{client.result.run_id}.mcap"
-    client.save_replay(path)
-    return str(path)
-
-
-@functools.cache
-def _loaded(controller: str) -> tuple[Callable[..., Any], frozenset[str]]:
-    """Return the controller's function `run` and the names of its parameters."""
-    path = Path(controller)
-    if path.suffix == ".py" or path.exists():
-        if not path.is_file():
-            raise ControllerError(f"{controller}: no such file")
-        sys.path.insert(0, str(path.resolve().parent))  # For what lies beside it, as when Python runs it.
-        spec = importlib.util.spec_from_file_location(path.stem, path)
-        if spec is None or spec.loader is None:
-            raise ControllerError(f"{controller}: not a Python file")
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[path.stem] = module
-        spec.loader.exec_module(module)
-    else:
-        module = importlib.import_module(controller)
-    run = getattr(module, "run", None)
-    if not callable(run):
-        raise ControllerError(f"{controller}: has no function `run(client, seed)`")
-    return run, frozenset(inspect.signature(run).parameters)
-
-
-def parameters(controller: str) -> frozenset[str]:
-    """Return the names of the parameters of the controller's `run`.
-
-    Raises:
-        ControllerError: It cannot be loaded, or has no such function.
-
+    What the controller prints goes to standard error.
     """
+    logging.getLogger().setLevel(logging.ERROR)  # Of a hundred runs nobody reads every step.
+    begun, result, replay, error, sensing = time.perf_counter(), None, None, None, ""
     try:
-        return _loaded(controller)[1]
-    except ControllerError:
-        raise
-    except Exception as error:
-        raise ControllerError(f"{controller}: {type(error).__name__}: {error}") from error
+        with (
+            contextlib.redirect_stdout(sys.stderr),
+            loaded(job.controller) as run,
+            Client(job.url, team=Path(job.controller).stem[:64]) as client,
+        ):
+            error = _failure(run, client, job)
+            # Whatever became of the controller, the objects lie somewhere, and are counted.
+            result = client.stop() if client.tick is not None else client.result
+            if result is not None:
+                replay = _kept(client, result, job)
+                sensing = client.run.sensing + (" + noise" if client.run.noise == "real" else "")
+    except (Exception, SystemExit) as raised:
+        error = error or one_line(raised, job.controller)
+    wall_s = time.perf_counter() - begun
+    if result is None:
+        return Played(job.controller, "", "", job.seed, wall_s=wall_s, error=error)
+    return Played(
+        job.controller,
+        result.task,
+        result.hand,
+        job.seed,
+        sensing,
+        result.score,
+        result.in_goal,
+        result.outside,
+        result.reason,
+        result.sim_time_s,
+        wall_s,
+        result.run_id,
+        result.state_hash,
+        replay,
+        error,
+    )
+
+
+def _failure(run: Callable[..., Any], client: Client, job: Job) -> str | None:
+    """Let the controller play; return what it fails with, if it does."""
+    takes = inspect.signature(run).parameters
+    told_to = (("task", job.task), ("hand", job.hand))
+    arguments = {name: value for name, value in told_to if name in takes and value is not None}
+    try:
+        run(client, job.seed, **arguments)
+    except (Exception, SystemExit) as raised:
+        return one_line(raised, job.controller)
+    if client.result is None or client.tick is not None:
+        return one_line(ControllerError("it ended without client.stop()"), job.controller)
+    return None
+
+
+def _kept(client: Client, result: Result, job: Job) -> str | None:
+    if job.replays is not None:
+        path = Path(job.replays) / f"{result.run_id}.mcap"
+        client.save_replay(path)
+        return str(path)
+    return None if client.is_local else f"{job.url.rstrip('/')}/replay/{result.run_id}"
+
+
+def one_line(error: BaseException, controller: str) -> str:
+    """Return an error as one line, with the place in the controller's own code where there is one."""
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if Path(frame.filename).name == Path(controller).name]
+    at = (own or frames)[-1:]
+    where = "".join(f" ({Path(frame.filename).name}:{frame.lineno})" for frame in at)
+    return f"{type(error).__name__}: {error}{where}".replace("\n", " ")

@@ -24,7 +24,7 @@ class Row:
     """A controller at a task with a hand.
 
     Attributes:
-        spread: Of the scores; a run that failed counts as 0.
+        spread: Of the scores; a run that failed counts as `Played.score` says.
         failed: How many runs failed.
         runs: All of them, by seed.
 
@@ -149,17 +149,17 @@ def _cells(row: Row) -> tuple[str, ...]:
         str(spread.runs),
         f"{spread.mean:.2f}",
         f"{low:.2f} … {high:.2f}",
-        *(f"{number:g}" for number in numbers),
+        *(f"{number:.4g}" for number in numbers),
         str(row.failed),
     )
 
 
 def _worst(run: Played) -> str:
-    if run.error is not None:
-        return f"seed {run.seed}: failed: {run.error}"
     replay = f", replay {run.replay}" if run.replay else ""
+    if run.error is not None:
+        return f"seed {run.seed}: failed: {run.error}; counts {run.score:.4g}{replay}"
     return (
-        f"seed {run.seed}: {run.score:g} ({run.in_goal} in the goal, {run.outside} outside, {run.reason}, "
+        f"seed {run.seed}: {run.score:.4g} ({run.in_goal} in the goal, {run.outside} outside, {run.reason}, "
         f"{run.sim_time_s:.0f} s){replay}"
     )
 

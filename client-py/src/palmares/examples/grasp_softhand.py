@@ -142,15 +142,20 @@ class GraspSummary(Summary):
     """What the referee recorded, and when"""
 
 
-def run(client: palmares.Client, seed: int | None, task: str = "grasp") -> GraspSummary:
-    """Play one run; `task` may be another one of this kind."""
+def run(
+    client: palmares.Client,
+    seed: int | None,
+    task: str = "grasp",
+    only: tuple[TopGrasp, float] | None = None,
+) -> GraspSummary:
+    """Play one run; `task` may be another of this kind, `only` the one grasp that is tried, and its turn."""
     mover = Mover(client, client.reset(task, "softhand", sensing="truth", seed=seed))
     first, _ = upright_box(client.scene, mover.obs, 0)
     tries = 0
     with contextlib.suppress(RunOverError):  # The shake is over.
         while tries < TRIES:
             target, yaw_rad = upright_box(client.scene, mover.obs, 0)
-            grasps = grasps_for(target.size, client.scene.free[0].mass)
+            grasps = [only] if only else grasps_for(target.size, client.scene.free[0].mass)
             grasp, turn_rad = grasps[tries % len(grasps)]
             tries += 1
             LOG.info(

@@ -12,6 +12,7 @@ from gymnasium.vector.utils import batch_space
 
 from palmares.arrays import Array
 from palmares.gym.fields import Arrays, box
+from palmares.gym.training import Shaping, training_of
 from palmares.sim import Batch, welcome
 
 
@@ -26,6 +27,8 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
     ``infos`` of a step have, where an episode is over, ``result`` (score, in_goal, outside, reason, ticks, …)
     and, with ``autoreset_mode=AutoresetMode.SAME_STEP``, ``final_obs`` and ``final_info``.
 
+    With `shaping` they also have ``shaping`` (num_envs,), the shaped part of the rewards.
+
     Args:
         task: Name of the task.
         hand: Name of the hand.
@@ -34,6 +37,12 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         noise: ``none`` or ``real``.
         ticks: Ticks per step.
         threads: Threads that step; one for each core when left out.
+        shaping: Add the shaped part of the task's rewards to the reward, and tell it as ``info["shaping"]``;
+            ``"apart"`` only tells it. See docs/training.md, as for the next three.
+        discount: γ of the learner; left out, as the task has it.
+        randomise: What is drawn anew for every episode: ``True``, or names out of
+            `palmares.training.QUANTITIES`.
+        fraction: Part of the objects that are there; `fraction` can be set between two episodes.
         autoreset_mode: What happens to a run that is over: it is reset by the next step (``NEXT_STEP``),
             by the same one (``SAME_STEP``), or by ``reset(options={"reset_mask": …})`` (``DISABLED``).
 
@@ -52,9 +61,17 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         noise: Literal["none", "real"] = "none",
         ticks: int = 10,
         threads: int | None = None,
+        shaping: Shaping = False,
+        discount: float | None = None,
+        randomise: bool | Sequence[str] = False,
+        fraction: float = 1.0,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
     ) -> None:
-        self.batch = Batch(task, hand, num_envs, sensing=sensing, noise=noise, threads=threads)
+        training = training_of(shaping, discount, randomise, fraction)
+        self.batch = Batch(
+            task, hand, num_envs, sensing=sensing, noise=noise, threads=threads, training=training
+        )
+        self._shaping = shaping
         self.num_envs, self._ticks = num_envs, ticks
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {"autoreset_mode": self.autoreset_mode, "render_modes": []}
@@ -72,6 +89,15 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         self._roots = np.zeros(num_envs, dtype=np.uint64)
         self._episodes = np.zeros(num_envs, dtype=np.uint64)
         self._over = np.zeros(num_envs, dtype=bool)
+
+    @property
+    def fraction(self) -> float:
+        """Part of the task's objects that are there; set, it holds for the episodes to come."""
+        return self.batch.fraction
+
+    @fraction.setter
+    def fraction(self, fraction: float) -> None:
+        self.batch.fraction = fraction
 
     def reset(
         self,
@@ -134,6 +160,11 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         rewards[ended] = 0.0
         observations = stepped.observations
         infos: dict[str, Any] = {}
+        if stepped.shaping is not None:
+            shaping = np.where(ended, 0.0, stepped.shaping)
+            infos = {"shaping": shaping, "_shaping": np.ones(self.num_envs, dtype=bool)}
+            if self._shaping is True:
+                rewards += shaping
         self._over = terminated | truncated
         for k in np.flatnonzero(self._over):
             infos = self._add_info(infos, {"result": self.batch.result(int(k))}, int(k))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 import gymnasium
@@ -11,8 +12,9 @@ from gymnasium import spaces
 
 from palmares.arrays import array
 from palmares.client import Client
-from palmares.gym.fields import Arrays, action_space, arrays_of, arrays_of_scene, box
+from palmares.gym.fields import Arrays, action_space, arrays_of, arrays_of_scene, box, padded
 from palmares.gym.player import Player
+from palmares.gym.training import Shaping, training_of
 from palmares.messages import Observation
 from palmares.targets import twist
 
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
-    """A run as an episode. The reward of a step is the change of the score.
+    """A run as an episode. The reward of a step is the change of the score, and the shaped part if asked for.
 
     An action has, within the limits in `Welcome.specs`:
 
@@ -61,6 +63,12 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         cameras: Names of cameras whose depth is part of every observation.
         ticks: Ticks per step, under the same action.
         objects: Number of objects in every scene of the task; another number is a `ValueError` at `reset`.
+        shaping: Add the shaped part of the task's rewards to the reward, and tell it as ``info["shaping"]``;
+            ``"apart"`` only tells it. See docs/training.md, as for the next three.
+        discount: γ of the learner; left out, as the task has it.
+        randomise: What is drawn anew for every episode: ``True``, or names out of
+            `palmares.training.QUANTITIES`.
+        fraction: Part of the objects that are there; `fraction` can be set between two episodes.
         render_mode: ``rgb_array``: `render` returns the picture of the task's first camera. ``human``, on a
             server: `reset` opens the page where its worlds are seen.
         client: Further arguments of `Client`, such as ``team``.
@@ -83,6 +91,10 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         cameras: Sequence[str] = (),
         ticks: int = 10,
         objects: int | None = None,
+        shaping: Shaping = False,
+        discount: float | None = None,
+        randomise: bool | Sequence[str] = False,
+        fraction: float = 1.0,
         render_mode: str | None = None,
         **client: Any,
     ) -> None:
@@ -95,7 +107,9 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         self.render_mode, self._url = render_mode, url
         if url is None:  # A process without a server has no page.
             self.metadata = {**self.metadata, "render_modes": ["rgb_array"]}
-        self._player = Player(url, task, hand, sensing, noise, **client)
+        training = training_of(shaping, discount, randomise, fraction)
+        self._player = Player(url, task, hand, sensing, noise, training, **client)
+        self._shaping = shaping
         self._task, self._hand, self._sensing, self._ticks = task, hand, sensing, ticks
         self._objects, self._cameras = objects, tuple(cameras)
         self._score = 0.0
@@ -140,6 +154,15 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         return spaces.Dict(found)
 
     @property
+    def fraction(self) -> float:
+        """Part of the task's objects that are there; set, it holds from the next `reset` on."""
+        return self._player.training.fraction
+
+    @fraction.setter
+    def fraction(self, fraction: float) -> None:
+        self._player.training = replace(self._player.training, fraction=fraction)
+
+    @property
     def client(self) -> Client:
         """The session, for what gymnasium does not cover."""
         return self._player.client
@@ -159,10 +182,11 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         first = self.observation is None
         obs = self._player.open(seed, self._cameras)
         found = len(self._player.scene.free)
-        if self._objects not in (None, found):
+        whole = self.fraction == 1.0
+        if self._objects is not None and (found > self._objects or (whole and found < self._objects)):
             raise ValueError(f"the scene has {found} objects, not {self._objects}")
         fixed = self._sensing == "truth" and self._objects is not None
-        self._scene = arrays_of_scene(self._player.scene) if fixed else {}
+        self._scene = padded(arrays_of_scene(self._player.scene), self._objects) if fixed else {}
         self.observation, self._score = obs, obs.score
         if first and self.render_mode == "human":
             self.render()
@@ -178,6 +202,10 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
             info["result"], score = result, result.score
         info["score"] = score
         reward, self._score = score - self._score, score
+        if self._shaping:
+            info["shaping"] = shaping = self._player.shaping
+            if self._shaping is True:
+                reward += shaping
         self.observation = obs
         return self._arrays(obs), reward, obs.terminated, obs.truncated, info
 
@@ -201,4 +229,4 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         left = array([self._player.time_limit_s - obs.sim_time_s])
         # Copies: who is given an observation may keep and change it.
         scene = {name: values.copy() for name, values in self._scene.items()}
-        return arrays_of(obs) | {"time_left": left} | scene
+        return padded(arrays_of(obs), self._objects) | {"time_left": left} | scene

@@ -50,6 +50,17 @@ def arrays_of_scene(scene: Scene) -> Arrays:
     }
 
 
+def padded(arrays: Arrays, objects: int | None) -> Arrays:
+    """Return the arrays with rows for so many objects: zeros of those that are not there, kind −1."""
+    if objects is not None:
+        for name, values in arrays.items():
+            if name.startswith("object") and len(values) < objects:
+                width = [(0, objects - len(values))] + [(0, 0)] * (values.ndim - 1)
+                missing = -1.0 if name == "object_kind" else 0.0
+                arrays[name] = np.pad(values, width, constant_values=missing)
+    return arrays
+
+
 def box(*shape: int) -> spaces.Box:
     """Return the space of arrays of a shape whose numbers may be any."""
     return spaces.Box(-LARGEST, LARGEST, shape, dtype=np.float64)

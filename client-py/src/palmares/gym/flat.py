@@ -13,7 +13,7 @@ from palmares.gym.env import PalmaresEnv
 from palmares.gym.fields import Arrays
 
 # Objects in every scene of the tasks that come with the program.
-OBJECTS = {"balls": 10, "shelf": 10, "grasp": 1}
+OBJECTS = {"balls": 10, "shelf": 10, "grasp": 1, "pan": 2, "peg": 2}
 
 
 class FlatEnv(gymnasium.Env[Arrays, Array]):
@@ -39,6 +39,15 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         self._limits: Array = array(twist.high)
         self.action_space = spaces.Box(-1.0, 1.0, (6 + sigma.shape[0],), dtype=np.float64)
         self.observation_space = self.inner.observation_space
+
+    @property
+    def fraction(self) -> float:
+        """As `PalmaresEnv.fraction`."""
+        return self.inner.fraction
+
+    @fraction.setter
+    def fraction(self, fraction: float) -> None:
+        self.inner.fraction = fraction
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

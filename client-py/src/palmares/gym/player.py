@@ -10,6 +10,7 @@ import numpy as np
 from palmares.client import LOCAL, Client
 from palmares.messages import BaseTarget, HandInfo, Observation, Result
 from palmares.scene import Scene
+from palmares.training import Training
 
 Sensing = Literal["sensors", "truth"]
 Noise = Literal["none", "real"]
@@ -28,9 +29,16 @@ class Player:
     """
 
     def __init__(
-        self, url: str | None, task: str, hand: str, sensing: Sensing, noise: Noise | None, **client: Any
+        self,
+        url: str | None,
+        task: str,
+        hand: str,
+        sensing: Sensing,
+        noise: Noise | None,
+        training: Training | None,
+        **client: Any,
     ) -> None:
-        self.client = Client(LOCAL if url is None else url, **client)
+        self.client = Client(LOCAL if url is None else url, training=training, **client)
         welcome = self.client.welcome
         played, of_task = self._hand_info(hand), welcome.task(task).cameras
         self.shapes = {
@@ -84,6 +92,21 @@ class Player:
     def close(self) -> None:
         """End."""
         self.client.close()
+
+    @property
+    def shaping(self) -> float:
+        """The shaped part of the last step's reward; 0 without."""
+        world = self.client.world
+        return 0.0 if world is None or world.shaping is None else world.shaping
+
+    @property
+    def training(self) -> Training:
+        """What learners have in the episodes to come."""
+        return self.client.training or Training()
+
+    @training.setter
+    def training(self, training: Training) -> None:
+        self.client.training = training
 
     @property
     def scene(self) -> Scene:

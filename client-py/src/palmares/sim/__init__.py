@@ -24,20 +24,24 @@ from palmares._native import Snapshot, describe_hand
 from palmares.messages import Welcome
 from palmares.sim.batch import Batch, Stepped
 from palmares.sim.world import World, read
+from palmares.training import Training
 
 
-def welcome(team: str = "palmares-py", own_hands: Iterable[str] = ()) -> Welcome:
+def welcome(
+    team: str = "palmares-py", own_hands: Iterable[str] = (), own_tasks: Iterable[str] = ()
+) -> Welcome:
     """Return what a practice server greets with: tasks, hands, limits, fields of actions and observations.
 
     Args:
         team: Name of the team.
         own_hands: Paths of hands of your own, which are to be among them.
+        own_tasks: Paths of tasks of your own, which are to be among them.
 
     Raises:
-        ValueError: There is no such hand, or it cannot be read.
+        ValueError: There is no such hand or task, or it cannot be read.
 
     """
-    return read(_native.welcome(team, list(own_hands)), Welcome)
+    return read(_native.welcome(team, list(own_hands), list(own_tasks)), Welcome)
 
 
 _GREETING = welcome()
@@ -46,4 +50,14 @@ TASKS = tuple(task.name for task in _GREETING.tasks)
 HANDS = tuple(hand.name for hand in _GREETING.hands)
 """Names of the hands that come with the program"""
 
-__all__ = ["HANDS", "TASKS", "Batch", "Snapshot", "Stepped", "World", "describe_hand", "welcome"]
+__all__ = [
+    "HANDS",
+    "TASKS",
+    "Batch",
+    "Snapshot",
+    "Stepped",
+    "Training",
+    "World",
+    "describe_hand",
+    "welcome",
+]

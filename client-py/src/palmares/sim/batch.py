@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palmares import _native
-from palmares.arrays import Array
+from palmares.arrays import Array, array
+from palmares.clipping import Clipping
+from palmares.messages import Welcome
+from palmares.progress import progress
+from palmares.sim.world import read
+from palmares.training import Training
 
 Arrays: TypeAlias = dict[str, Array]
 Mask: TypeAlias = Sequence[bool] | NDArray[np.bool_]
@@ -31,6 +36,8 @@ class Stepped:
     """(N,), the task is complete"""
     truncated: NDArray[np.bool_]
     """(N,), a limit ended the run, or a fault voided it"""
+    shaping: Array | None = None
+    """(N,), the shaped part F of the rewards, which `rewards` does not have; ``None`` without it"""
 
 
 class Batch:
@@ -55,12 +62,14 @@ class Batch:
     - ``object_mass`` (objects,): kg
 
     Args:
-        task: Name of the task: one of `palmares.sim.TASKS`.
+        task: Name of the task, or the path of your own; as for `World`.
         hand: Name of a hand, or the path of your own; as for `World`.
         count: N, the number of worlds.
         sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
         noise: ``none`` or ``real``.
         threads: Threads that step; one for each core when left out.
+        training: For learners: shaped rewards, and runs that differ from the task's. Rows of objects that are
+            not there are zero, their ``object_kind`` is −1.
 
     Attributes:
         count: N.
@@ -79,10 +88,20 @@ class Batch:
         sensing: Literal["sensors", "truth"] = "truth",
         noise: Literal["none", "real"] = "none",
         threads: int | None = None,
+        training: Training | None = None,
     ) -> None:
         if threads is not None and threads < 1:
             raise ValueError(f"threads: found {threads}; wanted at least 1, or None for one for each core")
-        self._native = _native.Batch(task, str(hand), count, sensing, noise, threads or 0)
+        self._native = _native.Batch(str(task), str(hand), count, sensing, noise, threads or 0, training)
+        self._training = training or Training()
+        specs = read(_native.welcome("", []), Welcome).specs
+        limits = [specs.action_field(name).range[1] for name in ("base.linear", "base.angular")]
+        self._limits: list[tuple[str, slice, float | None]] = [
+            ("linear", slice(0, 3), limits[0] * (1.0 + 1e-9)),
+            ("angular", slice(3, 6), limits[1] * (1.0 + 1e-9)),
+            ("hand", slice(6, None), None),
+        ]
+        self._clipping: Clipping | None = Clipping()
         self.count = count
         self.fields = {name: tuple(shape) for name, shape in self._native.fields()}
         self.action_len = self._native.action_len
@@ -96,7 +115,9 @@ class Batch:
             mask: (N,).
 
         """
-        self._native.reset([int(seed) for seed in seeds], self._mask(mask))
+        chosen = self._mask(mask)
+        with progress(sum(chosen), "world", "reset") as told:
+            self._native.reset([int(seed) for seed in seeds], chosen, told)
         return self.observe()
 
     @property
@@ -122,13 +143,50 @@ class Batch:
         """
         if ticks < 1:
             raise ValueError(f"ticks: found {ticks}; wanted at least 1")
-        self._native.step(np.asarray(actions, dtype=np.float64), ticks, self._mask(mask))
+        actions = np.asarray(actions, dtype=np.float64)
+        self._look(actions)
+        with progress(ticks, "tick", "step") as told:
+            self._native.step(actions, ticks, self._mask(mask), told)
         rewards, _, terminated, truncated = self._native.progress()
-        return Stepped(self.observe(), rewards, terminated, truncated)
+        return Stepped(self.observe(), rewards, terminated, truncated, self._native.shaping())
+
+    def _look(self, actions: Array) -> None:
+        """Warn if this is the first action beyond the limits."""
+        if self._clipping is None or actions.shape != (self.count, self.action_len):
+            return
+        for field, columns, limit in self._limits:
+            numbers = actions[:, columns]
+            beyond = np.abs(numbers - 0.5) > 0.5 if limit is None else _lengths(numbers)[:, None] > limit
+            for k in np.flatnonzero(beyond.any(axis=1))[:1]:
+                asked = numbers[k]
+                was = asked.clip(0.0, 1.0) if limit is None else asked * limit / _lengths(numbers)[k]
+                self._clipping.warn(f"actions[{k}]: {field}", asked.tolist(), was.tolist(), stacklevel=3)
+                self._clipping = None
+                return
 
     def observe(self) -> Arrays:
         """Return the observations: of each field an array (N, …)."""
         return self._native.observe()
+
+    @property
+    def potential(self) -> Arrays | None:
+        """The potential of each run now, by term, each (N,); see `World.potential`."""
+        return self._native.potential()
+
+    @property
+    def training(self) -> Training:
+        """What learners have here."""
+        return self._training
+
+    @property
+    def fraction(self) -> float:
+        """Part of the objects that are there; set, it holds for the resets to come."""
+        return self._training.fraction
+
+    @fraction.setter
+    def fraction(self, fraction: float) -> None:
+        self._training = replace(self._training, fraction=fraction)
+        self._native.set_fraction(fraction)
 
     @property
     def scores(self) -> Array:
@@ -170,7 +228,11 @@ class Batch:
         return self._native.events(world)
 
     def result(self, world: int) -> dict[str, Any] | None:
-        """Return the final count of a world whose run is over: score, in_goal, outside, reason."""
+        """Return the final count of a world whose run is over: status, score, in_goal, outside, reason.
+
+        Status: ``practice``, ``voided`` after a fault, ``training`` when `training` made the run another
+        than the task's.
+        """
         return self._native.result(world)
 
     def snapshot(self, world: int) -> _native.Snapshot:
@@ -188,3 +250,7 @@ class Batch:
 
     def _mask(self, mask: Mask | None) -> list[bool]:
         return [True] * self.count if mask is None else [bool(entry) for entry in mask]
+
+
+def _lengths(vectors: Array) -> Array:
+    return array(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))

@@ -7,12 +7,15 @@ from collections.abc import Iterable
 from typing import Literal, Self, TypeVar
 
 from palmares import _native
+from palmares.clipping import Clipping
 from palmares.codec import CODECS
 from palmares.errors import ProtocolError, error_of
 from palmares.messages import Ack, ErrorMessage, Observation, Opened, Reply, Result
+from palmares.progress import progress
 from palmares.requests import Perturb, Request, Step, Stop, Wrench, names
 from palmares.scene import Scene
 from palmares.targets import Base, Hand, Numbers, action_of, vector
+from palmares.training import Training
 
 Answer = TypeVar("Answer", bound=Reply)
 
@@ -26,16 +29,19 @@ class World:
     one thread at a time. Ctrl-C ends a long `step` between two ticks.
 
     Args:
-        task: Name of the task: one of `palmares.sim.TASKS`.
+        task: Name of the task, one of `palmares.sim.TASKS`, or the path of your own: a folder with a
+            ``task.toml``.
         hand: Name of a hand, one of `palmares.sim.HANDS`, or the path of your own: a folder, an archive or a
             URDF.
         seed: Selects the scene, 0 to 2**53 - 1: the same as on a practice server.
         sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
         noise: ``none``: sensors without errors, ``real``: with those of real ones.
         cameras: Whose pictures of tick 0 to take, as in `step`.
+        training: For learners: shaped rewards, and runs that differ from the task's.
 
     Raises:
-        ValueError: There is no such task, hand or camera, or the hand does not fit where it starts.
+        ValueError: There is no such task, hand or camera, the task does not declare what `training` asks for,
+            or the hand does not fit where it starts.
 
     """
 
@@ -48,17 +54,22 @@ class World:
         sensing: Literal["sensors", "truth"] = "truth",
         noise: Literal["none", "real"] = "none",
         cameras: Iterable[str] = (),
+        training: Training | None = None,
     ) -> None:
-        self._task, self._hand, self._seed = task, str(hand), seed
+        self._task, self._hand, self._seed = str(task), str(hand), seed
         self._sensing: Literal["sensors", "truth"] = sensing
         self._noise: Literal["none", "real"] = noise
+        self._training = training
+        self._clipping = Clipping()
         self.reset(cameras=cameras)
 
     def reset(self, seed: int | None = None, cameras: Iterable[str] = ()) -> Observation:
         """Begin anew, with another scene if `seed` is given; return the observation of tick 0."""
         if seed is not None:
             self._seed = seed
-        self._native = _native.World(self._task, self._hand, self._seed, self._sensing, self._noise)
+        self._native = _native.World(
+            self._task, self._hand, self._seed, self._sensing, self._noise, self._training
+        )
         obs = read(self._native.opened(names(cameras)), Observation)
         if obs.run is None or obs.scene is None:
             raise ProtocolError("the first observation tells of no scene")
@@ -89,7 +100,10 @@ class World:
             repeat=repeat,
             cameras=names(cameras),
         )
-        return self._named(self.ask(request, Observation))
+        obs = self._named(self.ask(request, Observation))
+        self._clipping.ask(request.action)
+        self._clipping.see(obs.applied_action, obs.tick, stacklevel=2)
+        return obs
 
     def observe(
         self, sensing: Literal["sensors", "truth"] | None = None, cameras: Iterable[str] = ()
@@ -117,7 +131,8 @@ class World:
         """Keep the world as it is after this tick.
 
         Microseconds, and some tens of kilobytes. ``bytes(snapshot)`` is for another process or machine with
-        the same version of this package; `palmares.sim.Snapshot` reads it.
+        the same version of this package; `palmares.sim.Snapshot` reads it, and notices damage, but not
+        forgery: take them only from whom you trust.
         """
         return self._native.snapshot()
 
@@ -154,11 +169,12 @@ class World:
 
         Raises:
             ValueError: The world went on from bytes, which tell nothing of the ticks before; or the hand is
-                not one of `palmares.sim.HANDS`.
+                not one of `palmares.sim.HANDS`, or `training` made the run another than the task's.
             OSError: The file cannot be written.
 
         """
-        self._native.save_replay(os.fspath(path), team)
+        with progress(self.tick, "tick", "replay") as told:
+            self._native.save_replay(os.fspath(path), team, told)
 
     @property
     def tick(self) -> int:
@@ -169,6 +185,25 @@ class World:
     def score(self) -> float:
         """Score if the run ended now; after `result`, the one that counts."""
         return self._native.score
+
+    @property
+    def shaping(self) -> float | None:
+        """The shaped part F of the last step's reward; ``None`` without `Training.shaping`."""
+        return self._native.shaping
+
+    @property
+    def potential(self) -> dict[str, float] | None:
+        """The potential now, points, by term: they sum up to Φ. ``None`` without `Training.shaping`.
+
+        ``distance``, ``contact``, ``lift`` and ``transport`` are of the object that has got farthest,
+        ``brought`` is for those in the goal.
+        """
+        return self._native.potential
+
+    @property
+    def varied(self) -> bool:
+        """Whether `training` made the run another than the task's: it has no replay then."""
+        return self._native.varied
 
     @property
     def run_id(self) -> str:
@@ -186,12 +221,16 @@ class World:
         return self._scene
 
     def __repr__(self) -> str:
-        return f"<World {self._run.task} with {self._run.hand}, seed {self._seed}, tick {self.tick}>"
+        varied = ", randomised" if self.varied else ""
+        return f"<World {self._run.task} with {self._run.hand}, seed {self._seed}{varied}, tick {self.tick}>"
 
     def ask(self, request: Request, kind: type[Answer]) -> Answer:
         """Answer a request of the protocol: ``step``, ``perturb`` or ``stop``."""
         request.id = 1
-        return read(self._native.answer(CODEC.encode(request)), kind)
+        ticks = request.repeat if isinstance(request, Step) else 0
+        with progress(ticks, "tick", "step") as told:
+            answer = self._native.answer(CODEC.encode(request), told)
+        return read(answer, kind)
 
     def _named(self, obs: Observation) -> Observation:
         if obs.truth is not None:

@@ -1,7 +1,7 @@
 //! The leaderboard as plain HTML, which a script keeps up to date where there is one.
 
 use super::assets::is_built;
-use super::beside::{connect, in_words, legend, rules_of};
+use super::rules_in_words::{connect, in_words, legend, rules_of};
 use super::shell::{Page, answer};
 use crate::archive::Archive;
 use crate::auth::sha256_hex;
@@ -202,7 +202,15 @@ mod tests {
     fn task(name: &str) -> TaskInfo {
         let description = format!("Do {name}.");
         let (name, cameras) = (name.into(), vec![]);
-        TaskInfo { name, description, tick_s: 0.01, step_s: 0.001, time_limit_s: 600.0, cameras }
+        TaskInfo {
+            name,
+            description,
+            tick_s: 0.01,
+            step_s: 0.001,
+            time_limit_s: 600.0,
+            hash: String::new(),
+            cameras,
+        }
     }
 
     fn shown(

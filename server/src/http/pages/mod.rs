@@ -1,8 +1,8 @@
 //! The pages for people. What happens in them is in `viewer/`; here are their frames, and the leaderboard as plain HTML.
 
 mod assets;
-mod beside;
 pub(super) mod leaderboard;
+mod rules_in_words;
 mod shell;
 
 pub(super) use assets::asset;

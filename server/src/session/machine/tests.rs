@@ -9,6 +9,7 @@ fn run() -> Playing {
     Playing {
         run_id: "r".into(),
         task: "balls".into(),
+        task_hash: "0".repeat(64),
         hand: "h".into(),
         own_hand: false,
         tick_s: 0.01,
@@ -28,7 +29,7 @@ fn result() -> RunResult {
         events: vec![],
         state_hash: "0".repeat(16),
     };
-    RunResult::new(run().info(), "practice", outcome)
+    RunResult::new(run().info(), &run().task_hash, "practice", outcome)
 }
 
 fn code<T: std::fmt::Debug>(result: Result<T, Refusal>) -> Code {

@@ -1,10 +1,10 @@
 //! The store against real databases: every test runs on each kind.
 
 mod competition;
-mod likeness;
 mod places;
 #[path = "../../../../tests/system/harness/postgres.rs"]
 mod postgres;
+mod similar_runs;
 
 use super::*;
 use palmares_tasks::{Event, Outcome, Reason, Sensing};

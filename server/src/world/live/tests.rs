@@ -2,11 +2,11 @@
 
 use super::*;
 use crate::compute::tick_phase::TickPhases;
-use crate::world::toy::{Toy, toy_world};
+use crate::world::stub::{Stub, toy_world};
 use palmares_models::builtin::builtin_hands;
 use palmares_tasks::BaseTarget;
 
-fn live(toy: Toy) -> Arc<Live> {
+fn live(toy: Stub) -> Arc<Live> {
     let hand = builtin_hands()[0].clone();
     let now = Instant::now();
     let (pace, tick_phase) = (Pace::new(now, 0.01), TickPhases::new(now).next());
@@ -20,7 +20,7 @@ fn moving(speed: f64) -> Action {
 
 #[test]
 fn actions_take_effect_at_the_tick_they_were_promised() {
-    let live = live(Toy::default());
+    let live = live(Stub::default());
     assert_eq!(live.act(moving(0.1), vec![]), Ok(1));
     assert_eq!(live.act(moving(0.2), vec![]), Ok(1), "the later one counts");
     live.tick(0);
@@ -36,7 +36,7 @@ fn actions_take_effect_at_the_tick_they_were_promised() {
 
 #[test]
 fn what_a_controller_leaves_out_keeps_what_came_before_in_the_same_tick() {
-    let live = live(Toy::default());
+    let live = live(Stub::default());
     let still = Action { base: None, hand: Some(vec![]) };
     assert!(live.act(still.clone(), vec![]).is_err(), "the hand has a motor");
     live.act(moving(0.1), vec![]).expect("fits");
@@ -47,7 +47,7 @@ fn what_a_controller_leaves_out_keeps_what_came_before_in_the_same_tick() {
 
 #[test]
 fn nobody_who_listens_slows_the_world() {
-    let live = live(Toy::default());
+    let live = live(Stub::default());
     let ticks = STREAMED as u64 + 10;
     for _ in 0..ticks {
         assert!(live.tick(0).is_some());
@@ -62,7 +62,7 @@ fn nobody_who_listens_slows_the_world() {
 
 #[test]
 fn a_silent_controllers_hand_is_told_to_hold_still() {
-    let live = live(Toy::default());
+    let live = live(Stub::default());
     live.act(moving(0.1), vec![]).expect("fits");
     let mut told = Vec::new();
     for _ in 0..crate::compute::pace::HOLD_TICKS + 3 {
@@ -76,7 +76,7 @@ fn a_silent_controllers_hand_is_told_to_hold_still() {
 
 #[test]
 fn the_end_of_the_run_is_the_last_tick() {
-    let live = live(Toy { over_at: 3, ..Toy::default() });
+    let live = live(Stub { over_at: 3, ..Stub::default() });
     assert!(live.tick(0).is_some() && live.tick(0).is_some());
     assert_eq!(live.over(), None);
     assert!(live.tick(0).is_none());
@@ -85,7 +85,7 @@ fn the_end_of_the_run_is_the_last_tick() {
 
 #[test]
 fn a_world_that_breaks_says_so_and_ticks_no_more() {
-    for toy in [Toy { unsound_at: 2, ..Toy::default() }, Toy { panic_at: 2, ..Toy::default() }] {
+    for toy in [Stub { unsound_at: 2, ..Stub::default() }, Stub { panic_at: 2, ..Stub::default() }] {
         let live = live(toy);
         assert!(live.tick(0).is_some());
         assert!(live.tick(0).is_none());
@@ -96,7 +96,7 @@ fn a_world_that_breaks_says_so_and_ticks_no_more() {
 #[test]
 fn in_a_pause_nothing_ticks_and_afterwards_it_goes_on_once() {
     let pacer = Pacer::start(1);
-    let live = live(Toy::default());
+    let live = live(Stub::default());
     assert!(live.tick(0).is_some());
     live.pause();
     assert!(live.tick(0).is_none(), "the old turn is called off");
@@ -111,7 +111,7 @@ fn in_a_pause_nothing_ticks_and_afterwards_it_goes_on_once() {
 
 #[test]
 fn a_run_that_is_cut_short_says_why_in_its_last_observation() {
-    let live = live(Toy::default());
+    let live = live(Stub::default());
     live.tick(0);
     assert!(live.take(Some(Reason::SessionOver)).is_some());
     assert!(live.tick(0).is_none());

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::compute::admission::Admission;
-use crate::world::toy::{Toy, toy_world};
+use crate::world::stub::{Stub, toy_world};
 
 struct Fixture {
     world: World,
@@ -12,7 +12,7 @@ struct Fixture {
 }
 
 impl Fixture {
-    async fn open(toy: Toy) -> Self {
+    async fn open(toy: Stub) -> Self {
         let (world, admission) = toy_world(toy);
         Fixture { world, admission, scheduler: Scheduler::new(1), background: Background::new(1) }
     }
@@ -29,7 +29,7 @@ impl Fixture {
 
 #[tokio::test]
 async fn repeated_ticks_keep_all_events_and_end_with_the_run() {
-    let mut fixture = Fixture::open(Toy { over_at: 5, ..Toy::default() }).await;
+    let mut fixture = Fixture::open(Stub { over_at: 5, ..Stub::default() }).await;
     let three = fixture.step(Action::default(), 3).await.expect("steps");
     assert_eq!(three.events.iter().map(|event| event.tick).collect::<Vec<_>>(), [1, 2, 3]);
     let rest = fixture.step(Action::default(), 9).await.expect("steps");
@@ -39,7 +39,7 @@ async fn repeated_ticks_keep_all_events_and_end_with_the_run() {
 
 #[tokio::test]
 async fn a_refused_action_changes_nothing() {
-    let mut fixture = Fixture::open(Toy::default()).await;
+    let mut fixture = Fixture::open(Stub::default()).await;
     let wrong = Action { hand: Some(vec![0.5]), base: None };
     assert!(matches!(fixture.step(wrong, 1).await, Err(StepError::Action(_))));
     assert_eq!(fixture.step(Action::default(), 1).await.expect("steps").tick, 1);
@@ -106,7 +106,7 @@ fn worlds_whose_ticks_never_end_keep_no_other_from_stepping() {
     use crate::compute::scheduler::OVERRUN;
     let scheduler = Scheduler::new(2);
     let runtime = tokio::runtime::Runtime::new().expect("starts");
-    let step = |toy: Toy| {
+    let step = |toy: Stub| {
         let (mut world, scheduler, runtime) = (toy_world(toy).0, scheduler.clone(), runtime.handle().clone());
         let (done, result) = std::sync::mpsc::channel();
         let thread = std::thread::spawn(move || {
@@ -119,13 +119,13 @@ fn worlds_whose_ticks_never_end_keep_no_other_from_stepping() {
     let (ends, endless): (Vec<_>, Vec<_>) = (0..4)
         .map(|_| {
             let (end, stuck) = std::sync::mpsc::channel();
-            (end, step(Toy { endless: Some(stuck), ..Toy::default() }).0)
+            (end, step(Stub { endless: Some(stuck), ..Stub::default() }).0)
         })
         .unzip();
     while !scheduler.is_exhausted() {
         std::thread::sleep(Duration::from_millis(1));
     }
-    let (innocent, stepped) = step(Toy::default());
+    let (innocent, stepped) = step(Stub::default());
     let patience = Instant::now() + Duration::from_secs(60);
     let mut seen = None;
     while seen.is_none() && Instant::now() < patience {
@@ -142,10 +142,10 @@ fn worlds_whose_ticks_never_end_keep_no_other_from_stepping() {
 
 #[tokio::test]
 async fn an_unsound_or_panicking_world_is_a_fault_and_frees_its_place() {
-    let exhausted = Toy { unsound_at: 2, breaks: Fault::Exhausted, ..Toy::default() };
+    let exhausted = Stub { unsound_at: 2, breaks: Fault::Exhausted, ..Stub::default() };
     for (toy, fault) in [
-        (Toy { unsound_at: 2, ..Toy::default() }, Fault::Broken),
-        (Toy { panic_at: 2, ..Toy::default() }, Fault::Broken),
+        (Stub { unsound_at: 2, ..Stub::default() }, Fault::Broken),
+        (Stub { panic_at: 2, ..Stub::default() }, Fault::Broken),
         (exhausted, Fault::Exhausted),
     ] {
         let mut fixture = Fixture::open(toy).await;

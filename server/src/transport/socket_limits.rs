@@ -14,7 +14,7 @@ const OTHER_SOCKETS: usize = 512;
 
 /// Counts the open sockets.
 #[derive(Debug)]
-pub(crate) struct Doors {
+pub(crate) struct SocketLimits {
     all: Arc<Semaphore>,
     by_address: Counts<IpAddr>,
     per_address: usize,
@@ -27,11 +27,11 @@ pub(crate) struct SocketPermit {
     _of_address: Option<Share<IpAddr>>,
 }
 
-impl Doors {
+impl SocketLimits {
     /// For so many controllers, and so many sockets of one address.
     pub(crate) fn new(controllers: usize, per_address: usize) -> Self {
         let all = Arc::new(Semaphore::new(controllers + OTHER_SOCKETS));
-        Doors { all, by_address: Counts::default(), per_address }
+        SocketLimits { all, by_address: Counts::default(), per_address }
     }
 
     /// Counts a socket from an address; none when there are enough. From this machine, where also a proxy may be, only
@@ -103,17 +103,17 @@ mod tests {
 
     #[test]
     fn an_address_has_its_share_of_the_sockets_and_this_machine_all() {
-        let doors = Doors::new(1, 2);
+        let sockets = SocketLimits::new(1, 2);
         let far = IpAddr::from([10, 0, 0, 1]);
-        let held = [doors.enter(far), doors.enter(far)];
+        let held = [sockets.enter(far), sockets.enter(far)];
         assert!(held.iter().all(Option::is_some));
-        assert!(doors.enter(far).is_none());
+        assert!(sockets.enter(far).is_none());
         let same = "::ffff:10.0.0.1".parse().expect("an address");
-        assert!(doors.enter(same).is_none(), "the same in another notation");
-        assert!(doors.enter(IpAddr::from([10, 0, 0, 2])).is_some());
-        let near: Vec<_> = (0..9).map(|_| doors.enter(IpAddr::from([127, 0, 0, 1]))).collect();
+        assert!(sockets.enter(same).is_none(), "the same in another notation");
+        assert!(sockets.enter(IpAddr::from([10, 0, 0, 2])).is_some());
+        let near: Vec<_> = (0..9).map(|_| sockets.enter(IpAddr::from([127, 0, 0, 1]))).collect();
         assert!(near.iter().all(Option::is_some));
         drop(held);
-        assert!(doors.enter(far).is_some());
+        assert!(sockets.enter(far).is_some());
     }
 }

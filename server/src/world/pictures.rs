@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 /// Pictures that have been taken.
 #[derive(Debug, Default)]
-pub(crate) struct Film {
+pub(crate) struct Pictures {
     /// Those that are wanted.
     pub(crate) wanted: Vec<Arc<Exposure>>,
     /// Those that will be wanted next by who goes on looking through the same cameras.

@@ -8,7 +8,7 @@ use palmares_tasks::observation::{BodyState, HandObservation, Wrench};
 use palmares_tasks::{Action, ActionError, Event, Observation, Outcome, Reason, Run, Sensing};
 
 /// Counts ticks; ends, breaks, panics or does not come back when told.
-pub(crate) struct Toy {
+pub(crate) struct Stub {
     pub(crate) tick: u64,
     pub(crate) told: Action,
     pub(crate) news: Vec<Event>,
@@ -21,9 +21,9 @@ pub(crate) struct Toy {
     pub(crate) endless: Option<std::sync::mpsc::Receiver<()>>,
 }
 
-impl Default for Toy {
+impl Default for Stub {
     fn default() -> Self {
-        Toy {
+        Stub {
             tick: 0,
             told: Action::default(),
             news: vec![],
@@ -36,7 +36,7 @@ impl Default for Toy {
     }
 }
 
-impl Playable for Toy {
+impl Playable for Stub {
     fn step(&mut self, action: &Action) -> Result<(), ActionError> {
         if action.hand.as_ref().is_some_and(|sigma| !sigma.is_empty()) {
             return Err(ActionError::ZeroQuaternion);
@@ -101,7 +101,7 @@ impl Playable for Toy {
 }
 
 /// A world with a toy in it, and where it is counted.
-pub(crate) fn toy_world(toy: Toy) -> (World, Admission) {
+pub(crate) fn toy_world(toy: Stub) -> (World, Admission) {
     let admission = Admission::default();
     let admitted = admission.take(Mode::Lockstep, false, |_| Ok(())).expect("free");
     (World::of(Box::new(toy), Sensing::Truth, vec![], admitted), admission)

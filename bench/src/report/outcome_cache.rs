@@ -27,14 +27,14 @@ fn key(case: &str, engine: &str, settings: &str, dt_ms: f64) -> Key {
 }
 
 /// The file, and what it knows.
-pub(super) struct Kept {
+pub(super) struct OutcomeCache {
     commit: String,
     quick: bool,
     known: BTreeMap<Key, Run>,
     log: File,
 }
 
-impl Kept {
+impl OutcomeCache {
     /// Reads what the file knows of this commit; with `reuse_peers` what it knows of peers whatever the commit. A program
     /// with changed files is no commit: its runs are played again.
     ///
@@ -60,7 +60,7 @@ impl Kept {
         }
         let log = OpenOptions::new().create(true).append(true).open(file);
         let log = log.with_context(|| format!("cannot write {}", file.display()))?;
-        Ok(Kept { commit: commit.to_owned(), quick, known, log })
+        Ok(OutcomeCache { commit: commit.to_owned(), quick, known, log })
     }
 
     /// The outcome of a case, if it is known.
@@ -87,7 +87,7 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("palmares-kept-{}", std::process::id()));
         let file = folder.join("report.jsonl");
         let peer = EngineKind::all().find(|kind| *kind != EngineKind::Own).expect("a peer");
-        let mut kept = Kept::open(&file, "abc", false, false).expect("a file");
+        let mut kept = OutcomeCache::open(&file, "abc", false, false).expect("a file");
         for kind in [EngineKind::Own, peer] {
             assert!(kept.get("slide_stop", kind, 2.0).is_none());
             kept.add(&Run::begun("slide_stop", kind, 2.0)).expect("written");
@@ -101,7 +101,7 @@ mod tests {
             ("def", false, false, false, false),
             ("def", false, true, false, true),
         ] {
-            let kept = Kept::open(&file, commit, quick, reuse).expect("a file");
+            let kept = OutcomeCache::open(&file, commit, quick, reuse).expect("a file");
             let known = |kind| kept.get("slide_stop", kind, 2.0).is_some();
             assert_eq!((known(EngineKind::Own), known(peer)), (own, other), "{commit} {quick} {reuse}");
         }

@@ -3,7 +3,7 @@ import { el, setText } from '../board/kit';
 import type { HandDescription } from '../model/hand';
 import type { Rest } from './rest';
 
-export class LawPanel {
+export class MethodPanel {
   readonly element: HTMLElement;
   private readonly law = el('p');
   private readonly why = el('ul', { class: 'why', hidden: true });

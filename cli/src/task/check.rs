@@ -1,0 +1,164 @@
+//! `palmares task check`.
+
+use super::describe::{bodies, describe};
+use super::{load_hand, load_task};
+use clap::Args;
+use palmares_models::builtin::builtin_hands;
+use palmares_models::hand::Hand;
+use palmares_tasks::build::build;
+use palmares_tasks::{Action, Reason, Run, Seed, Task, inspect};
+use serde::Serialize;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+/// The exit code of `--strict` when there are warnings.
+const WARNED: u8 = 2;
+/// How long a hand does nothing, s.
+const IDLE_S: f64 = 1.0;
+
+/// Which task, and how to report.
+#[derive(Debug, Args)]
+pub(crate) struct CheckArgs {
+    /// A folder with a task.toml, that file, or the name of a task that comes with the program
+    task: String,
+    /// So many scenes are built, with the seeds from 1 on
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    seeds: u64,
+    /// A hand that is to play it, by name or path; left out, those that come with the program
+    #[arg(long = "hand", value_name = "HAND")]
+    hands: Vec<String>,
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    json: bool,
+    /// Warnings make the exit code 2
+    #[arg(long)]
+    strict: bool,
+}
+
+/// What `--json` prints.
+#[derive(Debug, Default, Serialize)]
+struct Report {
+    /// `usable` or `unusable`.
+    verdict: &'static str,
+    /// Name of the task, if it can be read.
+    task: Option<String>,
+    /// SHA-256 of everything that the task is.
+    hash: Option<String>,
+    /// Why it is unusable.
+    errors: Vec<String>,
+    warnings: Vec<String>,
+    /// Scenes that were built.
+    scenes: u64,
+    /// Hands that fit where they start.
+    hands: Vec<String>,
+}
+
+/// Checks and prints; the exit code says how it ended.
+pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
+    let hands = match args.hands.as_slice() {
+        [] => builtin_hands().to_vec(),
+        names => names.iter().map(|name| load_hand(name)).collect::<anyhow::Result<_>>()?,
+    };
+    let (mut report, mut text) = (Report::default(), String::new());
+    match load_task(&args.task) {
+        Err(error) => report.errors.push(format!("{error:#}").trim_end().to_owned()),
+        Ok((task, warnings)) => {
+            report.task = Some(task.name.clone());
+            report.hash = Some(task.content_hash().to_owned());
+            report.warnings = warnings.iter().map(ToString::to_string).collect();
+            text += &describe(&task);
+            scenes(&task, args.seeds, &mut report, &mut text);
+            if report.errors.is_empty() {
+                play(&task, &hands, &mut report);
+            }
+        }
+    }
+    report.verdict = if report.errors.is_empty() { "usable" } else { "unusable" };
+    let code = match report.errors.is_empty() {
+        false => ExitCode::FAILURE,
+        true if args.strict && !report.warnings.is_empty() => ExitCode::from(WARNED),
+        true => ExitCode::SUCCESS,
+    };
+    let mut out = std::io::stdout().lock();
+    if args.json {
+        writeln!(out, "{}", serde_json::to_string_pretty(&report)?)?;
+    } else {
+        write!(out, "{text}{}", verdict(&args.task, &report))?;
+    }
+    Ok(code)
+}
+
+/// Builds the scene with several seeds.
+fn scenes(task: &Task, seeds: u64, report: &mut Report, text: &mut String) {
+    for number in 1..=seeds {
+        match build(task, None, Seed::from_u64(number)) {
+            Ok(built) if number == 1 => {
+                let _ = write!(text, "\nScene of seed 1\n{}", bodies(&built.scene));
+            }
+            Ok(_) => {}
+            Err(error) => {
+                report.errors.push(format!("seed {number}: {error}"));
+                return;
+            }
+        }
+        report.scenes = number;
+    }
+}
+
+/// Which hands fit where they start, and what the first of them earns by doing nothing.
+fn play(task: &Arc<Task>, hands: &[Arc<Hand>], report: &mut Report) {
+    for hand in hands {
+        let in_the_way = inspect::in_the_way(hand, std::slice::from_ref(task));
+        if in_the_way.is_empty() {
+            report.hands.push(hand.name.clone());
+        } else {
+            let told = inspect::told(&in_the_way);
+            report.warnings.push(format!("hand `{}` does not fit where it starts: {told}", hand.name));
+        }
+    }
+    let Some(hand) = hands.iter().find(|hand| report.hands.contains(&hand.name)) else {
+        report
+            .errors
+            .push("no hand fits where it starts: hand.position and hand.quat_xyzw say where".to_owned());
+        return;
+    };
+    let mut run = match Run::new(task.clone(), hand.clone(), Seed::from_u64(1)) {
+        Ok(run) => run,
+        Err(error) => return report.errors.push(error.to_string()),
+    };
+    for _ in 0..(IDLE_S / task.tick_s).ceil() as u64 {
+        if run.over().is_some() || run.step(&Action::default()).is_err() {
+            break;
+        }
+    }
+    let outcome = run.finish(Reason::Stopped);
+    if outcome.score != 0.0 {
+        let name = &hand.name;
+        report
+            .warnings
+            .push(format!("`{name}` comes to {} points by doing nothing for {IDLE_S} s", outcome.score));
+    }
+    if outcome.reason == Reason::WorldFault {
+        report.errors.push("the simulation of this task breaks".to_owned());
+    }
+}
+
+fn verdict(name: &str, report: &Report) -> String {
+    let mut out = String::new();
+    if report.errors.is_empty() {
+        let _ =
+            writeln!(out, "\n{} scenes built; hands that fit: {}", report.scenes, report.hands.join(", "));
+    }
+    if !report.warnings.is_empty() {
+        let _ = writeln!(out, "\nWarnings: {}", report.warnings.len());
+        report.warnings.iter().for_each(|warning| out += &format!("  {warning}\n"));
+    }
+    report.errors.iter().for_each(|error| out += &format!("\n{error}\n"));
+    let _ = match report.errors.is_empty() {
+        true => writeln!(out, "\n{name}: usable"),
+        false => writeln!(out, "\n{name}: not usable"),
+    };
+    out
+}

@@ -1,0 +1,97 @@
+//! `palmares task`: look at a task of one's own before anybody else does.
+
+mod check;
+mod describe;
+mod play;
+mod show;
+
+use anyhow::Context;
+use clap::Subcommand;
+use palmares_models::builtin::builtin_hands;
+use palmares_models::error::LoadWarning;
+use palmares_models::hand::Hand;
+use palmares_models::read::{self, LoadOptions};
+use palmares_tasks::Task;
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+const CHECK_HELP: &str = "\
+Exit code: 0 when the task is usable, 1 when it is not, 2 with --strict when there are warnings.
+
+Examples:
+  palmares task check my-task/            a folder with task.toml, and the meshes and URDFs that it names
+  palmares task check my-task/task.toml --seeds 100 --hand my-hand/
+  palmares task check balls --json        a task that comes with the program, for programs";
+
+const SHOW_HELP: &str = "\
+Examples:
+  palmares task show pan                          what it consists of, as text
+  palmares task show my-task/ --seed 3 --out scene.png --camera top";
+
+const PLAY_HELP: &str = "\
+Examples:
+  palmares task play my-task/                     the hand reaches out, closes, lifts and sweeps
+  palmares task play my-task/ --script idle --replay idle.mcap
+  palmares verify idle.mcap --task my-task/
+For a person to play it in the browser: palmares serve --task my-task/, then http://127.0.0.1:8080/drive";
+
+/// What to do with a task.
+#[derive(Debug, Subcommand)]
+pub(crate) enum TaskCommand {
+    /// Load a task, build its scene with several seeds, and see which hands fit where they start
+    #[command(after_help = CHECK_HELP)]
+    Check(check::CheckArgs),
+    /// Print what a task consists of and a seed's scene; with --out, a picture by one of its cameras
+    #[command(after_help = SHOW_HELP)]
+    Show(show::ShowArgs),
+    /// Play a task by a script that knows nothing of it, and tell what the referee noted
+    #[command(after_help = PLAY_HELP)]
+    Play(play::PlayArgs),
+}
+
+impl TaskCommand {
+    /// Does it.
+    ///
+    /// # Errors
+    /// The task or the hand cannot be read, the scene cannot be built, or nothing can be written.
+    pub(crate) fn run(&self) -> anyhow::Result<ExitCode> {
+        match self {
+            TaskCommand::Check(args) => check::check(args),
+            TaskCommand::Show(args) => show::show(args),
+            TaskCommand::Play(args) => play::play(args),
+        }
+    }
+}
+
+/// A task from a folder or file, or, where there is none of that name, from the program itself.
+fn load_task(name: &str) -> anyhow::Result<(Arc<Task>, Vec<LoadWarning>)> {
+    let path = Path::new(name);
+    if !path.exists() {
+        let tasks = Task::builtin();
+        if let Some(task) = tasks.iter().find(|task| task.name == name) {
+            return Ok((task.clone(), Vec::new()));
+        }
+        let known: Vec<&str> = tasks.iter().map(|task| task.name.as_str()).collect();
+        anyhow::bail!(
+            "`{name}` is neither a folder with a task.toml nor a task of the program: {}",
+            known.join(", ")
+        );
+    }
+    let loaded = Task::load(path)?;
+    Ok((Arc::new(loaded.task), loaded.warnings))
+}
+
+/// A hand from a file or folder, or, where there is none of that name, from the program itself.
+fn load_hand(name: &str) -> anyhow::Result<Arc<Hand>> {
+    let path = Path::new(name);
+    if !path.exists()
+        && let Some(hand) = Hand::builtin(name)
+    {
+        return Ok(hand);
+    }
+    let known: Vec<&str> = builtin_hands().iter().map(|hand| hand.name.as_str()).collect();
+    let loaded = read::hand(path, &LoadOptions::default());
+    let loaded = loaded.with_context(|| format!("hands that come with the program: {}", known.join(", ")))?;
+    Ok(Arc::new(loaded.hand))
+}

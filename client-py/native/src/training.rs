@@ -1,0 +1,85 @@
+//! What a learner asks of a world: `palmares.sim.Training`.
+
+use palmares_tasks::training::{Options, Quantity, Shaper};
+use palmares_tasks::{Noise, Outcome, Reason, Run, Task};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// As Python has it.
+#[derive(FromPyObject)]
+pub(crate) struct Asked {
+    shaping: bool,
+    discount: Option<f64>,
+    randomise: Randomise,
+    fraction: f64,
+}
+
+/// Everything, nothing, or what is named.
+#[derive(FromPyObject)]
+enum Randomise {
+    All(bool),
+    Names(Vec<String>),
+}
+
+/// As runs are opened with it.
+pub(crate) struct Training {
+    pub(crate) options: Options,
+    shaping: bool,
+    discount: Option<f64>,
+}
+
+impl Training {
+    /// What is asked for, of a task and sensors.
+    pub(crate) fn of(asked: Option<Asked>, task: &Task, noise: Noise) -> PyResult<Self> {
+        let options = Options::none(task);
+        let Some(Asked { shaping, discount, randomise, fraction }) = asked else {
+            return Ok(Training { options, shaping: false, discount: None });
+        };
+        if shaping && task.training.rewards.is_none() {
+            let message = format!("shaping: task `{}` has no [training.rewards] in its task.toml", task.name);
+            return Err(PyValueError::new_err(message));
+        }
+        if let Some(discount) = discount.filter(|discount| !(0.0..=1.0).contains(discount)) {
+            return Err(PyValueError::new_err(format!("discount: found {discount}; wanted 0 to 1")));
+        }
+        let options = match &randomise {
+            Randomise::All(false) => Ok(options),
+            Randomise::All(true) => Ok(options.randomise_all(task)),
+            Randomise::Names(names) => {
+                let noise_named = names.iter().any(|name| name == Quantity::SensorNoise.name());
+                if noise_named && noise == Noise::None {
+                    let message = "randomise: \"sensor_noise\" needs sensors that have some: noise=\"real\"";
+                    return Err(PyValueError::new_err(message));
+                }
+                options.randomise(task, names)
+            }
+        };
+        let options = options.and_then(|options| options.fraction(fraction));
+        Ok(Training { options: options.map_err(PyValueError::new_err)?, shaping, discount })
+    }
+
+    /// What shapes the rewards of a run, if that is asked for.
+    pub(crate) fn shaper(&self, run: &Run) -> Option<Shaper> {
+        if self.shaping { Shaper::new(run, self.discount) } else { None }
+    }
+
+    /// Whether rewards are shaped.
+    pub(crate) fn shapes(&self) -> bool {
+        self.shaping
+    }
+
+    /// Leaves another part of the objects in later runs.
+    pub(crate) fn set_fraction(&mut self, fraction: f64) -> PyResult<()> {
+        self.options = self.options.clone().fraction(fraction).map_err(PyValueError::new_err)?;
+        Ok(())
+    }
+}
+
+/// What a run that is over counts as: those that differ from the task's are for learners alone.
+pub(crate) fn status(outcome: &Outcome, varied: bool) -> &'static str {
+    match (outcome.reason, varied) {
+        (Reason::WorldFault, _) => "voided",
+        (_, true) => "training",
+        (_, false) => "practice",
+    }
+}

@@ -1,0 +1,109 @@
+"""Controllers, from files and modules."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import importlib.util
+import inspect
+import os
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+
+class ControllerError(Exception):
+    """The controller cannot be loaded or played."""
+
+
+@contextlib.contextmanager
+def loaded(controller: str) -> Iterator[Callable[..., Any]]:
+    """Give the function `run` of a controller, as long as the context lasts.
+
+    A file is read anew every time, and so are the modules beside it, which it may import as when Python runs
+    it. Afterwards they are forgotten: nothing is left for the next run, nor for another controller whose
+    modules have the same names. A module that is named is imported as always.
+
+    Args:
+        controller: A Python file, or the name of a module.
+
+    Raises:
+        ControllerError: There is no such file, or no function `run` in it.
+
+    """
+    if not is_file(controller):
+        yield _run_of(controller, importlib.import_module(controller))
+        return
+    path = Path(controller).resolve()
+    if not path.is_file():
+        raise ControllerError(f"{controller}: no such file")
+    folder, known = str(path.parent), set(sys.modules)
+    sys.path.insert(0, folder)
+    try:
+        # Where its name is taken, as by a `random.py`, others keep it.
+        name = path.stem if path.stem not in known else f"controller_{path.stem}"
+        spec = importlib.util.spec_from_file_location(name, path)
+        if spec is None or spec.loader is None:
+            raise ControllerError(f"{controller}: not a Python file")
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module
+        spec.loader.exec_module(module)
+        yield _run_of(controller, module)
+    finally:
+        with contextlib.suppress(ValueError):
+            sys.path.remove(folder)
+        for name in beside(path.parent, known):
+            del sys.modules[name]
+
+
+def is_file(controller: str) -> bool:
+    """Return whether it is meant as a file, and not as the name of a module."""
+    return controller.endswith(".py") or os.sep in controller or Path(controller).is_file()
+
+
+def beside(folder: Path, known: set[str]) -> list[str]:
+    """Return the names of the imported modules that lie in a folder, or in packages there.
+
+    What was imported before, whose names are `known`, does not count.
+    """
+    found = []
+    for name in [name for name in sys.modules if name not in known]:
+        top = name.split(".")[0]
+        if top not in known and _home(sys.modules.get(top)) == folder:
+            found.append(name)
+    return found
+
+
+def parameters(controller: str) -> frozenset[str]:
+    """Return the names of the parameters of the controller's `run`.
+
+    Raises:
+        ControllerError: It cannot be loaded, or has no such function.
+
+    """
+    try:
+        with loaded(controller) as run:
+            return frozenset(inspect.signature(run).parameters)
+    except ControllerError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise ControllerError(f"{controller}: {type(error).__name__}: {error}") from error
+
+
+def _run_of(controller: str, module: ModuleType) -> Callable[..., Any]:
+    run = getattr(module, "run", None)
+    if not callable(run):
+        raise ControllerError(f"{controller}: has no function `run(client, seed)`")
+    return run  # type: ignore[no-any-return]
+
+
+def _home(module: ModuleType | None) -> Path | None:
+    """Return the folder in which a module or package lies."""
+    file = getattr(module, "__file__", None)
+    if file is not None:
+        path = Path(file).resolve()
+        return path.parent.parent if path.stem == "__init__" else path.parent
+    folders = list(getattr(module, "__path__", []))  # A package without an __init__.py.
+    return Path(folders[0]).resolve().parent if folders else None

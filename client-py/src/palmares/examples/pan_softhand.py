@@ -1,0 +1,129 @@
+"""Lift the lid off the pan with the SoftHand, put it aside, lift the pan by its handle.
+
+    python pan_softhand.py --seed 1
+
+The hand comes down on the lid's knob with its palm, closes, lifts, carries the lid to the region `aside` and
+lets it go. Then it takes the handle across its palm and lifts the pan. It sees the true poses (sensing
+"truth").
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+import palmares
+from palmares.motion import (
+    UP,
+    Mover,
+    ObjectBounds,
+    RunOverError,
+    Summary,
+    TopGrasp,
+    array,
+    play,
+    quat_of,
+    truth_of,
+)
+
+# --------------------------------------------------------------------------------------------------------
+# What to tune
+
+KNOB_M = array([0.0, 0.0, 0.052])
+"""The knob's centre in the lid's frame"""
+KNOB_RADIUS_M = 0.025
+KNOB = TopGrasp(
+    name="knob",
+    pitch_rad=1.5,
+    roll_rad=0.0,
+    above_m=0.022,
+    aside_m=-0.004,
+    along_m=0.185,
+    sigma_open=0.1,
+    sigma_closed=0.88,
+    sink_m=0.10,
+)
+LID_LIFT_M = 0.10
+PUT_AT = array([-0.05, -0.36, 0.010])
+"""Where the lid's frame is let go, m"""
+
+HANDLE_M = array([0.200, 0.0, 0.0545])
+"""Where the handle is taken, in the pan's frame"""
+HANDLE_SLOPE_RAD = math.atan2(0.030, 0.190)
+IN_PALM_M = array([0.032, -0.007, 0.182])
+"""The handle's axis in the hand frame when the fingers close"""
+HANDLE_SIGMA = (0.05, 0.87)
+"""Motor command on the way to the handle, and when it is held"""
+PAN_LIFT_M = 0.16
+
+# --------------------------------------------------------------------------------------------------------
+
+
+def put_lid_aside(mover: Mover) -> None:
+    """Take the lid by its knob and let it go in the region `aside`."""
+    lid = truth_of(mover.obs).object("lid")
+    knob = lid.xyz + lid.rotation @ KNOB_M
+    ball = ObjectBounds(lid.id, "knob", knob - KNOB_RADIUS_M, knob + KNOB_RADIUS_M, knob)
+    rotation = KNOB.rotation(0.0)
+    at = KNOB.base_position(ball, rotation)
+    mover.to(1.0, at + KNOB.sink_m * UP, quat_of(rotation), sigma=KNOB.sigma_open)
+    mover.to(0.6, at)
+    mover.to(0.8, sigma=KNOB.sigma_closed)
+    mover.wait(0.3)
+    mover.to(0.8, at + LID_LIFT_M * UP)
+    mover.wait(0.2)
+    target = mover.position + PUT_AT - truth_of(mover.obs).object("lid").xyz
+    mover.to(1.5, array([target[0], target[1], mover.position[2]]))
+    # As low as the lid's lowest point allows: it may hang askew.
+    held = truth_of(mover.obs).object("lid")
+    tilt_rad = math.acos(min(1.0, abs(float(held.rotation[2, 2]))))
+    down = PUT_AT[2] + 0.134 * math.sin(tilt_rad) - held.xyz[2]
+    mover.to(1.0, mover.position + down * UP)
+    mover.to(0.6, sigma=0.0)
+    mover.wait(0.4)
+    mover.to(0.8, mover.position + 0.25 * UP)
+
+
+def lift_pan(mover: Mover) -> None:
+    """Take the pan by its handle, across the palm, and lift it."""
+    pan = truth_of(mover.obs).object("pan")
+    along = pan.rotation @ array([math.cos(HANDLE_SLOPE_RAD), 0.0, math.sin(HANDLE_SLOPE_RAD)])
+    fingers = array(np.cross(along, UP))
+    fingers /= np.linalg.norm(fingers)
+    rotation = array(np.column_stack([np.cross(along, fingers), along, fingers]))
+    at = pan.xyz + pan.rotation @ HANDLE_M - rotation @ IN_PALM_M
+    sigma_open, sigma_closed = HANDLE_SIGMA
+    mover.to(1.2, at + 0.15 * UP, quat_of(rotation), sigma=sigma_open)
+    mover.to(0.8, at)
+    mover.to(0.8, sigma=sigma_closed)
+    mover.wait(0.4)
+    mover.to(1.5, at + PAN_LIFT_M * UP)
+    mover.wait(4.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PanSummary(Summary):
+    """The outcome of a run."""
+
+    goals: list[str]
+    """What was reached, and when"""
+
+
+def run(client: palmares.Client, seed: int | None) -> PanSummary:
+    """Play one run."""
+    mover = Mover(client, client.reset("pan", "softhand", sensing="truth", seed=seed))
+    with contextlib.suppress(RunOverError):  # Complete, or out of time: the result says which.
+        put_lid_aside(mover)
+        lift_pan(mover)
+    result, summary = mover.stop()
+    return PanSummary(
+        **vars(summary),
+        goals=[f"{event.kind} at {event.tick * client.run.tick_s:.2f} s" for event in result.events],
+    )
+
+
+if __name__ == "__main__":
+    play(run, __doc__)

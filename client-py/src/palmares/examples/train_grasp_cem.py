@@ -1,0 +1,125 @@
+"""Learn by the cross-entropy method how to grasp, and test it on objects that were not learned with.
+
+    python train_grasp_cem.py --seed 1 --curve curve.json --policy grasp.json
+
+A grasp has eight numbers: how the hand is turned, where it is put relative to the object, how far the
+fingers are open on the way and closed in the grasp. One grasp is sought for all objects. The cross-entropy
+method (Rubinstein 1999) draws grasps from a normal distribution, plays them all in the same few scenes, and
+moves the distribution to those that scored best. Where the object is, and how large, is the simulator's
+truth. Needs numpy alone, and no server.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from palmares.arrays import Array, array
+from palmares.examples._grasp_runs import (
+    HAND,
+    LEARNED_WITH,
+    TASK,
+    Hands,
+    rot_zyz,
+    rotated,
+    test_scenes,
+    training_scenes,
+    yaw_across,
+)
+from palmares.examples._training import Learned, Point, Tell, main
+from palmares.motion import UP
+from palmares.sim import Batch
+
+NAMES = ("pitch", "roll", "above", "aside", "along", "yaw", "open", "closed")
+"""The numbers of a grasp, rad, m and σ: as in `palmares.motion.TopGrasp`, and a turn from the object's"""
+START = array([1.6, 0.15, 0.02, 0.01, 0.18, 0.0, 0.05, 0.75])
+"""What the search begins with, a guess: the palm 2 cm over the object, level, three quarters closed"""
+SPREAD = array([0.15, 0.15, 0.01, 0.01, 0.02, 0.15, 0.05, 0.15])
+"""Standard deviations with which it begins"""
+SINK_M, LIFT_M = 0.10, 0.16
+"""How far above the grasp the hand halts, and how far it lifts"""
+ELITE, RATE = 0.25, 0.9
+"""Share of a generation to which the distribution moves, and how far it moves there"""
+
+
+def play(batch: Batch, seeds: Sequence[int], grasps: Array) -> Array:
+    """Play a run in every world with its grasp (N, 8); return the scores (N,)."""
+    hands = Hands(batch)
+    seen = hands.reset(seeds)
+    middle, quat = seen["objects"][:, 0, :3], seen["objects"][:, 0, 3:7]
+    sizes = 2.0 * seen["object_half_extents"][:, 0]
+    pitch, roll, above, aside, along, yaw, sigma_open, sigma_closed = grasps.T
+    # Objects stand upright: their pose is a turn about z.
+    yaw = yaw + yaw_across(2.0 * np.arctan2(quat[:, 2], quat[:, 3]), sizes)
+    rotation = rot_zyz(math.pi / 2 + yaw, pitch, roll)
+    at = middle - rotated(rotation, np.stack([sizes[:, 2] / 2 + above, aside, along], axis=1))
+
+    hands.to(2.0, at + SINK_M * UP, rotation, np.clip(sigma_open, 0.0, 1.0))
+    hands.to(0.4, at)
+    hands.to(0.6, sigma=np.clip(sigma_closed, 0.0, 1.0))
+    hands.wait(0.2)
+    lifted = hands.to(0.6, at + LIFT_M * UP)
+    # What stays on the table gets no points any more.
+    hands.active &= lifted["objects"][:, 0, 2] - middle[:, 2] > 0.5 * LIFT_M
+    for _ in range(12):
+        hands.wait(0.5)
+    return batch.scores
+
+
+def train(
+    seed: int,
+    *,
+    updates: int = 6,
+    population: int = 16,
+    tests: int = 100,
+    test_every: int = 3,
+    threads: int | None = None,
+    tell: Tell = lambda _: None,
+    policy: Path | None = None,
+) -> Learned:
+    """Search. The same arguments give the same curve, for any number of threads.
+
+    Args:
+        seed: Of what is drawn: grasps and scenes.
+        updates: How often the distribution is moved.
+        population: Grasps drawn for an update; each is played with every object once.
+        tests: Test scenes, in which the distribution's mean is played after every `test_every` updates.
+        test_every: See `tests`.
+        threads: As for `palmares.sim.Batch`.
+        tell: Called with every point of the curve.
+        policy: File for the distribution's mean, JSON.
+
+    """
+    rng = np.random.default_rng(seed)
+    drawn, tested = training_scenes(rng), test_scenes(tests)
+    objects = len(LEARNED_WITH)
+    batch = Batch(TASK, HAND, population * objects, threads=threads)
+    test_batch = Batch(TASK, HAND, tests, threads=threads)
+    mean, spread = START, SPREAD
+    curve: list[Point] = []
+    for update in range(updates + 1):
+        explored = None
+        if update > 0:
+            grasps = mean + spread * rng.standard_normal((population, len(mean)))
+            runs = play(batch, next(drawn) * population, np.repeat(grasps, objects, axis=0))
+            points = runs.reshape(population, objects).mean(axis=1)
+            best = grasps[np.argsort(-points, kind="stable")[: max(2, round(ELITE * population))]]
+            mean = (1 - RATE) * mean + RATE * best.mean(axis=0)
+            spread = (1 - RATE) * spread + RATE * best.std(axis=0)
+            explored = float(points.mean())
+        test = None
+        if update % test_every == 0 or update == updates:
+            test = float(play(test_batch, tested, np.tile(mean, (tests, 1))).mean())
+        curve.append(Point(update, update * batch.count, explored, test))
+        tell(curve[-1])
+    if policy:
+        policy.write_text(json.dumps(dict(zip(NAMES, mean.tolist(), strict=True)), indent=1) + "\n")
+    return Learned(seed, curve, test_batch.scores.tolist())
+
+
+if __name__ == "__main__":
+    main(train, __doc__, updates=6)

@@ -1,0 +1,301 @@
+"""Learn with PPO to lift and hold objects by sensors alone, and test it on objects it has not met.
+
+    pip install 'palmares[learn]'
+    python train_lift_sb3.py --seed 1 --curve curve.json --policy policy.zip
+
+A depth camera beside the table sees the object before the run begins: the smallest upright box around it
+is what the policy knows of it. From then on it feels: the base's pose, the motor, force and torque at the
+wrist, all with the noise of real sensors. It decides four times in a run:
+
+0. how the hand comes down on the box: pitch, roll, place and opening of the fingers
+1. on the object: where to shift the hand, and how far to close
+2. with the fingers closed: whether to close further; then it lifts
+3. in the air: how hard to hold; then the referee counts 2 s, and shakes
+
+Between decisions the hand moves along smoothsteps. The reward is the change of the referee's score; nothing
+else of the simulator's truth reaches policy or training. PPO (Schulman et al. 2017) is that of
+stable-baselines3.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palmares.arrays import Array, array
+from palmares.examples._grasp_runs import (
+    HAND,
+    TASK,
+    Hands,
+    rot_zyz,
+    rotated,
+    test_scenes,
+    training_scenes,
+    yaw_across,
+)
+from palmares.examples._training import Learned, Point, Tell, main
+from palmares.examples.grasp_sensors import find_object
+from palmares.motion import UP
+from palmares.sim import Batch, World
+
+DECISIONS = 4
+ACTIONS = 7
+"""Numbers of an action, −1 to 1: pitch, roll, above, aside, along, open, closed, by turns"""
+OBSERVATIONS = 21
+"""Numbers of an observation"""
+START = array([1.6, 0.15, 0.02, 0.01, 0.18, 0.05, 0.75])
+"""What an action of 0 means, a guess: the palm 2 cm over the box, level, three quarters closed"""
+RANGE = array([0.3, 0.4, 0.03, 0.03, 0.06, 0.05, 0.25])
+"""How far an action of ±1 goes from there, rad, m and σ"""
+SHIFT_M, SQUEEZE = 0.02, 0.3
+"""How far decision 1 may shift the hand along each of its axes; how far 2 and 3 may change σ"""
+SINK_M, LIFT_M = 0.10, 0.16
+"""How far above the grasp the hand halts, and how far it lifts"""
+CAMERA = "table"
+TABLE_M, BELOW_HAND_M = 0.0, 0.25
+"""Heights between which the object is looked for"""
+REWARD = 0.1
+"""Of a point"""
+TENSION = 2.0
+"""What the motor pulls with when the hand holds something, in the tendon's unit"""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What the camera shows of a scene: an upright box around the object."""
+
+    middle: Array
+    """(3,), m"""
+    size: Array
+    """(3,): along `yaw_rad`, across and up, m"""
+    yaw_rad: float
+
+
+@lru_cache(maxsize=1000)
+def look(seed: int) -> Picture:
+    """Return what the camera sees of this scene at the beginning."""
+    world = World(TASK, HAND, seed, sensing="sensors", noise="real")
+    points = world.observe(cameras=[CAMERA]).cameras[CAMERA].points().reshape(-1, 3)
+    # The hand waits above the table, too.
+    seen = find_object(points[points[:, 2] < BELOW_HAND_M], TABLE_M)
+    if seen is None:
+        raise ValueError(f"seed {seed}: the camera {CAMERA!r} sees no object")
+    return Picture(seen.bounds.middle, seen.bounds.high - seen.bounds.low, seen.yaw_rad)
+
+
+class Decisions:
+    """Runs of the grasp task as four decisions each, in N worlds at once.
+
+    Attributes:
+        batch: The worlds.
+        finished: Mean score of the runs that ended together, oldest first.
+
+    Args:
+        count: N.
+        scenes: The seeds to play, one after the other.
+        threads: As for `palmares.sim.Batch`.
+
+    """
+
+    def __init__(self, count: int, scenes: Iterator[int], threads: int | None = None) -> None:
+        self.batch = Batch(TASK, HAND, count, sensing="sensors", noise="real", threads=threads)
+        self._hands, self._scenes = Hands(self.batch), scenes
+        self.finished: list[float] = []
+
+    def reset(self) -> Array:
+        """Open runs in the next N scenes; return the observations (N, 21)."""
+        seeds = [next(self._scenes) for _ in range(self.batch.count)]
+        pictures = [look(seed) for seed in seeds]
+        self._hands.reset(seeds)
+        self._middle = np.stack([picture.middle for picture in pictures])
+        self._size = np.stack([picture.size for picture in pictures])
+        self._yaw = yaw_across(array([picture.yaw_rad for picture in pictures]), self._size)
+        self._empty = self._hands.obs["wrist"]
+        self._decision, self._scores = 0, np.zeros(self.batch.count)
+        return self._observe()
+
+    def step(self, actions: Array) -> tuple[Array, Array, bool]:
+        """Play a decision (N, 7); return observations (N, 21), rewards (N,) and whether the runs are over."""
+        {0: self._approach, 1: self._close, 2: self._lift, 3: self._hold}[self._decision](actions)
+        rewards, self._scores = self.batch.scores - self._scores, self.batch.scores
+        self._decision += 1
+        if self._decision == DECISIONS:
+            self.finished.append(float(self._scores.mean()))
+        return self._observe(), rewards, self._decision == DECISIONS
+
+    def _approach(self, actions: Array) -> None:
+        hands = self._hands
+        pitch, roll, above, aside, along, sigma_open, _ = (START + RANGE * actions).T
+        rotation = rot_zyz(math.pi / 2 + self._yaw, pitch, roll)
+        in_hand = np.stack([self._size[:, 2] / 2 + above, aside, along], axis=1)
+        at = self._middle - rotated(rotation, in_hand)
+        hands.to(2.0, at + SINK_M * UP, rotation, sigma_open)
+        self._empty = self._feel()
+        hands.to(0.4, at)
+
+    def _close(self, actions: Array) -> None:
+        hands = self._hands
+        shift = rotated(hands.quat_xyzw, SHIFT_M * actions[:, :3])
+        hands.to(0.6, hands.position + shift, sigma=START[6] + RANGE[6] * actions[:, 6])
+        hands.wait(0.2)
+
+    def _lift(self, actions: Array) -> None:
+        hands = self._hands
+        hands.to(0.6, hands.position + LIFT_M * UP, sigma=self._squeezed(actions))
+        # A run without a point by now is broken off.
+        hands.active &= self.batch.scores > 0.0
+
+    def _hold(self, actions: Array) -> None:
+        self._hands.to(0.2, sigma=self._squeezed(actions))
+        for _ in range(11):
+            self._hands.wait(0.5)
+
+    def _squeezed(self, actions: Array) -> Array:
+        return np.clip(self._hands.sigma + SQUEEZE * actions[:, 6], 0.0, 1.0)
+
+    def _feel(self) -> Array:
+        """Return force and torque at the wrist, mean of 0.1 s, (N, 6)."""
+        felt = []
+        for _ in range(5):
+            felt.append(self._hands.wait(0.02)["wrist"])
+        return array(np.mean(felt, axis=0))
+
+    def _observe(self) -> Array:
+        """Return what the policy sees, each number of about unit variance."""
+        obs = self._hands.obs
+        which = np.zeros((self.batch.count, DECISIONS))
+        which[:, min(self._decision, DECISIONS - 1)] = 1.0
+        # What is taller than all that was learned with looks like the tallest of it.
+        size = np.tanh((self._size - [0.09, 0.07, 0.09]) / [0.02, 0.02, 0.03])
+        from_hand = obs["base"][:, 3:7] * [-1.0, -1.0, -1.0, 1.0]
+        top = self._middle + 0.5 * self._size[:, 2:] * UP
+        off = rotated(from_hand, top - obs["base"][:, :3]) / 0.1
+        up = rotated(from_hand, np.tile(UP, (self.batch.count, 1)))
+        felt = obs["wrist"] - self._empty
+        force, torque = rotated(from_hand, felt[:, :3]), rotated(from_hand, felt[:, 3:])
+        # From the weight of an orange to what the palm presses with.
+        felt = np.arcsinh(np.hstack([force, torque]) / [1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
+        motor = obs["motors"][:, 0, [1, 3]] / [1.0, TENSION]
+        return np.hstack([which, size, off, up, motor, felt])
+
+
+def as_vec_env(decisions: Decisions) -> Any:
+    """Return decisions as an environment of stable-baselines3; new runs begin when the last are over."""
+    from gymnasium import spaces
+    from stable_baselines3.common.vec_env import VecEnv
+
+    class DecisionsVecEnv(VecEnv):
+        def __init__(self) -> None:
+            observed = spaces.Box(-np.inf, np.inf, (OBSERVATIONS,), dtype=np.float64)
+            super().__init__(decisions.batch.count, observed, spaces.Box(-1.0, 1.0, (ACTIONS,)))
+
+        def reset(self) -> Array:
+            return decisions.reset()
+
+        def step_async(self, actions: Array) -> None:
+            self._actions = array(actions)
+
+        def step_wait(self) -> tuple[Array, Array, NDArray[np.bool_], list[dict[str, Any]]]:
+            seen, rewards, over = decisions.step(self._actions)
+            infos: list[dict[str, Any]] = [{} for _ in rewards]
+            if over:
+                infos = [{"terminal_observation": last, "TimeLimit.truncated": False} for last in seen]
+                seen = decisions.reset()
+            return seen, REWARD * rewards, np.full(len(rewards), over), infos
+
+        def close(self) -> None:
+            pass
+
+        def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+            return [getattr(decisions, attr_name, None) for _ in self._get_indices(indices)]
+
+        def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+            raise NotImplementedError
+
+        def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:
+            raise NotImplementedError
+
+        def env_is_wrapped(self, _: Any, indices: Any = None) -> list[bool]:
+            return [False for _ in self._get_indices(indices)]
+
+    return DecisionsVecEnv()
+
+
+def play(model: Any, decisions: Decisions) -> float:
+    """Play a run in each world without exploration; return the mean score."""
+    seen, over = decisions.reset(), False
+    while not over:
+        actions, _ = model.predict(seen, deterministic=True)
+        seen, _, over = decisions.step(actions)
+    return decisions.finished[-1]
+
+
+def train(
+    seed: int,
+    *,
+    updates: int = 10,
+    worlds: int = 32,
+    tests: int = 100,
+    test_every: int = 5,
+    threads: int | None = None,
+    tell: Tell = lambda _: None,
+    policy: Path | None = None,
+) -> Learned:
+    """Train. The same arguments give the same curve on a machine, for any number of threads of the worlds.
+
+    Args:
+        seed: Of what is drawn: the network, its exploration, and scenes.
+        updates: How often the policy is improved.
+        worlds: Runs played together; an update learns from two in each world.
+        tests: Test scenes, in which the policy is played after every `test_every` updates.
+        test_every: See `tests`.
+        threads: As for `palmares.sim.Batch`.
+        tell: Called with every point of the curve.
+        policy: File for the policy, as stable-baselines3 keeps it.
+
+    """
+    try:
+        from stable_baselines3 import PPO
+    except ImportError:
+        sys.exit("this needs stable-baselines3: pip install 'palmares[learn]'")
+    scenes = itertools.chain.from_iterable(training_scenes(np.random.default_rng(seed)))
+    learning = Decisions(worlds, scenes, threads)
+    testing = Decisions(tests, itertools.cycle(test_scenes(tests)), threads)
+    steps = 2 * DECISIONS
+    model = PPO(
+        "MlpPolicy",
+        as_vec_env(learning),
+        n_steps=steps,
+        batch_size=worlds * steps // 4,
+        n_epochs=10,
+        learning_rate=1e-3,
+        gamma=1.0,
+        policy_kwargs={"log_std_init": -1.0},
+        seed=seed,
+        device="cpu",
+    )
+    curve: list[Point] = []
+    for update in range(updates + 1):
+        explored = None
+        if update > 0:
+            model.learn(worlds * steps, reset_num_timesteps=False)
+            explored = float(np.mean(learning.finished[-2:]))
+        test = play(model, testing) if update % test_every == 0 or update == updates else None
+        curve.append(Point(update, 2 * update * worlds, explored, test))
+        tell(curve[-1])
+    if policy:
+        model.save(policy)
+    return Learned(seed, curve, testing.batch.scores.tolist())
+
+
+if __name__ == "__main__":
+    main(train, __doc__, updates=10)

@@ -1,0 +1,57 @@
+"""What learners may have in this process that official play has not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+QUANTITIES = ("mass", "friction", "size", "sensor_noise", "hand_pose", "object_poses")
+"""What a task may declare ranges of, in ``[training.randomise]`` of its ``task.toml``"""
+
+
+@dataclass(frozen=True)
+class Training:
+    """Shaped rewards, and runs that differ from the task's; docs/training.md tells what they are.
+
+    Without an argument nothing differs: a run is the task's own, bit for bit. Shaping changes no bit of a run
+    either. A run of which something is drawn anew, or that has some of the objects, counts as ``training``
+    and has no replay.
+
+    Args:
+        shaping: Tell the shaped part of each step's reward, beside the change of the score.
+        discount: γ of the learner, 0 to 1, by which the potential after a step is multiplied; left out, that
+            of the task.
+        randomise: What is drawn anew for every run, from the ranges of the task: some of `QUANTITIES`, or
+            ``True`` for all that it declares. ``sensor_noise`` needs sensors with ``noise="real"``.
+        fraction: Part of the task's objects that are there, above 0 and at most 1; one at least is.
+
+    Raises:
+        ValueError: An argument is out of range. What a task does not declare is a `ValueError` where its
+            world is made.
+
+    """
+
+    shaping: bool = False
+    discount: float | None = None
+    randomise: bool | Sequence[str] = False
+    fraction: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.discount is not None and not 0.0 <= self.discount <= 1.0:
+            raise ValueError(f"discount: found {self.discount}; wanted 0 to 1")
+        if not 0.0 < self.fraction <= 1.0:
+            raise ValueError(f"fraction: found {self.fraction}; wanted a number above 0 and at most 1")
+        if isinstance(self.randomise, bool):
+            return
+        if isinstance(self.randomise, str):
+            raise ValueError(f"randomise: found {self.randomise!r}; wanted True, or a sequence of names")
+        object.__setattr__(self, "randomise", tuple(self.randomise))
+        for name in self.randomise:
+            if name not in QUANTITIES:
+                known = ", ".join(QUANTITIES)
+                raise ValueError(f"randomise: found {name!r}; wanted some of {known}")
+
+    @property
+    def varies(self) -> bool:
+        """Whether runs differ from those of their task."""
+        return bool(self.randomise) or self.fraction < 1.0

@@ -1,0 +1,164 @@
+"""What people see while they work: views of observations, scenes and results, warnings, bars."""
+
+from __future__ import annotations
+
+import io
+import sys
+import time
+import warnings
+from html.parser import HTMLParser
+from typing import Any
+
+import numpy as np
+import pytest
+
+import palmares
+from palmares import progress
+from palmares.clipping import ClippedActionWarning
+from tests.fake_server import FakeServer
+
+sim = pytest.importorskip("palmares.sim", reason="the compiled part of the package is not installed")
+
+STILL = palmares.twist([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])
+FAST = palmares.twist([3.0, 4.0, 0.0], [0.0, 0.0, 0.0])
+
+
+class Cells(HTMLParser):
+    """The text of a table, and that every element is closed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.cells: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:  # noqa: ARG002
+        """Note what is open."""
+        self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        """Close it."""
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        """Keep the text."""
+        self.cells.append(data)
+
+
+def test_observations_scenes_and_results_are_told_in_words_and_as_tables() -> None:
+    with palmares.Client("local") as client:
+        obs = client.reset("balls", "softhand", seed=1)
+        obs = client.step(base=STILL, hand=[0.5], repeat=30)
+        result = client.stop()
+        expected: dict[str, tuple[Any, list[str]]] = {
+            "Observation of tick 30 (0.30 s), score 0": (obs, ["base", "ball_0", "wrist", "contacts"]),
+            "Scene of 10 objects, 3 fixed bodies, 2 regions": (client.scene, ["ball_9", "region box_b"]),
+            "Result of balls with softhand: score 0, practice": (result, ["ended", "state hash"]),
+        }
+    for title, (told, labels) in expected.items():
+        lines = repr(told).splitlines()
+        assert lines[0] == f"<{title}>"
+        assert max(map(len, lines)) < 140
+        for label in labels:
+            assert any(line.startswith(f"  {label} ") for line in lines), (label, lines)
+        table = Cells()
+        table.feed(told._repr_html_())
+        assert not table.open
+        assert table.cells[0] == title
+        assert set(labels) <= set(table.cells)
+    assert "goal: (0.450, -0.250, 0.000) to (0.950, 0.250, 0.300) m" in repr(client.scene)
+    assert "sphere, 100 × 100 × 100 mm, 1000 g" in repr(client.scene)
+
+
+def test_a_view_escapes_what_is_no_html() -> None:
+    from palmares import views
+
+    assert "<b>" not in views.html("<b>", [("<b>", "a & b")])
+    assert "a &amp; b" in views.html("x", [("y", "a & b")])
+
+
+@pytest.mark.parametrize("url", ["local", "server"])
+def test_the_first_clipped_action_is_told_and_no_other(url: str) -> None:
+    with FakeServer() as server, palmares.Client("local" if url == "local" else server.url) as client:
+        client.reset("balls", "softhand", seed=1)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            client.step(base=STILL, hand=[1.0])
+            client.step(hand=[0.0])
+        if url == "server":  # The fake one applies actions as they are.
+            return
+        with pytest.warns(ClippedActionWarning, match=r"hand = \(1.5\) was clipped to \(1\)") as told:
+            client.step(base=FAST, hand=[1.5])
+        assert told[0].filename == __file__
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            client.step(base=FAST, hand=[2.0])
+
+
+def test_a_world_and_a_batch_warn_too() -> None:
+    world = sim.World("balls", "softhand")
+    with pytest.warns(
+        ClippedActionWarning, match=r"base.linear = \(3, 4, 0\) was clipped to \(1.2, 1.6, 0\)"
+    ):
+        world.step(base=FAST)
+    batch = sim.Batch("balls", "softhand", 2, threads=1)
+    batch.reset([0, 1])
+    actions = np.zeros((2, 7))
+    actions[:, :3], actions[:, 6] = [1.2, 1.6, 0.0], 1.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        batch.step(actions, 1)
+    actions[1, 3:6] = [0.0, 0.0, -6.0]
+    message = r"actions\[1\]: angular = \(0, 0, -6\) was clipped to \(0, 0, -3\)"
+    with pytest.warns(ClippedActionWarning, match=message) as told:
+        batch.step(actions, 1)
+    assert told[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        batch.step(actions, 1)
+
+
+def test_a_long_call_shows_a_bar_and_a_short_one_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    shown = Terminal()
+    monkeypatch.setattr(sys, "stderr", shown)
+    with progress.progress(10, "tick", "step") as told:
+        told(3)
+    assert shown.getvalue() == ""
+    monkeypatch.setattr(progress, "DELAY_S", 0.01)
+    with progress.progress(10, "tick", "step") as told:
+        told(3)
+        time.sleep(0.02)
+        told(7)
+        told(10)
+    assert "step:" in shown.getvalue()
+    assert "10/10" in shown.getvalue() or "7/10" in shown.getvalue()
+    file = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", file)
+    with progress.progress(10, "tick", "step") as told:
+        time.sleep(0.02)
+        told(7)
+    assert file.getvalue() == ""
+
+
+def test_the_engine_tells_how_far_it_has_got() -> None:
+    from palmares import _native
+
+    batch = _native.Batch("balls", "softhand", 6, "truth", "none", 1, None)
+    told: list[int] = []
+    batch.reset(list(range(6)), [True] * 6, told.append)
+    assert told == [2, 4, 6]
+    told.clear()
+    batch.step(np.zeros((6, 7)), 100, [True] * 6, told.append)
+    assert told == sorted(told)
+    assert told[-1] == 100
+    before = batch.state_hashes()
+
+    def refuse(_: int) -> None:
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        batch.step(np.zeros((6, 7)), 100_000, [True] * 6, refuse)
+    assert batch.state_hashes() != before

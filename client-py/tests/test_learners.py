@@ -1,0 +1,112 @@
+"""The learners among the examples: their machinery, in trainings too short to learn anything."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from palmares.arrays import array
+
+pytest.importorskip("palmares.sim", reason="the compiled part of the package is not installed")
+
+from palmares.examples import _grasp_runs as grasp_runs
+from palmares.examples import train_grasp_cem, train_lift_sb3
+from palmares.rotation import angle_between, matrix_of, quat_of
+from palmares.rotation import rot_zyz as matrix_zyz
+from palmares.sim import Batch
+
+
+def test_training_and_test_have_no_object_in_common() -> None:
+    drawn = [next(grasp_runs.training_scenes(np.random.default_rng(3))) for _ in range(2)]
+    assert drawn[0] == drawn[1]
+    assert [grasp_runs.object_of(seed) for seed in drawn[0]] == list(grasp_runs.LEARNED_WITH)
+    assert max(drawn[0]) < grasp_runs.FIRST_TEST_SEED <= min(tested := grasp_runs.test_scenes(8))
+    assert len(set(tested)) == 8
+    assert {grasp_runs.object_of(seed) for seed in tested} <= set(grasp_runs.HELD_OUT)
+    assert not set(grasp_runs.LEARNED_WITH) & set(grasp_runs.HELD_OUT)
+
+
+def test_quaternions_in_rows() -> None:
+    rng = np.random.default_rng(1)
+    angles = rng.uniform(-3.0, 3.0, (20, 3))
+    quats = grasp_runs.rot_zyz(*angles.T)
+    for quat, (yaw, pitch, roll) in zip(quats, angles, strict=True):
+        assert angle_between(quat, quat_of(matrix_zyz(yaw, pitch, roll))) < 1e-6
+    vectors = rng.normal(size=(20, 3))
+    expected = [matrix_of(quat) @ vector for quat, vector in zip(quats, vectors, strict=True)]
+    assert np.allclose(grasp_runs.rotated(quats, vectors), expected)
+    other = quats[::-1]
+    between = grasp_runs.rotation_between(quats, other)
+    assert np.all(np.linalg.norm(between, axis=1) <= np.pi + 1e-9)
+    ends = grasp_runs.turned(quats, between)
+    assert max(angle_between(a, b) for a, b in zip(ends, other, strict=True)) < 1e-6
+    assert np.allclose(grasp_runs.rotation_between(quats, quats), 0.0)
+
+
+def test_the_fingers_lie_across_the_longer_side() -> None:
+    yaw = array([0.5, 0.5, 0.5 + np.pi, 0.5 + np.pi / 2])
+    sizes = array([[0.09, 0.05, 0.1], [0.05, 0.09, 0.1], [0.09, 0.05, 0.1], [0.06, 0.06, 0.1]])
+    across = grasp_runs.yaw_across(yaw, sizes)
+    assert np.allclose(np.sin(across - [0.5, 0.5 + np.pi / 2, 0.5, 0.5 - np.pi / 2]), 0.0)
+    assert np.all(np.abs(across - grasp_runs.LEAST_TURN_RAD) <= [np.pi / 2] * 3 + [np.pi / 4])
+
+
+def test_hands_arrive_where_they_are_sent() -> None:
+    hands = grasp_runs.Hands(Batch("grasp", "softhand", 2, threads=1))
+    start = hands.reset([1, 2])["base"]
+    goal = start[:, :3] + [[0.1, 0.0, 0.1], [0.0, -0.1, 0.2]]
+    quats = grasp_runs.rot_zyz(array([0.0, 1.5]), array([1.6, 1.6]), array([0.0, 0.3]))
+    hands.to(2.0, goal, quats, array([0.2, 0.4]))
+    reached = hands.wait(0.3)
+    assert np.abs(reached["base"][:, :3] - goal).max() < 2e-3
+    assert max(angle_between(a, b) for a, b in zip(reached["base"][:, 3:7], quats, strict=True)) < 0.02
+    assert np.allclose(reached["motors"][:, 0, 0], [0.2, 0.4])
+    hands.active[0] = False
+    ticks = hands.batch.ticks
+    hands.to(0.2, start[:, :3])
+    assert [after - before for before, after in zip(ticks, hands.batch.ticks, strict=True)] == [0, 20]
+
+
+def test_cross_entropy_gives_the_same_curve_for_any_number_of_threads(tmp_path: Path) -> None:
+    learned = [
+        train_grasp_cem.train(
+            4, updates=2, population=4, tests=3, threads=threads, policy=tmp_path / f"{threads}.json"
+        )
+        for threads in (1, 2)
+    ]
+    assert learned[0] == learned[1]
+    assert [(point.update, point.episodes) for point in learned[0].curve] == [(0, 0), (1, 24), (2, 48)]
+    assert [point.test is None for point in learned[0].curve] == [False, True, False]
+    assert learned[0].curve[-1].test == pytest.approx(np.mean(learned[0].scores))
+    policies = [(tmp_path / f"{threads}.json").read_text() for threads in (1, 2)]
+    assert policies[0] == policies[1]
+    moved = array([json.loads(policies[0])[name] for name in train_grasp_cem.NAMES])
+    assert not np.allclose(moved, train_grasp_cem.START)
+
+
+def test_decisions_show_nothing_but_the_senses() -> None:
+    seeds = grasp_runs.test_scenes(2)
+    decisions = train_lift_sb3.Decisions(2, iter(seeds * 2), threads=1)
+    assert "objects" not in decisions.batch.fields
+    rewards = []
+    for _ in range(2):
+        seen, over = decisions.reset(), False
+        assert seen.shape == (2, train_lift_sb3.OBSERVATIONS)
+        gained = np.zeros(2)
+        while not over:
+            seen, reward, over = decisions.step(np.zeros((2, train_lift_sb3.ACTIONS)))
+            gained += reward
+            assert np.isfinite(seen).all()
+        rewards.append(gained)
+        assert decisions.finished[-1] == pytest.approx(gained.mean())
+    assert np.array_equal(rewards[0], rewards[1])
+
+
+def test_ppo_gives_the_same_curve_for_any_number_of_threads() -> None:
+    pytest.importorskip("stable_baselines3", reason="stable-baselines3 is not installed: it is in `learn`")
+    learned = [train_lift_sb3.train(4, updates=2, worlds=6, tests=2, threads=threads) for threads in (1, 2)]
+    assert learned[0] == learned[1]
+    assert [point.episodes for point in learned[0].curve] == [0, 12, 24]

@@ -1,0 +1,175 @@
+//! An object that a task brings along: parts and meshes, or a URDF, and what a URDF has no place for.
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+use super::files::Files;
+use super::mesh::MeshReader;
+use super::options::LoadOptions;
+use super::parts::{HEAVIEST_KG, LARGEST_M, MOST_PARTS, Part, place};
+use super::report::Report;
+use super::settings::Settings;
+use super::urdf::link::LinkReader;
+use super::urdf::tree;
+use crate::Pose;
+use crate::error::{LoadWarning, ModelError};
+use crate::object::Object;
+use crate::shape::Shape;
+
+/// An object as a `task.toml` writes it: `parts` and `mass`, or a `urdf` that has both.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OwnObject {
+    /// Identifier, by which placing and rules speak of it.
+    pub name: String,
+    /// Where shape and figures come from, and whose they are: author, licence, measured or chosen.
+    pub source: String,
+    #[serde(default)]
+    parts: Vec<Part>,
+    /// kg, spread evenly over the parts.
+    mass: Option<f64>,
+    /// A URDF of one link, beside the task: its collision geometry and its inertial.
+    urdf: Option<String>,
+    /// Coulomb friction coefficient.
+    friction: f64,
+    /// Lever of rolling resistance, m.
+    #[serde(default)]
+    rolling_friction: f64,
+    /// Coefficient of restitution.
+    #[serde(default)]
+    restitution: f64,
+    /// sRGB
+    #[serde(default = "grey")]
+    pub color: [f64; 3],
+}
+
+fn grey() -> [f64; 3] {
+    [0.6, 0.6, 0.6]
+}
+
+impl OwnObject {
+    /// The object, and what is odd about it; `file` is the `task.toml`, `files` the folder it lies in.
+    ///
+    /// # Errors
+    /// The file, the field and what would be valid.
+    pub fn read(&self, file: &Path, files: Option<&Files>) -> Result<(Object, Vec<LoadWarning>), ModelError> {
+        let at = Report::new(file);
+        let field = |field: &str| format!("objects.own `{}`: {field}", self.name);
+        let bad = |name: &str, problem: String, valid: &str| at.bad(field(name), problem, valid);
+        if self.source.trim().is_empty() {
+            let valid = "author, licence, and whether the figures are measured, published or chosen";
+            return Err(bad("source", "is empty".to_owned(), valid));
+        }
+        if !(0.0..=1.0).contains(&self.restitution) {
+            return Err(bad("restitution", format!("is {}", self.restitution), "0 to 1"));
+        }
+        if !self.color.iter().all(|c| (0.0..=1.0).contains(c)) {
+            return Err(bad("color", format!("is {:?}", self.color), "three numbers from 0 to 1"));
+        }
+        let (object, warnings) = match (&self.urdf, self.parts.as_slice(), self.mass) {
+            (Some(urdf), [], None) => self.read_urdf(urdf, &at, files)?,
+            (None, [_, ..], Some(mass)) => (self.assembled(mass, &at, files)?, Vec::new()),
+            (Some(_), ..) => {
+                let problem = "stands beside parts or mass".to_owned();
+                return Err(bad(
+                    "urdf",
+                    problem,
+                    "either `urdf`, which has shape and mass, or `parts` and `mass`",
+                ));
+            }
+            (None, [], _) => {
+                return Err(bad("parts", "are missing".to_owned(), "`parts` and `mass`, or a `urdf`"));
+            }
+            (None, _, None) => {
+                return Err(bad("mass", "is missing".to_owned(), "kg, for `parts`"));
+            }
+        };
+        if object.mass > HEAVIEST_KG {
+            return Err(bad("mass", format!("is {} kg", object.mass), "at most 20 kg"));
+        }
+        let (low, high) = object.bounds();
+        let size = (high - low).to_array();
+        if size.iter().any(|x| *x > LARGEST_M) {
+            return Err(bad("parts", format!("measure {size:.3?} m"), "at most 1 m along each axis"));
+        }
+        Ok((object.with_restitution(self.restitution), warnings))
+    }
+
+    fn assembled(&self, mass: f64, at: &Report, files: Option<&Files>) -> Result<Object, ModelError> {
+        let options = LoadOptions::default();
+        let mut meshes = MeshReader::new(&options, files);
+        let mut parts: Vec<(Pose, Shape)> = Vec::new();
+        for (k, part) in self.parts.iter().enumerate() {
+            let element = format!("objects.own `{}`: part {k}", self.name);
+            let bad = |problem| {
+                at.bad(&element, problem, "finite sizes in m, angles in rad, points that span a volume")
+            };
+            match part {
+                Part::Mesh { file, scale, at: position, rpy } => {
+                    let pose = place(position, rpy).map_err(bad)?;
+                    let (hull, _) = meshes.hull(file, crate::Vec3::from_array(*scale), &element, at)?;
+                    parts.push((pose, hull));
+                }
+                part => parts.extend(part.solids().map_err(bad)?),
+            }
+        }
+        if parts.len() > MOST_PARTS {
+            let element = format!("objects.own `{}`: parts", self.name);
+            let valid = format!("at most {MOST_PARTS}, a wall's slabs counted one by one");
+            return Err(at.bad(element, format!("are {}", parts.len()), valid));
+        }
+        self.named(Object::new(&self.name, parts, mass, self.friction, self.rolling_friction), at)
+    }
+
+    fn read_urdf(
+        &self,
+        urdf: &str,
+        at: &Report,
+        files: Option<&Files>,
+    ) -> Result<(Object, Vec<LoadWarning>), ModelError> {
+        let element = format!("objects.own `{}`: urdf", self.name);
+        let Some(files) = files else {
+            let problem = format!("names `{urdf}`, but the task has no folder");
+            return Err(at.bad(element, problem, "a task from a folder"));
+        };
+        let options = LoadOptions { friction: self.friction, ..LoadOptions::default() };
+        let relative = Path::new(urdf);
+        let bytes = files.read(relative, &element, options.limits.text_bytes)?;
+        let mut report = Report::new(&files.display(relative));
+        let text = String::from_utf8(bytes).map_err(|e| report.syntax("UTF-8", e))?;
+        let tree = tree::parse(&text, &options.limits, &mut report)?;
+        let [link] = tree.robot.links.as_slice() else {
+            let problem = format!("has {} links", tree.robot.links.len());
+            return Err(report.bad("robot", problem, "one link: an object is rigid"));
+        };
+        let element = format!("link '{}'", link.name);
+        let settings = Settings::default();
+        let body = LinkReader::new(&settings, &options, Some(files)).read(link, &mut report)?;
+        if body.geoms.is_empty() {
+            return Err(report.bad(element, "has no collision geometry", "one <collision> or more"));
+        }
+        if body.inertia.mass <= 0.0 {
+            return Err(report.bad(
+                element,
+                "has no mass",
+                "an <inertial> with a positive mass and its inertia",
+            ));
+        }
+        let parts = body.geoms.into_iter().map(|geom| (geom.link_from_geom, geom.shape)).collect();
+        let object =
+            Object::with_inertia(&self.name, parts, &body.inertia, self.friction, self.rolling_friction);
+        Ok((self.named(object, &report)?, report.warnings))
+    }
+
+    /// An error names the file.
+    fn named(&self, object: Result<Object, ModelError>, at: &Report) -> Result<Object, ModelError> {
+        object.map_err(|error| match error {
+            ModelError::Inconsistent { element, problem, .. } => {
+                let element = format!("objects.own `{}`: {element}", self.name);
+                at.bad(element, problem, "a solid with a positive mass, friction of at least 0")
+            }
+            error => error,
+        })
+    }
+}

@@ -1,0 +1,167 @@
+//! The parts of an object as a file writes them, and the convex shapes they stand for.
+
+use serde::Deserialize;
+
+use crate::shape::Shape;
+use crate::{Pose, Rotation, Vec3, rotation};
+
+/// Largest extent of an object, m.
+pub(super) const LARGEST_M: f64 = 1.0;
+/// Heaviest object, kg.
+pub(super) const HEAVIEST_KG: f64 = 20.0;
+/// Most convex parts of an object.
+pub(super) const MOST_PARTS: usize = 64;
+
+/// A part as written: full sizes, m; angles, rad.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(tag = "shape", rename_all = "snake_case", deny_unknown_fields)]
+pub(super) enum Part {
+    Sphere {
+        radius: f64,
+        #[serde(default)]
+        at: [f64; 3],
+    },
+    Box {
+        size: [f64; 3],
+        #[serde(default)]
+        at: [f64; 3],
+        #[serde(default)]
+        rpy: [f64; 3],
+    },
+    Cylinder {
+        radius: f64,
+        height: f64,
+        #[serde(default)]
+        at: [f64; 3],
+        #[serde(default)]
+        rpy: [f64; 3],
+    },
+    /// All points within `radius` of the segment between two ends.
+    Capsule { radius: f64, ends: [[f64; 3]; 2] },
+    /// The wall of a vessel: a ring of slabs that stands on `at`, with outer radii at the bottom and at the top.
+    Wall {
+        sides: usize,
+        bottom: f64,
+        top: f64,
+        height: f64,
+        thickness: f64,
+        #[serde(default)]
+        at: [f64; 3],
+    },
+    /// The convex hull of points.
+    Hull {
+        points: Vec<[f64; 3]>,
+        #[serde(default)]
+        at: [f64; 3],
+        #[serde(default)]
+        rpy: [f64; 3],
+    },
+    /// The rounded convex hull of an STL file beside the task.
+    Mesh {
+        file: String,
+        #[serde(default = "one")]
+        scale: [f64; 3],
+        #[serde(default)]
+        at: [f64; 3],
+        #[serde(default)]
+        rpy: [f64; 3],
+    },
+}
+
+fn one() -> [f64; 3] {
+    [1.0; 3]
+}
+
+fn finite(numbers: &[f64]) -> bool {
+    numbers.iter().all(|x| x.is_finite() && x.abs() <= LARGEST_M * 10.0)
+}
+
+/// Where a part is in the object's frame.
+pub(super) fn place(at: &[f64; 3], rpy: &[f64; 3]) -> Result<Pose, String> {
+    if finite(at) && finite(rpy) {
+        Ok(Pose::from_parts(Vec3::from_array(*at), rotation::from_rpy(*rpy)))
+    } else {
+        Err("its place is not finite or too far away".to_owned())
+    }
+}
+
+impl Part {
+    /// As poses and shapes, or what is wrong. A mesh has no file here.
+    pub(super) fn solids(&self) -> Result<Vec<(Pose, Shape)>, String> {
+        Ok(match self {
+            Part::Sphere { radius, at } => vec![(place(at, &[0.0; 3])?, Shape::Sphere { radius: *radius })],
+            Part::Box { size, at, rpy } => {
+                let half_extents = size.map(|x| 0.5 * x);
+                vec![(place(at, rpy)?, Shape::Box { half_extents, rounding: 0.0 })]
+            }
+            Part::Cylinder { radius, height, at, rpy } => {
+                let shape = Shape::Cylinder { radius: *radius, half_length: 0.5 * height };
+                vec![(place(at, rpy)?, shape)]
+            }
+            Part::Capsule { radius, ends: [a, b] } => {
+                let _ = (place(a, &[0.0; 3])?, place(b, &[0.0; 3])?);
+                let (a, b) = (Vec3::from_array(*a), Vec3::from_array(*b));
+                let along = b - a;
+                let length = along.length();
+                if length < 1e-6 {
+                    return Err("its ends are the same point; a sphere has no ends".to_owned());
+                }
+                let shape = Shape::Capsule { radius: *radius, half_length: 0.5 * length };
+                vec![(Pose::from_parts((a + b) * 0.5, from_z_to(along / length)), shape)]
+            }
+            Part::Wall { sides, bottom, top, height, thickness, at } => {
+                if !(3..=MOST_PARTS).contains(sides) {
+                    return Err(format!("sides = {sides}; 3 to {MOST_PARTS} are possible"));
+                }
+                if !(*height > 0.0 && *thickness > 0.0 && bottom.min(*top) > *thickness) {
+                    return Err(
+                        "height and thickness must be positive, the radii above the thickness".to_owned()
+                    );
+                }
+                wall(*sides, *bottom, *top, *height, *thickness, place(at, &[0.0; 3])?)
+            }
+            Part::Hull { points, at, rpy } => {
+                if !(4..=MOST_POINTS).contains(&points.len()) || !points.iter().all(|p| finite(p)) {
+                    return Err(format!(
+                        "it has {} points; 4 to {MOST_POINTS} finite ones are possible",
+                        points.len()
+                    ));
+                }
+                vec![(place(at, rpy)?, Shape::Hull { points: points.clone(), rounding: 0.0 })]
+            }
+            Part::Mesh { file, .. } => return Err(format!("it names mesh '{file}', but has no folder")),
+        })
+    }
+}
+
+/// Most points of a hull.
+const MOST_POINTS: usize = 256;
+
+/// The shortest turn of z to a unit vector.
+fn from_z_to(d: Vec3) -> Rotation {
+    if d.z < -1.0 + 1e-12 {
+        return Rotation::from_xyzw(1.0, 0.0, 0.0, 0.0);
+    }
+    Rotation::from_xyzw(-d.y, d.x, 0.0, 1.0 + d.z).normalize()
+}
+
+fn wall(sides: usize, bottom: f64, top: f64, height: f64, thickness: f64, at: Pose) -> Vec<(Pose, Shape)> {
+    let step = core::f64::consts::TAU / sides as f64;
+    let lean = libm::atan2(top - bottom, height);
+    let slant = libm::sqrt(height * height + (top - bottom) * (top - bottom));
+    // As wide as the outer polygon's side halfway up.
+    let middle = 0.5 * (bottom + top);
+    let half_width = middle * libm::tan(0.5 * step);
+    let half_extents = [0.5 * thickness, half_width, 0.5 * slant];
+    let (s, c) = libm::sincos(lean);
+    // From the middle of the outer face inwards by half the thickness.
+    let slab = Vec3::new(middle - 0.5 * thickness * c, 0.0, 0.5 * height + 0.5 * thickness * s);
+    (0..sides)
+        .map(|k| {
+            let yaw = step * k as f64;
+            let turned = Pose::from_parts(Vec3::ZERO, rotation::from_rpy([0.0, 0.0, yaw]));
+            let leaned = Pose::from_parts(slab, rotation::from_rpy([0.0, lean, 0.0]));
+            (at * turned * leaned, Shape::Box { half_extents, rounding: 0.0 })
+        })
+        .collect()
+}

@@ -1,0 +1,292 @@
+//! Bringing objects to places, one goal after the other.
+
+use super::snapshot::{ObjectSnapshot, REST_SPEED};
+use super::space::{away, contains};
+use super::verdict::{Measured, Verdict};
+use crate::observation::Event;
+use crate::score::Count;
+use crate::task::{Arrange, Goal, Task};
+use palmares_models::Vec3;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// A goal, with what its names stand for.
+#[derive(Clone, Debug)]
+struct Aim {
+    goal: Goal,
+    /// In scene order.
+    object: usize,
+    region: Option<([f64; 3], [f64; 3])>,
+    /// The object in whose frame the goal lies, in scene order.
+    other: Option<usize>,
+    /// Height of the point that is looked at, at tick 0, m.
+    start_m: f64,
+}
+
+/// Watches the objects of a run.
+#[derive(Clone, Debug)]
+pub struct ArrangeReferee {
+    aims: Arc<[Aim]>,
+    tick_s: f64,
+    pub(super) seen: ArrangeMemory,
+}
+
+/// What it has seen so far.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(super) struct ArrangeMemory {
+    /// Goals that have been reached, the first ones.
+    reached: usize,
+    /// The tick since which the next one holds.
+    since: Option<u64>,
+}
+
+impl Aim {
+    /// The point that is looked at, m.
+    fn point(&self, seen: &ObjectSnapshot) -> Vec3 {
+        match self.goal.point {
+            Some(point) => seen.frame * Vec3::from_array(point),
+            None => Vec3::from_array(seen.position),
+        }
+    }
+
+    /// Everything that the goal asks of the objects, and whether it holds. `speed` of the object, m/s.
+    fn measure(&self, objects: &[ObjectSnapshot], speed: Option<f64>) -> Vec<Measured> {
+        let Some(seen) = objects.get(self.object) else { return Vec::new() };
+        let (goal, point) = (&self.goal, self.point(seen));
+        let mut out = Vec::new();
+        if let Some(region) = self.region {
+            let at = point.to_array();
+            out.push(Measured::new("inside", contains(region, at), Some(away(region, at)), 0.0, "m"));
+        }
+        if let (Some(within), Some(other)) = (&goal.within, self.other.and_then(|k| objects.get(k))) {
+            let (at, corners) =
+                (other.frame.inverse().transform_point(point).to_array(), (within.min, within.max));
+            out.push(Measured::new("within", contains(corners, at), Some(away(corners, at)), 0.0, "m"));
+        }
+        if let Some(above_m) = goal.above_m {
+            let risen = point.z - self.start_m;
+            out.push(Measured::new("above", risen >= above_m, Some(risen), above_m, "m"));
+        }
+        if let Some(most_deg) = goal.upright_deg {
+            let up = (seen.frame.rotation * Vec3::Z).z.clamp(-1.0, 1.0);
+            let tilt_deg = libm::acos(up).to_degrees();
+            out.push(Measured::new("upright", tilt_deg <= most_deg, Some(tilt_deg), most_deg, "deg"));
+        }
+        if goal.at_rest {
+            out.push(Measured::new("at_rest", seen.at_rest, speed, REST_SPEED, "m/s"));
+        }
+        if let Some(hand_off_m) = goal.hand_off_m {
+            let apart = Vec3::from_array(seen.in_hand).length();
+            out.push(Measured::new("let_go", apart >= hand_off_m, Some(apart), hand_off_m, "m"));
+        }
+        out
+    }
+}
+
+impl ArrangeReferee {
+    /// A referee at tick 0, when the objects are where they are shown.
+    pub fn new(task: &Task, rules: &Arrange, objects: &[ObjectSnapshot]) -> Self {
+        let names = task.objects.certain().unwrap_or_default();
+        // The task has been checked: every name is there.
+        let index = |name: &str| names.iter().position(|known| known == name);
+        let aim = |goal: &Goal| {
+            let mut aim = Aim {
+                object: index(&goal.object)?,
+                region: goal.inside.as_deref().and_then(|name| task.region(name)),
+                other: goal.within.as_ref().and_then(|within| index(&within.object)),
+                start_m: 0.0,
+                goal: goal.clone(),
+            };
+            aim.start_m = aim.point(objects.get(aim.object)?).z;
+            Some(aim)
+        };
+        ArrangeReferee {
+            aims: rules.goals.iter().filter_map(aim).collect(),
+            tick_s: task.tick_s,
+            seen: ArrangeMemory::default(),
+        }
+    }
+
+    /// Looks at every object, in scene order, at a tick; returns what changed.
+    pub fn watch(&mut self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Event> {
+        let mut events = Vec::new();
+        // What reaches one goal may have reached the next one too.
+        while let Some(aim) = self.aims.get(self.seen.reached) {
+            if !aim.measure(objects, None).iter().all(|rule| rule.holds) {
+                self.seen.since = None;
+                break;
+            }
+            let since = *self.seen.since.get_or_insert(tick);
+            if tick - since < (aim.goal.for_s / self.tick_s).round() as u64 {
+                break;
+            }
+            events.push(Event { tick, kind: aim.goal.name.clone(), object: Some(aim.object) });
+            self.seen = ArrangeMemory { reached: self.seen.reached + 1, since: None };
+        }
+        events
+    }
+
+    /// How many goals have been reached.
+    pub fn count(&self) -> Count {
+        Count { in_goal: self.seen.reached as u32, outside: 0 }
+    }
+
+    /// Points of the goals that have been reached.
+    pub fn score(&self) -> f64 {
+        // An empty sum is -0.
+        self.aims.iter().take(self.seen.reached).fold(0.0, |sum, aim| sum + aim.goal.points)
+    }
+
+    /// Whether all goals have been reached.
+    pub fn complete(&self) -> bool {
+        self.seen.reached == self.aims.len()
+    }
+
+    /// How far each object is that the goals speak of: of its goals the first that has not been reached.
+    pub fn explain(&self, tick: u64, objects: &[ObjectSnapshot], speeds: &[f64]) -> Vec<Verdict> {
+        let each = (0..objects.len()).filter_map(|object| {
+            let mut own = self.aims.iter().enumerate().filter(|(_, aim)| aim.object == object).peekable();
+            own.peek()?;
+            let Some((k, aim)) = own.find(|(k, _)| *k >= self.seen.reached) else {
+                return Some(Verdict { object, counts: true, place: "done".to_owned(), reasons: Vec::new() });
+            };
+            let now = k == self.seen.reached;
+            let mut reasons = aim.measure(objects, speeds.get(object).copied());
+            if aim.goal.for_s > 0.0 {
+                let since = self.seen.since.filter(|_| now);
+                let held_s = since.map_or(0.0, |since| tick.saturating_sub(since) as f64 * self.tick_s);
+                let (holds, limit) = (held_s >= aim.goal.for_s, aim.goal.for_s);
+                reasons.push(Measured::new("held", holds, Some(held_s), limit, "s"));
+            }
+            let place = if now { aim.goal.name.clone() } else { "later".to_owned() };
+            Some(Verdict { object, counts: false, place, reasons })
+        });
+        each.collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task::Rules;
+    use palmares_models::{Pose, Rotation};
+
+    /// A cube that is to be lifted for 0.1 s, then put upright and at rest into a tray, then beside a post, and the post.
+    fn start() -> ArrangeReferee {
+        let text = include_str!("../../tests/cube.toml");
+        let task = Task::parse("cube.toml", text).expect("valid");
+        let Rules::Arrange(rules) = &task.rules else { panic!("cubes are arranged") };
+        ArrangeReferee::new(&task, rules, &scene(at([0.0, 0.0, 0.02])))
+    }
+
+    fn at(position: [f64; 3]) -> ObjectSnapshot {
+        let frame = Pose::from_translation(Vec3::from_array(position));
+        ObjectSnapshot { position, in_hand: [0.0, 0.0, 0.5], at_rest: true, frame }
+    }
+
+    fn turned(seen: ObjectSnapshot, rotation: Rotation) -> ObjectSnapshot {
+        ObjectSnapshot { frame: Pose::from_parts(seen.frame.translation, rotation), ..seen }
+    }
+
+    /// The cube, and the post where it stands.
+    fn scene(cube: ObjectSnapshot) -> Vec<ObjectSnapshot> {
+        vec![cube, at([0.3, 0.0, 0.05])]
+    }
+
+    fn play(
+        referee: &mut ArrangeReferee,
+        ticks: std::ops::Range<u64>,
+        cube: ObjectSnapshot,
+    ) -> Vec<(u64, String)> {
+        let events = ticks.flat_map(|tick| referee.watch(tick, &scene(cube)));
+        events.map(|event| (event.tick, event.kind)).collect()
+    }
+
+    const UP: [f64; 3] = [0.0, 0.0, 0.13];
+    const TRAY: [f64; 3] = [0.0, 0.3, 0.02];
+    const POST: [f64; 3] = [0.25, 0.0, 0.02];
+
+    #[test]
+    fn goals_are_reached_one_after_the_other() {
+        let mut referee = start();
+        // Out of order: nothing.
+        assert_eq!(play(&mut referee, 1..50, at(TRAY)), []);
+        assert_eq!((referee.score().to_bits(), referee.count()), (0, Count::default()), "not -0");
+        assert_eq!(play(&mut referee, 50..80, at(UP)), [(60, "up".to_owned())]);
+        assert_eq!((referee.score(), referee.count().in_goal), (1.0, 1));
+        assert_eq!(play(&mut referee, 80..90, at(TRAY)), [(80, "in_tray".to_owned())]);
+        // A goal that was reached stays so.
+        assert_eq!(play(&mut referee, 90..100, at(UP)), []);
+        assert_eq!((referee.score(), referee.complete()), (3.0, false));
+        assert_eq!(play(&mut referee, 100..110, at(POST)), [(100, "at_post".to_owned())]);
+        assert_eq!((referee.score(), referee.complete(), referee.count().in_goal), (6.0, true, 3));
+        assert_eq!(play(&mut referee, 110..120, at(UP)), [], "it is over");
+    }
+
+    #[test]
+    fn what_does_not_last_starts_again() {
+        let mut referee = start();
+        assert_eq!(play(&mut referee, 1..11, at(UP)), []);
+        assert_eq!(play(&mut referee, 11..12, at([0.0, 0.0, 0.1])), []);
+        assert_eq!(play(&mut referee, 12..23, at(UP)), [(22, "up".to_owned())]);
+    }
+
+    #[test]
+    fn what_leans_moves_or_lies_aside_does_not_count() {
+        let mut referee = start();
+        let _ = play(&mut referee, 1..20, at(UP));
+        let leaning = turned(at(TRAY), Rotation::from_rotation_x(0.3));
+        assert_eq!(play(&mut referee, 20..30, leaning), []);
+        assert_eq!(play(&mut referee, 30..40, ObjectSnapshot { at_rest: false, ..at(TRAY) }), []);
+        assert_eq!(play(&mut referee, 40..50, at([0.0, 0.36, 0.02])), []);
+        assert_eq!(play(&mut referee, 50..51, at(TRAY)).len(), 1);
+        // The point that is looked at is a corner of the cube: 2 cm towards the post, wherever that is.
+        assert_eq!(play(&mut referee, 51..52, at([0.21, 0.0, 0.02])), []);
+        let back = turned(at(POST), Rotation::from_rotation_z(std::f64::consts::PI));
+        assert_eq!(play(&mut referee, 52..53, back), []);
+        assert_eq!(play(&mut referee, 53..54, at(POST)).len(), 1);
+    }
+
+    #[test]
+    fn it_says_how_far_each_object_is() {
+        let mut referee = start();
+        let told = |referee: &ArrangeReferee, tick, cube| referee.explain(tick, &scene(cube), &[0.1, 0.0]);
+        let verdicts = told(&referee, 0, at([0.0, 0.0, 0.07]));
+        // The post is an object of no goal.
+        let [cube] = verdicts.as_slice() else { panic!("{verdicts:?}") };
+        assert_eq!((cube.counts, cube.place.as_str(), cube.reasons.len()), (false, "up", 2));
+        let risen = &cube.reasons[0];
+        assert_eq!((risen.rule.as_str(), risen.holds, risen.limit), ("above", false, 0.1));
+        assert!(risen.value.is_some_and(|m| (m - 0.05).abs() < 1e-12), "{risen:?}");
+        let _ = play(&mut referee, 1..6, at(UP));
+        let held = &told(&referee, 5, at(UP))[0].reasons[1];
+        assert_eq!((held.rule.as_str(), held.value, held.unit.as_str()), ("held", Some(0.04), "s"));
+        let _ = play(&mut referee, 6..20, at(UP));
+        let cube = told(&referee, 20, turned(at(TRAY), Rotation::from_rotation_x(0.3))).remove(0);
+        let rules: Vec<(&str, bool)> = cube.reasons.iter().map(|r| (r.rule.as_str(), r.holds)).collect();
+        assert_eq!(rules, [("inside", true), ("upright", false), ("at_rest", true), ("let_go", true)]);
+        assert_eq!(cube.reasons[2].value, Some(0.1));
+        let _ = play(&mut referee, 20..22, at(TRAY));
+        let _ = play(&mut referee, 22..24, at(POST));
+        let cube = told(&referee, 24, at(POST)).remove(0);
+        assert_eq!((cube.counts, cube.place.as_str()), (true, "done"));
+    }
+
+    #[test]
+    fn what_is_still_in_the_hand_has_not_been_let_go() {
+        let mut referee = start();
+        let _ = play(&mut referee, 1..20, at(UP));
+        let held = ObjectSnapshot { in_hand: [0.0, 0.0, 0.2], ..at(TRAY) };
+        assert_eq!(play(&mut referee, 20..40, held), []);
+        let reason =
+            referee.explain(40, &scene(held), &[0.0, 0.0]).remove(0).reasons.pop().expect("the last rule");
+        assert_eq!((reason.rule.as_str(), reason.value, reason.limit), ("let_go", Some(0.2), 0.3));
+        assert_eq!(play(&mut referee, 40..41, at(TRAY)).len(), 1);
+    }
+
+    #[test]
+    fn a_place_that_is_no_number_reaches_nothing() {
+        let mut referee = start();
+        assert_eq!(play(&mut referee, 1..50, at([f64::NAN; 3])), []);
+    }
+}

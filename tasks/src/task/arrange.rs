@@ -1,0 +1,170 @@
+//! Goals for objects, one after the other, as data.
+
+use super::placing::plain_name;
+use serde::Deserialize;
+
+/// Goals that are reached one after the other. A goal that has been reached stays so.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Arrange {
+    /// In their order.
+    pub goals: Vec<Goal>,
+    /// Longest settling after a run, with the hand frozen, s.
+    pub settle_s: f64,
+}
+
+/// Where an object is to be. Everything that is given must hold at the same time, for as long as is asked.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Goal {
+    /// What the event is called that tells that it has been reached.
+    pub name: String,
+    /// Name of the object.
+    pub object: String,
+    /// The point of the object that is looked at, in its own frame, m; left out, its centre of mass.
+    #[serde(default)]
+    pub point: Option<[f64; 3]>,
+    /// Name of the region that the point is to be in.
+    #[serde(default)]
+    pub inside: Option<String>,
+    /// Where the point is to be as another object sees it.
+    #[serde(default)]
+    pub within: Option<Within>,
+    /// How far the point is to be above where it was at tick 0, m.
+    #[serde(default)]
+    pub above_m: Option<f64>,
+    /// The most that the object's z may lean from the vertical, degrees.
+    #[serde(default)]
+    pub upright_deg: Option<f64>,
+    /// Whether the object is to be at rest.
+    #[serde(default)]
+    pub at_rest: bool,
+    /// How far the object's centre of mass is to be from the hand's base, m: it has been let go.
+    #[serde(default)]
+    pub hand_off_m: Option<f64>,
+    /// How long all this is to hold without a break, s.
+    #[serde(default)]
+    pub for_s: f64,
+    /// Points for reaching it.
+    pub points: f64,
+}
+
+/// A box in the frame of an object.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Within {
+    /// Name of the object.
+    pub object: String,
+    /// Lowest corner in its frame, m.
+    pub min: [f64; 3],
+    /// Highest corner, m.
+    pub max: [f64; 3],
+}
+
+/// Most goals of a task.
+const MOST_GOALS: usize = 64;
+
+impl Arrange {
+    /// What is wrong with it, as far as no other part of the task is needed to tell.
+    pub(super) fn check(&self) -> Result<(), String> {
+        if !(0.0..=60.0).contains(&self.settle_s) {
+            return Err(format!("rules.settle_s = {}; it must be in [0, 60]", self.settle_s));
+        }
+        if !(1..=MOST_GOALS).contains(&self.goals.len()) {
+            return Err(format!("rules.goals: {} of them; 1 to {MOST_GOALS} are possible", self.goals.len()));
+        }
+        for (k, goal) in self.goals.iter().enumerate() {
+            plain_name("rules.goals.name", &goal.name)?;
+            if self.goals[..k].iter().any(|other| other.name == goal.name) {
+                return Err(format!(
+                    "rules.goals: two are called `{}`; each needs a name of its own",
+                    goal.name
+                ));
+            }
+            goal.check().map_err(|problem| format!("rules.goals `{}`: {problem}", goal.name))?;
+        }
+        Ok(())
+    }
+
+    /// That the objects it speaks of are there, when these are with every seed.
+    pub(crate) fn check_names(&self, certain: Option<&[String]>) -> Result<(), String> {
+        let Some(names) = certain else {
+            let valid = "objects.count as large as the list objects.from";
+            return Err(format!(
+                "rules of kind `arrange` need objects that are there with every seed: {valid}"
+            ));
+        };
+        for goal in &self.goals {
+            let within = goal.within.as_ref().map(|within| ("within.object", &within.object));
+            for (field, name) in [("object", &goal.object)].into_iter().chain(within) {
+                if !names.contains(name) {
+                    let (goal, names) = (&goal.name, names.join(", "));
+                    return Err(format!(
+                        "rules.goals `{goal}`: {field} = `{name}` is no object; objects: {names}"
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Goal {
+    fn check(&self) -> Result<(), String> {
+        let Goal {
+            object,
+            point,
+            inside,
+            within,
+            above_m,
+            upright_deg,
+            at_rest,
+            hand_off_m,
+            for_s,
+            points,
+            ..
+        } = self;
+        let poses = [inside.is_some(), within.is_some(), above_m.is_some(), upright_deg.is_some()];
+        let asks = poses.contains(&true) || *at_rest || hand_off_m.is_some();
+        if !asks {
+            return Err("asks for nothing; give inside, within, above_m, upright_deg, at_rest or hand_off_m"
+                .to_owned());
+        }
+        if !points.is_finite() {
+            return Err(format!("points = {points}; it must be finite"));
+        }
+        if let Some(point) = point
+            && !point.iter().all(|x| x.abs() <= 10.0)
+        {
+            return Err(format!("point = {point:?}; three numbers within 10 m"));
+        }
+        if let Some(within) = within {
+            let (min, max) = (within.min, within.max);
+            if !(0..3).all(|k| min[k].is_finite() && max[k].is_finite() && min[k] < max[k]) {
+                return Err(format!("within from {min:?} to {max:?} has no size"));
+            }
+            if within.object == *object {
+                return Err(format!("within.object = `{object}` is the object itself; name another one"));
+            }
+        }
+        if let Some(above_m) = above_m
+            && !above_m.is_finite()
+        {
+            return Err(format!("above_m = {above_m}; it must be finite"));
+        }
+        if let Some(upright_deg) = upright_deg
+            && !(0.0..=180.0).contains(upright_deg)
+        {
+            return Err(format!("upright_deg = {upright_deg}; it must be in [0, 180]"));
+        }
+        if let Some(hand_off_m) = hand_off_m
+            && !(*hand_off_m > 0.0 && *hand_off_m <= 10.0)
+        {
+            return Err(format!("hand_off_m = {hand_off_m}; it must be in (0, 10]"));
+        }
+        if !(0.0..=600.0).contains(for_s) {
+            return Err(format!("for_s = {for_s}; it must be in [0, 600]"));
+        }
+        Ok(())
+    }
+}

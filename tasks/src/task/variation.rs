@@ -1,0 +1,91 @@
+//! What is drawn of masses, sizes, surfaces, sensors and poses in a run that differs from its task's.
+
+use super::training::{ObjectPoses, Quantity, Ranges};
+use crate::seed::Seed;
+use palmares_models::object::Object;
+use palmares_models::{Pose, Rotation, Vec3};
+use palmares_senses::noise::{Noise, Sample};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// In what a run differs from those of its task.
+#[derive(Clone, Debug)]
+pub(crate) struct Variation {
+    draws: Draws,
+    ranges: Ranges,
+}
+
+impl Variation {
+    /// What is drawn from these ranges: a function of seed and attempt.
+    pub(crate) fn new(seed: Seed, attempt: u64, ranges: Ranges) -> Self {
+        Variation { draws: Draws::new(seed, attempt), ranges }
+    }
+
+    /// The `k`-th object of a scene, and by how much it is let go elsewhere and turned.
+    pub(crate) fn object(&self, k: usize, object: &Arc<Object>) -> (Arc<Object>, Pose) {
+        let factor = |quantity, range: Option<[f64; 2]>| {
+            range.map_or(1.0, |range| self.draws.factor(quantity, k, range))
+        };
+        let (mass, friction, size) = (
+            factor(Quantity::Mass, self.ranges.mass),
+            factor(Quantity::Friction, self.ranges.friction),
+            factor(Quantity::Size, self.ranges.size),
+        );
+        let varied = Arc::new(object.varied(mass, friction, size));
+        let Some(ObjectPoses { shift_m, tilt_deg }) = self.ranges.object_poses else {
+            return (varied, Pose::IDENTITY);
+        };
+        let mut drawn = self.draws.of(Quantity::ObjectPoses, k);
+        let shift = Vec3::new(both_ways(&mut drawn), both_ways(&mut drawn), 0.0) * shift_m;
+        let (sin, cos) = libm::sincos(TAU * drawn.unit());
+        let tilt = Vec3::new(cos, sin, 0.0) * (drawn.unit() * tilt_deg.to_radians());
+        (varied, Pose::from_parts(shift, Rotation::from_scaled_axis(tilt)))
+    }
+
+    /// Factor of the sensors' errors.
+    pub(crate) fn sensor_noise(&self) -> f64 {
+        let range = self.ranges.sensor_noise;
+        range.map_or(1.0, |range| self.draws.factor(Quantity::SensorNoise, 0, range))
+    }
+
+    /// Where the hand starts that the task has start at `from`, if that is drawn.
+    pub(crate) fn hand_pose(&self, from: Pose) -> Option<Pose> {
+        let poses = self.ranges.hand_pose?;
+        let mut drawn = self.draws.of(Quantity::HandPose, 0);
+        let shift = poses.position_m.map(|most| most * both_ways(&mut drawn));
+        let axis = Vec3::from_array(drawn.normal3()).normalize_or_zero();
+        let turn = Rotation::from_scaled_axis(axis * (drawn.unit() * poses.turn_deg.to_radians()));
+        let at = from.translation + Vec3::from_array(shift);
+        Some(Pose::from_parts(at, (turn * from.rotation).normalize()))
+    }
+}
+
+/// In (−1, 1).
+fn both_ways(drawn: &mut Sample) -> f64 {
+    2.0 * drawn.unit() - 1.0
+}
+
+/// Random numbers by seed, attempt, quantity and object, each whatever else was drawn: what one quantity is does not hang
+/// on whether another is drawn, too.
+#[derive(Clone, Debug)]
+struct Draws {
+    numbers: Noise,
+    attempt: u64,
+}
+
+impl Draws {
+    /// Those of a run's seed; they tell nothing of its scene, nor of the noise of its sensors.
+    fn new(seed: Seed, attempt: u64) -> Self {
+        Draws { numbers: Noise::keyed("palmares training", &seed.0), attempt }
+    }
+
+    /// The numbers of the `k`-th object, or of what there is one of.
+    fn of(&self, quantity: Quantity, k: usize) -> Sample {
+        self.numbers.sensor(quantity.name()).sample((self.attempt << 32) + k as u64)
+    }
+
+    /// A factor, drawn evenly in its logarithm.
+    fn factor(&self, quantity: Quantity, k: usize, [low, high]: [f64; 2]) -> f64 {
+        low * libm::pow(high / low, self.of(quantity, k).unit())
+    }
+}

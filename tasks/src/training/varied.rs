@@ -1,0 +1,47 @@
+//! A task as it is in a run that differs.
+
+use super::options::Options;
+use crate::seed::Seed;
+use crate::start::start_pose;
+use crate::task::{HandPoses, ObjectPoses, Ranges, Task, Variation};
+use palmares_models::content::ContentHash;
+
+impl Task {
+    /// The task as it is in the run of a seed. What is drawn is a function of seed, attempt and options alone; its content
+    /// hash tells it from the task.
+    pub(super) fn varied(&self, seed: Seed, attempt: u64, options: &Options) -> Task {
+        let Options { ranges, count, .. } = options;
+        let variation = Variation::new(seed, attempt, ranges.clone());
+        let mut task = self.clone();
+        task.objects.count = *count;
+        if let Some(pose) = variation.hand_pose(start_pose(self)) {
+            task.hand.position = pose.translation.to_array();
+            task.hand.quat_xyzw = pose.rotation.to_array();
+        }
+        task.vary(variation, content_hash(self, options));
+        task
+    }
+}
+
+/// Tells options and task of a varied run from all others, and from the task's own.
+fn content_hash(task: &Task, options: &Options) -> String {
+    let Options { ranges, count, .. } = options;
+    let Ranges { mass, friction, size, sensor_noise, hand_pose, object_poses } = ranges;
+    let mut hash = ContentHash::of("palmares varied task 1");
+    hash.text(task.content_hash());
+    hash.count(*count);
+    for factors in [mass, friction, size, sensor_noise] {
+        hash.flag(factors.is_some());
+        hash.floats(&factors.unwrap_or_default());
+    }
+    hash.flag(hand_pose.is_some());
+    if let Some(HandPoses { position_m, turn_deg }) = hand_pose {
+        hash.floats(position_m);
+        hash.float(*turn_deg);
+    }
+    hash.flag(object_poses.is_some());
+    if let Some(ObjectPoses { shift_m, tilt_deg }) = object_poses {
+        hash.floats(&[*shift_m, *tilt_deg]);
+    }
+    hash.to_hex()
+}
