@@ -94,7 +94,7 @@ class Batch:
             raise ValueError(f"threads: found {threads}; wanted at least 1, or None for one for each core")
         self._native = _native.Batch(str(task), str(hand), count, sensing, noise, threads or 0, training)
         self._training = training or Training()
-        specs = read(_native.welcome("", []), Welcome).specs
+        specs = read(_native.welcome("", [], []), Welcome).specs
         limits = [specs.action_field(name).range[1] for name in ("base.linear", "base.angular")]
         self._limits: list[tuple[str, slice, float | None]] = [
             ("linear", slice(0, 3), limits[0] * (1.0 + 1e-9)),
