@@ -1,6 +1,7 @@
 //! `palmares-bench report`, as it is started: a peer that does not return is played in a child of the program.
 
 use palmares_bench::report::{Comparison, runner};
+use serde_json::Value;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -66,4 +67,29 @@ fn runs_of_an_engine_that_is_not_played_are_kept_from_an_earlier_report() {
     assert_eq!(kept_from.commit, both.commit);
     let page = fs::read_to_string(folder.join("README.md")).expect("written");
     assert!(page.contains("its runs and their times are those of commit"), "the page says so");
+}
+
+/// rapier does not return from a step of this scene.
+#[test]
+fn a_run_that_never_ends_is_not_finished_and_the_next_one_is_played() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let runs = folder.path().join("runs.jsonl");
+    let status = Command::new(env!("CARGO_BIN_EXE_palmares-bench"))
+        .args(["report", "--quick", "--outcomes-only", "--jobs", "1", "--run-limit-s", "5"])
+        .args(["--engines", "rapier", "--cases", "dense_heap_and_hand", "--steps-ms", "16", "--runs"])
+        .arg(&runs)
+        .status()
+        .expect("it starts");
+    assert!(status.success(), "{status}");
+    let text = fs::read_to_string(&runs).expect("it wrote runs");
+    let said = |settings: &str| {
+        let lines = text.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON"));
+        let run = lines
+            .map(|line| line["run"].clone())
+            .find(|run| run["settings"] == settings && run["engine"] == "rapier");
+        run.expect("it was played")
+    };
+    assert_eq!(said("default")["unfinished"], true);
+    assert_eq!(said("default")["trouble"], "not finished within 5 s");
+    assert_eq!(said("stiff120")["unfinished"], false);
 }

@@ -50,6 +50,7 @@ def run(client, seed):
         raise ValueError("after\\nthe run")
 """
 HANDS = Path(__file__).parents[2] / "models/hands"
+TASKS = Path(__file__).parents[2] / "tasks"
 
 
 def written(path: Path, text: str) -> str:
@@ -159,6 +160,13 @@ def test_a_hand_of_ones_own_stands_under_its_path(idle: str, fails: str, tmp_pat
     assert [(row.hand, row.failed) for row in report.rows] == [(str(hand), 1)]
 
 
+def test_so_does_a_task_of_ones_own(idle: str, tmp_path: Path) -> None:
+    task = tmp_path / "changed"
+    shutil.copytree(TASKS / "grasp", task)
+    report = evaluate(idle, ["grasp", str(task)], "pinch", [1], pool=processes(1))
+    assert [(row.task, row.failed) for row in report.rows] == [(str(task), 0), ("grasp", 0)]
+
+
 def test_ctrl_c_ends_it_with_the_runs_so_far(tmp_path: Path) -> None:
     reached = tmp_path / "reached"
     wait = f"""
@@ -230,7 +238,7 @@ def test_what_cannot_be_played_is_refused(
         evaluate(fails, tasks="balls", seeds=[1], pool=processes(1))
     with pytest.raises(ControllerError, match="plays the hand 'softhand', not 'pinch'"):
         evaluate(fails, hands="pinch", seeds=[1], pool=processes(1))
-    with pytest.raises(palmares.PalmaresError, match="no task 'bals'; there are: balls, "):
+    with pytest.raises(palmares.PalmaresError, match=r"\"bals\" is neither a task of the program"):
         evaluate(idle, tasks="bals")
     with pytest.raises(palmares.PalmaresError, match=r"\"fist\" is neither a hand of the program"):
         evaluate(idle, hands="fist")

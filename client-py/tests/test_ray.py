@@ -26,6 +26,7 @@ import palmares.ray  # noqa: E402
 from palmares.ray import parcel  # noqa: E402
 
 HANDS = Path(__file__).parents[2] / "models/hands"
+TASKS = Path(__file__).parents[2] / "tasks"
 IDLE = """
 def run(client, seed, task="grasp", hand="softhand"):
     client.reset(task, hand, seed=seed)
@@ -39,7 +40,7 @@ from parts import ticks
 from parts.more import *
 def run(client, seed, task, hand):
     from late import MORE
-    for path in (__file__, hand):
+    for path in (__file__, task, hand):
         assert not os.path.abspath(path).startswith({forbidden!r}), path
     client.reset(task, hand, seed=seed)
     client.step(repeat=ticks.FEW + MORE)
@@ -105,6 +106,7 @@ def test_what_a_controller_needs_is_sent_along(tmp_path: Path, monkeypatch: pyte
     written(here / "parts/few.py", "FEW = 3")
     written(here / "parts/more.py", "")
     shutil.copytree(HANDS / "pinch", here / "own")
+    shutil.copytree(TASKS / "grasp", here / "task")
     (here / "own/notes.txt").write_text("not part of it")
     monkeypatch.chdir(here)
     packed = parcel.of_controller("parted.py")
@@ -115,11 +117,9 @@ def test_what_a_controller_needs_is_sent_along(tmp_path: Path, monkeypatch: pyte
     hand = parcel.of_files("own")
     assert hand is not None
     assert sorted(hand.files) == ["hand.toml", "hand.urdf"]
-    report = palmares.ray.evaluate(
-        "parted.py", "grasp", ["own", "own/hand.urdf"], range(1, 5), progress=False
-    )
+    report = palmares.ray.evaluate("parted.py", "task", ["own", "own/hand.urdf"], range(1, 5), progress=False)
     (here / "parted.py").write_text(PARTED.format(forbidden="/nowhere"))
-    expected = evaluate("parted.py", "grasp", ["own", "own/hand.urdf"], range(1, 5), pool=processes(1))
+    expected = evaluate("parted.py", "task", ["own", "own/hand.urdf"], range(1, 5), pool=processes(1))
     assert told(report) == told(expected)
     assert [row.failed for row in report.rows] == [0, 0]
 

@@ -49,8 +49,7 @@ fn a_scene_is_the_same_for_every_hand_and_for_none() {
     for task in Task::builtin() {
         let mut hands = hands();
         // Two that reach far into the room and touch nothing: high above the scene, and 3 cm over all objects.
-        let (low, high) =
-            task.place.into_region().and_then(|name| task.region(name)).expect("the task's own");
+        let (low, high) = palmares_tasks::place::placing_room(&task).expect("the task's own");
         let over = Vec3::new(0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), high[2] + 0.03);
         for at in [over, over + Vec3::new(0.0, 0.0, 0.5)] {
             hands.push(with_plate(&hands[2], &task, at, [0.1, 0.1, 0.01]));

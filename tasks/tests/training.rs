@@ -32,7 +32,7 @@ fn action(tick: u64) -> Action {
 
 #[test]
 fn what_shaping_returns_depends_on_the_first_and_the_last_state_alone() {
-    for (name, discount) in [("balls", 0.97), ("shelf", 0.99), ("grasp", 1.0)] {
+    for (name, discount) in [("balls", 0.97), ("shelf", 0.99), ("grasp", 1.0), ("pan", 0.9), ("peg", 0.99)] {
         let mut run = own(&task(name), 3);
         let mut shaper = Shaper::new(&run, Some(discount)).expect("it has rewards");
         let first = shaper.terms().sum();
@@ -67,6 +67,26 @@ fn the_potential_of_a_complete_run_is_zero() {
     assert!(run.over().is_some());
     assert_eq!(shaper.step(&run), -first.sum());
     assert_eq!(shaper.terms(), Terms::default());
+}
+
+/// The first goal is reached by what lies there, the second is a place farther on.
+#[test]
+fn goals_that_are_reached_in_turn_are_climbed_in_turn() {
+    let text = include_str!("../pan/task.toml").replacen("above_m = 0.05", "above_m = -1.0", 1);
+    let task = Arc::new(Task::parse("x.toml", &text).expect("valid"));
+    let mut run = own(&task, 3);
+    let mut shaper = Shaper::new(&run, Some(1.0)).expect("it has rewards");
+    let first = shaper.terms();
+    assert_eq!((first.brought, first.transport, first.lift), (0.0, 0.0, 0.0));
+    assert!(first.distance > 0.0);
+    run.step(&Action::default()).expect("taken");
+    assert_eq!(run.score(), 2.0);
+    let shaping = shaper.step(&run);
+    let then = shaper.terms();
+    assert!((then.brought - 1.8).abs() < 1e-12, "{then:?}");
+    assert!((shaping - (then.sum() - first.sum())).abs() < 1e-12);
+    // The lid has not moved.
+    assert!(then.transport < 1e-3 && (then.distance - first.distance).abs() < 1e-3, "{then:?}");
 }
 
 #[test]
@@ -170,7 +190,7 @@ fn factors_fill_their_ranges_and_keep_within() {
     let ranges = [[0.5, 1.5], [0.7, 1.4], [0.9, 1.1]];
     for (k, [low, high]) in ranges.into_iter().enumerate() {
         let drawn: Vec<f64> = factors.iter().map(|factors| factors[k]).collect();
-        assert!(drawn.iter().all(|x| *x >= low - 1e-9 && *x <= high + 1e-9), "{k}: {drawn:?}");
+        assert!(drawn.iter().all(|x| (low - 1e-9..=high + 1e-9).contains(x)), "{k}: {drawn:?}");
         let third = (high / low).powf(1.0 / 3.0);
         assert!(
             drawn.iter().any(|x| *x < low * third) && drawn.iter().any(|x| *x > high / third),
@@ -202,7 +222,7 @@ fn sensors_err_by_the_factor_that_is_drawn() {
     // The arm's bias shifts the base; turns make next to nothing of it.
     let factor: Vec<f64> = (0..3).map(|k| (varied[k] - exact[k]) / (real[k] - exact[k])).collect();
     println!("factors {factor:?}");
-    assert!(factor.iter().all(|x| (x - factor[0]).abs() < 0.05 && *x >= 0.49 && *x <= 2.01 && *x != 1.0));
+    assert!(factor.iter().all(|x| (x - factor[0]).abs() < 0.05 && (0.49..=2.01).contains(x) && *x != 1.0));
 }
 
 #[test]
@@ -256,6 +276,10 @@ fn what_is_wrong_is_named() {
     for part in [0.0, -1.0, 1.1, f64::NAN] {
         assert!(none().fraction(part).expect_err("no part").contains("wanted a number above 0"));
     }
+    let pan = self::task("pan");
+    let error = Options::none(&pan).fraction(0.5).expect_err("it needs its lid");
+    assert!(error.contains("`pan` speaks of its objects one by one"), "{error}");
+    assert!(Options::none(&pan).fraction(1.0).expect("all of them").vary_nothing());
     assert_eq!(Quantity::ALL.len(), 6);
     let balls = include_str!("../balls/task.toml");
     let grasp = include_str!("../grasp/task.toml");
@@ -270,6 +294,11 @@ fn what_is_wrong_is_named() {
         (
             grasp.replace("lift = { weight = 1.0, height_m = 0.1 }", "transport = { weight = 1.0 }"),
             "these rules have no goal",
+        ),
+        (
+            include_str!("../pan/task.toml")
+                .replace("friction = [0.7, 1.4]", "object_poses = { tilt_deg = 9.0 }"),
+            "`fixed` has a shift and a turn of its own",
         ),
     ];
     for (text, expected) in cases {

@@ -129,6 +129,7 @@ impl Batch {
     }
 
     /// Opens a run in each world of `mask`, by its place in `seeds`; `told` is told how many are open.
+    #[pyo3(signature = (seeds, mask, told=None))]
     fn reset(&mut self, py: Python<'_>, seeds: Vec<u64>, mask: Vec<bool>, told: Told<'_>) -> PyResult<()> {
         self.fits("seeds", seeds.len())?;
         self.fits("mask", mask.len())?;
@@ -155,6 +156,7 @@ impl Batch {
 
     /// Advances each world of `mask` by up to `ticks` under its row of `actions`; a world that is over stands still. `told` is
     /// told how many ticks are done.
+    #[pyo3(signature = (actions, ticks, mask, told=None))]
     fn step(
         &mut self,
         py: Python<'_>,

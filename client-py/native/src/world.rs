@@ -89,6 +89,7 @@ impl World {
     }
 
     /// Answers a request; `told` is told how many ticks of a step are done.
+    #[pyo3(signature = (request, told=None))]
     fn answer<'py>(
         &mut self,
         py: Python<'py>,
@@ -197,6 +198,7 @@ impl World {
 
     /// Plays the run again and writes it as a replay, signed by a key that is made for it and forgotten. `told` is told how
     /// many ticks are played.
+    #[pyo3(signature = (path, team, told=None))]
     fn save_replay(&self, py: Python<'_>, path: PathBuf, team: String, told: Told<'_>) -> PyResult<()> {
         let Some(history) = &self.history else {
             let message =

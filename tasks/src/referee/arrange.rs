@@ -142,13 +142,14 @@ impl ArrangeReferee {
         self.seen.reached == self.aims.len()
     }
 
-    /// How far each object is that the goals speak of: of its goals the first that has not been reached.
+    /// How far each object is: of its goals the first that has not been reached.
     pub fn explain(&self, tick: u64, objects: &[ObjectSnapshot], speeds: &[f64]) -> Vec<Verdict> {
-        let each = (0..objects.len()).filter_map(|object| {
+        let verdict = |object: usize| {
             let mut own = self.aims.iter().enumerate().filter(|(_, aim)| aim.object == object).peekable();
-            own.peek()?;
+            let concerned = own.peek().is_some();
             let Some((k, aim)) = own.find(|(k, _)| *k >= self.seen.reached) else {
-                return Some(Verdict { object, counts: true, place: "done".to_owned(), reasons: Vec::new() });
+                let place = if concerned { "done" } else { "none" };
+                return Verdict { object, counts: concerned, place: place.to_owned(), reasons: Vec::new() };
             };
             let now = k == self.seen.reached;
             let mut reasons = aim.measure(objects, speeds.get(object).copied());
@@ -159,9 +160,9 @@ impl ArrangeReferee {
                 reasons.push(Measured::new("held", holds, Some(held_s), limit, "s"));
             }
             let place = if now { aim.goal.name.clone() } else { "later".to_owned() };
-            Some(Verdict { object, counts: false, place, reasons })
-        });
-        each.collect()
+            Verdict { object, counts: false, place, reasons }
+        };
+        (0..objects.len()).map(verdict).collect()
     }
 }
 
@@ -252,8 +253,9 @@ mod tests {
         let mut referee = start();
         let told = |referee: &ArrangeReferee, tick, cube| referee.explain(tick, &scene(cube), &[0.1, 0.0]);
         let verdicts = told(&referee, 0, at([0.0, 0.0, 0.07]));
-        // The post is an object of no goal.
-        let [cube] = verdicts.as_slice() else { panic!("{verdicts:?}") };
+        let [cube, post] = verdicts.as_slice() else { panic!("{verdicts:?}") };
+        // An object of no goal.
+        assert_eq!((post.counts, post.place.as_str(), post.reasons.len()), (false, "none", 0));
         assert_eq!((cube.counts, cube.place.as_str(), cube.reasons.len()), (false, "up", 2));
         let risen = &cube.reasons[0];
         assert_eq!((risen.rule.as_str(), risen.holds, risen.limit), ("above", false, 0.1));

@@ -12,7 +12,7 @@ pub struct Verdict {
     pub counts: bool,
     /// Where it is, as far as the rules care: `goal`, `start`, `outside`, `on_the_way`; where one object is held: `down`,
     /// `up`, `shaking`, `lost`, `kept`; where objects are arranged: the name of the goal that comes next, `later` if that
-    /// is another object's, `done`.
+    /// is another object's, `done`, `none` for an object of no goal.
     pub place: String,
     /// The rules it is measured by.
     pub reasons: Vec<Measured>,

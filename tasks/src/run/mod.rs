@@ -207,6 +207,11 @@ impl Run {
         self.referee.score()
     }
 
+    /// Objects by where they are, as far as it has been noted.
+    pub fn count(&self) -> Count {
+        self.referee.count()
+    }
+
     /// Whether the run is over, and why: `Complete` or `TimeLimit`. Costs next to nothing.
     pub fn over(&self) -> Option<Reason> {
         if self.referee.complete() {

@@ -169,8 +169,7 @@ impl Task {
         task.check_regions().map_err(error)?;
         task.place.check(task.objects.certain().as_deref()).map_err(error)?;
         task.check_cameras().map_err(error)?;
-        let scattered = matches!(task.place, Placing::Scatter(_));
-        task.training.check(task.rules.goal().is_some(), scattered).map_err(error)?;
+        task.training.check(task.rules.has_destination(), &task.place).map_err(error)?;
         let mut table: toml::Table = toml::from_str(text).map_err(|e| error(e.to_string()))?;
         table.remove("training");
         let mut hash = ContentHash::of("palmares task 1");

@@ -87,12 +87,14 @@ impl Rules {
         }
     }
 
-    /// Name of the region that objects are to end in, if there is one.
-    pub fn goal(&self) -> Option<&str> {
+    /// Whether there is a place that objects are to be brought to.
+    pub fn has_destination(&self) -> bool {
         match self {
-            Rules::Collect(rules) => Some(&rules.goal),
-            // What is to be held has none, and what is to be arranged one for each goal.
-            Rules::Hold(_) | Rules::Arrange(_) => None,
+            Rules::Collect(_) => true,
+            Rules::Hold(_) => false,
+            Rules::Arrange(rules) => {
+                rules.goals.iter().any(|goal| goal.inside.is_some() || goal.within.is_some())
+            }
         }
     }
 

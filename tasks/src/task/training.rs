@@ -1,5 +1,6 @@
 //! What a task offers to learners. It takes no part in scored play, and none in the task's content hash.
 
+use super::placing::Placing;
 use serde::Deserialize;
 
 /// The table `[training]` of a `task.toml`.
@@ -175,18 +176,18 @@ impl Quantity {
 }
 
 impl Training {
-    /// What is wrong with the numbers. `goal`: the rules have a region that objects are to end in.
-    pub(crate) fn check(&self, goal: bool, scattered: bool) -> Result<(), String> {
+    /// What is wrong with the numbers. `destination`: there is a place that objects are to be brought to.
+    pub(crate) fn check(&self, destination: bool, place: &Placing) -> Result<(), String> {
         if let Some(rewards) = &self.rewards {
-            rewards.check(goal)?;
+            rewards.check(destination)?;
         }
-        self.randomise.check(scattered)
+        self.randomise.check(place)
     }
 }
 
 impl Rewards {
-    fn check(&self, goal: bool) -> Result<(), String> {
-        let within = |field: &str, x: f64, low: f64, high: f64| match x >= low && x <= high {
+    fn check(&self, destination: bool) -> Result<(), String> {
+        let within = |field: &str, x: f64, low: f64, high: f64| match (low..=high).contains(&x) {
             true => Ok(()),
             false => Err(format!("training.rewards.{field} = {x}; it must be in [{low}, {high}]")),
         };
@@ -205,7 +206,7 @@ impl Rewards {
         }
         if let Some(Transport { weight }) = self.transport {
             within("transport.weight", weight, 0.0, 1e3)?;
-            if !goal {
+            if !destination {
                 return Err(
                     "training.rewards.transport: these rules have no goal to come nearer to; leave it \
                             out"
@@ -218,7 +219,7 @@ impl Rewards {
 }
 
 impl Ranges {
-    fn check(&self, scattered: bool) -> Result<(), String> {
+    fn check(&self, place: &Placing) -> Result<(), String> {
         let factors = [
             ("mass", self.mass, 100.0),
             ("friction", self.friction, 100.0),
@@ -227,14 +228,14 @@ impl Ranges {
         ];
         for (field, range, most) in factors {
             let Some([low, high]) = range else { continue };
-            if !(low >= 1.0 / most && low <= high && high <= most) {
+            if !((1.0 / most..=high).contains(&low) && high <= most) {
                 return Err(format!(
                     "training.randomise.{field} = [{low}, {high}]; a factor's range must ascend within [{}, {most}]",
                     1.0 / most
                 ));
             }
         }
-        let within = |field: &str, x: f64, high: f64| match x >= 0.0 && x <= high {
+        let within = |field: &str, x: f64, high: f64| match (0.0..=high).contains(&x) {
             true => Ok(()),
             false => Err(format!("training.randomise.{field} = {x}; it must be in [0, {high}]")),
         };
@@ -247,12 +248,20 @@ impl Ranges {
         if let Some(ObjectPoses { shift_m, tilt_deg }) = self.object_poses {
             within("object_poses.shift_m", shift_m, 1.0)?;
             within("object_poses.tilt_deg", tilt_deg, 180.0)?;
-            if scattered && shift_m > 0.0 {
-                return Err(
-                    "training.randomise.object_poses.shift_m: `scatter` puts objects anywhere already; \
-                            leave it out"
-                        .to_owned(),
-                );
+            match place {
+                Placing::Scatter(_) if shift_m > 0.0 => {
+                    return Err(
+                        "training.randomise.object_poses.shift_m: `scatter` puts objects anywhere already; leave it out"
+                            .to_owned(),
+                    );
+                }
+                Placing::Fixed(_) => {
+                    return Err(
+                        "training.randomise.object_poses: `fixed` has a shift and a turn of its own; leave it out"
+                            .to_owned(),
+                    );
+                }
+                Placing::Scatter(_) | Placing::Pour(_) => {}
             }
         }
         Ok(())

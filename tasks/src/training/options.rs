@@ -1,6 +1,6 @@
 //! What a learner asks for.
 
-use crate::task::{Quantity, Ranges, Task};
+use crate::task::{Placing, Quantity, Ranges, Rules, Task};
 
 /// In what runs differ from those of their task.
 #[derive(Clone, Debug)]
@@ -11,13 +11,17 @@ pub struct Options {
     pub(super) count: usize,
     /// How many the task has.
     whole: usize,
+    /// Name of the task, if it speaks of its objects one by one.
+    needs_all: Option<String>,
 }
 
 impl Options {
     /// Nothing differs.
     pub fn none(task: &Task) -> Self {
         let count = task.objects.count;
-        Options { ranges: Ranges::default(), count, whole: count }
+        let named = matches!(task.rules, Rules::Arrange(_)) || matches!(task.place, Placing::Fixed(_));
+        let needs_all = named.then(|| task.name.clone());
+        Options { ranges: Ranges::default(), count, whole: count, needs_all }
     }
 
     /// Draws everything that the task declares.
@@ -59,12 +63,17 @@ impl Options {
     /// Leaves this part of the task's objects, in (0, 1], rounded to a whole number and at least one.
     ///
     /// # Errors
-    /// It is no such part.
+    /// It is no such part, or the task needs all of its objects.
     pub fn fraction(self, part: f64) -> Result<Self, String> {
         if !(part > 0.0 && part <= 1.0) {
             return Err(format!("fraction: found {part}; wanted a number above 0 and at most 1"));
         }
         let count = ((part * self.whole as f64).round() as usize).max(1);
+        if let Some(task) = self.needs_all.as_ref().filter(|_| count < self.whole) {
+            return Err(format!(
+                "fraction: found {part}; task `{task}` speaks of its objects one by one and needs all of them: wanted 1"
+            ));
+        }
         Ok(Options { count, ..self })
     }
 

@@ -2,7 +2,8 @@
 
 use super::grasp_centre::grasp_centre;
 use crate::run::Run;
-use crate::task::Rewards;
+use crate::scene::SceneBody;
+use crate::task::{Goal, Rewards, Rules, Task};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::Owner;
 
@@ -17,7 +18,7 @@ pub struct Terms {
     pub lift: f64,
     /// For its way to the goal.
     pub transport: f64,
-    /// For the objects that are in the goal: each has all of the above.
+    /// For the objects that are in the goal, or the goals that have been reached: each has all of the above.
     pub brought: f64,
 }
 
@@ -32,27 +33,43 @@ impl Terms {
     }
 }
 
-/// Where an object was at tick 0.
-#[derive(Clone, Copy, Debug)]
-struct Begun {
-    /// Height of its centre of mass, m.
+/// Something that an object is to be brought to, and where it was at tick 0.
+#[derive(Clone, Debug)]
+struct Aim {
+    /// In scene order.
+    object: usize,
+    /// The point of it that is to get there, in its own frame, m; none: its centre of mass.
+    point: Option<Vec3>,
+    target: Option<Target>,
+    /// Height of its centre of mass at tick 0, m.
     height: f64,
-    /// Distance of the same from the goal, m.
+    /// How far the point was from the target then, m.
     away: f64,
+}
+
+/// Where an object is to be.
+#[derive(Clone, Copy, Debug)]
+struct Target {
+    /// The object in whose frame it lies, in scene order; none: the world.
+    on: Option<usize>,
+    low: Vec3,
+    high: Vec3,
 }
 
 /// The potential Φ of a run's states: a function of where hand and objects are and what of the hand touches which object.
 ///
-/// Each object that is not in the goal has a value, the sum of the terms of [`Rewards`]; Φ is the largest of these values,
-/// and for each object in the goal what the terms are at most. So it climbs from the hand's way to an object over grasp,
-/// lift and transport to the goal, and then from there with the next. What the referee thinks takes no part in it.
+/// Where all objects belong in one region, each that is not there has a value, the sum of the terms of [`Rewards`]; Φ is the
+/// largest of these values, and for each object in the region what the terms are at most. Where goals are reached one after
+/// the other, Φ is the value of the next goal's object, and for each goal that has been reached what the terms are at most.
+/// So it climbs from the hand's way to an object over grasp, lift and transport, and then from there with the next.
 #[derive(Clone, Debug)]
 pub struct Potential {
     rewards: Rewards,
     /// In the frame of the hand's base.
     grasp_centre: Vec3,
-    goal: Option<(Vec3, Vec3)>,
-    begun: Vec<Begun>,
+    aims: Vec<Aim>,
+    /// One after the other, as the referee has noted; else in whatever order, by where the objects are.
+    in_turn: bool,
     /// What the terms of an object are at most.
     full: f64,
     /// Of each object, a bit for each link that touches it.
@@ -62,17 +79,16 @@ pub struct Potential {
 impl Potential {
     /// For a run of a task that has rewards, at whatever tick.
     pub fn new(run: &Run) -> Option<Self> {
-        let rewards = run.task().training.rewards.clone()?;
-        let goal = run.task().rules.goal().and_then(|name| run.task().region(name));
-        let goal = goal.map(|(low, high)| (Vec3::from_array(low), Vec3::from_array(high)));
-        let begun = run.scene().bodies.iter().filter(|body| body.free).map(|body| {
-            let ([x, y, z, w], at) =
-                (body.quat_xyzw.unwrap_or([0.0, 0.0, 0.0, 1.0]), body.position.unwrap_or_default());
-            let pose = Pose::from_parts(Vec3::from_array(at), Rotation::from_xyzw(x, y, z, w));
-            let com = pose.transform_point(Vec3::from_array(body.com));
-            Begun { height: com.z, away: goal.map_or(0.0, |goal| away(goal, com)) }
-        });
-        let begun: Vec<Begun> = begun.collect();
+        let task = run.task();
+        let rewards = task.training.rewards.clone()?;
+        let objects: Vec<(Pose, Vec3)> =
+            run.scene().bodies.iter().filter(|body| body.free).map(at_tick_0).collect();
+        let mut aims = aims(task, objects.len());
+        for aim in &mut aims {
+            let (_, com) = objects.get(aim.object)?;
+            aim.height = com.z;
+            aim.away = aim.away(|k| objects[k]).unwrap_or_default();
+        }
         let weights = [
             rewards.distance.map(|term| term.weight),
             rewards.contact.map(|term| term.weight),
@@ -82,16 +98,16 @@ impl Potential {
         Some(Potential {
             full: weights.into_iter().flatten().sum(),
             grasp_centre: grasp_centre(run.hand()),
-            touching: vec![0; begun.len()],
-            goal,
-            begun,
+            touching: vec![0; objects.len()],
+            in_turn: matches!(task.rules, Rules::Arrange(_)),
+            aims,
             rewards,
         })
     }
 
     /// Φ now, term by term.
     pub fn at(&mut self, run: &Run) -> Terms {
-        let state = run.world().state();
+        let (model, state) = (run.world().model(), run.world().state());
         self.touching.fill(0);
         for contact in run.world().contact_forces() {
             if let (Owner::Link(link), Owner::Object(k)) | (Owner::Object(k), Owner::Link(link)) =
@@ -102,46 +118,90 @@ impl Potential {
             }
         }
         let centre = state.base.transform_point(self.grasp_centre);
+        let object = |k: usize| (state.object_pose(model, k), state.objects[k].translation);
+        let value = |aim: &Aim, away: Option<f64>| {
+            let links = self.touching[aim.object].count_ones();
+            terms(&self.rewards, aim, centre, state.objects[aim.object].translation, away, links)
+        };
         let (mut best, mut brought) = (Terms::default(), 0);
-        for ((object, begun), links) in state.objects.iter().zip(&self.begun).zip(&self.touching) {
-            let at = object.translation;
-            let to_goal = self.goal.map(|goal| away(goal, at));
-            if to_goal == Some(0.0) {
-                brought += 1;
-                continue;
+        if self.in_turn {
+            brought = run.count().in_goal as usize;
+            if let Some(aim) = self.aims.get(brought) {
+                best = value(aim, aim.away(object));
             }
-            let terms = terms(&self.rewards, begun, centre, at, to_goal, links.count_ones());
-            if terms.object() > best.object() {
-                best = terms;
+        } else {
+            for aim in &self.aims {
+                let away = aim.away(object);
+                if away == Some(0.0) {
+                    brought += 1;
+                    continue;
+                }
+                let terms = value(aim, away);
+                if terms.object() > best.object() {
+                    best = terms;
+                }
             }
         }
-        Terms { brought: f64::from(brought) * self.full, ..best }
+        Terms { brought: brought as f64 * self.full, ..best }
     }
 }
 
-fn terms(
-    rewards: &Rewards,
-    begun: &Begun,
-    centre: Vec3,
-    at: Vec3,
-    to_goal: Option<f64>,
-    links: u32,
-) -> Terms {
+impl Aim {
+    /// How far the object is from where it is to be, m, when `object` has the poses of frames and the centres of mass.
+    fn away(&self, object: impl Fn(usize) -> (Pose, Vec3)) -> Option<f64> {
+        let Target { on, low, high } = self.target?;
+        let (frame, com) = object(self.object);
+        let point = self.point.map_or(com, |point| frame.transform_point(point));
+        let point = on.map_or(point, |on| object(on).0.inverse().transform_point(point));
+        Some((low - point).max(point - high).max(Vec3::ZERO).length())
+    }
+}
+
+/// What is to be brought where by the rules of a task; heights and distances are not set yet.
+fn aims(task: &Task, objects: usize) -> Vec<Aim> {
+    let aim = |object, point, target| Aim { object, point, target, height: 0.0, away: 0.0 };
+    let region = |name: &str| {
+        let (low, high) = task.region(name)?;
+        Some(Target { on: None, low: Vec3::from_array(low), high: Vec3::from_array(high) })
+    };
+    match &task.rules {
+        Rules::Hold(_) => (0..objects).map(|k| aim(k, None, None)).collect(),
+        Rules::Collect(rules) => (0..objects).map(|k| aim(k, None, region(&rules.goal))).collect(),
+        Rules::Arrange(rules) => {
+            let names = task.objects.certain().unwrap_or_default();
+            let index = |name: &str| names.iter().position(|known| known == name);
+            let of = |goal: &Goal| {
+                let within = goal.within.as_ref().and_then(|within| {
+                    let (low, high) = (Vec3::from_array(within.min), Vec3::from_array(within.max));
+                    Some(Target { on: Some(index(&within.object)?), low, high })
+                });
+                let target = within.or_else(|| goal.inside.as_deref().and_then(region));
+                Some(aim(index(&goal.object)?, goal.point.map(Vec3::from_array), target))
+            };
+            rules.goals.iter().filter_map(of).collect()
+        }
+    }
+}
+
+/// Frame and centre of mass of a body at tick 0.
+fn at_tick_0(body: &SceneBody) -> (Pose, Vec3) {
+    let ([x, y, z, w], at) =
+        (body.quat_xyzw.unwrap_or([0.0, 0.0, 0.0, 1.0]), body.position.unwrap_or_default());
+    let frame = Pose::from_parts(Vec3::from_array(at), Rotation::from_xyzw(x, y, z, w));
+    (frame, frame.transform_point(Vec3::from_array(body.com)))
+}
+
+fn terms(rewards: &Rewards, aim: &Aim, centre: Vec3, at: Vec3, to_goal: Option<f64>, links: u32) -> Terms {
     let near = |d: f64, scale: f64| scale / (scale + d);
     let part = |x: f64| x.clamp(0.0, 1.0);
-    let transport = |away: f64| if begun.away > 0.0 { part(1.0 - away / begun.away) } else { 0.0 };
+    let transport = |away: f64| if aim.away > 0.0 { part(1.0 - away / aim.away) } else { 0.0 };
     Terms {
         distance: rewards.distance.map_or(0.0, |it| it.weight * near((centre - at).length(), it.scale_m)),
         contact: rewards
             .contact
             .map_or(0.0, |it| it.weight * part(f64::from(links) / f64::from(it.links.max(1)))),
-        lift: rewards.lift.map_or(0.0, |it| it.weight * part((at.z - begun.height) / it.height_m)),
+        lift: rewards.lift.map_or(0.0, |it| it.weight * part((at.z - aim.height) / it.height_m)),
         transport: rewards.transport.map_or(0.0, |it| it.weight * to_goal.map_or(0.0, transport)),
         brought: 0.0,
     }
-}
-
-/// How far a point is from a region, m; 0 in it.
-fn away((low, high): (Vec3, Vec3), at: Vec3) -> f64 {
-    (low - at).max(at - high).max(Vec3::ZERO).length()
 }

@@ -43,7 +43,7 @@ def evaluate(
 
     Args:
         controllers: Python files or names of modules; the first is compared with each of the others.
-        tasks: Names of tasks, for controllers that take a ``task``; none: whatever they play.
+        tasks: Names or paths of tasks, for controllers that take a ``task``; none: whatever they play.
         hands: Names or paths of hands, for controllers that take a ``hand``; none: whatever they play.
         seeds: The scenes, 0 to 2**53 - 1.
         url: A server, or ``local`` for worlds in the processes that play.
@@ -84,17 +84,23 @@ def _each_once(words: str | Sequence[str]) -> list[str]:
 
 
 def _names(url: str, tasks: Sequence[str], hands: Sequence[str]) -> dict[str, str]:
-    """Return the names of tasks and hands by what they are called here; refuse what is not there.
-
-    What a task that is given by a path is called is not known here.
-    """
+    """Return the names of tasks and hands by what they are called here; refuse what is not there."""
     with Client(url, team="evaluate") as client:
         known = [task.name for task in client.welcome.tasks]
-        for task in tasks:
-            if task not in known and not (client.is_local and os.path.exists(task)):
-                raise UnknownTaskError(f"unknown_task: no task {task!r}; there are: {', '.join(known)}")
-        names = {task: task for task in tasks if task in known}
+        names = {task: task if task in known else _own_task(client, task, known) for task in tasks}
         return names | {hand: client.describe_hand(hand)["name"] for hand in hands}
+
+
+def _own_task(client: Client, task: str, known: Sequence[str]) -> str:
+    """Return the name of a task that is given by its path."""
+    if not client.is_local:
+        raise UnknownTaskError(f"unknown_task: no task {task!r}; there are: {', '.join(known)}")
+    from palmares import sim
+
+    try:
+        return sim.welcome(own_tasks=[task]).tasks[-1].name
+    except ValueError as unreadable:
+        raise UnknownTaskError(f"unknown_task: {unreadable}") from None
 
 
 def _played_by(

@@ -47,7 +47,7 @@ def evaluate(
 
     Args:
         controllers: Python files or names of modules.
-        tasks: Names of tasks.
+        tasks: Names or paths of tasks.
         hands: Names or paths of hands.
         seeds: The scenes.
         address: As for `pool`.

@@ -17,6 +17,7 @@ from palmares.ray.parcel import Parcel, of_files
 from palmares.ray.runs import OPTIONS, build, check_build, connect, finished
 from palmares.sim import Batch
 from palmares.sim.batch import Arrays
+from palmares.training import Training
 
 Policy = Callable[[Arrays], Array]
 """Takes observations, arrays (N, …), and returns actions (N, 6 + motors), as `palmares.sim.Batch` has them"""
@@ -51,6 +52,7 @@ def batches(
     *,
     sensing: Literal["sensors", "truth"] = "truth",
     noise: Literal["none", "real"] = "none",
+    training: Training | None = None,
     address: str | None = None,
     **options: Any,
 ) -> list[Any]:
@@ -65,11 +67,12 @@ def batches(
 
     Args:
         count: How many actors.
-        task: Name of a task, or the path of your own where `Batch` takes one.
+        task: Name of a task, or the path of your own.
         hand: Name of a hand, or the path of your own.
         worlds: N, the number of worlds of each.
         sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
         noise: ``none`` or ``real``.
+        training: Shaped rewards, and runs that differ from the task's, as for `Batch`.
         address: As for `palmares.ray.pool`.
         options: Those of `ray.remote` for an actor; without them a core for each, spread over the machines,
             started anew as often as need be.
@@ -78,7 +81,7 @@ def batches(
     connect(address)
     ours = {"num_cpus": 1, "max_restarts": -1, "scheduling_strategy": "SPREAD"}
     actor = ray.remote(BatchActor).options(**ours | options)
-    kind = {"sensing": sensing, "noise": noise}
+    kind = {"sensing": sensing, "noise": noise, "training": training}
     parcels = (of_files(task), of_files(hand))
     return [actor.remote(build(), task, hand, parcels, worlds, kind) for _ in range(count)]
 
@@ -107,7 +110,7 @@ def rollouts(
     Args:
         policy: Takes observations, arrays (N, …), and returns actions (N, 6 + motors), as
             `palmares.sim.Batch` has them: finite, also for runs that are over, which stand still.
-        task: Name of a task, or the path of your own where `Batch` takes one.
+        task: Name of a task, or the path of your own.
         hand: Name of a hand, or the path of your own.
         seeds: The scenes.
         worlds: How many seeds are played at a time in one worker.

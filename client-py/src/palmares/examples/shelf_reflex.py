@@ -1,0 +1,164 @@
+"""Rake objects out of the shelf with the ReFlex, into the box before it.
+
+Nothing is ever held. The hand goes in over the objects, palm down, hooks two fingers behind one of them and
+pulls it out, with all that stands before it, fast enough to fly over the gap between shelf and box:
+
+    in front of the shelf -> in at the top -> hook the fingers -> down behind the object -> pull
+
+An object behind which there is no room is pressed down and drawn forward a little first. Where things are is
+known from the true poses (sensing "truth"); `palmares.raking` finds the place for the fingers. It can do
+nothing about objects over which the hand does not fit: grasping those from the front is left to you.
+
+    python shelf_reflex.py --seed 7 --runs 3
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import palmares
+from palmares import raking
+from palmares.motion import Attempt, Mover, ObjectBounds, RunOverError, Summary, array, object_bounds, play
+
+LOG = logging.getLogger(__name__)
+
+# --------------------------------------------------------------------------------------------------------
+# What to tune
+
+RAKE = raking.RakeShape(
+    rotation=array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]),
+    hook=raking.boxes(
+        (0.047, -0.033, 0.100, 0.086, -0.019, 0.194),  # finger 1
+        (0.047, 0.019, 0.100, 0.086, 0.033, 0.194),  # finger 2
+    ),
+    body=raking.boxes(
+        (-0.055, -0.053, 0.000, 0.083, 0.053, 0.083),  # housing and palm
+        (-0.143, -0.007, 0.037, -0.016, 0.007, 0.096),  # finger 3, open
+        (0.033, -0.044, 0.063, 0.087, 0.044, 0.100),  # joints of fingers 1 and 2
+    ),
+)
+"""The ReFlex with two fingers hooked (σ = 0.55)"""
+RAKES = (
+    RAKE,
+    replace(
+        RAKE,
+        yaws_rad=(0.0, 0.15, -0.15, 0.5, -0.5),
+        asides_m=(0.0, 0.03, -0.03, 0.055, -0.055),
+        behind_m=0.025,
+        above_m=0.002,
+        bite_m=0.01,
+    ),
+    replace(RAKE, yaws_rad=(0.0, 0.3, -0.3, 0.7, -0.7), behind_m=0.0, above_m=-0.01, bite_m=0.03),
+)
+"""First with care; what is left then in other ways, the last of which bumps into things"""
+TRIES = 5
+"""Attempts at an object where it stands, with each of these"""
+SIGMA_HOOKED = 0.55
+HOOK_S = 0.8
+"""How long hooking the fingers takes"""
+TOP_M = 0.992
+"""Height of the base on its way in, close under the shelf's top"""
+OUTSIDE_Y_M = 0.0
+"""Where the base is before it goes in"""
+FLAT_Y_M = 0.61
+"""Farther in, straight fingers would touch the rear wall"""
+END_Y_M = -0.05
+"""Where the base comes to rest after a pull"""
+PRESS_N = 25.0
+"""How hard an object is pressed down that is drawn forward"""
+PICKS = 100
+"""Attempts per run"""
+
+
+class Reflex(Mover):
+    """Fingers 1 and 2 obey σ; finger 3 stays open, out of the way."""
+
+    def command(self) -> list[float]:
+        """Return σ of the four motors."""
+        return [self.sigma, self.sigma, 0.0, 0.0]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShelfSummary(Summary):
+    """The outcome of a run."""
+
+    in_box: int
+    outside: int
+    """Objects that ended neither in the shelf nor in the box"""
+    picks: int
+    """Attempts made"""
+    left: list[str]
+    """Objects that are still in the shelf"""
+
+
+def choose(
+    objects: Sequence[ObjectBounds],
+    shelf: palmares.Region,
+    attempts: Sequence[Attempt],
+    rolls: raking.Rolling,
+) -> raking.RakePlan | None:
+    """Return what to do next, as carefully as possible; `None` if nothing is worth a try."""
+    for rank, shape in enumerate(RAKES, start=1):
+        plan = raking.choose(objects, shelf, shape, attempts, rolls=rolls, tries=rank * TRIES)
+        if plan is not None:
+            return plan
+    return None
+
+
+def do(mover: Reflex, plan: raking.RakePlan) -> None:
+    """Carry a plan out."""
+    raking.put_down(
+        mover,
+        plan,
+        outside_y_m=OUTSIDE_Y_M,
+        flat_y_m=FLAT_Y_M,
+        top_m=TOP_M,
+        sigmas=(0.0, SIGMA_HOOKED),
+        hook_s=HOOK_S,
+    )
+    if plan.kind == "rake":
+        raking.rake(mover, plan, end_y_m=END_Y_M, sigma=SIGMA_HOOKED)
+    else:
+        raking.drag(mover, plan, press_n=PRESS_N)
+
+
+def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> ShelfSummary:
+    """Play one run of at most `picks` attempts."""
+    mover = Reflex(client, client.reset("shelf", "reflex", sensing="truth", seed=seed))
+    scene = client.scene
+    shelf, box = scene.region("shelf"), scene.region("box")
+    rolls = raking.rolling(scene.free)
+    attempts: list[Attempt] = []
+
+    def inside(region: palmares.Region) -> list[str]:
+        return [found.name for found in object_bounds(scene, mover.obs) if region.contains(found.com)]
+
+    with contextlib.suppress(RunOverError):  # Complete, or out of time: the result says which.
+        while len(attempts) < picks:
+            plan = choose(object_bounds(scene, mover.obs), shelf, attempts, rolls)
+            if plan is None:
+                break
+            target = plan.target
+            attempts.append(Attempt(target.index, target.middle, plan.yaw_rad, plan.kind))
+            do(mover, plan)
+            LOG.info(
+                f"pick {len(attempts):2}: {plan.kind} {target.name:28.28} {len(inside(box))} in the box, "
+                f"{mover.obs.sim_time_s:6.1f} s simulated"
+            )
+        mover.wait(0.5)
+    left = inside(shelf)
+    result, summary = mover.stop()
+    return ShelfSummary(
+        **vars(summary),
+        in_box=result.in_goal,
+        outside=result.outside,
+        picks=len(attempts),
+        left=left,
+    )
+
+
+if __name__ == "__main__":
+    play(run, __doc__)

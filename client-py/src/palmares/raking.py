@@ -1,0 +1,327 @@
+"""Raking with a hand: hooked fingers behind an object, then out so fast that it flies.
+
+Who wants objects out of a shelf and into a box before it need not hold them: an object that leaves the shelf
+at about 1 m/s lands in the box, and so does what stands in its way. `choose` finds where to put the hooked
+fingers down, `rake` does it, `drag` pulls an object forward behind which there is no room yet.
+
+The hand is a number of boxes, palm down and fingers towards +y when it is not turned. Objects are their
+bounding boxes, as `palmares.motion.object_bounds` gives them.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from palmares.arrays import Array, array
+from palmares.motion import Attempt, Mover, ObjectBounds, RunOverError, attempts_here
+from palmares.rotation import quat_of, rot_z
+from palmares.scene import Region, SceneBody
+from palmares.targets import pose
+
+__all__ = [
+    "RakePlan",
+    "RakeShape",
+    "Rolling",
+    "boxes",
+    "choose",
+    "drag",
+    "fling",
+    "rake",
+    "rolling",
+]
+
+Kind = Literal["rake", "drag"]
+"""Pull out from behind; draw forward from above, where there is no room behind"""
+Rolling = frozenset[int]
+"""Rows of objects that roll, in `Truth.positions`"""
+
+
+def boxes(*rows: tuple[float, ...]) -> Array:
+    """Return boxes as their corners, (n, 8, 3), m, from rows of least and largest x, y, z."""
+    ends = array(rows, -1, 2, 3)
+    corners = [[box[k][axis] for axis, k in enumerate(pick)] for box in ends for pick in PICKS]
+    return array(corners, -1, 8, 3)
+
+
+PICKS = list(itertools.product((0, 1), repeat=3))
+
+
+@dataclass(frozen=True)
+class RakeShape:
+    """A hand with hooked fingers, and how carefully it is used."""
+
+    rotation: Array
+    """World from hand, (3, 3): palm down, fingers towards +y"""
+    hook: Array
+    """Boxes around the fingers that pull, (n, 8, 3), hand frame, m; see `boxes`"""
+    body: Array
+    """Boxes around what stays above the objects, (n, 8, 3), hand frame, m"""
+    beside: Array | None = None
+    """Boxes around what comes down beside the fingers and does not pull, such as a thumb"""
+    behind_m: float = 0.012
+    """Room between the fingers and the object when they come down"""
+    above_m: float = 0.008
+    """Room between the palm and what is under it"""
+    bite_m: float = 0.02
+    """The fingers must reach down at least so far behind the object"""
+    yaws_rad: tuple[float, ...] = (0.0, 0.3, -0.3)
+    kinds: tuple[Kind, ...] = ("rake", "drag")
+    """What it is used for: soft fingers only rake"""
+    asides_m: tuple[float, ...] = (0.0, -0.02, 0.02, -0.04, 0.04)
+    """How far beside its middle the object may be taken"""
+
+    def bounds(self, part: Array, yaw_rad: float) -> tuple[Array, Array]:
+        """Return the least and largest coordinates (n, 3) of boxes (n, 8, 3) of a hand turned by `yaw_rad`.
+
+        They are along the world's axes, from the hand's origin, m.
+        """
+        turned = part @ (rot_z(yaw_rad) @ self.rotation).T
+        return turned.min(axis=1), turned.max(axis=1)
+
+
+@dataclass(frozen=True)
+class RakePlan:
+    """Where to put the hand down, and what for."""
+
+    kind: Kind
+    target: ObjectBounds
+    yaw_rad: float
+    rotation: Array
+    """World from hand, (3, 3)"""
+    at: Array
+    """Position of the base when the fingers are down, (3,), m"""
+    score: float
+    """0 where nothing is in the way, else less"""
+
+    @property
+    def into(self) -> Array:
+        """Level direction in which the fingers point, (3,); its y is 1."""
+        return array([-math.tan(self.yaw_rad), 1.0, 0.0])
+
+
+def rolling(bodies: Sequence[SceneBody]) -> Rolling:
+    """Return which of these free bodies roll: those of spheres and capsules alone."""
+    return frozenset(
+        row
+        for row, body in enumerate(bodies)
+        if all(part.shape.type in ("sphere", "capsule") for part in body.parts)
+    )
+
+
+def choose(
+    objects: Sequence[ObjectBounds],
+    shelf: Region,
+    shape: RakeShape,
+    attempts: Sequence[Attempt],
+    *,
+    rolls: Rolling = frozenset(),
+    tries: int = 8,
+    moved_m: float = 0.015,
+) -> RakePlan | None:
+    """Return the best plan for what stands in the shelf; `None` if there is nothing that it can do.
+
+    Args:
+        objects: All of them, in the shelf or not.
+        shelf: The region; open towards -y.
+        shape: The hand.
+        attempts: What was tried so far.
+        rolls: Which objects roll: they are taken first, and nothing may touch them in passing.
+        tries: An object that was tried so often where it stands is left there.
+        moved_m: For an object that has moved farther than this, earlier attempts do not count.
+
+    """
+    inside = [found for found in objects if shelf.contains(found.com)]
+    best: RakePlan | None = None
+    for target in inside:
+        others = [other for other in inside if other is not target]
+        tried = attempts_here(attempts, target.index, target.middle, moved_m)
+        here = [attempt for attempt in tried if attempt.grasp in KINDS]
+        if len(here) >= tries:
+            continue
+        for yaw_rad in shape.yaws_rad:
+            for kind in shape.kinds:
+                plan = _best_place(kind, target, others, shelf, shape, yaw_rad, rolls, here)
+                if plan is not None and (best is None or plan.score > best.score):
+                    best = plan
+    return best
+
+
+KINDS: tuple[Kind, ...] = ("rake", "drag")
+FLOOR_M = 0.012
+"""Room between the fingertips and the floor"""
+ABOVE_TOP_M = 0.005
+"""Where a drag begins to press down, above the top of the object"""
+DRAG_COST = 0.12
+"""A drag gains less than a rake"""
+
+
+def _best_place(
+    kind: Kind,
+    target: ObjectBounds,
+    others: list[ObjectBounds],
+    shelf: Region,
+    shape: RakeShape,
+    yaw_rad: float,
+    rolls: Rolling,
+    here: Sequence[Attempt],
+) -> RakePlan | None:
+    hook_low, hook_high = shape.bounds(shape.hook, yaw_rad)
+    body_low, body_high = shape.bounds(shape.body, yaw_rad)
+    low, high = hook_low.min(axis=0), hook_high.max(axis=0)
+    down = shape.hook if shape.beside is None else np.concatenate([shape.hook, shape.beside])
+    down_low, down_high = shape.bounds(down, yaw_rad)
+    best: RakePlan | None = None
+    for aside in shape.asides_m:
+        x = float(target.middle[0] - (low[0] + high[0]) / 2 + aside)
+        farthest = shelf.max[1] - 0.003 - max(float(high[1]), float(body_high[:, 1].max()))
+        if kind == "rake":
+            y = min(float(target.high[1] + shape.behind_m - low[1]), farthest)
+            blocked = y + low[1] < target.high[1] + 0.002
+        else:
+            depth = target.high[1] - target.low[1]
+            y = min(float(target.middle[1] + 0.25 * depth - (low[1] + high[1]) / 2), farthest)
+            blocked = y + low[1] < target.low[1]
+        if blocked or x + low[0] < shelf.min[0] + 0.003 or x + high[0] > shelf.max[0] - 0.003:
+            continue
+        place = array([x, y, 0.0])
+        # As low as the floor and what is under the palm allow.
+        z = shelf.min[2] + FLOOR_M - low[2]
+        for other in (*others, target):
+            under = _overlap(body_low + place, body_high + place, other) > 0.004
+            if under.any():
+                z = max(z, float((other.high[2] + shape.above_m - body_low[under, 2]).max()))
+        if kind == "drag":
+            on_top = float(target.high[2] + ABOVE_TOP_M - low[2])
+            if z > on_top:
+                continue
+            z = on_top
+        top = z + max(high[2], body_high[:, 2].max())
+        bite = float(target.high[2] - z - low[2])
+        if top > shelf.max[2] - 0.003 or (kind == "rake" and bite < shape.bite_m):
+            continue
+        place[2] = z
+        score = (
+            -BITE * max(0.0, 0.05 - bite)
+            - abs(aside)
+            - 0.02 * abs(yaw_rad)
+            - 0.1 * (target.middle[1] - shelf.min[1])
+        )
+        clash = 0.0
+        lane_low, lane_high = min(x + low[0], target.low[0]), max(x + high[0], target.high[0])
+        for other in others:
+            deep = np.minimum(
+                _overlap(down_low + place, down_high + place, other), other.high[2] - (down_low[:, 2] + z)
+            )
+            clash = max(clash, float(deep.max()))
+            if kind == "rake" and other.middle[1] < y + low[1]:
+                score -= GLANCE[other.index in rolls] * _glances(lane_low, lane_high, other)
+        score -= 2.0 * clash
+        score -= max(0.0, shelf.min[0] - (x + down_low[:, 0].min()), x + down_high[:, 0].max() - shelf.max[0])
+        if target.index in rolls:
+            score += ROLLS_FIRST
+        if kind == "drag":
+            score -= DRAG_COST
+        score -= sum(0.03 + 0.04 * (tried.yaw_rad == yaw_rad and tried.grasp == kind) for tried in here)
+        if best is None or score > best.score:
+            best = RakePlan(kind, target, yaw_rad, array(rot_z(yaw_rad) @ shape.rotation), place, score)
+    return best
+
+
+BITE = 0.3
+"""Cost of reaching down behind an object by less than 5 cm, 1/m"""
+GLANCE = (0.03, 0.08)
+"""Cost of touching an object in passing, one that stands and one that rolls"""
+ROLLS_FIRST = 0.04
+
+
+def _glances(lane_low: float, lane_high: float, other: ObjectBounds) -> bool:
+    """Whether what is pulled along a lane touches an object beside its middle: it then drops off slowly."""
+    touches = other.high[0] > lane_low and other.low[0] < lane_high
+    return bool(touches and not lane_low + 0.01 < other.middle[0] < lane_high - 0.01)
+
+
+def _overlap(low: Array, high: Array, other: ObjectBounds) -> Array:
+    """Return how far each box (n, 3) overlaps an object, seen from above, (n,), m; apart, < 0."""
+    deep = np.minimum(high[:, :2], other.high[:2]) - np.maximum(low[:, :2], other.low[:2])
+    return array(deep.min(axis=1))
+
+
+# --- how it is done ---
+
+
+def fling(mover: Mover, position: Array, speed_m_s: float) -> None:
+    """Move the base to `position` (3,), m, as fast as it speeds up and brakes, at most at `speed_m_s`."""
+    start = mover.position
+    way = position - start
+    far = float(np.linalg.norm(way))
+    top = min(speed_m_s, math.sqrt(far * ACCELERATION))
+    speeding_s = top / ACCELERATION
+    total_s = far / top + speeding_s
+    tick_s = mover.client.run.tick_s
+    for tick in range(math.ceil(total_s / tick_s)):
+        t = min((tick + 1) * tick_s, total_s)
+        up, down = min(t, speeding_s), max(0.0, t - (total_s - speeding_s))
+        gone = ACCELERATION * up**2 / 2 + top * max(0.0, t - speeding_s) - ACCELERATION * down**2 / 2
+        mover.obs = mover.client.step(
+            base=pose(start + way * (gone / far), mover.quat_xyzw), hand=mover.command()
+        )
+        if mover.obs.done:
+            raise RunOverError(mover.obs.reason)
+    mover.position = position
+
+
+ACCELERATION = 3.9
+"""Of the base in a fling, m/s²; it can do 4"""
+
+
+def put_down(
+    mover: Mover,
+    plan: RakePlan,
+    *,
+    outside_y_m: float,
+    flat_y_m: float,
+    top_m: float,
+    sigmas: tuple[float, float],
+    hook_s: float,
+) -> None:
+    """Go in at the top with open fingers as far as they fit, hook them there, go on and come down."""
+    over = array([plan.at[0], plan.at[1], max(top_m, plan.at[2])])
+    flat = over - plan.into * max(0.0, over[1] - flat_y_m)
+    mover.to(0.5, over - plan.into * (over[1] - outside_y_m), quat_of(plan.rotation), sigma=sigmas[0])
+    mover.to(0.5, flat)
+    mover.to(hook_s, sigma=sigmas[1])
+    mover.to(0.2, over)
+    mover.to(0.3, plan.at)
+
+
+def rake(
+    mover: Mover,
+    plan: RakePlan,
+    *,
+    end_y_m: float,
+    sigma: float,
+    speed_m_s: float = 1.2,
+    inwards: float = 0.8,
+) -> None:
+    """Pull what is before the fingers out of the shelf; the base ends at y = `end_y_m`."""
+    mover.sigma = sigma
+    end = plan.at - plan.into * (plan.at[1] - end_y_m)
+    fling(mover, array([inwards * end[0], end[1], end[2]]), speed_m_s)
+    mover.wait(0.4)
+
+
+def drag(mover: Mover, plan: RakePlan, *, press_n: float = 12.0, far_m: float = 0.08) -> None:
+    """Press the fingertips onto the object and draw it forward, slowly; it stays in the shelf."""
+    idle = mover.wrist_force(0.05)
+    for _ in range(12):
+        if np.linalg.norm(mover.wrist_force(0.02) - idle) > press_n:
+            break
+        mover.to(0.04, mover.position - array([0.0, 0.0, 0.003]))
+    mover.to(0.8, mover.position - far_m * plan.into)
+    mover.to(0.2, mover.position + array([0.0, 0.0, 0.04]))

@@ -1,0 +1,80 @@
+"""A task of one's own, by its path."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import palmares
+from palmares.examples import pan_softhand, peg_softhand
+from palmares.sim import Batch, World
+from tests.real_server import PROGRAM, needs_server
+
+CUBE = Path(__file__).parents[2] / "tasks/tests/cube.toml"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    own = tmp_path / "cube"
+    own.mkdir()
+    shutil.copy(CUBE, own / "task.toml")
+    return own
+
+
+def test_a_world_takes_the_path_of_a_task(folder: Path) -> None:
+    world = World(str(folder), "pinch", seed=2)
+    assert world.run.task == "cube"
+    assert [body.name for body in world.scene.free] == ["cube", "post"]
+    world.step(hand=[0.5, 0.2], repeat=20)
+    result = world.result()
+    assert result.score == 0.0
+    assert len(result.task_hash) == 64
+    again = World(str(folder / "task.toml"), "pinch", seed=2)
+    again.step(hand=[0.5, 0.2], repeat=20)
+    assert again.result().state_hash == result.state_hash
+
+
+def test_a_batch_takes_it_too(folder: Path) -> None:
+    batch = Batch(str(folder), "pinch", 2, threads=1)
+    seen = batch.reset([1, 2])
+    assert seen["objects"].shape == (2, 2, 13)
+    assert not np.array_equal(seen["objects"][0], seen["objects"][1])
+
+
+@needs_server
+def test_a_client_without_a_server_takes_it_and_its_replay_verifies_with_the_folder(
+    folder: Path, tmp_path: Path
+) -> None:
+    with palmares.Client("local") as client:
+        client.reset(str(folder), "pinch", seed=2)
+        assert client.run.task == "cube"
+        assert client.welcome.tasks[-1].name == "cube"
+        client.step(hand=[0.5, 0.2], repeat=20)
+        assert client.stop().task_hash == client.welcome.tasks[-1].hash
+        client.save_replay(tmp_path / "run.mcap")
+    verify = [str(PROGRAM), "verify", str(tmp_path / "run.mcap")]
+    assert subprocess.run([*verify, "--task", str(folder)], check=False).returncode == 0
+    refused = subprocess.run(verify, check=False, capture_output=True, text=True)
+    assert refused.returncode == 1
+    assert "other_task" in refused.stdout
+
+
+def test_what_is_wrong_is_told(folder: Path) -> None:
+    with pytest.raises(ValueError, match="neither a task of the program"):
+        World("no-such-task", "pinch")
+    text = (folder / "task.toml").read_text()
+    (folder / "task.toml").write_text(text.replace("mass = 0.2", "mass = -0.2"))
+    with pytest.raises(ValueError, match=r"objects\.own `cube`: mass: -0\.2 kg"):
+        World(str(folder), "pinch")
+    with palmares.Client("local") as client, pytest.raises(palmares.UnknownTaskError, match=r"-0\.2 kg"):
+        client.reset(str(folder), "pinch")
+
+
+@pytest.mark.parametrize("example", [pan_softhand, peg_softhand])
+def test_the_examples_reach_every_goal(example: object) -> None:
+    with palmares.Client("local") as client:
+        summary = example.run(client, 1)  # type: ignore[attr-defined]
+    assert summary.score == 10.0
+    assert len(summary.goals) == 4
