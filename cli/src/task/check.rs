@@ -1,7 +1,7 @@
 //! `palmares task check`.
 
 use super::describe::{bodies, describe};
-use super::{load_hand, load_task};
+use super::load::{load_hand, load_task};
 use clap::Args;
 use palmares_models::builtin::builtin_hands;
 use palmares_models::hand::Hand;

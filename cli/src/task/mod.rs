@@ -2,19 +2,12 @@
 
 mod check;
 mod describe;
+mod load;
 mod play;
 mod show;
 
-use anyhow::Context;
 use clap::Subcommand;
-use palmares_models::builtin::builtin_hands;
-use palmares_models::error::LoadWarning;
-use palmares_models::hand::Hand;
-use palmares_models::read::{self, LoadOptions};
-use palmares_tasks::Task;
-use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Arc;
 
 const CHECK_HELP: &str = "\
 Exit code: 0 when the task is usable, 1 when it is not, 2 with --strict when there are warnings.
@@ -62,36 +55,4 @@ impl TaskCommand {
             TaskCommand::Play(args) => play::play(args),
         }
     }
-}
-
-/// A task from a folder or file, or, where there is none of that name, from the program itself.
-fn load_task(name: &str) -> anyhow::Result<(Arc<Task>, Vec<LoadWarning>)> {
-    let path = Path::new(name);
-    if !path.exists() {
-        let tasks = Task::builtin();
-        if let Some(task) = tasks.iter().find(|task| task.name == name) {
-            return Ok((task.clone(), Vec::new()));
-        }
-        let known: Vec<&str> = tasks.iter().map(|task| task.name.as_str()).collect();
-        anyhow::bail!(
-            "`{name}` is neither a folder with a task.toml nor a task of the program: {}",
-            known.join(", ")
-        );
-    }
-    let loaded = Task::load(path)?;
-    Ok((Arc::new(loaded.task), loaded.warnings))
-}
-
-/// A hand from a file or folder, or, where there is none of that name, from the program itself.
-fn load_hand(name: &str) -> anyhow::Result<Arc<Hand>> {
-    let path = Path::new(name);
-    if !path.exists()
-        && let Some(hand) = Hand::builtin(name)
-    {
-        return Ok(hand);
-    }
-    let known: Vec<&str> = builtin_hands().iter().map(|hand| hand.name.as_str()).collect();
-    let loaded = read::hand(path, &LoadOptions::default());
-    let loaded = loaded.with_context(|| format!("hands that come with the program: {}", known.join(", ")))?;
-    Ok(Arc::new(loaded.hand))
 }

@@ -1,6 +1,6 @@
 //! `palmares task play`.
 
-use super::{load_hand, load_task};
+use super::load::{load_hand, load_task};
 use anyhow::{Context, bail};
 use clap::Args;
 use palmares_hand_tools::{Script, script};

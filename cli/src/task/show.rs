@@ -1,7 +1,7 @@
 //! `palmares task show`.
 
 use super::describe::{bodies, describe};
-use super::{load_hand, load_task};
+use super::load::{load_hand, load_task};
 use anyhow::{Context, bail};
 use clap::Args;
 use palmares_tasks::build::build;
