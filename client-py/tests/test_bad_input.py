@@ -19,10 +19,11 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 import palmares
+from palmares.training import QUANTITIES
 
 sim = pytest.importorskip("palmares.sim", reason="the compiled part of the package is not installed")
 
-pytestmark = pytest.mark.filterwarnings("ignore:Casting complex values")
+pytestmark = pytest.mark.filterwarnings("ignore")
 
 EXAMPLES = os.environ.get("PALMARES_EXAMPLES")
 settings.register_profile(
@@ -38,6 +39,7 @@ settings.load_profile("palmares")
 # A panic of the compiled part is none of these, nor an `Exception`.
 REFUSED = (ValueError, TypeError, OverflowError, palmares.PalmaresError)
 HANDS = Path(__file__).parents[2] / "models/hands"
+TASKS = Path(__file__).parents[2] / "tasks"
 
 numbers = st.one_of(
     st.floats(),
@@ -196,24 +198,41 @@ def test_broken_snapshots(world: Any, data: st.DataObject) -> None:
         world.result()
 
 
+def broken(data: st.DataObject, text: bytes) -> bytes:
+    """Return a text with up to three pieces exchanged."""
+    found = bytearray(text)
+    for _ in range(data.draw(st.integers(0, 3))):
+        at = data.draw(st.integers(0, len(found) - 1))
+        words = [b"1e308", b"nan", b"-1", b"0", b"inf", b"[", b">", b"", b"1e-320", b"9" * 20, b'"', b"true"]
+        found[at : at + data.draw(st.integers(0, 12))] = data.draw(
+            st.one_of(st.binary(max_size=6), st.sampled_from(words))
+        )
+    return bytes(found)
+
+
 @given(st.data())
 def test_broken_hands(data: st.DataObject) -> None:
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
         for file in ("hand.urdf", "hand.toml"):
-            text = bytearray((HANDS / "pinch" / file).read_bytes())
-            for _ in range(data.draw(st.integers(0, 3))):
-                at = data.draw(st.integers(0, len(text) - 1))
-                text[at : at + data.draw(st.integers(0, 12))] = data.draw(
-                    st.one_of(
-                        st.binary(max_size=6),
-                        st.sampled_from([b"1e308", b"nan", b"-1", b"0", b"inf", b"[", b">", b"", b"1e-320"]),
-                    )
-                )
-            (folder / file).write_bytes(text)
+            Path(name, file).write_bytes(broken(data, (HANDS / "pinch" / file).read_bytes()))
         with contextlib.suppress(*REFUSED):
             world = sim.World("grasp", name, 1)
             world.step(hand=[0.5] * len(world.observe().hand.actuators), repeat=3)
+
+
+@given(st.data())
+def test_broken_tasks(data: st.DataObject) -> None:
+    with tempfile.TemporaryDirectory() as name:
+        Path(name, "task.toml").write_bytes(broken(data, (TASKS / "grasp/task.toml").read_bytes()))
+        with contextlib.suppress(*REFUSED):
+            sim.World(name, "pinch", 1).step(hand=[0.5, 0.5], repeat=3)
+
+
+@given(odd, odd, st.one_of(st.booleans(), st.lists(st.sampled_from(QUANTITIES)), odd), odd)
+def test_training_options(shaping: Any, discount: Any, randomise: Any, fraction: Any) -> None:
+    with contextlib.suppress(*REFUSED):
+        training = palmares.Training(shaping, discount, randomise, fraction)
+        sim.World("balls", "pinch", 1, training=training).step(repeat=2)
 
 
 @given(st.binary(max_size=300), st.sampled_from([".zip", ".urdf", ".toml", ".tar.gz", ""]))
