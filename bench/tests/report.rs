@@ -1,7 +1,7 @@
 //! `palmares-bench report`, as it is started: a peer that does not return is played in a child of the program.
 
 use palmares_bench::report::{Comparison, runner};
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -76,20 +76,22 @@ fn a_run_that_never_ends_is_not_finished_and_the_next_one_is_played() {
     let runs = folder.path().join("runs.jsonl");
     let status = Command::new(env!("CARGO_BIN_EXE_palmares-bench"))
         .args(["report", "--quick", "--outcomes-only", "--jobs", "1", "--run-limit-s", "5"])
-        .args(["--engines", "rapier", "--cases", "dense_heap_and_hand", "--steps-ms", "16", "--runs"])
+        .args(["--engines", "rapier", "--cases", "dense_heap_and_hand,incline_sphere"])
+        .args(["--steps-ms", "16", "--runs"])
         .arg(&runs)
         .status()
         .expect("it starts");
     assert!(status.success(), "{status}");
     let text = fs::read_to_string(&runs).expect("it wrote runs");
-    let said = |settings: &str| {
+    let said = |case: &str| {
         let lines = text.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON"));
         let run = lines
             .map(|line| line["run"].clone())
-            .find(|run| run["settings"] == settings && run["engine"] == "rapier");
+            .find(|run| run["case"] == case && run["engine"] == "rapier" && run["settings"] == "default");
         run.expect("it was played")
     };
-    assert_eq!(said("default")["unfinished"], true);
-    assert_eq!(said("default")["trouble"], "not finished within 5 s");
-    assert_eq!(said("stiff120")["unfinished"], false);
+    let never = said("dense_heap_and_hand");
+    assert_eq!((&never["unfinished"], &never["trouble"]), (&json!(true), &json!("not finished within 5 s")));
+    // A ball on a slope, which takes milliseconds.
+    assert_eq!(said("incline_sphere")["unfinished"], false);
 }

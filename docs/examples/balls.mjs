@@ -329,12 +329,15 @@ async function main() {
   };
   const { values } = parseArgs({ options });
   const connection = await Connection.open(values.url);
-  await connection.ask("hello", { client: { name: values.team, version: "1.0" } });
-  for (let k = 0; k < Number(values.runs); k++) {
-    const seed = values.seed === undefined ? null : Number(values.seed) + k;
-    console.log(JSON.stringify(await play(connection, seed, Number(values.picks))));
+  try {
+    await connection.ask("hello", { client: { name: values.team, version: "1.0" } });
+    for (let k = 0; k < Number(values.runs); k++) {
+      const seed = values.seed === undefined ? null : Number(values.seed) + k;
+      console.log(JSON.stringify(await play(connection, seed, Number(values.picks))));
+    }
+  } finally {
+    connection.socket.close(); // An open socket would keep the program alive.
   }
-  connection.socket.close();
 }
 
 main().catch((error) => {

@@ -75,6 +75,9 @@ class Client:
         reconnect_s: How long to try to reconnect when the connection breaks or the server restarts.
         training: Only with ``local``: what learners may have in its runs, a `palmares.sim.Training`.
 
+    Attributes:
+        clipping: What warns when the first action is clipped.
+
     Raises:
         NoServerError: There is no server at `url`.
         NotAuthorizedError: The token is missing or wrong.
@@ -104,7 +107,7 @@ class Client:
         self._motors = 0
         self._newest: Observation | None = None
         self._stream = Stream()
-        self._clipping = Clipping()
+        self.clipping = Clipping()
         self._unrequested: Result | None = None
         self._link: Link
         if url == LOCAL:
@@ -214,8 +217,8 @@ class Client:
                 raise
             return last
         self._tick, self._newest = obs.tick, self._named(obs)
-        self._clipping.ask(action)
-        self._clipping.see(obs.applied_action, obs.tick, stacklevel=2)
+        self.clipping.ask(action)
+        self.clipping.see(obs.applied_action, obs.tick, stacklevel=2)
         return obs
 
     def act(self, base: Base | None = None, hand: Hand | None = None, cameras: Iterable[str] = ()) -> int:
@@ -232,7 +235,7 @@ class Client:
         try:
             action = action_of(base, hand, self._motors)
             tick = self._ask(Act(action=action, cameras=names(cameras)), Ack).tick
-            self._clipping.ask(action, tick)
+            self.clipping.ask(action, tick)
             return tick
         except WrongStateError:
             # The run ended meanwhile, and the observation that says so has not been read yet.
@@ -249,7 +252,7 @@ class Client:
         """
         while self._run_id is not None:
             obs = self._next()
-            self._clipping.see(obs.applied_action, obs.tick, stacklevel=2)
+            self.clipping.see(obs.applied_action, obs.tick, stacklevel=2)
             yield obs
             if obs.done:
                 return

@@ -5,6 +5,9 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 
+import numpy as np
+
+from palmares.arrays import Array
 from palmares.messages import Action
 
 
@@ -20,6 +23,15 @@ class Clipping:
         self._from_tick = 0
         self._told = False
 
+    @property
+    def is_muted(self) -> bool:
+        """Whether there will be no warning any more."""
+        return self._told
+
+    def mute(self) -> None:
+        """Warn of nothing: who asks looks after the limits."""
+        self._told, self._asked = True, None
+
     def ask(self, action: Action, from_tick: int = 0) -> None:
         """Remember an action that observations show from a tick on."""
         if not self._told:
@@ -34,6 +46,14 @@ class Clipping:
             if any(abs(a - b) > 1e-12 for a, b in zip(wanted, was, strict=True)):
                 self.warn(field, wanted, was, stacklevel + 1)
                 return
+
+    def see_unit(self, actions: Array, stacklevel: int) -> None:
+        """Warn if an entry of actions (…, n) is beyond [−1, 1]."""
+        if self._told or not np.any(np.abs(actions) > 1.0):
+            return
+        rows = actions.reshape(-1, actions.shape[-1])
+        row = rows[np.abs(rows).max(axis=1) > 1.0][0]
+        self.warn("action", row.tolist(), row.clip(-1.0, 1.0).tolist(), stacklevel + 1)
 
     def warn(self, field: str, wanted: Sequence[float], was: Sequence[float], stacklevel: int) -> None:
         """Warn that a field was clipped, once."""

@@ -27,7 +27,7 @@ def progress(total: int, unit: str, what: str) -> Iterator[Callable[[int], None]
     def tell(done: int) -> None:
         nonlocal bar
         if bar is None and time.monotonic() - begun > DELAY_S and _is_watched():
-            bar = tqdm(total=total, unit=unit, desc=what, file=sys.stderr, leave=False)
+            bar = tqdm(total=total, unit=unit, desc=what, file=sys.stderr, leave=False, initial=done)
         if bar is not None:
             bar.update(done - bar.n)
 

@@ -11,6 +11,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from palmares.arrays import Array
+from palmares.clipping import Clipping
 from palmares.gym.fields import Arrays, box
 from palmares.gym.training import Shaping, training_of
 from palmares.sim import Batch, welcome
@@ -72,6 +73,9 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
             task, hand, num_envs, sensing=sensing, noise=noise, threads=threads, training=training
         )
         self._shaping = shaping
+        # Actions in the space may be longer than the limits: that is how it is made.
+        self.batch.clipping.mute()
+        self._clipping = Clipping()
         self.num_envs, self._ticks = num_envs, ticks
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {"autoreset_mode": self.autoreset_mode, "render_modes": []}
@@ -148,6 +152,7 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         """Advance every environment."""
         if not self.batch.opened:
             raise RuntimeError("no runs are open; call reset() first")
+        self._clipping.see_unit(np.asarray(actions, dtype=np.float64), stacklevel=2)
         scaled = np.asarray(actions, dtype=np.float64) * self._scale + self._shift
         ended = self._over.copy()
         if self.autoreset_mode is AutoresetMode.DISABLED and ended.any():

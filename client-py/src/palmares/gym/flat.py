@@ -9,6 +9,7 @@ import numpy as np
 from gymnasium import spaces
 
 from palmares.arrays import Array, array
+from palmares.clipping import Clipping
 from palmares.gym.env import PalmaresEnv
 from palmares.gym.fields import Arrays
 
@@ -36,6 +37,7 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
         self.render_mode, self.metadata = self.inner.render_mode, self.inner.metadata
         actions = cast(spaces.Dict, self.inner.action_space)
         twist, sigma = cast(spaces.Box, actions["twist"]), cast(spaces.Box, actions["hand"])
+        self._clipping = Clipping()
         self._limits: Array = array(twist.high)
         self.action_space = spaces.Box(-1.0, 1.0, (6 + sigma.shape[0],), dtype=np.float64)
         self.observation_space = self.inner.observation_space
@@ -60,6 +62,7 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
 
     def step(self, action: Array) -> tuple[Arrays, float, bool, bool, dict[str, Any]]:
         """Advance the world under one action."""
+        self._clipping.see_unit(np.asarray(action, dtype=np.float64), stacklevel=2)
         twist, hand = action[:6] * self._limits, 0.5 * (action[6:] + 1.0)
         return self.inner.step({"twist": twist, "hand": hand})
 

@@ -39,6 +39,8 @@ class Player:
         **client: Any,
     ) -> None:
         self.client = Client(LOCAL if url is None else url, training=training, **client)
+        # Actions in an environment's space may be longer than the limits: that is how it is made.
+        self.client.clipping.mute()
         welcome = self.client.welcome
         played, of_task = self._hand_info(hand), welcome.task(task).cameras
         self.shapes = {

@@ -76,6 +76,7 @@ class Batch:
         fields: Shape of each field of an observation, of one world.
         action_len: Numbers of one world's action.
         tick_s: Length of a tick, s.
+        clipping: What warns when the first action is clipped.
 
     """
 
@@ -101,7 +102,7 @@ class Batch:
             ("angular", slice(3, 6), limits[1] * (1.0 + 1e-9)),
             ("hand", slice(6, None), None),
         ]
-        self._clipping: Clipping | None = Clipping()
+        self.clipping = Clipping()
         self.count = count
         self.fields = {name: tuple(shape) for name, shape in self._native.fields()}
         self.action_len = self._native.action_len
@@ -152,7 +153,7 @@ class Batch:
 
     def _look(self, actions: Array) -> None:
         """Warn if this is the first action beyond the limits."""
-        if self._clipping is None or actions.shape != (self.count, self.action_len):
+        if self.clipping.is_muted or actions.shape != (self.count, self.action_len):
             return
         for field, columns, limit in self._limits:
             numbers = actions[:, columns]
@@ -160,8 +161,7 @@ class Batch:
             for k in np.flatnonzero(beyond.any(axis=1))[:1]:
                 asked = numbers[k]
                 was = asked.clip(0.0, 1.0) if limit is None else asked * limit / _lengths(numbers)[k]
-                self._clipping.warn(f"actions[{k}]: {field}", asked.tolist(), was.tolist(), stacklevel=3)
-                self._clipping = None
+                self.clipping.warn(f"actions[{k}]: {field}", asked.tolist(), was.tolist(), stacklevel=3)
                 return
 
     def observe(self) -> Arrays:
