@@ -51,14 +51,18 @@ fn head(page: &mut String, table: &Table) {
         A grasp is *kept* if the object is lifted by more than 5 cm, from half a second after the lift until the end \
         moves by less than {:.0} mm in the palm and is nowhere deeper than {:.0} mm in the hand, and if every step converges. That is judged \
         from poses alone, by the same code for all engines. Beside the count stands Wilson's interval at 95 %. *+n deep*: so many more would be kept, were they not \
-        too deep. A *flip* is a change of the outcome from one step to the next longer one. A run of a peer that takes more \
-        than {} s of CPU time is not finished and not counted. Steps at which nothing was played show a dash. \
+        too deep. A *flip* is a change of the outcome from one step to the next longer one. Steps at which nothing was played show a dash. \
         The settings with which a peer keeps most are named below each table. Peers play the SoftHand alone: they have no tendons whose R depends on q.\n",
         table.placements,
         1e3 * MOVED_M,
         1e3 * OVERLAP_M,
-        table.run_limit_s,
     );
+    if let Some(limit_s) = table.run_limit_cpu_s {
+        put!(
+            page,
+            "A run of a peer that takes more than {limit_s} s of CPU time is not finished and not counted.\n"
+        );
+    }
 }
 
 fn columns(page: &mut String, table: &Table) {

@@ -24,8 +24,9 @@ pub(crate) struct Table {
     pub machine: Machine,
     /// Grasps of each family.
     pub placements: usize,
-    /// CPU time that a run of a peer had at most, s.
-    pub run_limit_s: f64,
+    /// CPU time that a run of a peer had at most, s. Tables of runs that were limited by the clock on the wall have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub run_limit_cpu_s: Option<f64>,
     /// Steps, ms.
     pub steps_ms: Vec<f64>,
     /// Families that were played, and what they are.
@@ -98,7 +99,7 @@ impl Table {
             commit: commit(),
             machine: Machine::here(),
             placements: plan.placements,
-            run_limit_s: plan.run_limit_s,
+            run_limit_cpu_s: Some(plan.run_limit_s),
             steps_ms: plan.steps_ms.clone(),
             families: families.into_iter().map(|it| [it.name(), it.about()].map(text)).collect(),
             catalogue: catalogue.into_iter().map(|item| item.object.name.clone()).collect(),
