@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -114,6 +114,33 @@ def rolling(bodies: Sequence[SceneBody]) -> Rolling:
     )
 
 
+def candidates(
+    objects: Sequence[ObjectBounds],
+    shelf: Region,
+    attempts: Sequence[Attempt],
+    ways: Container[str],
+    tries: int,
+    moved_m: float,
+) -> Iterator[tuple[ObjectBounds, list[ObjectBounds], list[Attempt]]]:
+    """Give each object in the shelf that may be tried, the others there, and what was tried where it stands.
+
+    Args:
+        objects: All of them, in the shelf or not.
+        shelf: The region.
+        attempts: What was tried so far.
+        ways: Which attempts count, by their `grasp`.
+        tries: An object that was tried so often where it stands is left there.
+        moved_m: For an object that has moved farther than this, earlier attempts do not count.
+
+    """
+    inside = [found for found in objects if shelf.contains(found.com)]
+    for target in inside:
+        tried = attempts_here(attempts, target.index, target.middle, moved_m)
+        here = [attempt for attempt in tried if attempt.grasp in ways]
+        if len(here) < tries:
+            yield target, [other for other in inside if other is not target], here
+
+
 def choose(
     objects: Sequence[ObjectBounds],
     shelf: Region,
@@ -136,14 +163,8 @@ def choose(
         moved_m: For an object that has moved farther than this, earlier attempts do not count.
 
     """
-    inside = [found for found in objects if shelf.contains(found.com)]
     best: RakePlan | None = None
-    for target in inside:
-        others = [other for other in inside if other is not target]
-        tried = attempts_here(attempts, target.index, target.middle, moved_m)
-        here = [attempt for attempt in tried if attempt.grasp in KINDS]
-        if len(here) >= tries:
-            continue
+    for target, others, here in candidates(objects, shelf, attempts, KINDS, tries, moved_m):
         for yaw_rad in shape.yaws_rad:
             for kind in shape.kinds:
                 plan = _best_place(kind, target, others, shelf, shape, yaw_rad, rolls, here)

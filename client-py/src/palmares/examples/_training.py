@@ -38,6 +38,35 @@ Tell = Callable[[Point], None]
 """Called with every point of a curve"""
 
 
+def learn(
+    improve: Callable[[], float],
+    test: Callable[[], float],
+    *,
+    updates: int,
+    episodes: int,
+    test_every: int,
+    tell: Tell,
+) -> list[Point]:
+    """Improve and test by turns; return the curve.
+
+    Args:
+        improve: Plays, and improves what is learned by that; returns the mean score of the runs.
+        test: Plays the test scenes; returns their mean score.
+        updates: How often to improve.
+        episodes: Runs that an update plays.
+        test_every: It is tested before the first update, after every so many, and after the last.
+        tell: Called with every point.
+
+    """
+    curve: list[Point] = []
+    for update in range(updates + 1):
+        explored = improve() if update > 0 else None
+        tested = test() if update % test_every == 0 or update == updates else None
+        curve.append(Point(update, update * episodes, explored, tested))
+        tell(curve[-1])
+    return curve
+
+
 class Train(Protocol):
     """Train; keep what was learned in a file, if one is named."""
 

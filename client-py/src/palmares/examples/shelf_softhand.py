@@ -39,7 +39,6 @@ from palmares.motion import (
     Summary,
     TopGrasp,
     array,
-    attempts_here,
     object_bounds,
     play,
     quat_of,
@@ -166,13 +165,7 @@ def room(plan: Plan, others: list[ObjectBounds], shelf: palmares.Region) -> floa
 def choose(objects: list[ObjectBounds], shelf: palmares.Region, attempts: list[Attempt]) -> Plan | None:
     """Return the plan with the most room; one that failed where the object still stands counts less."""
     best, best_score = None, -math.inf
-    inside = [found for found in objects if shelf.contains(found.com)]
-    for target in inside:
-        others = [other for other in inside if other is not target]
-        tried = attempts_here(attempts, target.index, target.middle, MOVED_M)
-        here = [attempt for attempt in tried if attempt.grasp in NAMES]
-        if len(here) >= TRIES:
-            continue
+    for target, others, here in raking.candidates(objects, shelf, attempts, NAMES, TRIES, MOVED_M):
         depth = target.middle[1] - shelf.min[1]
         for rank, grasp in enumerate(GRASPS):
             same = sum(attempt.grasp == grasp.name for attempt in here)

@@ -30,7 +30,7 @@ from palmares.examples._grasp_runs import (
     training_scenes,
     yaw_across,
 )
-from palmares.examples._training import Learned, Point, Tell, main
+from palmares.examples._training import Learned, Tell, learn, main
 from palmares.motion import UP
 from palmares.sim import Batch
 
@@ -100,22 +100,21 @@ def train(
     batch = Batch(TASK, HAND, population * objects, threads=threads)
     test_batch = Batch(TASK, HAND, tests, threads=threads)
     mean, spread = START, SPREAD
-    curve: list[Point] = []
-    for update in range(updates + 1):
-        explored = None
-        if update > 0:
-            grasps = mean + spread * rng.standard_normal((population, len(mean)))
-            runs = play(batch, next(drawn) * population, np.repeat(grasps, objects, axis=0))
-            points = runs.reshape(population, objects).mean(axis=1)
-            best = grasps[np.argsort(-points, kind="stable")[: max(2, round(ELITE * population))]]
-            mean = (1 - RATE) * mean + RATE * best.mean(axis=0)
-            spread = (1 - RATE) * spread + RATE * best.std(axis=0)
-            explored = float(points.mean())
-        test = None
-        if update % test_every == 0 or update == updates:
-            test = float(play(test_batch, tested, np.tile(mean, (tests, 1))).mean())
-        curve.append(Point(update, update * batch.count, explored, test))
-        tell(curve[-1])
+
+    def improve() -> float:
+        nonlocal mean, spread
+        grasps = mean + spread * rng.standard_normal((population, len(mean)))
+        runs = play(batch, next(drawn) * population, np.repeat(grasps, objects, axis=0))
+        points = runs.reshape(population, objects).mean(axis=1)
+        best = grasps[np.argsort(-points, kind="stable")[: max(2, round(ELITE * population))]]
+        mean = (1 - RATE) * mean + RATE * best.mean(axis=0)
+        spread = (1 - RATE) * spread + RATE * best.std(axis=0)
+        return float(points.mean())
+
+    def test() -> float:
+        return float(play(test_batch, tested, np.tile(mean, (tests, 1))).mean())
+
+    curve = learn(improve, test, updates=updates, episodes=batch.count, test_every=test_every, tell=tell)
     if policy:
         policy.write_text(json.dumps(dict(zip(NAMES, mean.tolist(), strict=True)), indent=1) + "\n")
     return Learned(seed, curve, test_batch.scores.tolist())

@@ -42,7 +42,7 @@ from palmares.examples._grasp_runs import (
     training_scenes,
     yaw_across,
 )
-from palmares.examples._training import Learned, Point, Tell, main
+from palmares.examples._training import Learned, Tell, learn, main
 from palmares.examples.grasp_sensors import find_object
 from palmares.motion import UP
 from palmares.sim import Batch, World
@@ -283,15 +283,19 @@ def train(
         seed=seed,
         device="cpu",
     )
-    curve: list[Point] = []
-    for update in range(updates + 1):
-        explored = None
-        if update > 0:
-            model.learn(worlds * steps, reset_num_timesteps=False)
-            explored = float(np.mean(learning.finished[-2:]))
-        test = play(model, testing) if update % test_every == 0 or update == updates else None
-        curve.append(Point(update, 2 * update * worlds, explored, test))
-        tell(curve[-1])
+
+    def improve() -> float:
+        model.learn(worlds * steps, reset_num_timesteps=False)
+        return float(np.mean(learning.finished[-2:]))
+
+    curve = learn(
+        improve,
+        lambda: play(model, testing),
+        updates=updates,
+        episodes=2 * worlds,
+        test_every=test_every,
+        tell=tell,
+    )
     if policy:
         model.save(policy)
     return Learned(seed, curve, testing.batch.scores.tolist())
