@@ -67,8 +67,14 @@ impl Viewer {
         if built.is_some() && built >= newest {
             return Ok(());
         }
-        let status = self.npm(&["run", "--silent", "build"]).stdout(Stdio::null()).status();
-        ensure!(status.context("cannot start npm")?.success(), "the viewer does not build; see above");
+        // What vite remarks is for those who work on the viewer, and call it themselves.
+        let output = self.npm(&["run", "--silent", "build"]).output().context("cannot start npm")?;
+        let said = String::from_utf8_lossy(&output.stderr);
+        ensure!(
+            output.status.success(),
+            "the viewer does not build:\n{}{said}",
+            String::from_utf8_lossy(&output.stdout)
+        );
         Ok(())
     }
 }
