@@ -31,9 +31,13 @@ def main(arguments: list[str]) -> int:
     try:
         with data_folder(options.data_dir) as data, Server(data, program=options.program) as server:
             print(
-                f"a practice server listens on {server.url}; its worlds: {server.url}/live", file=sys.stderr
+                f"a practice server listens on {server.url}; at {server.url}/live the run is seen",
+                file=sys.stderr,
             )
-            print(f"an example plays {options.task} with the SoftHand, seed {options.seed}", file=sys.stderr)
+            print(
+                f"an example controller plays {options.task} with the SoftHand, scene {options.seed}",
+                file=sys.stderr,
+            )
             outcome = play(server.url, options.task, options.seed)
             rows = rest.get_object(server.url, "/v1/leaderboard")["rows"]
             run_id = outcome["run_id"]

@@ -120,7 +120,7 @@ class Report:
             "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in table
         ]
         for row in self.rows:
-            lines += ["", f"worst of {row.controller}, {row.task}, {row.hand}:"]
+            lines += ["", f"lowest scores of {row.controller}, {row.task}, {row.hand}:"]
             lines += [f"  {_worst(run)}" for run in row.worst()]
         for compared in self.comparisons:
             lines += ["", _told(compared)]
