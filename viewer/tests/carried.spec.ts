@@ -27,9 +27,12 @@ const drawnIn = (page: Page, role: string): Promise<number> => page.evaluate((wa
 
 test('balls go from box to box on the screen, and an event of the replay shows its moment', async ({ page, server }) => {
   const example = Example.start('balls_softhand.py', server.url, '--seed', '1', '--team', 'carriers');
-  await page.goto(`${server.url}/live/featured`);
-  await page.getByRole('button', { name: 'Top' }).click();
-  await expect.poll(() => drawnIn(page, 'start'), { timeout: 20_000 }).toBe(10);
+  const atFirst = async (): Promise<void> => {
+    await page.goto(`${server.url}/live/featured`);
+    await page.getByRole('button', { name: 'Top' }).click();
+    await expect.poll(() => drawnIn(page, 'start'), { timeout: 20_000 }).toBe(10);
+  };
+  await example.slowedUntil(atFirst());
   expect(await drawnIn(page, 'goal')).toBe(0);
   await expect.poll(() => drawnIn(page, 'goal'), { timeout: 60_000 }).toBeGreaterThan(1);
   await expect(page.getByText('is in the goal').first()).toBeVisible();

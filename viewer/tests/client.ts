@@ -31,6 +31,21 @@ export class Example {
     return new Example(started, played);
   }
 
+  /** It works a tenth of the time, until what is given has been seen: a run of a minute may else be over before a page has loaded. */
+  async slowedUntil(seen: Promise<void>): Promise<void> {
+    const turns = setInterval(() => {
+      this.process.kill('SIGCONT');
+      setTimeout(() => this.process.kill('SIGSTOP'), 5);
+    }, 50);
+    try {
+      await seen;
+    } finally {
+      clearInterval(turns);
+      // The last turn may have its stop still to come.
+      setTimeout(() => this.process.kill('SIGCONT'), 50);
+    }
+  }
+
   /** Its world stands still until it is stopped. */
   hold(): void {
     this.process.kill('SIGSTOP');
