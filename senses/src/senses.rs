@@ -116,6 +116,20 @@ impl Senses {
         Memory { moved, acceleration: self.acceleration, noisy }
     }
 
+    /// Whether a memory can be of these sensors: with as much noise, and as many motors, joints and taxels.
+    pub fn fits(&self, memory: &Memory) -> bool {
+        let numbers = |read: &Readings| (read.motors.len(), read.joints.len(), read.touch.len());
+        match (&self.noisy, &memory.noisy) {
+            (None, None) => true,
+            (Some(own), Some(other)) => {
+                own.motors.last().len() == other.motors.len()
+                    && own.touched.len() == other.touched.len()
+                    && numbers(&own.read) == numbers(&other.read)
+            }
+            _ => false,
+        }
+    }
+
     /// Feels on from there.
     pub fn recall(&mut self, memory: &Memory) {
         self.acceleration = memory.acceleration;

@@ -1,6 +1,7 @@
 //! A world between two steps, to be gone back to.
 
 use crate::bounds::Fault;
+use crate::model::Model;
 use crate::outcome::Outcome;
 use crate::state::State;
 use crate::step::StepForces;
@@ -21,6 +22,14 @@ impl Snapshot {
     /// The state.
     pub fn state(&self) -> &State {
         &self.state
+    }
+
+    /// Whether it can be of a world of this model: every list is as long as the model's, every index is within them, and
+    /// every number within its bounds. What was read from bytes may be anything.
+    pub fn fits(&self, model: &Model) -> bool {
+        self.state.fits(model)
+            && self.forces.fits(model)
+            && (self.fault.is_some() || self.state.fault().is_none())
     }
 }
 

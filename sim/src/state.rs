@@ -4,8 +4,12 @@ use crate::bounds::{FARTHEST, FASTEST, Fault};
 use crate::contact::anchor::Pair;
 use crate::digest::Digest;
 use crate::model::Model;
+use crate::step::MOST_PARTS;
 use palmares_models::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
+
+/// No world has made as many steps.
+const MOST_STEPS: u64 = 1 << 48;
 
 /// The state of a world between two steps.
 #[derive(Clone, Serialize, Deserialize)]
@@ -166,6 +170,50 @@ impl State {
         self.earlier.q.clone_from(&earlier.q);
         self.earlier.v.clone_from(&earlier.v);
         self.pairs.clone_from(pairs);
+    }
+
+    /// Whether it has what a state of this model has: lists of the same length, pairs of shapes that there are, and memory
+    /// within bounds. What is looked at by [`State::fault`] is not looked at again.
+    pub(crate) fn fits(&self, model: &Model) -> bool {
+        let State {
+            step,
+            base: _,
+            q,
+            v,
+            objects,
+            reference,
+            motors,
+            tension,
+            sleep,
+            earlier,
+            substeps,
+            pairs,
+        } = self;
+        let hand = model.hand();
+        let joints = hand.map_or(0, |hand| hand.coordinates.len());
+        let whole = (joints, model.hand_dofs());
+        let before = (earlier.q.len(), earlier.v.len());
+        let objects_of_model = model.objects().len();
+        let shapes = model.colliders().len() as u32;
+        let is_memory = |x: &f64| x.abs() <= FARTHEST;
+        let is_pose = |pose: &Pose| pose.is_finite() && pose.translation.to_array().iter().all(is_memory);
+        let is_motor =
+            |motor: &MotorState| [motor.command, motor.position, motor.velocity].iter().all(is_memory);
+        *step < MOST_STEPS
+            && *substeps <= MOST_PARTS
+            && (q.len(), v.len()) == (joints, model.velocity_len())
+            && (before == whole || (before == (0, 0) && !earlier.smooth))
+            && (objects.len(), sleep.len()) == (objects_of_model, objects_of_model)
+            && motors.len() == hand.map_or(0, |hand| hand.motors.len())
+            && tension.len() == hand.map_or(0, |hand| hand.tendons.len())
+            && pairs.iter().all(|pair| pair.key.0 < pair.key.1 && pair.key.1 < shapes)
+            && pairs.iter().all(Pair::is_bounded)
+            && is_pose(&reference.pose)
+            && reference.linear.to_array().iter().chain(&reference.angular.to_array()).all(is_memory)
+            && motors.iter().all(is_motor)
+            && is_pose(&earlier.base)
+            && earlier.q.iter().chain(&earlier.v).all(is_memory)
+            && pairs.windows(2).all(|two| two[0].key < two[1].key)
     }
 
     /// s since the beginning.

@@ -1,8 +1,15 @@
 //! A run goes on from a snapshot as it did before, bit for bit, and everything that it tells is the same.
 
+use flate2::Compression;
+use flate2::read::DeflateDecoder;
+use flate2::write::DeflateEncoder;
 use palmares_models::hand::Hand;
 use palmares_tasks::run::{Snapshot, SnapshotError};
 use palmares_tasks::{Action, BaseTarget, Noise, Run, Seed, Sensing, Task};
+use rand_chacha::ChaCha12Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use sha2::{Digest, Sha256};
+use std::io::{Read, Write};
 use std::sync::Arc;
 
 fn run(task: &str, hand: &str, seed: u64, noise: Noise) -> Run {
@@ -100,4 +107,77 @@ fn bytes_that_are_no_snapshot_are_refused() {
         refused(&changed);
     }
     refused(&[bytes.as_slice(), b"x"].concat());
+}
+
+/// What a snapshot's bytes hold, unpacked.
+fn unpacked(bytes: &[u8], head: usize) -> Vec<u8> {
+    let mut whole = Vec::new();
+    DeflateDecoder::new(&bytes[head..]).read_to_end(&mut whole).expect("packed");
+    whole
+}
+
+/// Bytes that hold something else, under the digest of what they hold.
+fn forged(head: &[u8], whole: &[u8]) -> Vec<u8> {
+    let mut packer = DeflateEncoder::new(Vec::new(), Compression::fast());
+    packer.write_all(whole).expect("memory takes it");
+    let body = packer.finish().expect("memory takes it");
+    let digest = Sha256::digest(&body);
+    [head, digest.as_slice(), &body].concat()
+}
+
+/// A number from 0 to before `end`.
+fn below(random: &mut ChaCha12Rng, end: usize) -> usize {
+    random.next_u32() as usize % end
+}
+
+/// Up to three bytes changed, left out or put in.
+fn damaged(whole: &[u8], random: &mut ChaCha12Rng) -> Vec<u8> {
+    let mut changed = whole.to_vec();
+    for _ in 0..1 + below(random, 3) {
+        let place = below(random, changed.len());
+        match below(random, 4) {
+            0 => changed[place] ^= 1 << below(random, 8),
+            1 => changed[place] = [0, 1, 0x7f, 0x80, 0xff][below(random, 5)],
+            2 => drop(changed.remove(place)),
+            _ => changed.insert(place, random.next_u32() as u8),
+        }
+    }
+    changed
+}
+
+/// Whoever changes the bytes and their digest gets a run that goes on from somewhere else, or an error; nothing panics.
+#[test]
+fn forged_snapshots_are_refused_or_harmless() {
+    const DIGEST: usize = 32;
+    let mut random = ChaCha12Rng::seed_from_u64(1);
+    let (mut unreadable, mut unfit, mut went_on) = (0, 0, 0);
+    for (task, hand, noise) in [("balls", "softhand", Noise::Real), ("grasp", "reflex", Noise::None)] {
+        let mut own = run(task, hand, 3, noise);
+        told(&mut own, 60);
+        let bytes = own.snapshot().to_bytes();
+        let head = 1 + bytes.iter().position(|byte| *byte == b'\n').expect("a first line");
+        let whole = unpacked(&bytes, head + DIGEST);
+        for _ in 0..600 {
+            let changed = damaged(&whole, &mut random);
+            let Ok(snapshot) = Snapshot::from_bytes(&forged(&bytes[..head], &changed)) else {
+                unreadable += 1;
+                continue;
+            };
+            if own.restore(&snapshot).is_err() {
+                unfit += 1;
+                continue;
+            }
+            went_on += 1;
+            for _ in 0..3 {
+                let motors = own.hand().motors.len();
+                own.step(&action(own.tick(), motors)).expect("taken");
+            }
+            let shots = own.shots(&["wrist".to_owned()], Sensing::Truth).unwrap_or_default();
+            own.expose(&shots);
+            let _ = format!("{:?} {:?}", own.observe(Sensing::Truth), own.telemetry());
+            own.finish(palmares_tasks::Reason::Stopped);
+        }
+    }
+    println!("{unreadable} unreadable, {unfit} unfit, {went_on} went on");
+    assert!(unreadable > 0 && unfit > 0 && went_on > 0);
 }

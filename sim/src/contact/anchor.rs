@@ -78,12 +78,27 @@ impl Anchor {
     pub const IDLE: Anchor =
         Anchor { known: true, loaded: false, stretch: Vec3::ZERO, slip: 0.0, normal_force: 0.0 };
 
+    fn is_bounded(&self) -> bool {
+        bounded_vector(self.stretch) && bounded(&[self.slip, self.normal_force])
+    }
+
     fn digest(&self, h: &mut Digest) {
         let Anchor { known, loaded, stretch, slip, normal_force } = self;
         h.word(u64::from(*known) << 1 | u64::from(*loaded));
         h.vector(*stretch);
         h.floats(&[*slip, *normal_force]);
     }
+}
+
+/// No number of a contact's memory is larger, m, m/s or N: a square of it times any stiffness is still a number.
+const LARGEST: f64 = 1e15;
+
+fn bounded(numbers: &[f64]) -> bool {
+    numbers.iter().all(|x| x.abs() <= LARGEST)
+}
+
+fn bounded_vector(v: Vec3) -> bool {
+    bounded(&v.to_array())
 }
 
 impl Pair {
@@ -116,6 +131,24 @@ impl Pair {
             && manifold.local_n2 == Vec3::ZERO
             && *mean == Anchor::default()
             && *initial_overlap == 0.0
+    }
+
+    /// Whether every number can be one of a pair that was stepped.
+    pub(crate) fn is_bounded(&self) -> bool {
+        let Pair { key: _, manifold, mean, initial_overlap, seen: (gap, a_from_b) } = self;
+        let of_point = |point: &TrackedContact<Anchor>| {
+            bounded_vector(point.local_p1)
+                && bounded_vector(point.local_p2)
+                && bounded(&[point.dist])
+                && point.data.is_bounded()
+        };
+        bounded(&[*initial_overlap, *gap])
+            && a_from_b.is_finite()
+            && bounded_vector(a_from_b.translation)
+            && bounded_vector(manifold.local_n1)
+            && bounded_vector(manifold.local_n2)
+            && mean.is_bounded()
+            && manifold.points.iter().all(of_point)
     }
 
     pub(crate) fn digest(&self, h: &mut Digest) {

@@ -69,7 +69,7 @@ const AMPLE: f64 = 1.0 / 64.0;
 const STANDS: f64 = 1e-12;
 
 /// What needs more substeps, ...
-const MOST_PARTS: u32 = 1024;
+pub(crate) const MOST_PARTS: u32 = 1024;
 
 /// ... or more computing, is stiff, and a case for implicit Euler.
 const MOST_WORK: u64 = STEP_WORK / 10;

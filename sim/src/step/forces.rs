@@ -1,5 +1,6 @@
 //! Forces at the solution of a step.
 
+use crate::model::{Model, Owner};
 use crate::outcome::ContactForce;
 use crate::solver::newton::Newton;
 use crate::solver::problem::Problem;
@@ -18,6 +19,20 @@ pub(crate) struct StepForces {
 }
 
 impl StepForces {
+    /// Whether all bodies, shapes and joints it names are those of this model.
+    pub(crate) fn fits(&self, model: &Model) -> bool {
+        let there = |owner: Owner| match owner {
+            Owner::Static => true,
+            Owner::Link(link) => model.hand().is_some_and(|hand| link < hand.links.len()),
+            Owner::Object(object) => object < model.objects().len(),
+        };
+        let shapes = model.colliders().len() as u32;
+        self.contacts
+            .iter()
+            .all(|one| there(one.a) && there(one.b) && one.colliders.0.max(one.colliders.1) < shapes)
+            && self.limits.iter().all(|(term, _)| term.dof < model.hand_dofs())
+    }
+
     /// Forgets contacts and limits.
     pub(crate) fn clear(&mut self) {
         self.contacts.clear();

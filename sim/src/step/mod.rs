@@ -26,6 +26,7 @@ mod solve;
 mod torque_free;
 mod work;
 
+pub(crate) use cash_karp::MOST_PARTS;
 pub(crate) use forces::StepForces;
 pub(crate) use scratch::Scratch;
 

@@ -117,13 +117,18 @@ impl ArrangeReferee {
                 break;
             }
             let since = *self.seen.since.get_or_insert(tick);
-            if tick - since < (aim.goal.for_s / self.tick_s).round() as u64 {
+            if tick.saturating_sub(since) < (aim.goal.for_s / self.tick_s).round() as u64 {
                 break;
             }
             events.push(Event { tick, kind: aim.goal.name.clone(), object: Some(aim.object) });
             self.seen = ArrangeMemory { reached: self.seen.reached + 1, since: None };
         }
         events
+    }
+
+    /// Whether there are as many goals as have been reached.
+    pub(super) fn can_have(&self, seen: &ArrangeMemory) -> bool {
+        seen.reached <= self.aims.len()
     }
 
     /// How many goals have been reached.

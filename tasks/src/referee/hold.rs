@@ -99,7 +99,7 @@ impl HoldReferee {
                 if slip.see(seen.in_hand) >= self.rules.slip_m {
                     note("slipped");
                     Stage::Up { since: tick, slip: Slip::new(seen.in_hand) }
-                } else if tick - since >= ticks(self.rules.hold_s) {
+                } else if tick.saturating_sub(since) >= ticks(self.rules.hold_s) {
                     note("held");
                     self.seen.held = Some(tick);
                     Stage::Shaking { since: tick, slip }
@@ -113,7 +113,7 @@ impl HoldReferee {
                 if slipped || down {
                     note(if slipped { "slipped" } else { "dropped" });
                     Stage::Lost
-                } else if tick - since >= ticks(3.0 * self.rules.shake.axis_s) {
+                } else if tick.saturating_sub(since) >= ticks(3.0 * self.rules.shake.axis_s) {
                     note("shaken");
                     Stage::Kept { slip }
                 } else {
@@ -189,7 +189,7 @@ impl HoldReferee {
     /// Seconds since the shake began, while it lasts.
     pub fn shaking(&self, tick: u64) -> Option<f64> {
         match self.seen.stage {
-            Stage::Shaking { since, .. } => Some((tick - since) as f64 * self.tick_s),
+            Stage::Shaking { since, .. } => Some(tick.saturating_sub(since) as f64 * self.tick_s),
             _ => None,
         }
     }

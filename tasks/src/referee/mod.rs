@@ -67,6 +67,16 @@ impl Referee {
         })
     }
 
+    /// Whether a memory can be of this referee: by the same kind of rules, over as many objects and goals.
+    pub fn fits(&self, memory: &Memory) -> bool {
+        match (self, &memory.0) {
+            (Referee::Collect(referee), Seen::Collect(places)) => referee.places.len() == places.len(),
+            (Referee::Hold(_), Seen::Hold(_)) => true,
+            (Referee::Arrange(referee), Seen::Arrange(seen)) => referee.can_have(seen),
+            _ => false,
+        }
+    }
+
     /// Watches on from there.
     pub fn recall(&mut self, memory: &Memory) {
         match (self, &memory.0) {

@@ -126,6 +126,13 @@ pub(super) struct Lately {
 }
 
 impl Lately {
+    /// Whether it remembers bodies that there are.
+    pub(super) fn fits(&self, bodies: usize) -> bool {
+        self.poses
+            .iter()
+            .all(|(_, poses)| poses.iter().all(|(body, pose)| *body < bodies && pose.is_finite()))
+    }
+
     /// Where everything was after `tick`, if that is remembered.
     fn at(&self, tick: u64) -> Option<&Vec<(usize, Pose)>> {
         self.poses.iter().find(|(at, _)| *at == tick).map(|(_, poses)| poses)

@@ -1,5 +1,6 @@
 //! What drives the hand of a run between two actions.
 
+use super::Run;
 use palmares_models::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -12,6 +13,16 @@ pub(super) enum Target {
     Twist { linear: Vec3, angular: Vec3 },
 }
 
+impl Target {
+    /// Whether every number is finite.
+    pub(super) fn is_finite(&self) -> bool {
+        match self {
+            Target::Pose { from, to } => from.is_finite() && to.is_finite(),
+            Target::Twist { linear, angular } => linear.is_finite() && angular.is_finite(),
+        }
+    }
+}
+
 /// A wrench that acts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Pushing {
@@ -19,4 +30,13 @@ pub(super) struct Pushing {
     pub force: Vec3,
     pub torque: Vec3,
     pub ticks_left: u64,
+}
+
+impl Pushing {
+    /// Whether it is as strong as a push may be, and goes on.
+    pub(super) fn is_allowed(&self) -> bool {
+        let within = |v: Vec3, most: f64| v.is_finite() && v.length() <= most;
+        let (force, torque) = Run::PUSH_LIMITS;
+        within(self.force, force) && within(self.torque, torque) && self.ticks_left > 0
+    }
 }

@@ -31,13 +31,16 @@ impl Run {
     /// Goes on from a snapshot of this run or another of the same task, hand, seed and noise, bit for bit.
     ///
     /// # Errors
-    /// It is of another run. Nothing has changed then.
+    /// It is of another run, or its bytes have been changed. Nothing has changed then.
     pub fn restore(&mut self, from: &Snapshot) -> Result<(), SnapshotError> {
         let own = self.origin();
         if !Arc::ptr_eq(own, &from.origin)
             && let Some(what) = own.differs(&from.origin)
         {
             return Err(SnapshotError::Other { what });
+        }
+        if let Some(what) = from.unfit(self) {
+            return Err(SnapshotError::Unfit { what });
         }
         self.world.resume(&from.world);
         self.senses.recall(&from.senses);
