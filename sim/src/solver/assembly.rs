@@ -295,3 +295,60 @@ impl Newton {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::friction_cone::{ConeLaw, RollingLaw};
+    use super::super::newton::Stop;
+    use super::super::problem::{ObjectProblem, Point};
+    use super::*;
+    use crate::config::Config;
+    use palmares_models::Pose;
+    use palmares_models::object::Object;
+    use palmares_models::shape::Shape;
+    use std::sync::Arc;
+
+    const STIFF: f64 = 1e3;
+
+    /// A pair of bodies with three points about an origin, held so that all stick.
+    fn held(problem: &mut Problem, a: Owner, b: Owner, origin: Vec3) {
+        let first = problem.points.len();
+        for r in [Vec3::new(0.1, 0.0, 0.0), Vec3::new(-0.05, 0.1, 0.0), Vec3::new(0.0, -0.1, 0.02)] {
+            let law = ConeLaw::new(1e3, 0.5 * STIFF, STIFF, [0.0, 0.0, 10.0]);
+            problem.points.push(Point::new(r, [Vec3::X, Vec3::Y, Vec3::Z], law));
+        }
+        let rolling = RollingLaw { limit: 0.0, deadband: 1.0 };
+        problem.pairs.push(PairProblem::new(a, b, origin, rolling, first, first + 3));
+    }
+
+    /// Two balls, one on furniture, one on the other, and neither pair's origin in a centre.
+    fn two_on_each_other() -> (Model, Problem, Vec<f64>) {
+        let mut model = Model::new(Config::default(), None).expect("no hand");
+        let mut problem = Problem { fresh: true, ..Problem::default() };
+        let mut start = Vec::new();
+        for (k, z) in [(0, 0.1), (1, 0.3)] {
+            let parts = vec![(Pose::IDENTITY, Shape::Sphere { radius: 0.1 })];
+            let ball = Object::new("ball", parts, 2.0, 0.5, 0.0).expect("sound");
+            model.add_object(Arc::new(ball)).expect("it fits");
+            let (center, inertia) = (Vec3::new(0.01, 0.0, z), Mat3::from_diagonal(Vec3::new(0.3, 0.2, 0.1)));
+            problem.objects.push(ObjectProblem { object: k, center, mass: 2.0, inertia, turn: None });
+            let velocity = [0.3, -0.2, -1.0, 0.5, 0.1, -0.4];
+            problem.momentum.extend([0.6, -0.4, -2.0, 0.15, 0.02, -0.04]);
+            start.extend(velocity);
+        }
+        held(&mut problem, Owner::Static, Owner::Object(0), Vec3::ZERO);
+        held(&mut problem, Owner::Object(0), Owner::Object(1), Vec3::new(0.0, 0.02, 0.2));
+        (model, problem, start)
+    }
+
+    /// Where every point sticks, the function is a quadratic form: one step of Newton's method with its exact matrix is at
+    /// the minimum, with any other it is not.
+    #[test]
+    fn the_matrix_is_that_of_the_quadratic_form() {
+        let (model, mut problem, mut v) = two_on_each_other();
+        let stop = Stop { tolerance: 1e-9, max_iterations: 20, max_work: u64::MAX };
+        let report = Newton::default().solve(&model, &Kinematics::default(), &mut problem, &mut v, &stop);
+        assert!(report.converged && report.iterations == 1, "{report:?}");
+        assert!(problem.points.iter().all(|point| point.impulse[2] > 0.0), "a point has let go");
+    }
+}

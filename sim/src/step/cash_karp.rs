@@ -332,3 +332,39 @@ impl Stages {
         (difference / (TOLERANCE * TOLERANCE * scale + ROUNDING * ROUNDING)).sqrt()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `Σ wᵢ cᵢᵖ`, which is `1/(p + 1)` up to the order of the weights: a method integrates powers of time exactly.
+    fn moment(weights: &[f64], power: i32) -> f64 {
+        weights.iter().zip(NODES).map(|(w, c)| w * c.powi(power)).sum()
+    }
+
+    #[test]
+    fn weights_integrate_powers_up_to_their_order() {
+        let fourth: Vec<f64> = WEIGHTS.iter().zip(DIFFERENCES).map(|(w, d)| w - d).collect();
+        for (weights, order) in [(&WEIGHTS[..], 5), (&fourth, 4), (&STEADY_WEIGHTS, 2)] {
+            for power in 0..order {
+                let expected = 1.0 / f64::from(power + 1);
+                assert!((moment(weights, power) - expected).abs() < 1e-15, "order {order}, power {power}");
+            }
+            let beyond = moment(weights, order) - 1.0 / f64::from(order + 1);
+            assert!(beyond.abs() > 1e-4, "order {order} is not higher: {beyond:e}");
+        }
+    }
+
+    #[test]
+    fn a_stage_lies_where_its_couplings_lead() {
+        for (stage, couplings) in COUPLINGS.iter().enumerate() {
+            assert!((couplings.iter().sum::<f64>() - NODES[stage]).abs() < 1e-15, "stage {stage}");
+        }
+        // ... and of the fifth order is also what needs two stages in a row: Σ b a c = 1/6, Σ b a c² = 1/12.
+        for (power, expected) in [(1, 1.0 / 6.0), (2, 1.0 / 12.0)] {
+            let inner = COUPLINGS.map(|row| moment(&row, power));
+            let sum: f64 = WEIGHTS.iter().zip(inner).map(|(b, inner)| b * inner).sum();
+            assert!((sum - expected).abs() < 1e-15, "power {power}: {sum}");
+        }
+    }
+}

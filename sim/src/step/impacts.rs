@@ -251,3 +251,71 @@ fn rebound_of(model: &Model, pair: &ContactPair, point: &ContactPoint) -> Option
     }
     rebound(pair.restitution, gap, point.approach, acceleration, h, least)
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Command, Config, Model, State, World};
+    use palmares_models::object::Object;
+    use palmares_models::shape::Shape;
+    use palmares_models::{Pose, Vec3};
+    use std::sync::Arc;
+
+    const RADIUS: f64 = 0.05;
+    const STEP_S: f64 = 1e-3;
+
+    /// Elastic balls in a row without weight, by where they are and how fast along x; after one step.
+    fn after_a_step(balls: &[(f64, f64)]) -> World {
+        let config = Config { gravity: Vec3::ZERO, ..Config::with_step(STEP_S) };
+        let mut model = Model::new(config, None).expect("an empty world");
+        for _ in balls {
+            let parts = vec![(Pose::IDENTITY, Shape::Sphere { radius: RADIUS })];
+            let ball = Object::new("ball", parts, 0.2, 0.0, 0.0).expect("a ball").with_restitution(1.0);
+            model.add_object(Arc::new(ball)).expect("it fits");
+        }
+        let at: Vec<Pose> = balls.iter().map(|(x, _)| Pose::translation(*x, 0.0, 0.0)).collect();
+        let mut state = State::at_rest(&model, Pose::IDENTITY, &at);
+        for (ball, (_, speed)) in balls.iter().enumerate() {
+            state.v[6 * ball] = *speed;
+        }
+        let mut world = World::new(Arc::new(model), state);
+        world.step(&Command::stay(world.model(), Pose::IDENTITY));
+        world
+    }
+
+    fn speeds(world: &World) -> Vec<f64> {
+        (0..world.state().objects.len()).map(|ball| world.state().v[6 * ball]).collect()
+    }
+
+    /// A rebounding contact is a million times as stiff as its balls are heavy, so that each impact lacks a millionth.
+    const LACKING: f64 = 3e-6;
+
+    fn assert_near(found: &[f64], expected: &[f64]) {
+        assert!(
+            found.iter().zip(expected).all(|(a, b)| (a - b).abs() < LACKING),
+            "{found:?}, not {expected:?}"
+        );
+    }
+
+    /// Two balls 0.4 mm apart meet after 0.4 of a step, and are where an exact impact would have taken them.
+    #[test]
+    fn an_impact_within_a_step_is_at_its_time() {
+        let gap = 0.4e-3;
+        let world = after_a_step(&[(0.0, 1.0), (2.0 * RADIUS + gap, 0.0)]);
+        assert_near(&speeds(&world), &[0.0, 1.0]);
+        let x = |ball: usize| world.state().objects[ball].translation.x;
+        assert_near(&[x(0), x(1)], &[gap, 2.0 * RADIUS + gap + 0.6e-3]);
+    }
+
+    /// A ball that strikes a row of two within a step stops, and the last of the row goes on.
+    #[test]
+    fn impacts_that_follow_within_a_step_are_played_in_their_order() {
+        let world = after_a_step(&[(0.0, 1.0), (2.0 * RADIUS + 0.2e-3, 0.0), (4.0 * RADIUS + 0.4e-3, 0.0)]);
+        assert_near(&speeds(&world), &[0.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn what_meets_in_a_later_step_is_not_braked_in_this_one() {
+        let world = after_a_step(&[(0.0, 1.0), (2.0 * RADIUS + 1.05e-3, 0.0)]);
+        assert_near(&speeds(&world), &[1.0, 0.0]);
+    }
+}
