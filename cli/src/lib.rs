@@ -11,6 +11,7 @@ mod verify;
 
 use clap::Parser;
 use std::ffi::OsString;
+use std::io::Write;
 use std::process::ExitCode;
 
 /// Does what these arguments ask, the first of which names the program. Prints errors, and ends the process where they
@@ -19,7 +20,13 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     match command::Cli::parse_from(arguments).run() {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("palmares: {error:#}");
+            // Whoever read the output, `head` for one, may be gone: that is no failure, and there is nobody to be told.
+            if let Some(error) = error.downcast_ref::<std::io::Error>()
+                && error.kind() == std::io::ErrorKind::BrokenPipe
+            {
+                return ExitCode::SUCCESS;
+            }
+            let _ = writeln!(std::io::stderr(), "palmares: {error:#}");
             ExitCode::FAILURE
         }
     }

@@ -110,7 +110,11 @@ fn unsound(task: &Task, placed: &[Placed], built: &Built) -> Option<String> {
             None => (at - placed.pose * object.com).length() < STAYED_M,
         };
         if !stayed {
-            return Some(format!("{} did not stay where it was put", object.name));
+            let moved_mm = 1e3 * (at - placed.pose * object.com).length();
+            return Some(format!(
+                "{} did not stay where it was put: it moved by {moved_mm:.0} mm; it needs something to lie on, and room",
+                object.name
+            ));
         }
         if !state.sleep[k].asleep {
             return Some(format!("{} does not come to rest", object.name));

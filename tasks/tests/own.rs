@@ -229,3 +229,45 @@ fn the_referee_of_a_run_sees_the_objects_frames() {
     let kinds: Vec<&str> = outcome.events.iter().map(|event| event.kind.as_str()).collect();
     assert_eq!((kinds.as_slice(), outcome.score, outcome.in_goal), (&["up", "in_tray"][..], 3.0, 2));
 }
+
+#[test]
+fn an_error_within_the_rules_names_its_own_line() {
+    for (from, to, told) in [
+        ("above_m = 0.1", "above_m = \"10 cm\"", "expected f64"),
+        ("settle_s = 1.0", "settle_s = true", "expected f64"),
+        ("above_m = 0.1", "above_m = 0.1\nupright = 5.0", "unknown field `upright`"),
+    ] {
+        let text = CUBE.replacen(from, to, 1);
+        assert_ne!(text, CUBE, "{from}");
+        let line =
+            1 + text.lines().position(|line| to.ends_with(line) && !line.is_empty()).expect("it is there");
+        let error = Task::parse("cube.toml", &text).expect_err(to).to_string();
+        assert!(
+            error.contains(&format!("line {line},")) && error.contains(told),
+            "{to}: line {line}: {error}"
+        );
+    }
+}
+
+#[test]
+fn points_that_no_score_can_hold_are_refused() {
+    for points in ["1e308", "-3.0", "nan", "inf"] {
+        let text = CUBE.replacen("points = 1.0", &format!("points = {points}"), 1);
+        assert_ne!(text, CUBE);
+        let error = Task::parse("cube.toml", &text).expect_err(points).to_string();
+        assert!(
+            error.contains("points = ") && error.contains("must be in [0, 1000000]"),
+            "{points}: {error}"
+        );
+    }
+}
+
+#[test]
+fn a_task_of_ones_own_has_a_name_of_its_own() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = CUBE.replacen("name = \"cube\"", "name = \"balls\"", 1);
+    assert_ne!(text, CUBE);
+    std::fs::write(folder.path().join("task.toml"), text).expect("written");
+    let error = Task::load(folder.path()).expect_err("taken").to_string();
+    assert!(error.contains("task.toml") && error.contains("that of a task of the program"), "{error}");
+}

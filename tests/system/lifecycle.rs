@@ -63,6 +63,19 @@ async fn a_session_that_waits_for_its_client_is_scored_at_shutdown() {
     assert_eq!(run["status"], "practice", "{run}");
 }
 
+/// `palmares serve 2>&1 | tee log` and Ctrl-C: `tee` is gone first. Here every line that is written fails.
+#[cfg(target_os = "linux")]
+#[tokio::test]
+async fn a_server_whose_log_nobody_takes_goes_on_and_ends() {
+    let server = Server::start_limited("exec 2>/dev/full");
+    let (mut client, _) = Client::playing(&server, "unheard").await;
+    client.goes_on(0).await;
+    server.signal("TERM");
+    assert_eq!(client.next().await["reason"], "stopped");
+    let (status, ..) = server.wait();
+    assert_eq!(status.code(), Some(0));
+}
+
 #[tokio::test]
 async fn a_port_in_use_is_a_clear_error() {
     let server = Server::start();

@@ -119,7 +119,7 @@ fn a_server_refuses_a_task_that_is_wrong_or_has_a_name_that_is_taken() {
     let (code, out) = start(taken.path());
     assert_eq!(code, 1, "{out}");
     assert!(
-        out.contains("there is a task named `balls` already; give this one a name of its own in task.toml"),
+        out.contains("task.toml: name = \"balls\" is that of a task of the program; give it another one"),
         "{out}"
     );
     let wrong = folder(&TASK.replace("inside = \"tray\"", "inside = \"try\""));

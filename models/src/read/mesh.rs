@@ -56,7 +56,7 @@ impl<'a> MeshReader<'a> {
             ModelError::Read { file, source } => report.bad(
                 element,
                 format!("names mesh '{name}', but {} cannot be read: {source}", file.display()),
-                "an .stl file in or under the URDF's own folder",
+                "an .stl file in the folder of the file that names it, or under it",
             ),
             error => error,
         })?;
@@ -88,7 +88,7 @@ pub(crate) fn mesh_path(name: &str, element: &str, report: &Report) -> Result<Pa
     let relative = Path::new(relative);
     let inside = relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
     if !inside || name.contains('\\') || !has_extension(relative, "stl") {
-        let valid = "an .stl file in or under the URDF's own folder";
+        let valid = "an .stl file in the folder of the file that names it, or under it";
         return Err(report.bad(element, format!("names mesh '{name}'"), valid));
     }
     Ok(relative.to_owned())

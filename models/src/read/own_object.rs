@@ -7,7 +7,7 @@ use serde::Deserialize;
 use super::files::Files;
 use super::mesh::MeshReader;
 use super::options::LoadOptions;
-use super::parts::{HEAVIEST_KG, LARGEST_M, MOST_PARTS, Part, place};
+use super::parts::{HEAVIEST_KG, LARGEST_M, MOST_FRICTION, MOST_PARTS, Part, place};
 use super::report::Report;
 use super::settings::Settings;
 use super::urdf::link::LinkReader;
@@ -85,6 +85,9 @@ impl OwnObject {
                 return Err(bad("mass", "is missing".to_owned(), "kg, for `parts`"));
             }
         };
+        if self.friction > MOST_FRICTION {
+            return Err(bad("friction", format!("is {}", self.friction), "at most 1000"));
+        }
         if object.mass > HEAVIEST_KG {
             return Err(bad("mass", format!("is {} kg", object.mass), "at most 20 kg"));
         }
@@ -167,7 +170,7 @@ impl OwnObject {
         object.map_err(|error| match error {
             ModelError::Inconsistent { element, problem, .. } => {
                 let element = format!("objects.own `{}`: {element}", self.name);
-                at.bad(element, problem, "a solid with a positive mass, friction of at least 0")
+                at.bad(element, problem, "sizes and a mass of more than 0, friction of at least 0")
             }
             error => error,
         })

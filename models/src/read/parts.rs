@@ -7,6 +7,8 @@ use crate::{Pose, Rotation, Vec3, rotation};
 
 /// Largest extent of an object, m.
 pub(super) const LARGEST_M: f64 = 1.0;
+/// No object has a larger friction coefficient: as for furniture.
+pub(super) const MOST_FRICTION: f64 = 1e3;
 /// Heaviest object, kg.
 pub(super) const HEAVIEST_KG: f64 = 20.0;
 /// Most convex parts of an object.

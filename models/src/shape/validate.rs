@@ -30,12 +30,24 @@ impl Shape {
                 Ok(())
             }
             Shape::Hull { .. } => Err("a hull's points are not finite or span no volume".to_owned()),
-            _ => Err(format!(
-                "a shape's sizes are not positive, finite and larger than its rounding: {self:?}"
+            Shape::Sphere { radius } => Err(format!("a sphere of radius {radius} m: {SIZES}")),
+            Shape::Capsule { radius, half_length } => Err(format!(
+                "a capsule of radius {radius} m, {} m between its ends: {SIZES}",
+                2.0 * half_length
+            )),
+            Shape::Cylinder { radius, half_length } => {
+                Err(format!("a cylinder of radius {radius} m and length {} m: {SIZES}", 2.0 * half_length))
+            }
+            Shape::Box { half_extents, rounding } => Err(format!(
+                "a box of {:?} m with edges rounded by {rounding} m: {SIZES}, or not more than twice the rounding",
+                half_extents.map(|x| 2.0 * x)
             )),
         }
     }
 }
+
+/// What is wrong with the sizes of a shape.
+const SIZES: &str = "not positive and finite";
 
 pub(crate) fn positive(x: f64) -> bool {
     x.is_finite() && x > 0.0

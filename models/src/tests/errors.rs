@@ -206,7 +206,7 @@ fn meshes_stay_in_their_folder() {
     };
     for outside in ["../a.stl", "/etc/a.stl", "file:///etc/a.stl", "package://p/../../a.stl", "a.dae"] {
         let message = load(outside);
-        assert!(message.contains("in or under the URDF's own folder"), "{message}");
+        assert!(message.contains("in the folder of the file that names it, or under it"), "{message}");
     }
     assert!(load("package://p/a.stl").contains("a.stl"));
     std::fs::write(folder.join("a.stl"), "not a mesh").unwrap();

@@ -153,7 +153,9 @@ fn greet(address: SocketAddr, location: &Location, app: &App) -> anyhow::Result<
         true => format!("\n  organizer    the first one's token is in {}", token.display()),
         false => String::new(),
     };
-    eprintln!(
+    // Nobody has to read it.
+    let _ = writeln!(
+        std::io::stderr(),
         "Palmares {} {kind}\n  leaderboard  http://{address}/\n  controllers  ws://{address}/v1/control\n  \
          tasks        {}\n  hands        {}\n  database     {database}{token}\nCtrl-C ends it; open runs are scored first.",
         env!("CARGO_PKG_VERSION"),

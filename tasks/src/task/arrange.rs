@@ -1,6 +1,7 @@
 //! Goals for objects, one after the other, as data.
 
 use super::placing::plain_name;
+use super::rules::MOST_POINTS;
 use serde::Deserialize;
 
 /// Goals that are reached one after the other. A goal that has been reached stays so.
@@ -130,8 +131,8 @@ impl Goal {
             return Err("asks for nothing; give inside, within, above_m, upright_deg, at_rest or hand_off_m"
                 .to_owned());
         }
-        if !points.is_finite() {
-            return Err(format!("points = {points}; it must be finite"));
+        if !(0.0..=MOST_POINTS).contains(points) {
+            return Err(format!("points = {points}; they must be in [0, {MOST_POINTS}]"));
         }
         if let Some(point) = point
             && !point.iter().all(|x| x.abs() <= 10.0)
@@ -148,9 +149,9 @@ impl Goal {
             }
         }
         if let Some(above_m) = above_m
-            && !above_m.is_finite()
+            && !(-10.0..=10.0).contains(above_m)
         {
-            return Err(format!("above_m = {above_m}; it must be finite"));
+            return Err(format!("above_m = {above_m}; it must be in [-10, 10]"));
         }
         if let Some(upright_deg) = upright_deg
             && !(0.0..=180.0).contains(upright_deg)

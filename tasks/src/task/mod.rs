@@ -132,7 +132,9 @@ impl Task {
         let bytes = read.map_err(|error| TaskError::of(&file, &ObjectError::File(error)))?;
         let text = String::from_utf8(bytes)
             .map_err(|e| TaskError { file: file.clone(), message: format!("not valid UTF-8: {e}") })?;
-        Task::read(&file, &text, Some(&files))
+        let loaded = Task::read(&file, &text, Some(&files))?;
+        loaded.task.check_own_name().map_err(|message| TaskError { file, message })?;
+        Ok(loaded)
     }
 
     /// What the file of a task is called.
@@ -148,8 +150,12 @@ impl Task {
 
     fn read(file: &str, text: &str, files: Option<&Files>) -> Result<Loaded, TaskError> {
         let error = |message: String| TaskError { file: file.to_owned(), message };
-        let mut task: Task = toml::from_str(text).map_err(|e| error(e.to_string()))?;
+        let mut task: Task =
+            toml::from_str(text).map_err(|e| error(rules::place_of_error(text).unwrap_or(e).to_string()))?;
         plain_name("name", &task.name).map_err(error)?;
+        if !(task.tick_s > 0.0 && task.tick_s <= 1.0) {
+            return Err(error(format!("tick_s = {} must be in (0, 1]", task.tick_s)));
+        }
         let steps = task.tick_s / task.step_s;
         let whole = (steps - steps.round()).abs() < 1e-9 && steps >= 0.5;
         if !(task.step_s > 0.0 && task.step_s <= 0.01 && whole) {
@@ -177,6 +183,16 @@ impl Task {
         task.objects.digest(&mut hash);
         task.content_hash = hash.to_hex();
         Ok(Loaded { task, warnings })
+    }
+
+    /// That it does not bear the name of one that comes with the program, unless it is that one.
+    fn check_own_name(&self) -> Result<(), String> {
+        match Task::builtin().iter().find(|task| task.name == self.name) {
+            Some(known) if known.content_hash != self.content_hash => {
+                Err(format!("name = \"{}\" is that of a task of the program; give it another one", self.name))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// That fixed bodies have names of their own and sizes.
@@ -377,7 +393,10 @@ mod tests {
         let cases = [
             (shelf.replace("\"011_banana\"", "\"011_bananas\""), "no object `011_bananas`"),
             (shelf.replace("\"011_banana\"", "\"025_mug\""), "names `025_mug` twice"),
-            (shelf.replace("count = 10", "count = 40"), "has 36 objects; count = 40"),
+            (
+                shelf.replace("count = 10", "count = 40"),
+                "objects.count = 40, but objects.from and objects.own name 36",
+            ),
             (shelf.replace("count = 10", "count = 0"), "1 to 200"),
             (shelf.replace("into = \"shelf\"", "into = \"cupboard\""), "regions: shelf, box"),
             (shelf.replace("name = \"box\"", "name = \"shelf\""), "each needs a name of its own"),

@@ -128,7 +128,7 @@ impl Objects {
         }
         if kinds.len() < self.count {
             let (have, count) = (kinds.len(), self.count);
-            return Err(format!("objects.from has {have} objects; count = {count} needs as many"));
+            return Err(format!("objects.count = {count}, but objects.from and objects.own name {have}"));
         }
         Ok(kinds)
     }

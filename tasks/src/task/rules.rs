@@ -3,6 +3,9 @@
 use super::arrange::Arrange;
 use serde::Deserialize;
 
+/// The most points that one thing is worth, or costs: a score stays a number that everybody can write.
+pub(super) const MOST_POINTS: f64 = 1e6;
+
 /// The rules of a task, by `kind`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -77,6 +80,36 @@ pub struct HoldPoints {
     pub quick: f64,
 }
 
+/// Where in a file its rules are wrong. Rules are chosen by their `kind`, and what is read before it is known where it
+/// belongs has lost its place: so they are read once more, as rules of that kind, with the line of the kind left blank.
+pub(super) fn place_of_error(text: &str) -> Option<toml::de::Error> {
+    #[derive(Deserialize)]
+    struct File<R> {
+        #[serde(rename = "rules")]
+        _rules: R,
+    }
+    #[derive(Deserialize)]
+    struct Kind {
+        kind: toml::Spanned<String>,
+    }
+    fn error<R: serde::de::DeserializeOwned>(text: &str) -> Option<toml::de::Error> {
+        toml::from_str::<File<R>>(text).err()
+    }
+    let kind = toml::from_str::<File<Kind>>(text).ok()?._rules.kind;
+    let line = text[..kind.span().start].rfind('\n').map_or(0, |end| end + 1)..kind.span().end;
+    if !text[line.clone()].trim_start().starts_with("kind") {
+        return None;
+    }
+    let blank = " ".repeat(line.len());
+    let text = [&text[..line.start], &blank, &text[line.end..]].concat();
+    match kind.get_ref().as_str() {
+        "collect" => error::<Collect>(&text),
+        "hold" => error::<Hold>(&text),
+        "arrange" => error::<Arrange>(&text),
+        _ => None,
+    }
+}
+
 impl Rules {
     /// Longest settling after a run, s.
     pub fn settle_s(&self) -> f64 {
@@ -118,13 +151,21 @@ impl Rules {
             let fine = x.is_finite() && x > 0.0;
             if fine { Ok(()) } else { Err(format!("rules.{field} = {x}; it must be positive and finite")) }
         };
+        let points = |field: &str, x: f64| {
+            let valid = format!("in [-{MOST_POINTS}, {MOST_POINTS}]");
+            if x.abs() <= MOST_POINTS {
+                Ok(())
+            } else {
+                Err(format!("rules.{field} = {x}; it must be {valid}"))
+            }
+        };
         match self {
             Rules::Collect(rules) => {
                 if !(0.0..=60.0).contains(&rules.settle_s) {
                     return Err(format!("rules.settle_s = {}; it must be in [0, 60]", rules.settle_s));
                 }
-                let finite = rules.in_goal.is_finite() && rules.outside.is_finite();
-                if finite { Ok(()) } else { Err("rules.in_goal and rules.outside must be finite".to_owned()) }
+                points("in_goal", rules.in_goal)?;
+                points("outside", rules.outside)
             }
             Rules::Hold(rules) => {
                 positive("lift_m", rules.lift_m)?;
@@ -133,7 +174,13 @@ impl Rules {
                 positive("slow_s", rules.slow_s)?;
                 positive("shake.amplitude_m", rules.shake.amplitude_m)?;
                 positive("shake.frequency_hz", rules.shake.frequency_hz)?;
-                positive("shake.axis_s", rules.shake.axis_s)
+                positive("shake.axis_s", rules.shake.axis_s)?;
+                let HoldPoints { lifted, held, shaken, firm, quick } = rules.points;
+                points("points.lifted", lifted)?;
+                points("points.held", held)?;
+                points("points.shaken", shaken)?;
+                points("points.firm", firm)?;
+                points("points.quick", quick)
             }
             Rules::Arrange(rules) => rules.check(),
         }
