@@ -92,7 +92,7 @@ fn task(header: &Header, own: &[Arc<Task>]) -> Result<Arc<Task>, VerifyError> {
             header.task_hash
         ))),
         (None, None) => Err(VerifyError::OtherTask(format!(
-            "this program has no task `{}`: give its folder with --task",
+            "neither the program nor a folder given with --task has a task `{}`",
             header.task
         ))),
     }
