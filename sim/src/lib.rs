@@ -31,4 +31,5 @@ pub use model::{Model, Owner};
 pub use outcome::{ContactForce, Outcome, Phase, Probe};
 pub use snapshot::Snapshot;
 pub use state::State;
+pub use step::Workspace;
 pub use world::World;

@@ -7,7 +7,7 @@ use crate::dynamics::tree::Kinematics;
 use crate::model::{Model, Owner};
 use crate::outcome::{ContactForce, Outcome, Probe};
 use crate::state::{Sleep, State};
-use crate::step::{self, Scratch};
+use crate::step::{self, Scratch, Workspace};
 use palmares_models::Vec3;
 use std::sync::Arc;
 
@@ -73,6 +73,12 @@ impl World {
     pub fn step_probed(&mut self, command: &Command, probe: &mut impl Probe) -> &Outcome {
         step::step(&self.model, &mut self.state, &mut self.scratch, command, probe);
         self.outcome()
+    }
+
+    /// Exchanges a part of its scratch memory with what is lent to it, for the steps until it is exchanged back. Not between
+    /// [`World::prepare`] and the step that it prepares.
+    pub fn exchange(&mut self, lent: &mut Workspace) {
+        self.scratch.exchange(&self.model, lent);
     }
 
     /// Does now what the next step does before its command matters: the hand's dynamics and the search for contacts. The

@@ -1,6 +1,7 @@
 //! A run played again from its applied actions gives the same bits: what replays rest on.
 
 use palmares_models::hand::Hand;
+use palmares_sim::Workspace;
 use palmares_tasks::action::{Action, ActionError, ActionLimits, BaseTarget};
 use palmares_tasks::observation::{Sensing, Wrench};
 use palmares_tasks::run::{PushError, Reason, Run};
@@ -113,6 +114,32 @@ fn a_quaternion_of_any_length_but_none_is_a_direction() {
     for size in [0.0, 5e-324, 1e-200, 7e-7] {
         assert_eq!(run.step(&turned(size)), Err(ActionError::ZeroQuaternion), "{size}");
     }
+}
+
+#[test]
+fn runs_that_take_turns_in_the_same_memory_go_as_they_do_alone() {
+    let [pinch, softhand] = ["pinch", "softhand"].map(|name| Hand::builtin(name).expect("built in"));
+    let open = |(hand, seed): (&Arc<Hand>, u64)| {
+        Run::new(small_task(), hand.clone(), Seed::from_u64(seed)).expect("the scene builds")
+    };
+    // The second is of another hand and keeps to its own memory.
+    let runs = || [(&softhand, 6), (&pinch, 6), (&softhand, 7), (&softhand, 8)].map(open);
+    let (mut turns, mut alone) = (runs(), runs());
+    let mut memory = Workspace::default();
+    let down =
+        Action { base: Some(BaseTarget::Twist { linear: [0.0, 0.0, -0.5], angular: [0.0; 3] }), hand: None };
+    let mut touched = 0;
+    for tick in 0..120 {
+        for (run, alone) in turns.iter_mut().zip(&mut alone) {
+            run.exchange(&mut memory);
+            run.step(&down).expect("valid");
+            run.exchange(&mut memory);
+            alone.step(&down).expect("valid");
+            assert_eq!(run.digest(), alone.digest(), "tick {tick}");
+            touched += run.world().contact_forces().len();
+        }
+    }
+    assert!(touched > 0, "hands that touch nothing prove little");
 }
 
 proptest! {

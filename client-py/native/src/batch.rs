@@ -8,6 +8,7 @@ use crate::snapshot::Snapshot;
 use crate::training::{Asked, Training, status};
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods, ToPyArray};
 use palmares_models::hand::Hand;
+use palmares_sim::Workspace;
 use palmares_tasks::training::{Shaper, Terms, open};
 use palmares_tasks::{Action, BaseTarget, Noise, Outcome, Reason, Run, Seed, Sensing, Task};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -15,8 +16,14 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::ThreadPool;
 use rayon::prelude::*;
+use std::cell::RefCell;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+
+thread_local! {
+    /// What a thread of a pool lends to the world that it steps.
+    static WORKSPACE: RefCell<Workspace> = RefCell::default();
+}
 
 /// A world of the batch, and what it has to tell.
 struct Slot {
@@ -221,6 +228,24 @@ impl Batch {
         interrupted
     }
 
+    /// The first action that is clipped where base velocities may be so long, m/s and rad/s: its world, and which of its
+    /// fields: linear velocity, angular velocity, σ.
+    fn clipped(&self, actions: PyReadonlyArray2<'_, f64>, limits: [f64; 2]) -> Option<(usize, usize)> {
+        let actions = actions.as_array();
+        let length = |world, first: usize| {
+            (first..first + 3).map(|k| actions[[world, k]] * actions[[world, k]]).sum::<f64>().sqrt()
+        };
+        (0..actions.nrows()).find_map(|world| {
+            let mut sigmas = (6..actions.ncols()).map(|k| actions[[world, k]]);
+            let beyond = [
+                length(world, 0) > limits[0],
+                length(world, 3) > limits[1],
+                sigmas.any(|sigma| sigma < 0.0 || sigma > 1.0),
+            ];
+            beyond.into_iter().position(|is_beyond| is_beyond).map(|field| (world, field))
+        })
+    }
+
     /// s that threads have spent in the physics and the referee, all of them together.
     #[getter]
     fn physics_s(&self) -> f64 {
@@ -410,6 +435,7 @@ impl Slot {
     fn advance(&mut self, action: &Action, ticks: u32, sensing: Sensing) {
         let Slot { run: Some(run), events, outcome: None, physics, .. } = self else { return };
         let begun = Instant::now();
+        WORKSPACE.with_borrow_mut(|workspace| run.exchange(workspace));
         for _ in 0..ticks {
             // The action is finite and of the right length.
             if run.over().is_some() || run.fault().is_some() || run.step(action).is_err() {
@@ -420,6 +446,7 @@ impl Slot {
                 (told.tick, told.kind, told.object)
             }));
         }
+        WORKSPACE.with_borrow_mut(|workspace| run.exchange(workspace));
         *physics += begun.elapsed();
     }
 

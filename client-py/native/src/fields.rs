@@ -66,23 +66,23 @@ pub(crate) fn constant(run: &Run, sensing: Sensing, objects: usize) -> Vec<f64> 
 /// Writes a run's fields behind one another; `constant` are the last. Of `objects` those that are not there are zeros.
 pub(crate) fn write(run: &Run, sensing: Sensing, objects: usize, constant: &[f64], row: &mut Vec<f64>) {
     row.clear();
-    let seen = run.observe(Sensing::Sensors);
-    let base = &seen.hand.base;
-    row.extend(base.position);
-    row.extend(base.quat_xyzw);
-    row.extend(base.linear);
-    row.extend(base.angular);
-    for motor in &seen.hand.actuators {
-        row.extend([motor.command, motor.position, motor.velocity, motor.tension]);
+    let state = run.world().state();
+    let seen = run.felt();
+    let (base, (force, torque)) = (seen.base, seen.wrist);
+    row.extend(base.pose.translation.to_array());
+    row.extend(base.pose.rotation.to_array());
+    row.extend(base.linear.to_array());
+    row.extend(base.angular.to_array());
+    for (reached, motor) in state.motors.iter().zip(&seen.motors) {
+        row.extend([reached.command, motor.position, motor.velocity, motor.tension]);
     }
-    row.extend(seen.hand.wrist.force);
-    row.extend(seen.hand.wrist.torque);
-    row.extend(&seen.hand.joints.0);
-    row.extend(seen.hand.touch.0.as_flattened());
-    row.extend(seen.hand.acceleration.iter().flatten());
-    row.push(run.task().time_limit_s - seen.sim_time_s);
+    row.extend(force);
+    row.extend(torque);
+    row.extend(&seen.joints);
+    row.extend(seen.touch.as_flattened());
+    row.extend(seen.acceleration.iter().flatten());
+    row.push(run.task().time_limit_s - run.sim_time_s());
     if sensing == Sensing::Truth {
-        let state = run.world().state();
         let joints = run.hand().coordinates.len();
         row.extend_from_slice(&state.q);
         row.extend_from_slice(&state.v[6..6 + joints]);

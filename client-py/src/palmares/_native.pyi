@@ -64,6 +64,9 @@ class Batch:
     def step(
         self, actions: NDArray[np.float64], ticks: int, mask: Sequence[bool], told: Told = None
     ) -> None: ...
+    def clipped(
+        self, actions: NDArray[np.float64], limits: tuple[float, float]
+    ) -> tuple[int, int] | None: ...
     def observe(self) -> dict[str, NDArray[np.float64]]: ...
     def progress(
         self,

@@ -166,6 +166,13 @@ impl Admission {
     }
 }
 
+impl Admitted {
+    /// Whether other worlds are open.
+    pub(crate) fn has_company(&self) -> bool {
+        Admission(self.counts.clone()).open().all() > 1
+    }
+}
+
 impl Drop for Admitted {
     fn drop(&mut self) {
         self.counts.of(self.mode).fetch_sub(1, Ordering::AcqRel);

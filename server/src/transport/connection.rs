@@ -264,7 +264,9 @@ impl Connection {
     async fn busy_poll(&mut self) -> Option<Incoming> {
         let (scheduler, lifecycle) = (&self.sessions.compute.scheduler, &self.sessions.lifecycle);
         let idle = || scheduler.is_idle() && !lifecycle.is_stopping();
-        self.busy_poll.next(&mut self.socket, idle).await
+        // Who is told of a realtime world's ticks must not sleep on the socket alone.
+        let may_doze = self.session.as_ref().is_some_and(|session| session.stream().is_none());
+        self.busy_poll.next(&mut self.socket, idle, may_doze).await
     }
 
     /// A realtime world has something to tell.

@@ -76,7 +76,7 @@ pub(crate) struct World {
     /// What was computed between the last tick and the next took so long.
     between: Duration,
     /// Given back when the world is gone.
-    _admitted: Admitted,
+    admitted: Admitted,
 }
 
 impl std::fmt::Debug for World {
@@ -122,14 +122,7 @@ impl World {
         witnesses: Vec<Box<dyn Witness>>,
         admitted: Admitted,
     ) -> Self {
-        World {
-            game: Ok(game),
-            sensing,
-            witnesses,
-            untold: false,
-            between: Duration::ZERO,
-            _admitted: admitted,
-        }
+        World { game: Ok(game), sensing, witnesses, untold: false, between: Duration::ZERO, admitted }
     }
 
     /// Tells the witnesses of the last tick. The controller need not wait for it.
@@ -189,6 +182,10 @@ impl World {
                 return Ok(Stepped { observation, over });
             }
             drop(permit);
+            // Another controller may be waiting for this very core to send its request, with other cores free to answer it.
+            if self.admitted.has_company() {
+                std::thread::yield_now();
+            }
             if let Ok(game) = &self.game {
                 earlier.extend(game.events().iter().map(|event| event.told(self.sensing)));
             }

@@ -25,10 +25,12 @@ mod slip_correction;
 mod solve;
 mod torque_free;
 mod work;
+mod workspace;
 
 pub(crate) use cash_karp::MOST_PARTS;
 pub(crate) use forces::StepForces;
 pub(crate) use scratch::Scratch;
+pub use workspace::Workspace;
 
 use crate::actuation::base::{self, BaseCommand};
 use crate::actuation::motor;

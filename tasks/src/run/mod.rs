@@ -44,7 +44,7 @@ use origin::Origin;
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_senses::Senses;
-use palmares_sim::{Fault, World};
+use palmares_sim::{Fault, Workspace, World};
 use std::sync::{Arc, OnceLock};
 
 /// The most that the settling after a run may compute, in the unit of [`palmares_sim::bounds`]: some seconds. Then the
@@ -237,6 +237,11 @@ impl Run {
         self.news = self.referee.watch(self.tick, &self.sightings());
         self.history.extend(self.news.iter().cloned());
         Ok(())
+    }
+
+    /// Exchanges a part of the world's scratch memory with what is lent to it; see [`World::exchange`].
+    pub fn exchange(&mut self, lent: &mut Workspace) {
+        self.world.exchange(lent);
     }
 
     fn sightings(&self) -> Vec<ObjectSnapshot> {

@@ -27,9 +27,13 @@ impl Run {
         }
     }
 
+    /// What the sensors of the hand and its arm read now.
+    pub fn felt(&self) -> Readings {
+        self.senses.read(&self.world)
+    }
+
     fn observe_hand(&self) -> HandObservation {
-        let Readings { base, motors, joints, wrist: (force, torque), touch, acceleration } =
-            self.senses.read(&self.world);
+        let Readings { base, motors, joints, wrist: (force, torque), touch, acceleration } = self.felt();
         let actuators = self.hand.motors.iter().zip(&self.world.state().motors).zip(motors);
         HandObservation {
             base: BodyState {

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palmares import _native
-from palmares.arrays import Array, array
+from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.messages import Welcome
 from palmares.progress import progress
@@ -22,6 +22,8 @@ Mask: TypeAlias = Sequence[bool] | NDArray[np.bool_]
 
 SEEDS = 2**53
 """Seeds are below this."""
+FIELDS = (("linear", slice(0, 3)), ("angular", slice(3, 6)), ("hand", slice(6, None)))
+"""Of an action: name and columns"""
 
 
 @dataclass(frozen=True)
@@ -97,11 +99,7 @@ class Batch:
         self._training = training or Training()
         specs = read(_native.welcome("", [], []), Welcome).specs
         limits = [specs.action_field(name).range[1] for name in ("base.linear", "base.angular")]
-        self._limits: list[tuple[str, slice, float | None]] = [
-            ("linear", slice(0, 3), limits[0] * (1.0 + 1e-9)),
-            ("angular", slice(3, 6), limits[1] * (1.0 + 1e-9)),
-            ("hand", slice(6, None), None),
-        ]
+        self._limits = (limits[0] * (1.0 + 1e-9), limits[1] * (1.0 + 1e-9))
         self.clipping = Clipping()
         self.count = count
         self.fields = {name: tuple(shape) for name, shape in self._native.fields()}
@@ -155,14 +153,14 @@ class Batch:
         """Warn if this is the first action beyond the limits."""
         if self.clipping.is_muted or actions.shape != (self.count, self.action_len):
             return
-        for field, columns, limit in self._limits:
-            numbers = actions[:, columns]
-            beyond = np.abs(numbers - 0.5) > 0.5 if limit is None else _lengths(numbers)[:, None] > limit
-            for k in np.flatnonzero(beyond.any(axis=1))[:1]:
-                asked = numbers[k]
-                was = asked.clip(0.0, 1.0) if limit is None else asked * limit / _lengths(numbers)[k]
-                self.clipping.warn(f"actions[{k}]: {field}", asked.tolist(), was.tolist(), stacklevel=3)
-                return
+        clipped = self._native.clipped(actions, self._limits)
+        if clipped is not None:
+            world, place = clipped
+            field, columns = FIELDS[place]
+            asked = actions[world, columns]
+            longest = None if field == "hand" else self._limits[place]
+            was = asked.clip(0.0, 1.0) if longest is None else asked * longest / np.linalg.norm(asked)
+            self.clipping.warn(f"actions[{world}]: {field}", asked.tolist(), was.tolist(), stacklevel=3)
 
     def observe(self) -> Arrays:
         """Return the observations: of each field an array (N, …)."""
@@ -250,7 +248,3 @@ class Batch:
 
     def _mask(self, mask: Mask | None) -> list[bool]:
         return [True] * self.count if mask is None else [bool(entry) for entry in mask]
-
-
-def _lengths(vectors: Array) -> Array:
-    return array(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))

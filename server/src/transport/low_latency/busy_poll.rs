@@ -48,16 +48,30 @@ impl BusyPoll {
     }
 
     /// Looks for the next request without going to sleep, where that pays, and as long as `idle` says that nobody else wants
-    /// the core.
-    pub(crate) async fn next(&mut self, socket: &mut WebSocket, idle: impl Fn() -> bool) -> Option<Incoming> {
+    /// the core; then, if it `may_doze` and the request is expected soon, asleep on the socket itself.
+    pub(crate) async fn next(
+        &mut self,
+        socket: &mut WebSocket,
+        idle: impl Fn() -> bool,
+        may_doze: bool,
+    ) -> Option<Incoming> {
+        if let Some(message) = self.awake(socket, idle).await {
+            return Some(message);
+        }
+        if !(may_doze && self.gaps.is_soon()) {
+            return None;
+        }
+        let _dozing = self.attention.dozing();
+        look(socket).await
+    }
+
+    async fn awake(&mut self, socket: &mut WebSocket, idle: impl Fn() -> bool) -> Option<Incoming> {
         let span = self.gaps.worth()?;
         let _leave = self.awake.as_ref()?.leave(self.cores)?;
-        let _attentive = self.attention.attentive();
+        let _attentive = self.attention.awake();
         let end = Instant::now() + span;
         while idle() && Instant::now() < end {
-            let mut next = pin!(socket.recv());
-            let looked = poll_fn(|context| Poll::Ready(next.as_mut().poll(context))).await;
-            if let Poll::Ready(message) = looked {
+            if let Some(message) = look(socket).await {
                 return Some(message);
             }
             // The client may be waiting for this very core.
@@ -71,6 +85,15 @@ impl BusyPoll {
     pub(crate) fn goes_on(&mut self, found: bool) -> bool {
         self.in_a_row = if found { (self.in_a_row + 1) % IN_A_ROW } else { 0 };
         self.in_a_row > 0
+    }
+}
+
+/// What has come, or comes while the connection dozes.
+async fn look(socket: &mut WebSocket) -> Option<Incoming> {
+    let mut next = pin!(socket.recv());
+    match poll_fn(|context| Poll::Ready(next.as_mut().poll(context))).await {
+        Poll::Ready(message) => Some(message),
+        Poll::Pending => None,
     }
 }
 
@@ -105,6 +128,11 @@ impl GapEstimate {
     fn worth(&self) -> Option<Duration> {
         let span = Duration::from_secs_f64(1.5 * self.mean_s);
         (self.replied.is_some() && span <= LONGEST).then_some(span)
+    }
+
+    /// Whether most requests come sooner than what counts as long.
+    fn is_soon(&self) -> bool {
+        self.replied.is_some() && self.mean_s < 1.8 * LONGEST.as_secs_f64()
     }
 }
 
@@ -148,11 +176,15 @@ mod tests {
         };
         go(&mut gaps, 100, 1);
         assert_eq!(gaps.worth(), None, "once is not a habit");
+        go(&mut gaps, 600, 30);
+        assert!(gaps.worth().is_none() && gaps.is_soon(), "not worth staying awake, but soon");
         go(&mut gaps, 100, 30);
         let span = gaps.worth().expect("it pays");
         assert!((140..170).contains(&span.as_micros()), "{span:?}");
         go(&mut gaps, 20_000, 3);
         assert_eq!(gaps.worth(), None, "the controller thinks now");
+        go(&mut gaps, 20_000, 30);
+        assert!(!gaps.is_soon());
     }
 
     #[test]

@@ -6,8 +6,9 @@ use std::io::{self, ErrorKind, IoSlice, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::pin::Pin;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicU8, Ordering};
 use std::task::{Context, Poll, ready};
+use std::time::Duration;
 use tokio::io::unix::AsyncFd;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
@@ -16,30 +17,43 @@ const AT_ONCE: usize = 16 << 10;
 /// What is thrown away at most of what a caller goes on sending after it was answered, bytes: a socket that is closed with
 /// unread bytes takes the answer with it.
 const UNREAD: usize = 1 << 20;
+/// Longest doze: everything else that the reader waits for has its turn after it.
+const DOZE: Duration = Duration::from_millis(4);
 
-/// Whether whoever reads from a connection looks for bytes itself and need not be woken.
+/// What whoever reads from a connection does itself, so that it need not be woken.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Attention(Arc<AtomicBool>);
+pub(super) struct Attention(Arc<AtomicU8>);
 
-/// Whoever holds it polls until it drops it.
-pub(super) struct Attentive<'a>(&'a AtomicBool);
+/// Nothing: it has to be woken.
+const AWAY: u8 = 0;
+/// It looks again and again.
+const AWAKE: u8 = 1;
+/// It sleeps on the socket itself: its thread has nothing else to do.
+const DOZING: u8 = 2;
+
+/// Whoever holds it is attentive until it drops it.
+pub(super) struct Attentive<'a>(&'a AtomicU8);
 
 impl Attention {
-    /// From now on nobody is woken when bytes come.
-    pub(super) fn attentive(&self) -> Attentive<'_> {
-        self.0.store(true, Ordering::Release);
-        Attentive(&self.0)
+    /// From now on the reader looks again and again.
+    pub(super) fn awake(&self) -> Attentive<'_> {
+        self.held(AWAKE)
     }
 
-    /// Whether nobody need be woken.
-    pub(super) fn is_held(&self) -> bool {
-        self.0.load(Ordering::Acquire)
+    /// From now on a read blocks its thread until bytes come, or for a few milliseconds.
+    pub(super) fn dozing(&self) -> Attentive<'_> {
+        self.held(DOZING)
+    }
+
+    fn held(&self, kind: u8) -> Attentive<'_> {
+        self.0.store(kind, Ordering::Release);
+        Attentive(&self.0)
     }
 }
 
 impl Drop for Attentive<'_> {
     fn drop(&mut self) {
-        self.0.store(false, Ordering::Release);
+        self.0.store(AWAY, Ordering::Release);
     }
 }
 
@@ -85,6 +99,16 @@ impl Stream {
         }
     }
 
+    /// Waits for bytes in the system's own sleep: of all ways to be woken the shortest.
+    fn doze(&self, room: &mut [u8]) -> io::Result<usize> {
+        let mut stream = self.stream()?;
+        stream.set_read_timeout(Some(DOZE))?;
+        stream.set_nonblocking(false)?;
+        let read = stream.read(room);
+        stream.set_nonblocking(true)?;
+        read
+    }
+
     /// Throws away what has come and nobody will read.
     fn drain(&self) {
         let Ok(mut stream) = self.stream() else { return };
@@ -105,12 +129,19 @@ impl AsyncRead for Stream {
         context: &mut Context<'_>,
         buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
-        if !self.attention.is_held() {
+        let attention = self.attention.0.load(Ordering::Acquire);
+        if attention == AWAY {
             return self.poll_wake_and_read(context, buffer);
         }
         let room = buffer.remaining().min(AT_ONCE);
-        let mut stream = self.stream()?;
-        match stream.read(buffer.initialize_unfilled_to(room)) {
+        let room = buffer.initialize_unfilled_to(room);
+        let read = if attention == DOZING {
+            self.silence();
+            self.doze(room)
+        } else {
+            self.stream()?.read(room)
+        };
+        match read {
             Ok(count) => {
                 buffer.advance(count);
                 Poll::Ready(Ok(()))
@@ -268,7 +299,7 @@ mod tests {
         // Asleep once, so that there is a registration to be taken away.
         let slept = tokio::time::timeout(Duration::from_millis(1), stream.read_exact(&mut byte)).await;
         assert!(slept.is_err() && stream.registered.is_some());
-        let attentive = attention.attentive();
+        let attentive = attention.awake();
         let mut looks = 0;
         let found = poll_fn(|context| {
             let mut buffer = ReadBuf::new(&mut byte);
@@ -295,6 +326,39 @@ mod tests {
         stream.read_exact(&mut byte).await.expect("asleep again, and woken");
         assert_eq!(byte, [8]);
         later.join().expect("sent");
+    }
+
+    #[tokio::test]
+    async fn a_reader_that_dozes_is_woken_by_the_bytes_themselves_or_after_a_while() {
+        let (mut stream, mut other) = pair();
+        let attention = stream.attention.clone();
+        let dozing = attention.dozing();
+        let mut byte = [0; 1];
+        let mut look = async || {
+            poll_fn(|context| {
+                let mut buffer = ReadBuf::new(&mut byte);
+                let read = Pin::new(&mut stream).poll_read(context, &mut buffer);
+                Poll::Ready(read.map(|read| read.map(|()| buffer.filled().to_vec())))
+            })
+            .await
+        };
+        assert!(look().await.is_pending(), "nothing came");
+        let later = std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_millis(1));
+            other.write_all(&[9]).expect("open");
+            other
+        });
+        let found = loop {
+            if let Poll::Ready(found) = look().await {
+                break found.expect("open");
+            }
+        };
+        assert_eq!(found, [9]);
+        drop(dozing);
+        let mut other = later.join().expect("sent");
+        other.write_all(&[10]).expect("open");
+        stream.read_exact(&mut byte).await.expect("woken as ever");
+        assert_eq!((byte, stream.registered.is_some()), ([10], true));
     }
 
     #[tokio::test]

@@ -1,0 +1,42 @@
+//! The part of a step's scratch memory that worlds of one hand can share.
+
+use super::bdf2::History;
+use super::cash_karp::Stages;
+use super::scratch::Scratch;
+use crate::dynamics::hand::HandDynamics;
+use crate::model::Model;
+use crate::solver::newton::Newton;
+use crate::solver::problem::Problem;
+use palmares_models::hand::Hand;
+use std::sync::Arc;
+
+/// Scratch memory that a thread lends to the worlds it steps, one after the other: it stays in the processor's cache, where
+/// each world's own would have to be fetched again. It carries no result from world to world. Its matrices have the pattern of
+/// one hand, that of the first world it is lent to: a world of another hand, or with another number of objects, keeps to its
+/// own.
+#[derive(Default)]
+pub struct Workspace {
+    lent_to: Option<(Arc<Hand>, usize)>,
+    dynamics: HandDynamics,
+    solvers: Vec<(Problem, Newton)>,
+    v: Vec<f64>,
+    bdf2: History,
+    cash_karp: Option<Box<Stages>>,
+}
+
+impl Scratch {
+    /// Exchanges it with that of a world of `model`; not between preparing a step and the step itself.
+    pub(crate) fn exchange(&mut self, model: &Model, lent: &mut Workspace) {
+        debug_assert!(self.prepared.is_none(), "the dynamics are those of a step that has been prepared");
+        let Some(hand) = model.hand() else { return };
+        let (first, objects) = lent.lent_to.get_or_insert_with(|| (hand.clone(), model.objects().len()));
+        if !Arc::ptr_eq(first, hand) || *objects != model.objects().len() {
+            return;
+        }
+        std::mem::swap(&mut self.work.dynamics, &mut lent.dynamics);
+        std::mem::swap(&mut self.solvers, &mut lent.solvers);
+        std::mem::swap(&mut self.v, &mut lent.v);
+        std::mem::swap(&mut self.bdf2, &mut lent.bdf2);
+        std::mem::swap(&mut self.cash_karp, &mut lent.cash_karp);
+    }
+}
