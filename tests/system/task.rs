@@ -68,7 +68,9 @@ async fn a_task_of_ones_own_is_served_and_verifies_where_its_folder_is() {
     let (code, out) = palmares(&["verify", text(&file)]);
     assert_eq!(code, 1, "{out}");
     assert!(
-        out.contains("refused: other_task: neither the program nor a folder given with --task has a task `cube`"),
+        out.contains(
+            "refused: other_task: neither the program nor a folder given with --task has a task `cube`"
+        ),
         "{out}"
     );
 

@@ -240,7 +240,7 @@ impl Batch {
             let beyond = [
                 length(world, 0) > limits[0],
                 length(world, 3) > limits[1],
-                sigmas.any(|sigma| sigma < 0.0 || sigma > 1.0),
+                sigmas.any(|sigma| !(0.0..=1.0).contains(&sigma)),
             ];
             beyond.into_iter().position(|is_beyond| is_beyond).map(|field| (world, field))
         })
