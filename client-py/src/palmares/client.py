@@ -12,6 +12,7 @@ from urllib.parse import urlsplit
 
 from msgspec import structs
 
+from palmares import own_task
 from palmares.clipping import Clipping
 from palmares.codec import Encoding, Message
 from palmares.errors import (
@@ -147,7 +148,8 @@ class Client:
         """Open a run and return its first observation, of tick 0.
 
         Args:
-            task: Name of the task, such as ``balls``.
+            task: Name of the task, such as ``balls``, or the folder of your own: a server, which must have
+                been started with it, is told its name.
             hand: Name of the hand, such as ``softhand``.
             mode: ``lockstep``: the world waits for every `step`. ``realtime``: it runs by the clock;
                 `act` sets targets, `observations` and `latest` return observations.
@@ -162,6 +164,8 @@ class Client:
 
         """
         self._stop_earlier_run()
+        if not self.is_local:
+            task = own_task.name_of(task, [known.name for known in self.welcome.tasks])
         request = Reset(
             task=task,
             hand=hand,

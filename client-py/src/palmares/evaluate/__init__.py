@@ -15,6 +15,7 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
+from palmares import own_task
 from palmares.client import LOCAL, Client
 from palmares.errors import UnknownTaskError
 from palmares.evaluate.controller import ControllerError, parameters
@@ -61,6 +62,9 @@ def evaluate(
     if not seeds or min(seeds) < 0 or max(seeds) > LARGEST_SEED:
         raise ValueError(f"seeds: found {seeds[:5] or 'none'}; wanted some, 0 to 2**53 - 1")
     names = _names(url, tasks, hands)
+    if url != LOCAL:  # Who plays may be on another machine, without the folder of a task.
+        tasks = _each_once([names[task] for task in tasks])
+        names |= {task: task for task in tasks}
     if replays is not None:
         own = [hand for hand in hands if names[hand] != hand]
         if own and url == LOCAL:
@@ -93,7 +97,10 @@ def _names(url: str, tasks: Sequence[str], hands: Sequence[str]) -> dict[str, st
 
 def _own_task(client: Client, task: str, known: Sequence[str]) -> str:
     """Return the name of a task that is given by its path."""
+    name = own_task.name_of(task, known)
     if not client.is_local:
+        if name in known:
+            return name
         raise UnknownTaskError(f"unknown_task: no task {task!r}; there are: {', '.join(known)}")
     from palmares import sim
 

@@ -11,7 +11,7 @@ import numpy as np
 from gymnasium import spaces
 
 from palmares.arrays import array
-from palmares.client import Client
+from palmares.client import LOCAL, Client
 from palmares.gym.fields import Arrays, action_space, arrays_of, arrays_of_scene, box, padded
 from palmares.gym.player import Player
 from palmares.gym.training import Shaping, training_of
@@ -55,9 +55,9 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         observation: The last observation, typed; ``None`` before the first `reset`.
 
     Args:
-        url: Where the server listens; ``None`` to play in this process.
-        task: Name of the task.
-        hand: Name of the hand.
+        url: Where the server listens; ``None`` or ``local`` to play in this process.
+        task: Name of the task, or the folder of your own. A server plays it if it was started with it.
+        hand: Name of the hand; in this process also the path of your own.
         sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
         noise: ``none`` or ``real``: how good the sensors are; left out, as the server has it.
         cameras: Names of cameras whose depth is part of every observation.
@@ -98,6 +98,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         render_mode: str | None = None,
         **client: Any,
     ) -> None:
+        url = None if url == LOCAL else url
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ValueError(f"render_mode: found {render_mode!r}; wanted None, 'rgb_array' or 'human'")
         if render_mode == "human" and url is None:
