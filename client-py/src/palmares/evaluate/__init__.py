@@ -14,8 +14,11 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from inspect import Parameter
+from itertools import islice
 
 from palmares import own_task
+from palmares.arguments import LARGEST_SEED, whole
 from palmares.client import LOCAL, Client
 from palmares.errors import UnknownTaskError
 from palmares.evaluate.controller import ControllerError, parameters
@@ -24,7 +27,8 @@ from palmares.evaluate.report import Report
 from palmares.evaluate.statistics import Comparison, Spread
 from palmares.evaluate.workers import Pool, processes
 
-LARGEST_SEED = 2**53 - 1
+MOST_SEEDS = 1_000_000
+"""In one evaluation"""
 
 
 def evaluate(
@@ -58,9 +62,12 @@ def evaluate(
 
     """
     controllers, tasks, hands = _each_once(controllers), _each_once(tasks), _each_once(hands)
-    seeds = list(dict.fromkeys(seeds))
-    if not seeds or min(seeds) < 0 or max(seeds) > LARGEST_SEED:
-        raise ValueError(f"seeds: found {seeds[:5] or 'none'}; wanted some, 0 to 2**53 - 1")
+    seeds = list(
+        dict.fromkeys(whole("seeds", seed, 0, LARGEST_SEED) for seed in islice(seeds, MOST_SEEDS + 1))
+    )
+    if not 1 <= len(seeds) <= MOST_SEEDS:
+        found = f"more than {MOST_SEEDS}" if seeds else "none"
+        raise ValueError(f"seeds: found {found}; wanted 1 to {MOST_SEEDS} of them")
     names = _names(url, tasks, hands)
     if url != LOCAL:  # Who plays may be on another machine, without the folder of a task.
         tasks = _each_once([names[task] for task in tasks])
@@ -116,6 +123,8 @@ def _played_by(
     """Return the tasks and hands that it is told, once each."""
     takes = parameters(controller)
     for word, wanted in (("task", tasks), ("hand", hands)):
+        if word in takes and takes[word].default is Parameter.empty and not wanted:
+            raise ControllerError(f"{controller}: its `run` has to be told a {word}: name one ({word}s)")
         if len(wanted) > 1 and word not in takes:
             raise ControllerError(
                 f"{controller}: its `run` has no parameter `{word}`, so it plays one only; "
