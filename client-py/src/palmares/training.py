@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from palmares import own_task
 from palmares.arguments import is_real, short
 
 QUANTITIES = ("mass", "friction", "size", "sensor_noise", "hand_pose", "object_poses")
@@ -62,8 +63,8 @@ class Training:
         return bool(self.randomise) or self.fraction < 1.0
 
 
-def checked(training: Any) -> None:
-    """Refuse what is no `Training`.
+def checked(training: Any, task: str = "") -> None:
+    """Refuse what is no `Training`, or asks a task of one's own to draw what it does not declare.
 
     Raises:
         ValueError: It is something else.
@@ -71,3 +72,7 @@ def checked(training: Any) -> None:
     """
     if not isinstance(training, Training | None):
         raise ValueError(f"training: found {short(training)}; wanted a palmares.Training, or None")
+    if training is not None and training.randomise is True:
+        own = own_task.read(task)
+        if own and not own.get("training", {}).get("randomise"):
+            raise ValueError(f"randomise: {task} declares nothing: there is no [training.randomise] in it")

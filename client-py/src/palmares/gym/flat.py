@@ -9,6 +9,7 @@ import numpy as np
 from gymnasium import spaces
 
 from palmares import own_task
+from palmares.arguments import table
 from palmares.arrays import Array, array
 from palmares.clipping import Clipping
 from palmares.gym.env import PalmaresEnv
@@ -63,7 +64,8 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
 
     def step(self, action: Array) -> tuple[Arrays, float, bool, bool, dict[str, Any]]:
         """Advance the world under one action."""
-        self._clipping.see_unit(np.asarray(action, dtype=np.float64), stacklevel=2)
+        action = table("action", action, *cast(tuple[int], self.action_space.shape))
+        self._clipping.see_unit(action, stacklevel=2)
         twist, hand = action[:6] * self._limits, 0.5 * (action[6:] + 1.0)
         return self.inner.step({"twist": twist, "hand": hand})
 

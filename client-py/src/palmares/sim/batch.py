@@ -93,7 +93,7 @@ class Batch:
         threads = 0 if threads is None else whole("threads", threads, 1, 1024)
         one_of("sensing", sensing, ("sensors", "truth"))
         one_of("noise", noise, ("none", "real"))
-        checked(training)
+        checked(training, str(task))
         self._native = _native.Batch(str(task), str(hand), count, sensing, noise, threads, training)
         self._training = training or Training()
         specs = read(_native.welcome("", [], []), Welcome).specs

@@ -59,7 +59,7 @@ class World:
     ) -> None:
         one_of("sensing", sensing, ("sensors", "truth"))
         one_of("noise", noise, ("none", "real"))
-        checked(training)
+        checked(training, str(task))
         self._task, self._hand = str(task), str(hand)
         self._sensing: Literal["sensors", "truth"] = sensing
         self._noise: Literal["none", "real"] = noise
