@@ -297,6 +297,8 @@ def test_what_cannot_be_played_is_refused(
         evaluate(written(tmp_path / "empty.py", "walk = 1\n"))
     with pytest.raises(ControllerError, match="SystemExit: 4"):
         evaluate(written(tmp_path / "leaves.py", "raise SystemExit(4)\n"))
+    assert main([idle, "--ray", "--timeout-s", "5", "--quiet"]) == 1
+    assert "--timeout-s is for the processes of this machine, without --ray" in capsys.readouterr().err
     assert main([idle, "--url", "http://127.0.0.1:9", "--quiet"]) == 1
     assert "no server at http://127.0.0.1:9" in capsys.readouterr().err
 

@@ -62,12 +62,7 @@ def evaluate(
 
     """
     controllers, tasks, hands = _each_once(controllers), _each_once(tasks), _each_once(hands)
-    seeds = list(
-        dict.fromkeys(whole("seeds", seed, 0, LARGEST_SEED) for seed in islice(seeds, MOST_SEEDS + 1))
-    )
-    if not 1 <= len(seeds) <= MOST_SEEDS:
-        found = f"more than {MOST_SEEDS}" if seeds else "none"
-        raise ValueError(f"seeds: found {found}; wanted 1 to {MOST_SEEDS} of them")
+    seeds = _scenes(seeds)
     names = _names(url, tasks, hands)
     if url != LOCAL:  # Who plays may be on another machine, without the folder of a task.
         tasks = _each_once([names[task] for task in tasks])
@@ -92,6 +87,16 @@ def evaluate(
 
 def _each_once(words: str | Sequence[str]) -> list[str]:
     return [words] if isinstance(words, str) else list(dict.fromkeys(words))
+
+
+def _scenes(seeds: Iterable[int]) -> list[int]:
+    """Return the seeds, each once; refuse what is none, and more than anybody can play."""
+    some = islice(seeds, MOST_SEEDS + 1)
+    found = list(dict.fromkeys(whole("seeds", seed, 0, LARGEST_SEED) for seed in some))
+    if not 1 <= len(found) <= MOST_SEEDS:
+        count = f"more than {MOST_SEEDS}" if found else "none"
+        raise ValueError(f"seeds: found {count}; wanted 1 to {MOST_SEEDS} of them")
+    return found
 
 
 def _names(url: str, tasks: Sequence[str], hands: Sequence[str]) -> dict[str, str]:

@@ -31,8 +31,9 @@ def processes(count: int | None = None, timeout_s: float | None = None) -> Pool:
         try:
             while waiting or busy:
                 while waiting and len(busy) < (count or len(os.sched_getaffinity(0))):
-                    busy.append(idle.pop() if idle else _Worker())
-                    busy[-1].give(waiting.popleft())
+                    worker = idle.pop() if idle else _Worker()
+                    worker.give(waiting.popleft())
+                    busy.append(worker)
                 for worker in _ended(busy, timeout_s):
                     busy.remove(worker)
                     played = worker.take(timeout_s)
@@ -40,7 +41,8 @@ def processes(count: int | None = None, timeout_s: float | None = None) -> Pool:
                         idle.append(worker)
                     yield worker.job, played
         except KeyboardInterrupt as stop:
-            stop.add_note(", ".join(f"{worker.job.controller} seed {worker.job.seed}" for worker in busy))
+            if busy:
+                stop.add_note(", ".join(f"{each.job.controller} seed {each.job.seed}" for each in busy))
             raise
         finally:
             for worker in [*idle, *busy]:
