@@ -18,7 +18,6 @@ import time
 CALLS = {
     "World.step": 'sim.World("balls", "softhand", 1).step(hand=[1.0], repeat=2**31)',
     "World.step, ReFlex in front of a shelf": 'sim.World("shelf", "reflex", 1).step(repeat=2**31)',
-    "Client.step": "client.step(repeat=2**31)",
     "Batch.step, 4 worlds": "batch.step(np.zeros((4, 7)), 2**31)",
     "Batch.step, 256 worlds": "many.step(np.zeros((256, 7)), 2**31)",
     "Batch.reset, 100,000 worlds of a shelf": "largest.reset(range(100_000))",
@@ -27,14 +26,10 @@ CALLS = {
 CHILD = """
 import signal, sys, time
 import numpy as np
-import palmares
 from palmares import sim
 # What a shell starts in the background ignores Ctrl-C, and so would this.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 call = sys.argv[1]
-if "client" in call:
-    client = palmares.Client("local")
-    client.reset("balls", "softhand", seed=1)
 if "batch" in call:
     batch = sim.Batch("balls", "softhand", 4)
     batch.reset(range(4))

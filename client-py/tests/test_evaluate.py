@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import palmares
-from palmares.evaluate import ControllerError, evaluate, processes
+from palmares.evaluate import MOST_SEEDS, ControllerError, evaluate, processes
 from palmares.evaluate.command import main, parser, seeds, separated
 from palmares.evaluate.controller import loaded
 from palmares.evaluate.statistics import Comparison, Spread
@@ -191,9 +191,50 @@ def test_ctrl_c_ends_it_with_the_runs_so_far(tmp_path: Path) -> None:
         os.killpg(child.pid, signal.SIGINT)
         out, err = child.communicate(timeout=20)
     assert child.returncode == 130
-    assert "interrupted after 2 of 4 runs" in err
+    assert f"interrupted after 2 of 4 runs\nbeing played: {slow} seed 3\n" in err
     assert "Traceback" not in err
     assert [run["seed"] for run in json.loads(out)["rows"][0]["runs"]] == [1, 2]
+
+
+def test_a_run_that_does_not_end_has_failed_and_the_others_go_on(tmp_path: Path) -> None:
+    stuck = written(
+        tmp_path / "stuck.py", IDLE.replace("\n    return", "\n    while seed == 1: pass\n    return")
+    )
+    begun = time.monotonic()
+    report = evaluate(stuck, seeds=range(1, 4), pool=processes(1, timeout_s=3.0))
+    assert 3.0 < time.monotonic() - begun < 20.0
+    (row,) = report.rows
+    assert [run.error for run in row.runs] == ["it took longer than 3 s", None, None]
+    assert row.runs[0].score == 0.0
+    assert row.runs[0].wall_s >= 3.0
+    options = parser().parse_args([stuck, "--timeout-s", "0.5"])
+    assert options.timeout_s == 0.5
+    for wrong in ("0", "-1", "nan", "x"):
+        with pytest.raises(SystemExit):
+            parser().parse_args([stuck, "--timeout-s", wrong])
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("def run(client):", r"its function is `run\(client\)`; wanted `run\(client, seed\)`"),
+        ("def run(client, seed, more):", "missing a required argument: 'more'"),
+        ("def run(client, seed, task):", r"its `run` has to be told a task: name one \(tasks\)"),
+    ],
+)
+def test_a_run_that_cannot_be_called_so_is_refused_before(tmp_path: Path, line: str, told: str) -> None:
+    with pytest.raises(ControllerError, match=told):
+        evaluate(written(tmp_path / "other.py", f"{line}\n    pass\n"), seeds=[1], pool=processes(1))
+
+
+def test_nobody_who_reads_it_is_no_error(idle: str) -> None:
+    command = [sys.executable, "-m", "palmares", "evaluate", idle, "--seeds", "1", "--quiet"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as child:
+        assert child.stdout is not None
+        assert child.stderr is not None
+        child.stdout.close()
+        assert child.stderr.read() == ""
+    assert child.returncode == 128 + signal.SIGPIPE
 
 
 def test_json_has_everything(idle: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -244,6 +285,10 @@ def test_what_cannot_be_played_is_refused(
         evaluate(idle, hands="fist")
     with pytest.raises(ValueError, match="seeds: found none"):
         evaluate(idle, seeds=[])
+    with pytest.raises(ValueError, match="seeds: found more than 1000000; wanted 1 to 1000000"):
+        evaluate(idle, seeds=range(10**9))
+    with pytest.raises(ValueError, match="seeds: found -1; wanted a whole number from 0 to"):
+        evaluate(idle, seeds=[1, -1])
     with pytest.raises(ControllerError, match="no such file"):
         evaluate(str(tmp_path / "none.py"))
     with pytest.raises(ControllerError, match="ModuleNotFoundError"):
@@ -252,15 +297,21 @@ def test_what_cannot_be_played_is_refused(
         evaluate(written(tmp_path / "empty.py", "walk = 1\n"))
     with pytest.raises(ControllerError, match="SystemExit: 4"):
         evaluate(written(tmp_path / "leaves.py", "raise SystemExit(4)\n"))
+    assert main([idle, "--ray", "--timeout-s", "5", "--quiet"]) == 1
+    assert "--timeout-s is for the processes of this machine, without --ray" in capsys.readouterr().err
     assert main([idle, "--url", "http://127.0.0.1:9", "--quiet"]) == 1
     assert "no server at http://127.0.0.1:9" in capsys.readouterr().err
 
 
 def test_seeds_are_a_number_a_range_or_a_list() -> None:
-    assert seeds("3") == [1, 2, 3]
-    assert seeds("5001-5003") == [5001, 5002, 5003]
-    assert seeds("3,5,8") == [3, 5, 8]
-    for wrong in ("0", "-1", "5-3", "a", "", "1-2-3", str(2**53) + ","):
+    assert list(seeds("3")) == [1, 2, 3]
+    assert list(seeds("5001-5003")) == [5001, 5002, 5003]
+    assert list(seeds("3,5,8")) == [3, 5, 8]
+    assert len(seeds(str(MOST_SEEDS))) == MOST_SEEDS
+    for many in ("1-1000000000", "1000001"):
+        with pytest.raises(Exception, match=r"found \d+ seeds; wanted at most 1000000"):
+            seeds(many)
+    for wrong in ("0", "-1", "5-3", "a", "", "1-2-3", str(2**53) + ",", "1-" + "9" * 30, "9" * 30):
         with pytest.raises(Exception, match="wanted a number"):
             seeds(wrong)
 

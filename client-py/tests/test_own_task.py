@@ -4,13 +4,17 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import gymnasium
 import numpy as np
 import pytest
 
 import palmares
+import palmares.gym
+from palmares import own_task
+from palmares.evaluate import evaluate, processes
 from palmares.examples import pan_softhand, peg_softhand
 from palmares.sim import Batch, World
-from tests.real_server import PROGRAM, needs_server
+from tests.real_server import PROGRAM, RealServer, needs_server
 
 CUBE = Path(__file__).parents[2] / "tasks/tests/cube.toml"
 
@@ -41,6 +45,54 @@ def test_a_batch_takes_it_too(folder: Path) -> None:
     seen = batch.reset([1, 2])
     assert seen["objects"].shape == (2, 2, 13)
     assert not np.array_equal(seen["objects"][0], seen["objects"][1])
+
+
+def test_environments_take_it_too(folder: Path) -> None:
+    many = gymnasium.make_vec("palmares/Balls-Pinch-v1", num_envs=2, task=str(folder), threads=1)
+    observations, _ = many.reset(seed=3)
+    for env in (
+        gymnasium.make("palmares/Balls-Pinch-v1", task=str(folder)),
+        palmares.gym.FlatEnv(str(folder), "pinch"),
+        palmares.gym.PalmaresEnv("local", task=str(folder), hand="pinch", objects=2),
+    ):
+        seen, _ = env.reset(seed=3)
+        assert env.observation_space == many.single_observation_space
+        assert np.array_equal(seen["objects"], observations["objects"][0])
+    with pytest.raises(ValueError, match=r"\"no-such/\" is neither a task of the program .* nor a folder"):
+        gymnasium.make("palmares/Balls-Pinch-v1", task="no-such/")
+
+
+@needs_server
+def test_a_server_that_has_it_is_told_its_name_and_the_folder_plays_on_both(
+    folder: Path, tmp_path: Path
+) -> None:
+    controller = tmp_path / "push.py"
+    controller.write_text(
+        "def run(client, seed):\n"
+        f"    client.reset({str(folder)!r}, 'pinch', seed=seed)\n"
+        "    client.step(hand=[0.5, 0.5], repeat=5)\n"
+        "    return client.stop()\n"
+    )
+    with RealServer(tmp_path / "data", "--task", str(folder)) as server:
+        env = gymnasium.make("palmares/Balls-Pinch-v1", task=str(folder), url=server.url)
+        seen, _ = env.reset(seed=2)
+        assert seen["objects"].shape == (2, 13)
+        env.close()
+        there = evaluate(str(controller), seeds=[2], url=server.url, pool=processes(1)).rows[0]
+        here = evaluate(str(controller), seeds=[2], pool=processes(1)).rows[0]
+        assert (there.failed, here.failed) == (0, 0)
+        assert there.runs[0].state_hash == here.runs[0].state_hash
+        told = evaluate(str(controller), str(folder), seeds=[2], url=server.url, pool=processes(1)).rows[0]
+        assert (told.task, told.failed) == ("cube", 0)
+        with palmares.Client(server.url) as client, pytest.raises(palmares.UnknownTaskError):
+            client.reset(str(tmp_path), "pinch")
+
+
+def test_the_name_of_a_folder_is_what_its_file_says(folder: Path) -> None:
+    assert own_task.name_of(folder, ["balls"]) == "cube"
+    assert own_task.name_of(folder / "task.toml", ["balls"]) == "cube"
+    assert own_task.name_of("balls", ["balls"]) == "balls"
+    assert own_task.name_of(str(folder.parent), ["balls"]) == str(folder.parent)
 
 
 @needs_server

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 from pathlib import Path
 
@@ -167,6 +168,30 @@ def test_a_curriculum_holds_from_the_next_reset_on() -> None:
     with pytest.raises(ValueError, match="fraction: found 0"):
         batch.fraction = 0.0
     assert batch.fraction == 1.0
+
+
+def test_a_task_declares_what_learners_have_as_the_documents_say(tmp_path: Path) -> None:
+    docs = Path(__file__).parents[2] / "docs"
+    task, training = (
+        re.findall(r"```toml\n(.*?)```", (docs / name).read_text(), re.DOTALL)[0]
+        for name in ("tasks.md", "training.md")
+    )
+    (tmp_path / "task.toml").write_text(task)
+    for make in (sim.World, lambda *args, **more: sim.Batch(*args, 1, **more)):
+        with pytest.raises(ValueError, match=r"randomise: .* there is no \[training.randomise\] in it"):
+            make(str(tmp_path), "softhand", training=Training(randomise=True))
+        with pytest.raises(ValueError, match=r"has no \[training.rewards\] in its task.toml"):
+            make(str(tmp_path), "softhand", training=SHAPED)
+    (tmp_path / "task.toml").write_text(task + training)
+    world = sim.World(str(tmp_path), "softhand", training=Training(shaping=True, randomise=True))
+    assert world.varied
+    assert world.potential is not None
+    world.step()
+    assert world.shaping is not None
+    # One object is all of them.
+    assert not sim.World(str(tmp_path), "softhand", training=Training(fraction=0.5)).varied
+    with pytest.raises(ValueError, match="needs all of them"):
+        sim.World("pan", "softhand", training=Training(fraction=0.5))
 
 
 def test_what_cannot_be_is_refused() -> None:

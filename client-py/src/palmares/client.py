@@ -12,6 +12,8 @@ from urllib.parse import urlsplit
 
 from msgspec import structs
 
+from palmares import own_task
+from palmares.arguments import LARGEST_SEED
 from palmares.clipping import Clipping
 from palmares.codec import Encoding, Message
 from palmares.errors import (
@@ -34,12 +36,12 @@ from palmares.messages import (
     Time,
     Welcome,
 )
-from palmares.requests import Act, Hello, Perturb, Request, Reset, Step, Stop, Wrench, names
+from palmares.requests import Act, Hello, Perturb, Request, Reset, Step, Stop, Wrench, names, whole_of
 from palmares.requests import Time as AskTime
 from palmares.scene import Scene
 from palmares.stream import Stream
 from palmares.targets import Base, Hand, Numbers, action_of, vector
-from palmares.training import Training
+from palmares.training import Training, checked
 from palmares.transport import Closed
 from palmares.version import VERSION
 
@@ -113,6 +115,7 @@ class Client:
         if url == LOCAL:
             from palmares.local import LocalLink
 
+            checked(training)
             self._link = LocalLink(team, training)
             return
         if training is not None:
@@ -147,7 +150,8 @@ class Client:
         """Open a run and return its first observation, of tick 0.
 
         Args:
-            task: Name of the task, such as ``balls``.
+            task: Name of the task, such as ``balls``, or the folder of your own: a server, which must have
+                been started with it, is told its name.
             hand: Name of the hand, such as ``softhand``.
             mode: ``lockstep``: the world waits for every `step`. ``realtime``: it runs by the clock;
                 `act` sets targets, `observations` and `latest` return observations.
@@ -161,7 +165,10 @@ class Client:
         A run that is still open must be stopped first.
 
         """
+        seed = None if seed is None else whole_of("seed", seed, 0, LARGEST_SEED)
         self._stop_earlier_run()
+        if not self.is_local:
+            task = own_task.name_of(task, [known.name for known in self.welcome.tasks])
         request = Reset(
             task=task,
             hand=hand,
@@ -201,12 +208,14 @@ class Client:
                 cameras are those of the task and of the hand: `TaskInfo.cameras`, `HandInfo.cameras`.
 
         Raises:
-            BadActionError: `base` or `hand` has another shape; nothing was sent.
+            BadActionError: `base` or `hand` has another shape or is not finite; nothing was sent.
+            BadRequestError: `repeat` is out of range; nothing was sent.
 
         """
         if self._tick is None:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
         action = action_of(base, hand, self._motors)
+        repeat = whole_of("repeat", repeat, 1, self.welcome.limits.repeat)
         request = Step(tick=self._tick, action=action, repeat=repeat, cameras=names(cameras))
         try:
             obs = self._ask(request, Observation)
@@ -359,6 +368,7 @@ class Client:
     def training(self, training: Training | None) -> None:
         if not self.is_local:
             raise ValueError(NO_TRAINING)
+        checked(training)
         self._link.training = training
 
     @property

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import secrets
+from collections.abc import Sequence
 from typing import Any, NoReturn, TypeVar
 
 from palmares import sim
@@ -16,6 +17,9 @@ from palmares.requests import Perturb, Request, Reset, Step, Stop
 from palmares.requests import Time as AskTime
 
 Answer = TypeVar("Answer", bound=Reply)
+
+# Of a server: what plays here shall play there.
+REPEAT = 100
 
 
 class LocalLink(Link):
@@ -37,7 +41,7 @@ class LocalLink(Link):
         self._own_tasks: list[str] = []
         self._open = False
         self._simulated_s = 0.0
-        self.welcome = sim.welcome(team)
+        self._greet()
         self.resumed = None
         self.world: sim.World | None = None
 
@@ -52,7 +56,7 @@ class LocalLink(Link):
         if isinstance(request, Reset):
             reply = self._reset(request)
         elif isinstance(request, Step | Perturb):
-            reply = self._opened().ask(request, kind)
+            reply = self._asked(request, kind)
         elif isinstance(request, Stop):
             reply = self._stop()
         elif isinstance(request, AskTime):
@@ -61,6 +65,14 @@ class LocalLink(Link):
             raise BadRequestError(f"bad_request: `{request.__struct_config__.tag}` needs a server")
         assert isinstance(reply, kind)
         return reply
+
+    def _asked(self, request: Step | Perturb, kind: type[Answer]) -> Answer:
+        try:
+            return self._opened().ask(request, kind)
+        except WrongStateError as refused:
+            if self._open:
+                raise WrongStateError(f"{refused}; stop() returns its result") from None
+            raise
 
     def _reset(self, request: Reset) -> Reply:
         if self._open:
@@ -92,20 +104,25 @@ class LocalLink(Link):
         if task in self._own_tasks or task in sim.TASKS:
             return
         try:
-            self.welcome = sim.welcome(self._team, self._own_hands, [*self._own_tasks, task])
+            self._greet(own_task=[task])
         except ValueError as unreadable:
             raise UnknownTaskError(f"unknown_task: {unreadable}") from None
-        self._own_tasks.append(task)
 
     def _meet_hand(self, hand: str) -> None:
         """Take a hand of one's own, given by its path, into the greeting."""
         if hand in self._own_hands or any(known.name == hand for known in self.welcome.hands):
             return
         try:
-            self.welcome = sim.welcome(self._team, [*self._own_hands, hand], self._own_tasks)
+            self._greet(own_hand=[hand])
         except ValueError as unreadable:
             raise UnknownHandError(f"unknown_hand: {unreadable}") from None
-        self._own_hands.append(hand)
+
+    def _greet(self, own_hand: Sequence[str] = (), own_task: Sequence[str] = ()) -> None:
+        """Set the greeting, with one more hand or task of one's own."""
+        hands, tasks = [*self._own_hands, *own_hand], [*self._own_tasks, *own_task]
+        self.welcome = sim.welcome(self._team, hands, tasks)
+        self.welcome.limits.repeat = REPEAT
+        self._own_hands, self._own_tasks = hands, tasks
 
     def _opened(self) -> sim.World:
         if self.world is None or not self._open:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import importlib
+import os
 import signal
 import sys
+from collections.abc import Callable
 
 # Commands that are written in Python, by the module whose `main` takes their arguments.
 COMMANDS = {"demo": "palmares.demo", "evaluate": "palmares.evaluate.command"}
@@ -13,8 +15,7 @@ COMMANDS = {"demo": "palmares.demo", "evaluate": "palmares.evaluate.command"}
 def main() -> int:
     """Run ``palmares`` with the arguments of this process; return its exit code."""
     if len(sys.argv) > 1 and sys.argv[1] in COMMANDS:
-        code: int = importlib.import_module(COMMANDS[sys.argv[1]]).main(sys.argv[2:])
-        return code
+        return _until_nobody_reads(importlib.import_module(COMMANDS[sys.argv[1]]).main)
     try:
         from palmares import _native
     except ImportError:
@@ -27,3 +28,15 @@ def main() -> int:
     # The program has its own way to end.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     return _native.main(["palmares", *sys.argv[1:]])
+
+
+def _until_nobody_reads(command: Callable[[list[str]], int]) -> int:
+    """Run a command; where who reads its output has left, as in ``palmares … | head``, end quietly."""
+    try:
+        code = command(sys.argv[2:])
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # What is still to be written, when Python ends, goes nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 128 + signal.SIGPIPE
+    return code

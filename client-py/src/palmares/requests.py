@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Literal
+from typing import Any, Literal
 
 import msgspec
 
+from palmares.arguments import whole
+from palmares.errors import BadRequestError
 from palmares.messages import Action
 from palmares.scene import Vec3
 
@@ -14,6 +16,19 @@ from palmares.scene import Vec3
 def names(cameras: Iterable[str]) -> list[str]:
     """Return the names as a list; a single name may come alone."""
     return [cameras] if isinstance(cameras, str) else list(cameras)
+
+
+def whole_of(field: str, value: Any, least: int, most: int) -> int:
+    """Return a whole number of a request, within these limits.
+
+    Raises:
+        BadRequestError: It is something else.
+
+    """
+    try:
+        return whole(field, value, least, most)
+    except ValueError as wrong:
+        raise BadRequestError(f"bad_request: {wrong}") from None
 
 
 class Request(msgspec.Struct, kw_only=True, omit_defaults=True, tag_field="op"):

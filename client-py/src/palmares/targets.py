@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Any, TypeAlias
 
 import numpy as np
 
+from palmares.arguments import short
 from palmares.arrays import Array
 from palmares.errors import BadActionError
 from palmares.messages import Action, BaseTarget
@@ -52,7 +54,11 @@ def numbers(field: str, value: Any, count: int, meaning: str) -> list[float]:
         BadActionError: `value` is something else; the message names the field and both shapes.
 
     """
-    if type(value) in (list, tuple) and len(value) == count and all(type(x) is float for x in value):
+    if (
+        type(value) in (list, tuple)
+        and len(value) == count
+        and all(type(x) is float and math.isfinite(x) for x in value)
+    ):
         return list(value)  # The usual case, without the cost of NumPy.
     wanted = f"shape ({count},): {meaning}"
     if not isinstance(value, str | bytes | np.ndarray) and isinstance(value, Iterable):
@@ -62,11 +68,13 @@ def numbers(field: str, value: Any, count: int, meaning: str) -> list[float]:
     except ValueError:
         array = np.array(None)  # Lists of different lengths.
     if array.dtype.kind not in "fiub":
-        found = f"{type(value).__name__} {_short(value)}"
+        found = f"{type(value).__name__} {short(value)}"
         raise BadActionError(f"{field}: found {found}, which are not numbers; wanted {wanted}")
     if array.shape != (count,):
         found = f"the single number {array}" if array.ndim == 0 else f"shape {array.shape}"
         raise BadActionError(f"{field}: found {found}; wanted {wanted}")
+    if not np.isfinite(array).all():
+        raise BadActionError(f"{field}: found {short(array.tolist())}; wanted finite numbers")
     listed: list[float] = array.astype(np.float64).tolist()
     return listed
 
@@ -85,8 +93,3 @@ def _pose_of(base: Numbers | tuple[Numbers, Numbers]) -> BaseTarget:
     meaning = "position and quat_xyzw; or palmares.pose(…), or palmares.twist(…) for a velocity"
     seven = numbers("base", parts, 7, meaning)
     return pose(seven[:3], seven[3:])
-
-
-def _short(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 40 else f"{text[:39]}…"

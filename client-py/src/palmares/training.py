@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
+
+from palmares import own_task
+from palmares.arguments import is_real, short
 
 QUANTITIES = ("mass", "friction", "size", "sensor_noise", "hand_pose", "object_poses")
 """What a task may declare ranges of, in ``[training.randomise]`` of its ``task.toml``"""
@@ -37,14 +41,16 @@ class Training:
     fraction: float = 1.0
 
     def __post_init__(self) -> None:
-        if self.discount is not None and not 0.0 <= self.discount <= 1.0:
-            raise ValueError(f"discount: found {self.discount}; wanted 0 to 1")
-        if not 0.0 < self.fraction <= 1.0:
-            raise ValueError(f"fraction: found {self.fraction}; wanted a number above 0 and at most 1")
+        if not isinstance(self.shaping, bool):
+            raise ValueError(f"shaping: found {short(self.shaping)}; wanted True or False")
+        if self.discount is not None and not (is_real(self.discount) and 0.0 <= self.discount <= 1.0):
+            raise ValueError(f"discount: found {short(self.discount)}; wanted 0 to 1")
+        if not (is_real(self.fraction) and 0.0 < self.fraction <= 1.0):
+            raise ValueError(f"fraction: found {short(self.fraction)}; wanted a number above 0 and at most 1")
         if isinstance(self.randomise, bool):
             return
-        if isinstance(self.randomise, str):
-            raise ValueError(f"randomise: found {self.randomise!r}; wanted True, or a sequence of names")
+        if isinstance(self.randomise, str) or not isinstance(self.randomise, Iterable):
+            raise ValueError(f"randomise: found {short(self.randomise)}; wanted True, or a sequence of names")
         object.__setattr__(self, "randomise", tuple(self.randomise))
         for name in self.randomise:
             if name not in QUANTITIES:
@@ -55,3 +61,18 @@ class Training:
     def varies(self) -> bool:
         """Whether runs differ from those of their task."""
         return bool(self.randomise) or self.fraction < 1.0
+
+
+def checked(training: Any, task: str = "") -> None:
+    """Refuse what is no `Training`, or asks a task of one's own to draw what it does not declare.
+
+    Raises:
+        ValueError: It is something else.
+
+    """
+    if not isinstance(training, Training | None):
+        raise ValueError(f"training: found {short(training)}; wanted a palmares.Training, or None")
+    if training is not None and training.randomise is True:
+        own = own_task.read(task)
+        if own and not own.get("training", {}).get("randomise"):
+            raise ValueError(f"randomise: {task} declares nothing: there is no [training.randomise] in it")

@@ -14,7 +14,11 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from inspect import Parameter
+from itertools import islice
 
+from palmares import own_task
+from palmares.arguments import LARGEST_SEED, whole
 from palmares.client import LOCAL, Client
 from palmares.errors import UnknownTaskError
 from palmares.evaluate.controller import ControllerError, parameters
@@ -23,7 +27,8 @@ from palmares.evaluate.report import Report
 from palmares.evaluate.statistics import Comparison, Spread
 from palmares.evaluate.workers import Pool, processes
 
-LARGEST_SEED = 2**53 - 1
+MOST_SEEDS = 1_000_000
+"""In one evaluation"""
 
 
 def evaluate(
@@ -57,10 +62,11 @@ def evaluate(
 
     """
     controllers, tasks, hands = _each_once(controllers), _each_once(tasks), _each_once(hands)
-    seeds = list(dict.fromkeys(seeds))
-    if not seeds or min(seeds) < 0 or max(seeds) > LARGEST_SEED:
-        raise ValueError(f"seeds: found {seeds[:5] or 'none'}; wanted some, 0 to 2**53 - 1")
+    seeds = _scenes(seeds)
     names = _names(url, tasks, hands)
+    if url != LOCAL:  # Who plays may be on another machine, without the folder of a task.
+        tasks = _each_once([names[task] for task in tasks])
+        names |= {task: task for task in tasks}
     if replays is not None:
         own = [hand for hand in hands if names[hand] != hand]
         if own and url == LOCAL:
@@ -83,6 +89,16 @@ def _each_once(words: str | Sequence[str]) -> list[str]:
     return [words] if isinstance(words, str) else list(dict.fromkeys(words))
 
 
+def _scenes(seeds: Iterable[int]) -> list[int]:
+    """Return the seeds, each once; refuse what is none, and more than anybody can play."""
+    some = islice(seeds, MOST_SEEDS + 1)
+    found = list(dict.fromkeys(whole("seeds", seed, 0, LARGEST_SEED) for seed in some))
+    if not 1 <= len(found) <= MOST_SEEDS:
+        count = f"more than {MOST_SEEDS}" if found else "none"
+        raise ValueError(f"seeds: found {count}; wanted 1 to {MOST_SEEDS} of them")
+    return found
+
+
 def _names(url: str, tasks: Sequence[str], hands: Sequence[str]) -> dict[str, str]:
     """Return the names of tasks and hands by what they are called here; refuse what is not there."""
     with Client(url, team="evaluate") as client:
@@ -93,7 +109,10 @@ def _names(url: str, tasks: Sequence[str], hands: Sequence[str]) -> dict[str, st
 
 def _own_task(client: Client, task: str, known: Sequence[str]) -> str:
     """Return the name of a task that is given by its path."""
+    name = own_task.name_of(task, known)
     if not client.is_local:
+        if name in known:
+            return name
         raise UnknownTaskError(f"unknown_task: no task {task!r}; there are: {', '.join(known)}")
     from palmares import sim
 
@@ -109,6 +128,8 @@ def _played_by(
     """Return the tasks and hands that it is told, once each."""
     takes = parameters(controller)
     for word, wanted in (("task", tasks), ("hand", hands)):
+        if word in takes and takes[word].default is Parameter.empty and not wanted:
+            raise ControllerError(f"{controller}: its `run` has to be told a {word}: name one ({word}s)")
         if len(wanted) > 1 and word not in takes:
             raise ControllerError(
                 f"{controller}: its `run` has no parameter `{word}`, so it plays one only; "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Iterator, Sequence
 from itertools import zip_longest
@@ -10,8 +11,9 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from palmares.arguments import LARGEST_SEED
 from palmares.errors import PalmaresError
-from palmares.evaluate import LARGEST_SEED, ControllerError, Played, Pool, Report, evaluate, processes
+from palmares.evaluate import MOST_SEEDS, ControllerError, Played, Pool, Report, evaluate, processes
 
 EXAMPLES = """\
 A controller is a Python file, or a module, with a function run(client, seed), which opens a run with
@@ -25,7 +27,7 @@ examples:
   palmares evaluate palmares.examples.balls_softhand --replays worst/
   palmares evaluate my_controller.py --url http://127.0.0.1:8080   over the socket
   palmares evaluate my_controller.py --ray            on the machines of a Ray cluster
-Ctrl-C ends it with the report of the runs so far."""
+Ctrl-C ends it with the report of the runs so far, and tells which were being played."""
 
 
 def main(arguments: list[str]) -> int:
@@ -58,8 +60,10 @@ def main(arguments: list[str]) -> int:
     except (ControllerError, PalmaresError, OSError, ImportError) as error:
         print(f"palmares evaluate: {error}", file=sys.stderr)
         return 1
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as stop:
         print(f"palmares evaluate: interrupted after {len(outcomes)} of {total} runs", file=sys.stderr)
+        for note in getattr(stop, "__notes__", []):
+            print(f"being played: {note}", file=sys.stderr)
         report, interrupted = Report.of(outcomes), True
     if options.replays is not None:
         keep_worst(report)
@@ -77,7 +81,9 @@ def main(arguments: list[str]) -> int:
 def pool(options: argparse.Namespace) -> Pool:
     """Return who plays."""
     if options.ray is None:
-        return processes(options.jobs)
+        return processes(options.jobs, options.timeout_s)
+    if options.timeout_s is not None:
+        raise ControllerError("--timeout-s is for the processes of this machine, without --ray")
     from palmares import ray
 
     return ray.pool(options.ray or None)
@@ -128,6 +134,12 @@ def parser() -> argparse.ArgumentParser:
         "this machine is part of, or on one of this machine alone",
     )
     made.add_argument(
+        "--timeout-s",
+        type=seconds,
+        metavar="S",
+        help="a run that takes longer has failed and counts 0 (default: no limit)",
+    )
+    made.add_argument(
         "--replays",
         metavar="FOLDER",
         help="keep the replays of the worst runs there; without --url every run is then played twice",
@@ -161,20 +173,37 @@ def positive(text: str) -> int:
     return number
 
 
-def seeds(text: str) -> list[int]:
+def seconds(text: str) -> float:
+    """Read a time above 0."""
+    number = float(text)
+    if not 0.0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f"found {text}; wanted a time above 0, s")
+    return number
+
+
+def seeds(text: str) -> Sequence[int]:
     """Read ``100``, ``5001-5100`` or ``3,5,8``."""
+    found: Sequence[int]
     try:
         if "," in text:
             found = [int(word) for word in text.split(",") if word]
         elif "-" in text:
             first, last = map(int, text.split("-"))
-            found = list(range(first, last + 1))
+            found = _range(first, last)
         else:
-            found = list(range(1, int(text) + 1))
+            found = _range(1, int(text))
     except ValueError:
         found = []
+    if len(found) > MOST_SEEDS:
+        raise argparse.ArgumentTypeError(f"found {len(found)} seeds; wanted at most {MOST_SEEDS}")
     if not found or min(found) < 0 or max(found) > LARGEST_SEED:
         raise argparse.ArgumentTypeError(
             f"found {text!r}; wanted a number, a range as 5001-5100, or a list as 3,5,8"
         )
     return found
+
+
+def _range(first: int, last: int) -> range:
+    if last > LARGEST_SEED:
+        raise ValueError("no seed is so large")
+    return range(first, last + 1)

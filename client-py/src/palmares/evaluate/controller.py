@@ -8,7 +8,7 @@ import importlib.util
 import inspect
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -76,8 +76,8 @@ def beside(folder: Path, known: set[str]) -> list[str]:
     return found
 
 
-def parameters(controller: str) -> frozenset[str]:
-    """Return the names of the parameters of the controller's `run`.
+def parameters(controller: str) -> Mapping[str, inspect.Parameter]:
+    """Return the parameters of the controller's `run`, by their names.
 
     Raises:
         ControllerError: It cannot be loaded, or has no such function.
@@ -85,11 +85,25 @@ def parameters(controller: str) -> frozenset[str]:
     """
     try:
         with loaded(controller) as run:
-            return frozenset(inspect.signature(run).parameters)
+            signature = inspect.signature(run)
+            _check(controller, signature)
+            return signature.parameters
     except ControllerError:
         raise
     except (Exception, SystemExit) as error:
         raise ControllerError(f"{controller}: {type(error).__name__}: {error}") from error
+
+
+def _check(controller: str, signature: inspect.Signature) -> None:
+    """Refuse a `run` that cannot be called as it will be."""
+    told = {word: "" for word in ("task", "hand") if word in signature.parameters}
+    try:
+        signature.bind(None, 0, **told)
+    except TypeError as wrong:
+        raise ControllerError(
+            f"{controller}: its function is `run{signature}`; wanted `run(client, seed)`, which may have "
+            f"parameters `task` and `hand` as well ({wrong})"
+        ) from None
 
 
 def _run_of(controller: str, module: ModuleType) -> Callable[..., Any]:

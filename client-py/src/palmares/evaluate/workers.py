@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import multiprocessing
 import os
 import signal
+import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.connection import Connection, wait
@@ -17,43 +19,59 @@ Pool: TypeAlias = Callable[[Sequence[Job]], Iterator[tuple[Job, Played]]]
 """Plays jobs somewhere and yields each with what came of it, in any order."""
 
 
-def processes(count: int | None = None) -> Pool:
+def processes(count: int | None = None, timeout_s: float | None = None) -> Pool:
     """Return a pool of so many processes of this machine, one for each core when left out.
 
-    A run whose process ends, as by a fault of compiled code, has failed; another process takes its place.
+    A run whose process ends, as by a fault of compiled code, has failed, and so has one that takes longer
+    than `timeout_s`; another process takes its place. Ctrl-C notes in the exception which runs were played.
     """
 
     def pool(jobs: Sequence[Job]) -> Iterator[tuple[Job, Played]]:
-        wanted = min(count or len(os.sched_getaffinity(0)), len(jobs))
-        waiting, busy = deque(jobs), dict[Connection, tuple[_Worker, Job]]()
-        workers: list[_Worker] = []
+        waiting, idle, busy = deque(jobs), list[_Worker](), list[_Worker]()
         try:
-            for _ in range(wanted):
-                workers.append(_Worker())
-                busy[workers[-1].connection] = workers[-1], workers[-1].give(waiting.popleft())
-            while busy:
-                for ready in wait(list(busy)):
-                    assert isinstance(ready, Connection)
-                    worker, job = busy.pop(ready)
-                    played = worker.take(job)
-                    if waiting:
-                        if not worker.process.is_alive():
-                            worker = _Worker()
-                            workers.append(worker)
-                        busy[worker.connection] = worker, worker.give(waiting.popleft())
-                    yield job, played
+            while waiting or busy:
+                while waiting and len(busy) < (count or len(os.sched_getaffinity(0))):
+                    worker = idle.pop() if idle else _Worker()
+                    worker.give(waiting.popleft())
+                    busy.append(worker)
+                for worker in _ended(busy, timeout_s):
+                    busy.remove(worker)
+                    played = worker.take(timeout_s)
+                    if worker.process.is_alive():
+                        idle.append(worker)
+                    yield worker.job, played
+        except KeyboardInterrupt as stop:
+            if busy:
+                stop.add_note(", ".join(f"{each.job.controller} seed {each.job.seed}" for each in busy))
+            raise
         finally:
-            for worker in workers:
-                worker.process.terminate()
-            for worker in workers:
-                worker.process.join()
-                worker.connection.close()
+            for worker in [*idle, *busy]:
+                worker.end()
 
     return pool
 
 
+def _ended(busy: Sequence[_Worker], timeout_s: float | None) -> list[_Worker]:
+    """Wait until runs have ended, or their time has; return who played them."""
+    left_s = None
+    if timeout_s is not None:
+        left_s = max(0.0, min(worker.begun for worker in busy) + timeout_s - time.monotonic())
+    ready = wait([worker.connection for worker in busy], left_s)
+    late = time.monotonic() - (timeout_s or math.inf)
+    return [worker for worker in busy if worker.connection in ready or worker.begun <= late]
+
+
 class _Worker:
-    """A process that plays one run at a time."""
+    """A process that plays one run at a time.
+
+    Attributes:
+        job: The run that it plays, or has played.
+        begun: When it was given.
+
+    """
+
+    job: Job
+    begun: float
 
     def __init__(self) -> None:
         # A process of its own kind: whatever the parent has open is not in it.
@@ -63,22 +81,34 @@ class _Worker:
         self.process.start()
         theirs.close()
 
-    def give(self, job: Job) -> Job:
+    def give(self, job: Job) -> None:
         """Send it a run."""
+        self.job, self.begun = job, time.monotonic()
         with contextlib.suppress(BrokenPipeError):  # Which `take` tells.
             self.connection.send(job)
-        return job
 
-    def take(self, job: Job) -> Played:
-        """Return what came of its run; wait for it."""
+    def take(self, timeout_s: float | None) -> Played:
+        """Return what came of its run; end the process if it has no answer."""
         try:
-            played: Played = self.connection.recv()
+            if self.connection.poll():
+                played: Played = self.connection.recv()
+                return played
+            error = f"it took longer than {timeout_s:g} s"
+            self.end()
         except (EOFError, ConnectionResetError):
             self.process.join()
             code = self.process.exitcode
             how = f"exit code {code}" if code is None or code >= 0 else signal.Signals(-code).name
-            return Played(job.controller, "", "", job.seed, error=f"its process ended: {how}")
-        return played
+            error = f"its process ended: {how}"
+            self.end()
+        wall_s = time.monotonic() - self.begun
+        return Played(self.job.controller, "", "", self.job.seed, wall_s=wall_s, error=error)
+
+    def end(self) -> None:
+        """End the process, whatever it does."""
+        self.process.kill()
+        self.process.join()
+        self.connection.close()
 
 
 def _serve(connection: Connection) -> None:

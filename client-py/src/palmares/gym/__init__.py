@@ -5,7 +5,8 @@
 ... env = gymnasium.make("palmares/Grasp-SoftHand-v1", url="http://127.0.0.1:8080")   # on a server
 ... envs = gymnasium.make_vec("palmares/Balls-SoftHand-v1", num_envs=64)     # on all cores
 
-The ids are made of a task (``Balls``, ``Shelf``, ``Grasp``) and a hand (``SoftHand``, ``ReFlex``, ``Pinch``).
+The ids are made of a task (``Balls``, ``Shelf``, ``Grasp``, ``Pan``, ``Peg``) and a hand (``SoftHand``,
+``ReFlex``, ``Pinch``); the arguments ``task`` and ``hand`` name others, also your own by their paths.
 With ``palmares.gym:`` in front of an id, `gymnasium.make` imports this module itself.
 """
 

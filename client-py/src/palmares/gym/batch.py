@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -10,6 +10,7 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from palmares.arguments import LARGEST_COUNT, LARGEST_SEED, mask_of, table, whole
 from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.gym.fields import Arrays, box
@@ -46,6 +47,7 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         fraction: Part of the objects that are there; `fraction` can be set between two episodes.
         autoreset_mode: What happens to a run that is over: it is reset by the next step (``NEXT_STEP``),
             by the same one (``SAME_STEP``), or by ``reset(options={"reset_mask": …})`` (``DISABLED``).
+        single: Of a single environment alone, such as ``url`` and ``cameras``: a `TypeError` here.
 
     Attributes:
         batch: The worlds, for snapshots and state hashes.
@@ -67,7 +69,13 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         randomise: bool | Sequence[str] = False,
         fraction: float = 1.0,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        **single: Any,
     ) -> None:
+        if single:
+            raise TypeError(
+                f"many worlds at once have no {', '.join(single)}; a server, pictures and another number of "
+                "objects are for a single environment, of gymnasium.make"
+            )
         training = training_of(shaping, discount, randomise, fraction)
         self.batch = Batch(
             task, hand, num_envs, sensing=sensing, noise=noise, threads=threads, training=training
@@ -76,7 +84,7 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         # Actions in the space may be longer than the limits: that is how it is made.
         self.batch.clipping.mute()
         self._clipping = Clipping()
-        self.num_envs, self._ticks = num_envs, ticks
+        self.num_envs, self._ticks = self.batch.count, whole("ticks", ticks, 1, LARGEST_COUNT)
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {"autoreset_mode": self.autoreset_mode, "render_modes": []}
         self.single_observation_space = spaces.Dict(
@@ -119,16 +127,13 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         """
         mask = np.ones(self.num_envs, dtype=bool)
         if options and "reset_mask" in options:
-            mask = np.asarray(options["reset_mask"])
-            if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
-                raise ValueError(
-                    f"reset_mask: wanted ({self.num_envs},) of bool, found {mask.shape} of {mask.dtype}"
-                )
+            mask = mask_of("reset_mask", options["reset_mask"], self.num_envs)
         if seed is None and not self.batch.opened:
             drawn = np.random.SeedSequence().generate_state(1, np.uint64)[0] >> np.uint64(12)
             seed = int(drawn)
-        if isinstance(seed, int | np.integer):
-            seed = [int(seed) + k for k in range(self.num_envs)]
+        if seed is not None and (isinstance(seed, str) or not isinstance(seed, Iterable)):
+            first = whole("seed", seed, 0, LARGEST_SEED)
+            seed = [first + k for k in range(self.num_envs)]
         given = [None] * self.num_envs if seed is None else list(seed)
         if len(given) != self.num_envs:
             raise ValueError(f"seed: found {len(given)}; wanted one, or one for each of {self.num_envs}")
@@ -140,8 +145,8 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
     def _next(self, k: int, seed: int | None) -> int:
         """Return the seed of the next scene of environment `k`."""
         if seed is not None:
-            self._roots[k], self._episodes[k] = seed, 0
-            return seed
+            self._roots[k], self._episodes[k] = whole(f"seed[{k}]", seed, 0, LARGEST_SEED), 0
+            return int(seed)
         self._episodes[k] += np.uint64(1)
         mixed = np.random.SeedSequence([int(self._roots[k]), k, int(self._episodes[k])])
         return int(mixed.generate_state(1, np.uint64)[0] >> np.uint64(11))
@@ -152,8 +157,9 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         """Advance every environment."""
         if not self.batch.opened:
             raise RuntimeError("no runs are open; call reset() first")
-        self._clipping.see_unit(np.asarray(actions, dtype=np.float64), stacklevel=2)
-        scaled = np.asarray(actions, dtype=np.float64) * self._scale + self._shift
+        actions = table("actions", actions, self.num_envs, self.batch.action_len)
+        self._clipping.see_unit(actions, stacklevel=2)
+        scaled = actions * self._scale + self._shift
         ended = self._over.copy()
         if self.autoreset_mode is AutoresetMode.DISABLED and ended.any():
             which = ", ".join(map(str, np.flatnonzero(ended)))

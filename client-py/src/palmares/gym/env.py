@@ -10,12 +10,14 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
+from palmares.arguments import one_of, table, whole
 from palmares.arrays import array
-from palmares.client import Client
+from palmares.client import LOCAL, Client
 from palmares.gym.fields import Arrays, action_space, arrays_of, arrays_of_scene, box, padded
 from palmares.gym.player import Player
 from palmares.gym.training import Shaping, training_of
 from palmares.messages import Observation
+from palmares.requests import names
 from palmares.targets import twist
 
 if TYPE_CHECKING:
@@ -55,13 +57,13 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         observation: The last observation, typed; ``None`` before the first `reset`.
 
     Args:
-        url: Where the server listens; ``None`` to play in this process.
-        task: Name of the task.
-        hand: Name of the hand.
+        url: Where the server listens; ``None`` or ``local`` to play in this process.
+        task: Name of the task, or the folder of your own. A server plays it if it was started with it.
+        hand: Name of the hand; in this process also the path of your own.
         sensing: ``truth`` for the full state, ``sensors`` for what real sensors give.
         noise: ``none`` or ``real``: how good the sensors are; left out, as the server has it.
         cameras: Names of cameras whose depth is part of every observation.
-        ticks: Ticks per step, under the same action.
+        ticks: Ticks per step, under the same action; at most `Limits.repeat`, 100.
         objects: Number of objects in every scene of the task; another number is a `ValueError` at `reset`.
         shaping: Add the shaped part of the task's rewards to the reward, and tell it as ``info["shaping"]``;
             ``"apart"`` only tells it. See docs/training.md, as for the next three.
@@ -98,6 +100,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         render_mode: str | None = None,
         **client: Any,
     ) -> None:
+        url = None if url == LOCAL else url
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ValueError(f"render_mode: found {render_mode!r}; wanted None, 'rgb_array' or 'human'")
         if render_mode == "human" and url is None:
@@ -107,11 +110,15 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         self.render_mode, self._url = render_mode, url
         if url is None:  # A process without a server has no page.
             self.metadata = {**self.metadata, "render_modes": ["rgb_array"]}
+        one_of("sensing", sensing, ("sensors", "truth"))
+        if noise is not None:
+            one_of("noise", noise, ("none", "real"))
         training = training_of(shaping, discount, randomise, fraction)
         self._player = Player(url, task, hand, sensing, noise, training, **client)
         self._shaping = shaping
-        self._task, self._hand, self._sensing, self._ticks = task, hand, sensing, ticks
-        self._objects, self._cameras = objects, tuple(cameras)
+        self._task, self._hand, self._sensing = task, hand, sensing
+        self._ticks = whole("ticks", ticks, 1, self.client.welcome.limits.repeat)
+        self._objects, self._cameras = objects, tuple(names(cameras))
         self._score = 0.0
         self._scene: Arrays = {}
         self.observation: Observation | None = None
@@ -194,7 +201,8 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
 
     def step(self, action: Arrays) -> tuple[Arrays, float, bool, bool, dict[str, Any]]:
         """Advance the world under one action."""
-        base = twist(action["twist"][:3], action["twist"][3:])
+        velocity = table("twist", action["twist"], 6)
+        base = twist(velocity[:3], velocity[3:])
         obs = self._player.step(base, action["hand"], self._ticks, self._cameras)
         score, info = obs.score, {"tick": obs.tick, "events": obs.events}
         if obs.done:

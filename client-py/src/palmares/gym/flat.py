@@ -8,6 +8,8 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
+from palmares import own_task
+from palmares.arguments import table
 from palmares.arrays import Array, array
 from palmares.clipping import Clipping
 from palmares.gym.env import PalmaresEnv
@@ -22,7 +24,7 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
 
     The first six are the base's velocity in parts of the largest, world frame; of the motors −1 is open and 1
     closed. The arguments are those of `PalmaresEnv`, but that it plays in this process without `url`, and
-    knows the number of objects of the tasks that come with the program.
+    knows the number of objects of the tasks that come with the program, and of your own by its folder.
 
     Attributes:
         inner: The `PalmaresEnv`, whose actions are a dictionary in SI units.
@@ -32,7 +34,7 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
     metadata = PalmaresEnv.metadata
 
     def __init__(self, task: str, hand: str, *, url: str | None = None, **options: Any) -> None:
-        options.setdefault("objects", OBJECTS.get(task))
+        options.setdefault("objects", _objects(task))
         self.inner = PalmaresEnv(url, task=task, hand=hand, **options)
         self.render_mode, self.metadata = self.inner.render_mode, self.inner.metadata
         actions = cast(spaces.Dict, self.inner.action_space)
@@ -62,7 +64,8 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
 
     def step(self, action: Array) -> tuple[Arrays, float, bool, bool, dict[str, Any]]:
         """Advance the world under one action."""
-        self._clipping.see_unit(np.asarray(action, dtype=np.float64), stacklevel=2)
+        action = table("action", action, *cast(tuple[int], self.action_space.shape))
+        self._clipping.see_unit(action, stacklevel=2)
         twist, hand = action[:6] * self._limits, 0.5 * (action[6:] + 1.0)
         return self.inner.step({"twist": twist, "hand": hand})
 
@@ -73,3 +76,9 @@ class FlatEnv(gymnasium.Env[Arrays, Array]):
     def close(self) -> None:
         """End it."""
         self.inner.close()
+
+
+def _objects(task: str) -> int | None:
+    """Return how many objects are in every scene of a task; ``None`` for one that only a server knows."""
+    own: dict[str, Any] = {} if task in OBJECTS else own_task.read(task).get("objects", {})
+    return OBJECTS.get(task, own.get("count"))

@@ -7,8 +7,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from palmares import own_task
 from palmares.client import LOCAL, Client
-from palmares.messages import BaseTarget, HandInfo, Observation, Result
+from palmares.messages import BaseTarget, HandInfo, Observation, Result, TaskInfo
 from palmares.scene import Scene
 from palmares.training import Training
 
@@ -42,23 +43,32 @@ class Player:
         # Actions in an environment's space may be longer than the limits: that is how it is made.
         self.client.clipping.mute()
         welcome = self.client.welcome
-        played, of_task = self._hand_info(hand), welcome.task(task).cameras
+        played, told = self._hand_info(hand), self._task_info(task)
         self.shapes = {
             "motors": len(played.motors),
             "joints": len(played.joints),
             "encoders": len(played.encoders),
             "taxels": len(played.taxels),
         }
-        taken = {camera.name for camera in of_task}
-        self.cameras = {camera.name: (camera.height, camera.width, camera.far) for camera in of_task}
+        taken = {camera.name for camera in told.cameras}
+        self.cameras = {camera.name: (camera.height, camera.width, camera.far) for camera in told.cameras}
         for camera in played.cameras:
             name = f"hand_{camera.name}" if camera.name in taken else camera.name
             self.cameras[name] = (camera.height, camera.width, camera.far)
         ranges = [welcome.specs.action_field(name).range for name in ("base.linear", "base.angular")]
         self.limits = (ranges[0][1], ranges[1][1])
-        self.time_limit_s = welcome.task(task).time_limit_s
+        self.time_limit_s = told.time_limit_s
         self._task, self._hand, self._noise = task, hand, noise
         self._sensing: Sensing = sensing
+
+    def _task_info(self, task: str) -> TaskInfo:
+        welcome = self.client.welcome
+        known = [known.name for known in welcome.tasks]
+        if self.client.is_local and task not in known:
+            from palmares import sim
+
+            return sim.welcome(own_tasks=[task]).tasks[-1]
+        return welcome.task(own_task.name_of(task, known))
 
     def _hand_info(self, hand: str) -> HandInfo:
         welcome = self.client.welcome

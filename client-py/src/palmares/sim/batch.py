@@ -10,18 +10,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palmares import _native
+from palmares.arguments import LARGEST_COUNT, LARGEST_SEED, mask_of, one_of, table, whole
 from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.messages import Welcome
 from palmares.progress import progress
 from palmares.sim.world import read
-from palmares.training import Training
+from palmares.training import Training, checked
 
 Arrays: TypeAlias = dict[str, Array]
 Mask: TypeAlias = Sequence[bool] | NDArray[np.bool_]
 
-SEEDS = 2**53
-"""Seeds are below this."""
 FIELDS = (("linear", slice(0, 3)), ("angular", slice(3, 6)), ("hand", slice(6, None)))
 """Of an action: name and columns"""
 
@@ -93,9 +92,12 @@ class Batch:
         threads: int | None = None,
         training: Training | None = None,
     ) -> None:
-        if threads is not None and threads < 1:
-            raise ValueError(f"threads: found {threads}; wanted at least 1, or None for one for each core")
-        self._native = _native.Batch(str(task), str(hand), count, sensing, noise, threads or 0, training)
+        count = whole("count", count, 1, 100_000)
+        threads = 0 if threads is None else whole("threads", threads, 1, 1024)
+        one_of("sensing", sensing, ("sensors", "truth"))
+        one_of("noise", noise, ("none", "real"))
+        checked(training, str(task))
+        self._native = _native.Batch(str(task), str(hand), count, sensing, noise, threads, training)
         self._training = training or Training()
         specs = read(_native.welcome("", [], []), Welcome).specs
         limits = [specs.action_field(name).range[1] for name in ("base.linear", "base.angular")]
@@ -113,10 +115,19 @@ class Batch:
             seeds: (N,), 0 to 2**53 - 1; those of other worlds are not looked at.
             mask: (N,).
 
+        Raises:
+            ValueError: These are no seeds or no mask; nothing has changed.
+
         """
-        chosen = self._mask(mask)
+        chosen, seeds = self._mask(mask), list(seeds)
+        if len(seeds) != self.count:
+            raise ValueError(f"seeds: found {len(seeds)}; wanted one for each of {self.count} worlds")
+        numbers = [
+            whole(f"seeds[{k}]", seed, 0, LARGEST_SEED) if wanted else 0
+            for k, (seed, wanted) in enumerate(zip(seeds, chosen, strict=True))
+        ]
         with progress(sum(chosen), "world", "reset") as told:
-            self._native.reset([int(seed) for seed in seeds], chosen, told)
+            self._native.reset(numbers, chosen, told)
         return self.observe()
 
     @property
@@ -140,18 +151,17 @@ class Batch:
             ValueError: Another shape, or a number that is not finite; nothing has changed.
 
         """
-        if ticks < 1:
-            raise ValueError(f"ticks: found {ticks}; wanted at least 1")
-        actions = np.asarray(actions, dtype=np.float64)
-        self._look(actions)
+        ticks = whole("ticks", ticks, 1, LARGEST_COUNT)
+        numbers, chosen = table("actions", actions, self.count, self.action_len), self._mask(mask)
+        self._look(numbers)
         with progress(ticks, "tick", "step") as told:
-            self._native.step(actions, ticks, self._mask(mask), told)
+            self._native.step(numbers, ticks, chosen, told)
         rewards, _, terminated, truncated = self._native.progress()
         return Stepped(self.observe(), rewards, terminated, truncated, self._native.shaping())
 
     def _look(self, actions: Array) -> None:
         """Warn if this is the first action beyond the limits."""
-        if self.clipping.is_muted or actions.shape != (self.count, self.action_len):
+        if self.clipping.is_muted:
             return
         clipped = self._native.clipped(actions, self._limits)
         if clipped is not None:
@@ -223,7 +233,7 @@ class Batch:
 
     def events(self, world: int) -> list[tuple[int, str, int | None]]:
         """Return what the referee noted of a world in its last step: tick, kind, object."""
-        return self._native.events(world)
+        return self._native.events(self._world(world))
 
     def result(self, world: int) -> dict[str, Any] | None:
         """Return the final count of a world whose run is over: status, score, in_goal, outside, reason.
@@ -231,20 +241,23 @@ class Batch:
         Status: ``practice``, ``voided`` after a fault, ``training`` when `training` made the run another
         than the task's.
         """
-        return self._native.result(world)
+        return self._native.result(self._world(world))
 
     def snapshot(self, world: int) -> _native.Snapshot:
         """Keep a world as it is; see `World.snapshot`."""
-        return self._native.snapshot(world)
+        return self._native.snapshot(self._world(world))
 
     def restore(self, world: int, snapshot: _native.Snapshot | bytes) -> None:
         """Let a world go on from a snapshot of the same task, hand, seed and noise."""
         if isinstance(snapshot, bytes | bytearray | memoryview):
             snapshot = _native.Snapshot(bytes(snapshot))
-        self._native.restore(world, snapshot)
+        self._native.restore(self._world(world), snapshot)
 
     def __repr__(self) -> str:
         return f"<Batch of {self.count} worlds on {self.threads} threads>"
 
+    def _world(self, world: int) -> int:
+        return whole("world", world, 0, self.count - 1)
+
     def _mask(self, mask: Mask | None) -> list[bool]:
-        return [True] * self.count if mask is None else [bool(entry) for entry in mask]
+        return [True] * self.count if mask is None else mask_of("mask", mask, self.count).tolist()

@@ -7,15 +7,16 @@ from collections.abc import Iterable
 from typing import Literal, Self, TypeVar
 
 from palmares import _native
+from palmares.arguments import LARGEST_COUNT, LARGEST_SEED, one_of, whole
 from palmares.clipping import Clipping
 from palmares.codec import CODECS
-from palmares.errors import ProtocolError, error_of
+from palmares.errors import ProtocolError, WrongStateError, error_of
 from palmares.messages import Ack, ErrorMessage, Observation, Opened, Reply, Result
 from palmares.progress import progress
-from palmares.requests import Perturb, Request, Step, Stop, Wrench, names
+from palmares.requests import Perturb, Request, Step, Stop, Wrench, names, whole_of
 from palmares.scene import Scene
 from palmares.targets import Base, Hand, Numbers, action_of, vector
-from palmares.training import Training
+from palmares.training import Training, checked
 
 Answer = TypeVar("Answer", bound=Reply)
 
@@ -56,23 +57,31 @@ class World:
         cameras: Iterable[str] = (),
         training: Training | None = None,
     ) -> None:
-        self._task, self._hand, self._seed = str(task), str(hand), seed
+        one_of("sensing", sensing, ("sensors", "truth"))
+        one_of("noise", noise, ("none", "real"))
+        checked(training, str(task))
+        self._task, self._hand = str(task), str(hand)
         self._sensing: Literal["sensors", "truth"] = sensing
         self._noise: Literal["none", "real"] = noise
         self._training = training
         self._clipping = Clipping()
+        self._seed = whole("seed", seed, 0, LARGEST_SEED)
         self.reset(cameras=cameras)
 
     def reset(self, seed: int | None = None, cameras: Iterable[str] = ()) -> Observation:
-        """Begin anew, with another scene if `seed` is given; return the observation of tick 0."""
-        if seed is not None:
-            self._seed = seed
-        self._native = _native.World(
-            self._task, self._hand, self._seed, self._sensing, self._noise, self._training
-        )
-        obs = read(self._native.opened(names(cameras)), Observation)
+        """Begin anew, with another scene if `seed` is given; return the observation of tick 0.
+
+        Raises:
+            ValueError: `seed` is none; nothing has changed.
+            UnknownCameraError: There is no such camera; nothing has changed.
+
+        """
+        seed = self._seed if seed is None else whole("seed", seed, 0, LARGEST_SEED)
+        native = _native.World(self._task, self._hand, seed, self._sensing, self._noise, self._training)
+        obs = read(native.opened(names(cameras)), Observation)
         if obs.run is None or obs.scene is None:
             raise ProtocolError("the first observation tells of no scene")
+        self._native, self._seed = native, seed
         self._run, self._scene, self._run_id = obs.run, obs.scene, obs.run_id
         self._names = [body.name for body in obs.scene.free]
         self._motors = len(obs.hand.actuators)
@@ -87,7 +96,8 @@ class World:
     ) -> Observation:
         """Advance the world by `repeat` ticks under one action; return the observation after them.
 
-        The arguments are those of `palmares.Client.step`; `repeat` may be any number.
+        The arguments are those of `palmares.Client.step`; `repeat` may be any number, where a server
+        and `Client("local")` take up to `Limits.repeat`.
 
         Raises:
             BadActionError: `base` or `hand` has another shape or is not finite; nothing has changed.
@@ -97,10 +107,13 @@ class World:
         request = Step(
             tick=self.tick,
             action=action_of(base, hand, self._motors),
-            repeat=repeat,
+            repeat=whole_of("repeat", repeat, 1, LARGEST_COUNT),
             cameras=names(cameras),
         )
-        obs = self._named(self.ask(request, Observation))
+        try:
+            obs = self._named(self.ask(request, Observation))
+        except WrongStateError as over:
+            raise WrongStateError(f"{over}; result() returns its count, reset() begins anew") from None
         self._clipping.ask(request.action)
         self._clipping.see(obs.applied_action, obs.tick, stacklevel=2)
         return obs
