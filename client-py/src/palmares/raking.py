@@ -150,6 +150,7 @@ def choose(
     rolls: Rolling = frozenset(),
     tries: int = 8,
     moved_m: float = 0.015,
+    only: Container[int] | None = None,
 ) -> RakePlan | None:
     """Return the best plan for what stands in the shelf; `None` if there is nothing that it can do.
 
@@ -161,10 +162,13 @@ def choose(
         rolls: Which objects roll: they are taken first, and nothing may touch them in passing.
         tries: An object that was tried so often where it stands is left there.
         moved_m: For an object that has moved farther than this, earlier attempts do not count.
+        only: Rows of the objects that may be taken; all if it is left out.
 
     """
     best: RakePlan | None = None
     for target, others, here in candidates(objects, shelf, attempts, KINDS, tries, moved_m):
+        if only is not None and target.index not in only:
+            continue
         for yaw_rad in shape.yaws_rad:
             for kind in shape.kinds:
                 plan = _best_place(kind, target, others, shelf, shape, yaw_rad, rolls, here)
@@ -231,7 +235,7 @@ def _best_place(
             -BITE * max(0.0, 0.05 - bite)
             - abs(aside)
             - 0.02 * abs(yaw_rad)
-            - 0.1 * (target.middle[1] - shelf.min[1])
+            - DEPTH * (target.middle[1] - shelf.min[1])
         )
         clash = 0.0
         lane_low, lane_high = min(x + low[0], target.low[0]), max(x + high[0], target.high[0])
@@ -242,10 +246,13 @@ def _best_place(
             clash = max(clash, float(deep.max()))
             if kind == "rake" and other.middle[1] < y + low[1]:
                 score -= GLANCE[other.index in rolls] * _glances(lane_low, lane_high, other)
+                score -= FRONT * _at_the_front(lane_low, lane_high, other, shelf)
         score -= 2.0 * clash
         score -= max(0.0, shelf.min[0] - (x + down_low[:, 0].min()), x + down_high[:, 0].max() - shelf.max[0])
         if target.index in rolls:
             score += ROLLS_FIRST
+            if kind == "rake":
+                score -= ROLL_BITE * max(0.0, ROLL_SHARE * float(target.size[2]) - bite)
         if kind == "drag":
             score -= DRAG_COST
         score -= sum(0.03 + 0.04 * (tried.yaw_rad == yaw_rad and tried.grasp == kind) for tried in here)
@@ -256,8 +263,16 @@ def _best_place(
 
 BITE = 0.3
 """Cost of reaching down behind an object by less than 5 cm, 1/m"""
+ROLL_BITE, ROLL_SHARE = 6.0, 0.55
+"""Cost of reaching down behind what rolls by less than this share of its height, 1/m: fingers above its
+middle press it down and slide over it"""
+DEPTH = 0.2
+"""Cost of standing farther in, 1/m: what stands before it should go first"""
 GLANCE = (0.03, 0.08)
 """Cost of touching an object in passing, one that stands and one that rolls"""
+FRONT, FRONT_M = 0.04, 0.07
+"""Cost of pulling through an object with its middle this near to the opening: it has no room to gain speed,
+and more than half of these fall into the gap"""
 ROLLS_FIRST = 0.04
 
 
@@ -265,6 +280,12 @@ def _glances(lane_low: float, lane_high: float, other: ObjectBounds) -> bool:
     """Whether what is pulled along a lane touches an object beside its middle: it then drops off slowly."""
     touches = other.high[0] > lane_low and other.low[0] < lane_high
     return bool(touches and not lane_low + 0.01 < other.middle[0] < lane_high - 0.01)
+
+
+def _at_the_front(lane_low: float, lane_high: float, other: ObjectBounds, shelf: Region) -> bool:
+    """Whether what is pulled along a lane pushes out an object that stands at the opening."""
+    touches = other.high[0] > lane_low and other.low[0] < lane_high
+    return bool(touches and other.middle[1] < shelf.min[1] + FRONT_M)
 
 
 def _overlap(low: Array, high: Array, other: ObjectBounds) -> Array:
