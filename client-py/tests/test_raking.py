@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import palmares
-from palmares import raking
+from palmares import clearing, raking
 from palmares.examples import shelf_reflex, shelf_softhand
 from palmares.motion import Attempt, BaseLimits, Mover, ObjectBounds, array
 
 SHELF = palmares.Region(name="shelf", min=(-0.2, 0.4, 0.7), max=(0.2, 0.8, 1.0))
 CAN = (0.07, 0.07, 0.1)
-HANDS = pytest.mark.parametrize("shape", [shelf_softhand.RAKE, shelf_reflex.RAKE], ids=["softhand", "reflex"])
+HANDS = pytest.mark.parametrize("shape", [clearing.RAKE, shelf_reflex.RAKE], ids=["softhand", "reflex"])
 
 
 def standing(index: int, x: float, y: float, size: tuple[float, float, float] = CAN) -> ObjectBounds:

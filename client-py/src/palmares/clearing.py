@@ -37,10 +37,15 @@ RAKE = raking.RakeShape(
         (-0.002, 0.029, 0.133, 0.042, 0.070, 0.183), (0.024, 0.060, 0.167, 0.054, 0.083, 0.201)
     ),
     kinds=("rake",),
+    depth_cost=0.2,
+    front_cost=0.04,
+    roll_cost=6.0,
 )
 """The SoftHand with its fingers hooked (σ = 0.4)"""
 DRAG = replace(RAKE, kinds=("drag",))
 """The same, to roll an object forward"""
+FRONT_M, FRONT_TRIES, FRONT_GRASPS, TIGHT_M = 0.07, 2, ("flat", "high"), 0.01
+"""What rolls and lies so near to the opening is fetched first, by these grasps, where the hand has room"""
 REAR_M = 0.2
 """What rolls is rolled forward if its middle is farther in than this"""
 DRAGS = 4
@@ -84,20 +89,34 @@ def attempt(
     if pushed is not None:
         pushing.push(mover, pushed)
         return Attempt(pushed.target.index, pushed.target.middle, 0.0, "push")
+    at_front = _rolling_between(objects, rolls, -math.inf, shelf.min[1] + FRONT_M)
+    careful = fetching.choose(objects, shelf, attempts, only=at_front, tries=FRONT_TRIES)
+    if careful is not None and careful.room_m > -TIGHT_M and careful.grasp.name in FRONT_GRASPS:
+        return _fetch(mover, careful, box)
     pull = raking.choose(objects, shelf, RAKE, attempts, rolls=rolls)
     if pull is not None and pull.score >= LEAST_SCORE:
         return _rake(mover, pull)
-    rear = {
-        found.index for found in objects if found.index in rolls and found.middle[1] > shelf.min[1] + REAR_M
-    }
+    rear = _rolling_between(objects, rolls, shelf.min[1] + REAR_M, math.inf)
     drag = raking.choose(objects, shelf, DRAG, attempts, rolls=rolls, tries=DRAGS, only=rear)
     if drag is not None:
         return _rake(mover, drag)
     plan = fetching.choose(objects, shelf, attempts)
     if plan is not None:
-        fetching.fetch(mover, plan, box)
-        return Attempt(plan.target.index, plan.target.middle, plan.yaw_rad, plan.grasp.name)
+        return _fetch(mover, plan, box)
     return None if pull is None else _rake(mover, pull)
+
+
+def _rolling_between(
+    objects: Sequence[ObjectBounds], rolls: raking.Rolling, low_m: float, high_m: float
+) -> set[int]:
+    """Return which objects roll and have their middle between two places along y."""
+    return {found.index for found in objects if found.index in rolls and low_m < found.middle[1] < high_m}
+
+
+def _fetch(mover: Mover, plan: fetching.Plan, box: Region) -> Attempt:
+    """Take an object from above."""
+    fetching.fetch(mover, plan, box)
+    return Attempt(plan.target.index, plan.target.middle, plan.yaw_rad, plan.grasp.name)
 
 
 def _rake(mover: Mover, plan: raking.RakePlan) -> Attempt:

@@ -7,7 +7,7 @@ the grasp that has most room, `fetch` does it.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,10 +97,26 @@ def room(plan: Plan, others: list[ObjectBounds], shelf: Region) -> float:
     return score
 
 
-def choose(objects: Sequence[ObjectBounds], shelf: Region, attempts: Sequence[Attempt]) -> Plan | None:
-    """Return the plan with the most room; one that failed where the object still stands counts less."""
+def choose(
+    objects: Sequence[ObjectBounds],
+    shelf: Region,
+    attempts: Sequence[Attempt],
+    *,
+    only: Container[int] | None = None,
+    tries: int = TRIES,
+) -> Plan | None:
+    """Return the plan with the most room; one that failed where the object still stands counts less.
+
+    Args:
+        objects: All of them, in the shelf or not.
+        shelf: The region; open towards -y.
+        attempts: What was tried so far.
+        only: Rows of the objects that may be taken; all if it is left out.
+        tries: An object that was tried so often where it stands is left there.
+
+    """
     best, best_score = None, -math.inf
-    for target, others, here in candidates(objects, shelf, attempts, NAMES, TRIES, MOVED_M):
+    for target, others, here in candidates(objects, shelf, attempts, NAMES, tries, MOVED_M, only):
         depth = target.middle[1] - shelf.min[1]
         for rank, grasp in enumerate(GRASPS):
             same = sum(attempt.grasp == grasp.name for attempt in here)

@@ -1,13 +1,13 @@
 """Take objects out of the shelf with the SoftHand by its sensors: a depth camera before the shelf.
 
-What is done with the objects, and in which order, is that of `shelf_softhand.py`, which is told where they are.
-This controller looks before every attempt:
+What is done with the objects, and in which order, is that of `shelf_softhand.py`, which is told where they
+are. This controller looks before every attempt:
 
     hand up, out of the picture -> depth and colours -> bounding boxes of what is seen -> `palmares.clearing`
 
-The scene tells which ten objects there are, with sizes and colours. So a pixel is of the object whose colour is
-nearest, and of an object of which the front is seen the depth is known. What hides behind others is found once
-those are gone. SCORE
+The scene tells which ten objects there are, with sizes and colours. So a pixel is of the object whose colour
+is nearest, and how deep an object is follows from its front. What hides behind others is found once those are
+gone. SCORE
 
     python shelf_sensors.py --seed 7 --runs 3
 """
@@ -64,9 +64,12 @@ def connected(points: Array, mask: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Return a label for every pixel of `mask` (h, w), 0 for others; those side by side and near share it."""
     labels = np.where(mask, np.arange(1, mask.size + 1).reshape(mask.shape), 0)
     sides = []
-    for one, other in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
-        near = np.linalg.norm(points[one] - points[other], axis=-1) < NEAR_M
-        sides.append((labels[one], labels[other], mask[one] & mask[other] & near))
+    for first, second in (
+        (np.s_[:-1, :], np.s_[1:, :]),
+        (np.s_[:, :-1], np.s_[:, 1:]),
+    ):
+        near = np.linalg.norm(points[first] - points[second], axis=-1) < NEAR_M
+        sides.append((labels[first], labels[second], mask[first] & mask[second] & near))
     while True:
         before = labels.copy()
         for one, other, same in sides:
@@ -81,6 +84,11 @@ def pieces(
     """Return the bounding boxes of what is seen of each object in the shelf, largest pieces first."""
     points, colours = image.points(), image.rgb.astype(float)
     inside = np.all((points > array(shelf.min) + WALL_M) & (points < array(shelf.max) - WALL_M), axis=2)
+    rows, columns = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
+    if not len(rows):
+        return []
+    window = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    points, colours, inside = points[window], colours[window], inside[window]
     known = hues(array([body.color for body in bodies]))
     apart = np.linalg.norm(hues(colours)[:, :, None] - known, axis=3)
     seen = inside & (np.linalg.norm(colours, axis=2) > DARK) & (apart.min(axis=2) < LIKE)

@@ -13,14 +13,18 @@ import contextlib
 import logging
 from dataclasses import dataclass
 
+import numpy as np
+
 import palmares
 from palmares import clearing, raking
-from palmares.motion import Attempt, Mover, RunOverError, Summary, object_bounds, play
+from palmares.motion import Attempt, Mover, RunOverError, Summary, object_bounds, play, truth_of
 
 LOG = logging.getLogger(__name__)
 
 PICKS = 100
 """Attempts per run"""
+STILL_M_S, LOOK_S, REST_S = 0.02, 0.1, 2.0
+"""What is slower lies still; how often that is looked at, and for how long at most"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,6 +42,16 @@ class ShelfSummary(Summary):
     """Objects that are still in the shelf"""
 
 
+def rest(mover: Mover, shelf: palmares.Region) -> None:
+    """Wait until nothing rolls in the shelf any more, but not for ever."""
+    for _ in range(round(REST_S / LOOK_S)):
+        truth = truth_of(mover.obs)
+        inside = [shelf.contains(position) for position in truth.positions]
+        if np.linalg.norm(truth.linear[inside], axis=1).max(initial=0.0) < STILL_M_S:
+            return
+        mover.wait(LOOK_S)
+
+
 def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> ShelfSummary:
     """Play one run of at most `picks` attempts."""
     mover = Mover(client, client.reset("shelf", "softhand", sensing="truth", seed=seed))
@@ -53,6 +67,7 @@ def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> ShelfS
     with contextlib.suppress(RunOverError):  # Complete, or out of time: the result says which.
         while len(attempts) < picks:
             before = len(inside(box))
+            rest(mover, shelf)
             objects = object_bounds(scene, mover.obs)
             tried = clearing.attempt(mover, objects, (shelf, box), rolls, attempts)
             if tried is None:
