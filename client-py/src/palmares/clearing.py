@@ -4,6 +4,7 @@ Between shelf and box is a gap of 15 cm. What leaves the shelf at less than 0.5 
 at about 1 m/s lands in the box. So nothing is carried; `attempt` does the first of these that there is to do:
 
     push    what stands at the opening, where it has no room to gain speed, is pushed in by some centimetres
+    flat    what rolls and lies at the opening is fetched at once, by the grasp that is best at it
     rake    hooked fingers come down behind an object and pull it out, with all that stands before it
     drag    what rolls and lies too near to the rear wall is rolled forward, to be raked then
     fetch   onto the object from above with the palm, close, lift it a little and pull
@@ -44,8 +45,9 @@ RAKE = raking.RakeShape(
 """The SoftHand with its fingers hooked (σ = 0.4)"""
 DRAG = replace(RAKE, kinds=("drag",))
 """The same, to roll an object forward"""
-FRONT_M, FRONT_TRIES, FRONT_GRASPS, TIGHT_M = 0.07, 2, ("flat", "high"), 0.01
-"""What rolls and lies so near to the opening is fetched first, by these grasps, where the hand has room"""
+FRONT_M, FRONT_TRIES, TIGHT_M = 0.07, 2, 0.01
+"""What rolls and lies so near to the opening is fetched first, so often, by the flat grasp, where the hand
+bumps into nothing by more than that"""
 REAR_M = 0.2
 """What rolls is rolled forward if its middle is farther in than this"""
 DRAGS = 4
@@ -90,9 +92,11 @@ def attempt(
         pushing.push(mover, pushed)
         return Attempt(pushed.target.index, pushed.target.middle, 0.0, "push")
     at_front = _rolling_between(objects, rolls, -math.inf, shelf.min[1] + FRONT_M)
-    careful = fetching.choose(objects, shelf, attempts, only=at_front, tries=FRONT_TRIES)
-    if careful is not None and careful.room_m > -TIGHT_M and careful.grasp.name in FRONT_GRASPS:
-        return _fetch(mover, careful, box)
+    flat = fetching.choose(
+        objects, shelf, attempts, grasps=fetching.GRASPS[:1], only=at_front, tries=FRONT_TRIES
+    )
+    if flat is not None and flat.room_m > -TIGHT_M:
+        return _fetch(mover, flat, box)
     pull = raking.choose(objects, shelf, RAKE, attempts, rolls=rolls)
     if pull is not None and pull.score >= LEAST_SCORE:
         return _rake(mover, pull)

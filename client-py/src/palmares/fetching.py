@@ -20,13 +20,13 @@ from palmares.scene import Region
 
 __all__ = ["GRASPS", "Plan", "choose", "fetch"]
 
-GRASPS = [
+GRASPS = (
     # name, pitch, roll, above, aside, along, σ open, σ closed, sink; units as in `TopGrasp`
     TopGrasp("flat", 1.6182, 0.3491, 0.0068, 0.0264, 0.1876, 0.0212, 0.7417, 0.0194),
     TopGrasp("high", 1.4135, 0.1346, 0.0232, 0.0137, 0.1689, 0.0, 0.8641, 0.0332),
     TopGrasp("steep", 1.7088, -0.3693, 0.0187, 0.0117, 0.1764, 0.0, 0.9539, 0.0327),
     TopGrasp("loose", 1.5586, -0.1036, 0.0226, 0.0357, 0.1726, 0.0492, 0.7668, 0.0097),
-]
+)
 NAMES = {grasp.name for grasp in GRASPS}
 YAWS_RAD = (0.0, 0.35, -0.35)
 """Directions tried"""
@@ -102,6 +102,7 @@ def choose(
     shelf: Region,
     attempts: Sequence[Attempt],
     *,
+    grasps: Sequence[TopGrasp] = GRASPS,
     only: Container[int] | None = None,
     tries: int = TRIES,
 ) -> Plan | None:
@@ -111,6 +112,7 @@ def choose(
         objects: All of them, in the shelf or not.
         shelf: The region; open towards -y.
         attempts: What was tried so far.
+        grasps: Which may be taken.
         only: Rows of the objects that may be taken; all if it is left out.
         tries: An object that was tried so often where it stands is left there.
 
@@ -118,7 +120,7 @@ def choose(
     best, best_score = None, -math.inf
     for target, others, here in candidates(objects, shelf, attempts, NAMES, tries, MOVED_M, only):
         depth = target.middle[1] - shelf.min[1]
-        for rank, grasp in enumerate(GRASPS):
+        for rank, grasp in enumerate(grasps):
             same = sum(attempt.grasp == grasp.name for attempt in here)
             for yaw in YAWS_RAD:
                 rotation = grasp.rotation(yaw)

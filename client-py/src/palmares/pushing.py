@@ -26,6 +26,8 @@ FIST_M, REACH_M, HEIGHT_M = 0.05, 0.215, 0.078
 """Half the width of the fist; how far it reaches from the base; height of the base above the shelf's floor"""
 IN_M, LEAST_M = 0.1, 0.02
 """The middle of the object should then stand so far in; a shorter way than this is not worth it"""
+SHARES = (1.0, 0.75, 0.5)
+"""Parts of the wanted way that are tried"""
 APART_M = 0.006
 """Room to leave at the rear wall"""
 BEFORE_M, BACK_M = 0.03, 0.08
@@ -61,11 +63,16 @@ def choose(
 
     """
     for target, others, _ in candidates(objects, shelf, attempts, ("push",), 1, moved_m):
-        way_m = float(shelf.min[1] + IN_M - target.middle[1])
+        wanted_m = float(shelf.min[1] + IN_M - target.middle[1])
         x = float(np.clip(target.middle[0], shelf.min[0] + FIST_M, shelf.max[0] - FIST_M))
-        if way_m >= LEAST_M and target.index not in rolls and _fits(target, others, x, way_m, shelf, rolls):
-            y = float(target.low[1]) - REACH_M - BEFORE_M
-            return PushPlan(target, way_m, array([x, y, shelf.min[2] + HEIGHT_M]))
+        for way_m in (share * wanted_m for share in SHARES):
+            if (
+                way_m >= LEAST_M
+                and target.index not in rolls
+                and _fits(target, others, x, way_m, shelf, rolls)
+            ):
+                y = float(target.low[1]) - REACH_M - BEFORE_M
+                return PushPlan(target, way_m, array([x, y, shelf.min[2] + HEIGHT_M]))
     return None
 
 
