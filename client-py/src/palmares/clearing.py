@@ -38,6 +38,7 @@ RAKE = raking.RakeShape(
         (-0.002, 0.029, 0.133, 0.042, 0.070, 0.183), (0.024, 0.060, 0.167, 0.054, 0.083, 0.201)
     ),
     kinds=("rake",),
+    yaw_cost=0.25,
     depth_cost=0.2,
     front_cost=0.04,
     roll_cost=6.0,

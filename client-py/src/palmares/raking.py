@@ -75,6 +75,8 @@ class RakeShape:
     """What it is used for: soft fingers only rake"""
     asides_m: tuple[float, ...] = (0.0, -0.02, 0.02, -0.04, 0.04)
     """How far beside its middle the object may be taken"""
+    yaw_cost: float = 0.02
+    """Cost of pulling obliquely, 1/rad: what tips over or rolls slips off sideways"""
     depth_cost: float = 0.1
     """Cost of standing farther in, 1/m: what stands before it should go first"""
     front_cost: float = 0.0
@@ -241,7 +243,7 @@ def _best_place(
         score = (
             -BITE * max(0.0, 0.05 - bite)
             - abs(aside)
-            - 0.02 * abs(yaw_rad)
+            - shape.yaw_cost * abs(yaw_rad)
             - shape.depth_cost * (target.middle[1] - shelf.min[1])
         )
         clash = 0.0
