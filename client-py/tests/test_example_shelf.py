@@ -70,6 +70,6 @@ def test_nothing_that_rolls_is_pushed_and_nothing_into_the_rear_wall() -> None:
     assert pushing.choose([can], SHELF, [], frozenset({0})) is None
     assert pushing.choose([can, behind], SHELF, [], frozenset({1})) is None
     assert pushing.choose([can, behind], SHELF, [], frozenset()) is not None
-    # Five cans one behind the other reach to the rear wall.
-    row = [standing(k, 0.0, 0.45 + 0.075 * k, CAN) for k in range(5)]
-    assert pushing.choose(row, SHELF, [], frozenset()) is None
+    # There is a centimetre between the can, what is behind it and the rear wall.
+    long = standing(1, 0.0, 0.637, (0.07, 0.3, 0.1))
+    assert pushing.choose([can, long], SHELF, [], frozenset()) is None

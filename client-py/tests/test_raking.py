@@ -49,13 +49,14 @@ def test_nothing_fits_behind_a_tin_at_the_rear_wall(shape: raking.RakeShape) -> 
 def test_what_failed_is_tried_in_another_way_and_left_in_the_end(shape: raking.RakeShape) -> None:
     can = standing(0, 0.0, 0.55)
     tried: list[Attempt] = []
-    for _ in range(3):
-        plan = raking.choose([can], SHELF, shape, tried, tries=3)
+    for _ in range(4):
+        plan = raking.choose([can], SHELF, shape, tried, tries=4)
         assert plan is not None
-        assert (plan.kind, plan.yaw_rad) not in [(attempt.grasp, attempt.yaw_rad) for attempt in tried]
         tried.append(Attempt(0, can.middle, plan.yaw_rad, plan.kind))
-    assert raking.choose([can], SHELF, shape, tried, tries=3) is None
-    assert raking.choose([standing(0, 0.05, 0.55)], SHELF, shape, tried, tries=3) is not None
+    # A hand that pulls badly when it is turned tries the same a few times before.
+    assert len({(attempt.grasp, attempt.yaw_rad) for attempt in tried}) >= 2
+    assert raking.choose([can], SHELF, shape, tried, tries=4) is None
+    assert raking.choose([standing(0, 0.05, 0.55)], SHELF, shape, tried, tries=4) is not None
 
 
 @HANDS
