@@ -1,30 +1,15 @@
-"""The shelf example, as far as it can be tested without physics."""
+"""What is fetched from the shelf, and what is pushed in, as far as it can be tested without physics."""
 
 from __future__ import annotations
-
-import importlib
-import sys
-from pathlib import Path
-from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
 
 import palmares
-from palmares.motion import ObjectBounds
+from palmares import fetching, pushing
+from palmares.motion import Attempt, ObjectBounds
 
 SHELF = palmares.Region(name="shelf", min=(-0.2, 0.4, 0.7), max=(0.2, 0.8, 1.0))
-
-
-@pytest.fixture(scope="module")
-def shelf() -> ModuleType:
-    folder = str(Path(__file__).parent.parent / "src/palmares/examples")
-    sys.path.insert(0, folder)
-    try:
-        return importlib.import_module("shelf_softhand")
-    finally:
-        sys.path.remove(folder)
 
 
 def standing(index: int, x: float, y: float, size: tuple[float, float, float]) -> ObjectBounds:
@@ -36,8 +21,8 @@ def standing(index: int, x: float, y: float, size: tuple[float, float, float]) -
 CAN = (0.07, 0.07, 0.1)
 
 
-def test_a_lone_can_in_the_middle_has_room(shelf: ModuleType) -> None:
-    plan = shelf.choose([standing(0, 0.0, 0.5, CAN)], SHELF, [])
+def test_a_lone_can_in_the_middle_has_room() -> None:
+    plan = fetching.choose([standing(0, 0.0, 0.5, CAN)], SHELF, [])
     assert plan is not None
     assert plan.room_m == 0.0
     # Palm down, the fingers into the shelf.
@@ -45,25 +30,46 @@ def test_a_lone_can_in_the_middle_has_room(shelf: ModuleType) -> None:
     assert plan.rotation[1, 2] > 0.8
 
 
-def test_what_stands_in_front_is_taken_first(shelf: ModuleType) -> None:
+def test_what_stands_in_front_is_taken_first() -> None:
     tall_in_front = [standing(0, 0.0, 0.7, CAN), standing(1, 0.0, 0.47, (0.07, 0.07, 0.2))]
-    plan = shelf.choose(tall_in_front, SHELF, [])
+    plan = fetching.choose(tall_in_front, SHELF, [])
     assert plan is not None
     assert plan.target.index == 1
 
 
-def test_a_failure_changes_the_plan_and_some_give_up(shelf: ModuleType) -> None:
+def test_a_failure_changes_the_plan_and_some_give_up() -> None:
     alone = standing(0, 0.0, 0.5, CAN)
-    tried: list[Any] = []
-    for _ in range(shelf.TRIES):
-        plan = shelf.choose([alone], SHELF, tried)
+    tried: list[Attempt] = []
+    for _ in range(fetching.TRIES):
+        plan = fetching.choose([alone], SHELF, tried)
         assert plan is not None
         assert not tried or plan.grasp.name != tried[-1].grasp
-        tried.append(shelf.Attempt(0, alone.middle, plan.yaw_rad, plan.grasp.name))
-    assert shelf.choose([alone], SHELF, tried) is None
+        tried.append(Attempt(0, alone.middle, plan.yaw_rad, plan.grasp.name))
+    assert fetching.choose([alone], SHELF, tried) is None
     moved = standing(0, 0.05, 0.5, CAN)
-    assert shelf.choose([moved], SHELF, tried) is not None
+    assert fetching.choose([moved], SHELF, tried) is not None
 
 
-def test_what_is_out_of_the_shelf_is_left_alone(shelf: ModuleType) -> None:
-    assert shelf.choose([standing(0, 0.0, 0.3, CAN)], SHELF, []) is None
+def test_what_is_out_of_the_shelf_is_left_alone() -> None:
+    assert fetching.choose([standing(0, 0.0, 0.3, CAN)], SHELF, []) is None
+
+
+def test_what_stands_at_the_opening_is_pushed_in_once() -> None:
+    can = standing(0, 0.0, 0.45, CAN)
+    plan = pushing.choose([can], SHELF, [], frozenset())
+    assert plan is not None
+    assert can.middle[1] + plan.way_m == pytest.approx(SHELF.min[1] + pushing.IN_M)
+    assert plan.before[1] + pushing.REACH_M < can.low[1]
+    tried = [Attempt(0, can.middle, 0.0, "push")]
+    assert pushing.choose([can], SHELF, tried, frozenset()) is None
+    assert pushing.choose([standing(0, 0.0, 0.6, CAN)], SHELF, [], frozenset()) is None
+
+
+def test_nothing_that_rolls_is_pushed_and_nothing_into_the_rear_wall() -> None:
+    can, behind = standing(0, 0.0, 0.45, CAN), standing(1, 0.0, 0.53, CAN)
+    assert pushing.choose([can], SHELF, [], frozenset({0})) is None
+    assert pushing.choose([can, behind], SHELF, [], frozenset({1})) is None
+    assert pushing.choose([can, behind], SHELF, [], frozenset()) is not None
+    # There is a centimetre between the can, what is behind it and the rear wall.
+    long = standing(1, 0.0, 0.637, (0.07, 0.3, 0.1))
+    assert pushing.choose([can, long], SHELF, [], frozenset()) is None

@@ -13,7 +13,7 @@ from gymnasium import spaces
 
 import palmares
 from palmares.gym import PalmaresEnv
-from palmares.motion import largest_radius
+from palmares.motion import largest_radius, object_bounds
 from tests.real_server import RealServer, needs_server
 
 pytestmark = needs_server
@@ -118,3 +118,21 @@ def test_the_example_finds_the_balls_in_noise(url: str, monkeypatch: pytest.Monk
         # Some hide below others; what is found is there.
         assert len(balls) >= 6
         assert max(nearest) < 0.01
+
+
+def test_the_example_finds_what_stands_in_the_shelf(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(Path(__file__).parent.parent / "src/palmares/examples")
+    example = importlib.import_module("shelf_sensors")
+    with palmares.Client(url) as client:
+        # The truth is for the test: the picture comes with the errors of a real camera.
+        hand = example.Senses(client, client.reset("shelf", "softhand", noise="real", seed=2))
+        image = hand.look()
+        found = example.find_objects(image, client.scene.free, client.scene.region("shelf"))
+        true = object_bounds(client.scene, hand.obs)
+        # Some hide behind others.
+        assert len(found) >= 6
+        errors = [np.abs([box.low - true[box.index].low, box.high - true[box.index].high]) for box in found]
+        # What is seen of the fronts is right; of some a part is hidden.
+        assert np.median(errors) < 0.005
+        assert np.median([error[0, 1] for error in errors]) < 0.005
+        assert np.median([error[1, 1] for error in errors]) < 0.02

@@ -75,6 +75,15 @@ class RakeShape:
     """What it is used for: soft fingers only rake"""
     asides_m: tuple[float, ...] = (0.0, -0.02, 0.02, -0.04, 0.04)
     """How far beside its middle the object may be taken"""
+    yaw_cost: float = 0.02
+    """Cost of pulling obliquely, 1/rad: what tips over or rolls slips off sideways"""
+    depth_cost: float = 0.1
+    """Cost of standing farther in, 1/m: what stands before it should go first"""
+    front_cost: float = 0.0
+    """Cost of pulling through an object at the opening: without room to gain speed it falls into the gap"""
+    roll_cost: float = 0.0
+    """Cost of reaching down behind what rolls by less than `ROLL_SHARE` of its height, 1/m: soft fingers
+    above its middle press it down and slide over it"""
 
     def bounds(self, part: Array, yaw_rad: float) -> tuple[Array, Array]:
         """Return the least and largest coordinates (n, 3) of boxes (n, 8, 3) of a hand turned by `yaw_rad`.
@@ -121,6 +130,7 @@ def candidates(
     ways: Container[str],
     tries: int,
     moved_m: float,
+    only: Container[int] | None = None,
 ) -> Iterator[tuple[ObjectBounds, list[ObjectBounds], list[Attempt]]]:
     """Give each object in the shelf that may be tried, the others there, and what was tried where it stands.
 
@@ -131,13 +141,14 @@ def candidates(
         ways: Which attempts count, by their `grasp`.
         tries: An object that was tried so often where it stands is left there.
         moved_m: For an object that has moved farther than this, earlier attempts do not count.
+        only: Rows of the objects that may be taken; all if it is left out.
 
     """
     inside = [found for found in objects if shelf.contains(found.com)]
     for target in inside:
         tried = attempts_here(attempts, target.index, target.middle, moved_m)
         here = [attempt for attempt in tried if attempt.grasp in ways]
-        if len(here) < tries:
+        if len(here) < tries and (only is None or target.index in only):
             yield target, [other for other in inside if other is not target], here
 
 
@@ -150,6 +161,7 @@ def choose(
     rolls: Rolling = frozenset(),
     tries: int = 8,
     moved_m: float = 0.015,
+    only: Container[int] | None = None,
 ) -> RakePlan | None:
     """Return the best plan for what stands in the shelf; `None` if there is nothing that it can do.
 
@@ -161,10 +173,11 @@ def choose(
         rolls: Which objects roll: they are taken first, and nothing may touch them in passing.
         tries: An object that was tried so often where it stands is left there.
         moved_m: For an object that has moved farther than this, earlier attempts do not count.
+        only: Rows of the objects that may be taken; all if it is left out.
 
     """
     best: RakePlan | None = None
-    for target, others, here in candidates(objects, shelf, attempts, KINDS, tries, moved_m):
+    for target, others, here in candidates(objects, shelf, attempts, KINDS, tries, moved_m, only):
         for yaw_rad in shape.yaws_rad:
             for kind in shape.kinds:
                 plan = _best_place(kind, target, others, shelf, shape, yaw_rad, rolls, here)
@@ -230,8 +243,8 @@ def _best_place(
         score = (
             -BITE * max(0.0, 0.05 - bite)
             - abs(aside)
-            - 0.02 * abs(yaw_rad)
-            - 0.1 * (target.middle[1] - shelf.min[1])
+            - shape.yaw_cost * abs(yaw_rad)
+            - shape.depth_cost * (target.middle[1] - shelf.min[1])
         )
         clash = 0.0
         lane_low, lane_high = min(x + low[0], target.low[0]), max(x + high[0], target.high[0])
@@ -242,10 +255,13 @@ def _best_place(
             clash = max(clash, float(deep.max()))
             if kind == "rake" and other.middle[1] < y + low[1]:
                 score -= GLANCE[other.index in rolls] * _glances(lane_low, lane_high, other)
+                score -= shape.front_cost * _at_the_front(lane_low, lane_high, other, shelf)
         score -= 2.0 * clash
         score -= max(0.0, shelf.min[0] - (x + down_low[:, 0].min()), x + down_high[:, 0].max() - shelf.max[0])
         if target.index in rolls:
             score += ROLLS_FIRST
+            if kind == "rake":
+                score -= shape.roll_cost * max(0.0, ROLL_SHARE * float(target.size[2]) - bite)
         if kind == "drag":
             score -= DRAG_COST
         score -= sum(0.03 + 0.04 * (tried.yaw_rad == yaw_rad and tried.grasp == kind) for tried in here)
@@ -256,8 +272,12 @@ def _best_place(
 
 BITE = 0.3
 """Cost of reaching down behind an object by less than 5 cm, 1/m"""
+ROLL_SHARE = 0.55
+"""Fingers that reach down so far of its height are behind the middle of what rolls"""
 GLANCE = (0.03, 0.08)
 """Cost of touching an object in passing, one that stands and one that rolls"""
+FRONT_M = 0.07
+"""An object whose middle is this near to the opening stands at it"""
 ROLLS_FIRST = 0.04
 
 
@@ -265,6 +285,12 @@ def _glances(lane_low: float, lane_high: float, other: ObjectBounds) -> bool:
     """Whether what is pulled along a lane touches an object beside its middle: it then drops off slowly."""
     touches = other.high[0] > lane_low and other.low[0] < lane_high
     return bool(touches and not lane_low + 0.01 < other.middle[0] < lane_high - 0.01)
+
+
+def _at_the_front(lane_low: float, lane_high: float, other: ObjectBounds, shelf: Region) -> bool:
+    """Whether what is pulled along a lane pushes out an object that stands at the opening."""
+    touches = other.high[0] > lane_low and other.low[0] < lane_high
+    return bool(touches and other.middle[1] < shelf.min[1] + FRONT_M)
 
 
 def _overlap(low: Array, high: Array, other: ObjectBounds) -> Array:
