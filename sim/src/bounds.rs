@@ -10,6 +10,9 @@ use serde::{Deserialize, Serialize};
 /// 20 million, which is 10 ms on the clock: what is legal stays well within.
 pub const STEP_WORK: u64 = 100_000_000;
 
+/// Into how many substeps the step of an undamped hand is divided at most.
+pub(crate) const MOST_SUBSTEPS: u32 = 1024;
+
 /// Nothing may be farther from the origin, m, nor a joint coordinate larger, m or rad: at this distance contacts are
 /// still exact to a nanometre.
 pub const FARTHEST: f64 = 1e6;

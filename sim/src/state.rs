@@ -1,10 +1,9 @@
 //! All that changes while a world moves. Cloning it is a snapshot; a world given a clone goes on bit for bit.
 
-use crate::bounds::{FARTHEST, FASTEST, Fault};
+use crate::bounds::{FARTHEST, FASTEST, Fault, MOST_SUBSTEPS};
 use crate::contact::anchor::Pair;
 use crate::digest::Digest;
 use crate::model::Model;
-use crate::step::MOST_PARTS;
 use palmares_models::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -200,7 +199,7 @@ impl State {
         let is_motor =
             |motor: &MotorState| [motor.command, motor.position, motor.velocity].iter().all(is_memory);
         *step < MOST_STEPS
-            && *substeps <= MOST_PARTS
+            && *substeps <= MOST_SUBSTEPS
             && (q.len(), v.len()) == (joints, model.velocity_len())
             && (before == whole || (before == (0, 0) && !earlier.smooth))
             && (objects.len(), sleep.len()) == (objects_of_model, objects_of_model)

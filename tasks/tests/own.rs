@@ -117,7 +117,7 @@ fn what_is_wrong_is_told_with_file_field_and_what_would_be_valid() {
         (with_files().replace("meshes/post.stl", "meshes/pots.stl"), "meshes/pots.stl"),
         (
             with_files().replace("meshes/post.stl", "../post.stl"),
-            "names mesh '../post.stl'; valid: an .stl file in or under",
+            "names mesh '../post.stl'; valid: an .stl file in the folder of the file that names it, or under it",
         ),
         (with_files().replace(", scale = [0.001, 0.001, 0.001]", ""), "a mesh in millimetres needs scale"),
         (with_files().replace("\"cube.urdf\"", "\"../cube.urdf\""), "lies outside the folder"),

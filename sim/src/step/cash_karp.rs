@@ -9,7 +9,7 @@ use super::torque_free::{rate, turned};
 use super::work::Work;
 use crate::actuation::base;
 use crate::actuation::motor::wound;
-use crate::bounds::{STEP_WORK, hand_work};
+use crate::bounds::{MOST_SUBSTEPS, STEP_WORK, hand_work};
 use crate::dynamics::forward::accelerations;
 use crate::dynamics::hand::HandDynamics;
 use crate::model::Model;
@@ -68,10 +68,7 @@ const AMPLE: f64 = 1.0 / 64.0;
 /// A bolted base that is not farther from its set point than this, m or rad, and not faster, is there.
 const STANDS: f64 = 1e-12;
 
-/// What needs more substeps, ...
-pub(crate) const MOST_PARTS: u32 = 1024;
-
-/// ... or more computing, is stiff, and a case for implicit Euler.
+/// What needs more than [`MOST_SUBSTEPS`], or more computing than this, is stiff, and a case for implicit Euler.
 const MOST_WORK: u64 = STEP_WORK / 10;
 
 /// Memory of the method.
@@ -190,7 +187,7 @@ fn substeps(model: &Model, hand: &Hand, state: &mut State, work: &mut Work, stag
         let difference = stages.difference(differences, part, bolted);
         if difference > 1.0 {
             (parts, done, known) = (2 * parts, 2 * done, true);
-            if parts > MOST_PARTS {
+            if parts > MOST_SUBSTEPS {
                 return false;
             }
             continue;

@@ -27,7 +27,6 @@ mod torque_free;
 mod work;
 mod workspace;
 
-pub(crate) use cash_karp::MOST_PARTS;
 pub(crate) use forces::StepForces;
 pub(crate) use scratch::Scratch;
 pub use workspace::Workspace;

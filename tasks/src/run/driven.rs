@@ -1,6 +1,5 @@
 //! What drives the hand of a run between two actions.
 
-use super::Run;
 use palmares_models::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -33,10 +32,9 @@ pub(super) struct Pushing {
 }
 
 impl Pushing {
-    /// Whether it is as strong as a push may be, and goes on.
-    pub(super) fn is_allowed(&self) -> bool {
+    /// Whether it is no stronger than a force, N, and a torque, N·m, and goes on.
+    pub(super) fn is_within(&self, (force, torque): (f64, f64)) -> bool {
         let within = |v: Vec3, most: f64| v.is_finite() && v.length() <= most;
-        let (force, torque) = Run::PUSH_LIMITS;
         within(self.force, force) && within(self.torque, torque) && self.ticks_left > 0
     }
 }

@@ -2,11 +2,15 @@
 
 use super::Run;
 use super::cameras::Plates;
+use super::driven::Pushing;
 use super::origin::Origin;
-use super::snapshot::{Applied, Snapshot, SnapshotError, events, noted};
+use super::snapshot::{Applied, Noted, Snapshot, SnapshotError, events, noted};
 use crate::action::Action;
 use palmares_sim::World;
 use std::sync::{Arc, OnceLock};
+
+/// No run has made as many ticks.
+const MOST_TICKS: u64 = 1 << 40;
 
 impl Run {
     /// Takes a snapshot. Not between [`Run::prepare`] and the step that it prepares.
@@ -39,7 +43,7 @@ impl Run {
         {
             return Err(SnapshotError::Other { what });
         }
-        if let Some(what) = from.unfit(self) {
+        if let Some(what) = self.unfit(from) {
             return Err(SnapshotError::Unfit { what });
         }
         self.world.resume(&from.world);
@@ -86,6 +90,28 @@ impl Run {
             work: self.work.clone(),
             prepared: None,
         }
+    }
+
+    /// Which part of a snapshot that names this run cannot be this run's, if one cannot.
+    fn unfit(&self, from: &Snapshot) -> Option<&'static str> {
+        let (objects, links) = (self.world.model().objects().len(), self.hand.links.len());
+        let motors = self.hand.motors.len();
+        let known = |notes: &[Noted]| notes.iter().all(|note| note.object.is_none_or(|k| k < objects));
+        let pushed = |push: &Pushing| push.link < links && push.is_within(Run::PUSH_LIMITS);
+        let parts = [
+            ("world", from.world.fits(self.world.model())),
+            ("sensors", self.senses.fits(&from.senses)),
+            ("referee", self.referee.fits(&from.referee)),
+            ("camera pictures", from.lately.fits(self.body_names.len())),
+            ("tick", from.tick < MOST_TICKS),
+            ("target", from.target.is_finite()),
+            ("shake", from.shaken_at.is_none_or(|pose| pose.is_finite())),
+            ("action", from.applied.hand.as_ref().is_none_or(|hand| hand.len() == motors)),
+            ("pushes", from.pushing.len() <= Run::PUSHES && from.pushing.iter().all(pushed)),
+            ("events", known(&from.news) && known(&from.history)),
+            ("motor work", from.work.len() == motors),
+        ];
+        parts.into_iter().find(|(_, fits)| !fits).map(|(what, _)| what)
     }
 
     fn origin(&self) -> &Arc<Origin> {

@@ -1,6 +1,5 @@
 //! All that changes of a run, kept in memory or as bytes.
 
-use super::Run;
 use super::cameras::Lately;
 use super::driven::{Pushing, Target};
 use super::origin::Origin;
@@ -20,8 +19,6 @@ use std::sync::Arc;
 const MAGIC: &str = concat!("palmares snapshot ", env!("CARGO_PKG_VERSION"), "\n");
 /// Bytes of the SHA-256 that comes next.
 const DIGEST: usize = 32;
-/// No run has made as many ticks.
-const MOST_TICKS: u64 = 1 << 40;
 /// Longer than any, unpacked.
 const LONGEST: u64 = 64 << 20;
 
@@ -70,7 +67,7 @@ pub enum SnapshotError {
 #[derive(Clone, Serialize, Deserialize)]
 pub(super) struct Applied {
     base: Option<AppliedBase>,
-    hand: Option<Vec<f64>>,
+    pub(super) hand: Option<Vec<f64>>,
 }
 
 /// A [`BaseTarget`] as it is kept.
@@ -85,7 +82,7 @@ pub(super) enum AppliedBase {
 pub(super) struct Noted {
     tick: u64,
     kind: String,
-    object: Option<usize>,
+    pub(super) object: Option<usize>,
 }
 
 impl From<&Action> for Applied {
@@ -126,29 +123,6 @@ impl Snapshot {
     /// The tick after which it was taken.
     pub fn tick(&self) -> u64 {
         self.tick
-    }
-
-    /// Which part of it cannot be a run's with this world, these sensors, this referee and this many motors, if one cannot.
-    pub(super) fn unfit(&self, run: &Run) -> Option<&'static str> {
-        let objects = run.world.model().objects().len();
-        let links = run.hand.links.len();
-        let motors = run.hand.motors.len();
-        let known = |notes: &[Noted]| notes.iter().all(|note| note.object.is_none_or(|k| k < objects));
-        let pushed = |push: &Pushing| push.link < links && push.is_allowed();
-        let parts = [
-            ("world", self.world.fits(run.world.model())),
-            ("sensors", run.senses.fits(&self.senses)),
-            ("referee", run.referee.fits(&self.referee)),
-            ("camera pictures", self.lately.fits(run.body_names.len())),
-            ("tick", self.tick < MOST_TICKS),
-            ("target", self.target.is_finite()),
-            ("shake", self.shaken_at.is_none_or(|pose| pose.is_finite())),
-            ("action", self.applied.hand.as_ref().is_none_or(|hand| hand.len() == motors)),
-            ("pushes", self.pushing.len() <= Run::PUSHES && self.pushing.iter().all(pushed)),
-            ("events", known(&self.news) && known(&self.history)),
-            ("motor work", self.work.len() == motors),
-        ];
-        parts.into_iter().find(|(_, fits)| !fits).map(|(what, _)| what)
     }
 
     /// As bytes, for this version of the program on any machine: [`Snapshot::from_bytes`] reads them.

@@ -1,7 +1,6 @@
 //! Goals for objects, one after the other, as data.
 
 use super::placing::plain_name;
-use super::rules::MOST_POINTS;
 use serde::Deserialize;
 
 /// Goals that are reached one after the other. A goal that has been reached stays so.
@@ -61,6 +60,9 @@ pub struct Within {
     /// Highest corner, m.
     pub max: [f64; 3],
 }
+
+/// The most points that one thing is worth, or costs: a score stays a number that everybody can write.
+pub(super) const MOST_POINTS: f64 = 1e6;
 
 /// Most goals of a task.
 const MOST_GOALS: usize = 64;

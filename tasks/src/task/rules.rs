@@ -1,10 +1,7 @@
 //! What counts.
 
-use super::arrange::Arrange;
+use super::arrange::{Arrange, MOST_POINTS};
 use serde::Deserialize;
-
-/// The most points that one thing is worth, or costs: a score stays a number that everybody can write.
-pub(super) const MOST_POINTS: f64 = 1e6;
 
 /// The rules of a task, by `kind`.
 #[derive(Clone, Debug, Deserialize)]
