@@ -35,8 +35,6 @@ MAX_MESSAGE_BYTES = 64 * 1024 * 1024
 CAN_BUSY_POLL = hasattr(os, "sched_yield") and hasattr(select, "poll") and (os.cpu_count() or 1) > 1
 # Longest busy poll for one reply.
 BUSY_POLL_S = 1e-3
-# A `sched_yield` that takes longer has given the core to another program, which a poll would only hold up.
-LONGEST_YIELD_S = 3e-5
 
 
 class Closed(Exception):  # noqa: N818
@@ -175,8 +173,7 @@ class Transport:
         """Read bytes, with a busy poll if the last read was quick.
 
         Blocking costs a thread switch, which takes about as long as the physics of a tick, longest on an idle
-        machine. `sched_yield` leaves the core to the server or any other program that needs it. Where one
-        does, the poll ends: a core that is polled on looks busy to whoever looks for a free one.
+        machine. `sched_yield` leaves the core to the server or any other program that needs it.
         """
         if self._closed is not None:
             raise self._closed
@@ -187,11 +184,9 @@ class Transport:
         began_s = time.monotonic()
         try:
             if self._quick and (poll := self._poll) is not None:
-                now_s = began_s
                 while not poll(0):
                     os.sched_yield()
-                    before_s, now_s = now_s, time.monotonic()
-                    if now_s - began_s > BUSY_POLL_S or now_s - before_s > LONGEST_YIELD_S:
+                    if time.monotonic() - began_s > BUSY_POLL_S:
                         break
             data = self._socket.recv(READ_BYTES)
         except (TimeoutError, BlockingIOError):
