@@ -25,11 +25,9 @@ impl Snapshot {
     }
 
     /// Whether it can be of a world of this model: every list is as long as the model's, every index is within them, and
-    /// every number within its bounds. What was read from bytes may be anything.
+    /// every number within its bounds, but in a world with a fault, which stands still. What was read from bytes may be anything.
     pub fn fits(&self, model: &Model) -> bool {
-        self.state.fits(model)
-            && self.forces.fits(model)
-            && (self.fault.is_some() || self.state.fault().is_none())
+        self.state.fits(model) && self.forces.fits(model) && (self.fault.is_some() || self.state.is_bounded())
     }
 }
 

@@ -171,48 +171,39 @@ impl State {
         self.pairs.clone_from(pairs);
     }
 
-    /// Whether it has what a state of this model has: lists of the same length, pairs of shapes that there are, and memory
-    /// within bounds. What is looked at by [`State::fault`] is not looked at again.
+    /// Whether it has what a state of this model has: lists of the same length, and pairs of shapes that there are.
     pub(crate) fn fits(&self, model: &Model) -> bool {
-        let State {
-            step,
-            base: _,
-            q,
-            v,
-            objects,
-            reference,
-            motors,
-            tension,
-            sleep,
-            earlier,
-            substeps,
-            pairs,
-        } = self;
         let hand = model.hand();
         let joints = hand.map_or(0, |hand| hand.coordinates.len());
         let whole = (joints, model.hand_dofs());
-        let before = (earlier.q.len(), earlier.v.len());
-        let objects_of_model = model.objects().len();
+        let before = (self.earlier.q.len(), self.earlier.v.len());
+        let objects = model.objects().len();
         let shapes = model.colliders().len() as u32;
-        let is_memory = |x: &f64| x.abs() <= FARTHEST;
-        let is_pose = |pose: &Pose| pose.is_finite() && pose.translation.to_array().iter().all(is_memory);
-        let is_motor =
-            |motor: &MotorState| [motor.command, motor.position, motor.velocity].iter().all(is_memory);
-        *step < MOST_STEPS
-            && *substeps <= MOST_SUBSTEPS
-            && (q.len(), v.len()) == (joints, model.velocity_len())
-            && (before == whole || (before == (0, 0) && !earlier.smooth))
-            && (objects.len(), sleep.len()) == (objects_of_model, objects_of_model)
-            && motors.len() == hand.map_or(0, |hand| hand.motors.len())
-            && tension.len() == hand.map_or(0, |hand| hand.tendons.len())
-            && pairs.iter().all(|pair| pair.key.0 < pair.key.1 && pair.key.1 < shapes)
-            && pairs.iter().all(Pair::is_bounded)
-            && is_pose(&reference.pose)
-            && reference.linear.to_array().iter().chain(&reference.angular.to_array()).all(is_memory)
-            && motors.iter().all(is_motor)
-            && is_pose(&earlier.base)
-            && earlier.q.iter().chain(&earlier.v).all(is_memory)
-            && pairs.windows(2).all(|two| two[0].key < two[1].key)
+        self.step < MOST_STEPS
+            && self.substeps <= MOST_SUBSTEPS
+            && (self.q.len(), self.v.len()) == (joints, model.velocity_len())
+            && (before == whole || (before == (0, 0) && !self.earlier.smooth))
+            && (self.objects.len(), self.sleep.len()) == (objects, objects)
+            && self.motors.len() == hand.map_or(0, |hand| hand.motors.len())
+            && self.tension.len() == hand.map_or(0, |hand| hand.tendons.len())
+            && self.pairs.iter().all(|pair| pair.key.0 < pair.key.1 && pair.key.1 < shapes)
+            && self.pairs.windows(2).all(|two| two[0].key < two[1].key)
+    }
+
+    /// Whether every number that the next step begins with is within its bounds: what [`State::fault`] looks at, and what
+    /// contacts, motors, base and the step before have left.
+    pub(crate) fn is_bounded(&self) -> bool {
+        let near = |x: &f64| x.abs() <= FARTHEST;
+        let is_pose = |pose: &Pose| pose.is_finite() && pose.translation.to_array().iter().all(near);
+        let is_motor = |motor: &MotorState| [motor.command, motor.position, motor.velocity].iter().all(near);
+        let BaseReference { pose, linear, angular } = &self.reference;
+        self.fault().is_none()
+            && self.pairs.iter().all(Pair::is_bounded)
+            && is_pose(pose)
+            && linear.to_array().iter().chain(&angular.to_array()).all(near)
+            && self.motors.iter().all(is_motor)
+            && is_pose(&self.earlier.base)
+            && self.earlier.q.iter().chain(&self.earlier.v).all(near)
     }
 
     /// s since the beginning.

@@ -72,6 +72,19 @@ fn nudge(x: &mut f64) {
     *x = f64::from_bits(x.to_bits() ^ 1);
 }
 
+#[test]
+fn a_world_that_failed_comes_back_from_its_snapshot_as_it_is() {
+    let (mut world, command) = scene();
+    let state = world.state_mut();
+    (state.v[0], state.motors[0].velocity) = (f64::NAN, f64::NAN);
+    world.step(&command);
+    assert!(world.fault().is_some());
+    let snapshot = world.snapshot();
+    assert!(snapshot.fits(world.model()), "a fault is no forgery");
+    world.resume(&snapshot);
+    assert!(world.fault().is_some());
+}
+
 /// Every number that steps go by; the patterns in `State::hash` are complete, so that a new field must be thought of.
 #[test]
 fn every_field_counts_in_the_digest() {

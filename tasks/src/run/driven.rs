@@ -34,7 +34,11 @@ pub(super) struct Pushing {
 impl Pushing {
     /// Whether it is no stronger than a force, N, and a torque, N·m, and goes on.
     pub(super) fn is_within(&self, (force, torque): (f64, f64)) -> bool {
-        let within = |v: Vec3, most: f64| v.is_finite() && v.length() <= most;
         within(self.force, force) && within(self.torque, torque) && self.ticks_left > 0
     }
+}
+
+/// Whether a vector is finite and no longer than that.
+pub(super) fn within(v: Vec3, most: f64) -> bool {
+    v.is_finite() && v.length() <= most
 }

@@ -1,7 +1,7 @@
 //! Wrenches on links of the hand from outside, for a while: the virtual contacts of Rocchi & Hauser 2016.
 
 use super::Run;
-use super::driven::Pushing;
+use super::driven::{Pushing, within};
 use super::push_error::{MOST_PUSHES, PushError};
 use crate::observation::Wrench;
 use palmares_models::Vec3;
@@ -33,7 +33,6 @@ impl Run {
             });
         };
         let (force, torque) = (Vec3::from_array(wrench.force), Vec3::from_array(wrench.torque));
-        let within = |v: Vec3, most: f64| v.is_finite() && v.length() <= most;
         let bad = |field, expected| Err(PushError::BadNumber { field, expected });
         if !within(force, Self::PUSH_LIMITS.0) {
             return bad("wrench.force", "finite numbers, at most 200 N together");

@@ -82,8 +82,7 @@ pub struct HoldPoints {
 pub(super) fn place_of_error(text: &str) -> Option<toml::de::Error> {
     #[derive(Deserialize)]
     struct File<R> {
-        #[serde(rename = "rules")]
-        _rules: R,
+        rules: R,
     }
     #[derive(Deserialize)]
     struct Kind {
@@ -92,7 +91,7 @@ pub(super) fn place_of_error(text: &str) -> Option<toml::de::Error> {
     fn error<R: serde::de::DeserializeOwned>(text: &str) -> Option<toml::de::Error> {
         toml::from_str::<File<R>>(text).err()
     }
-    let kind = toml::from_str::<File<Kind>>(text).ok()?._rules.kind;
+    let kind = toml::from_str::<File<Kind>>(text).ok()?.rules.kind;
     let line = text[..kind.span().start].rfind('\n').map_or(0, |end| end + 1)..kind.span().end;
     if !text[line.clone()].trim_start().starts_with("kind") {
         return None;
