@@ -7,10 +7,9 @@
 //! - Direct read (`stream.rs`): while it looks, it asks the system itself and is not registered for waking. It saves 6 % in
 //!   balls and 17 % in shelf.
 //! - Doze (`stream.rs`): where staying awake does not pay but the request comes within a millisecond, the session's thread
-//!   sleeps on the socket itself, and not until another thread has been woken to wake it. A controller that thinks for 400 to
-//!   700 µs between its calls waits 154 µs for each instead of 228. With it, and with the yield between two ticks in
-//!   `world/run.rs`, two environments of gymnasium's `AsyncVectorEnv`, ten ticks a step, make 1.0 to 1.2 times the steps of one
-//!   in a plain loop; without, 0.9 to 1.0 times.
+//!   sleeps on the socket itself, and not until another thread has been woken to wake it. With it, and with the yield between
+//!   two ticks in `world/run.rs`, two environments of gymnasium's `AsyncVectorEnv`, ten ticks a step, make 1.0 to 1.2 times the
+//!   steps of one in a plain loop; without, 0.96 to 1.03 times.
 //!
 //! The rest of the program knows a [`Listener`](listener::Listener), a [`Link`](listener::Link) for each connection, and a
 //! [`BusyPoll`](busy_poll::BusyPoll). Without all of it: in `app/serve.rs`, hand the TCP listener itself to `serve`, or
