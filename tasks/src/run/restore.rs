@@ -16,6 +16,7 @@ impl Run {
     /// Takes a snapshot. Not between [`Run::prepare`] and the step that it prepares.
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
+            taken_here: true,
             origin: Arc::clone(self.origin()),
             world: self.world.snapshot(),
             senses: self.senses.memory(),
@@ -43,7 +44,9 @@ impl Run {
         {
             return Err(SnapshotError::Other { what });
         }
-        if let Some(what) = self.unfit(from) {
+        if !from.taken_here
+            && let Some(what) = self.unfit(from)
+        {
             return Err(SnapshotError::Unfit { what });
         }
         self.world.resume(&from.world);

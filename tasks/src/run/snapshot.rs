@@ -25,6 +25,9 @@ const LONGEST: u64 = 64 << 20;
 /// A run after a tick. What does not change in a run, its scene and the hand, is not part of it.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Snapshot {
+    /// Whether a run took it, here: what was read from bytes may be anything.
+    #[serde(skip)]
+    pub(super) taken_here: bool,
     pub(super) origin: Arc<Origin>,
     pub(super) world: palmares_sim::Snapshot,
     pub(super) senses: palmares_senses::Memory,
