@@ -143,9 +143,9 @@ class World:
     def snapshot(self) -> _native.Snapshot:
         """Keep the world as it is after this tick.
 
-        Microseconds, and some tens of kilobytes. ``bytes(snapshot)`` is for another process or machine with
-        the same version of this package; `palmares.sim.Snapshot` reads it, and notices damage, but not
-        forgery: take them only from whom you trust.
+        Microseconds. ``bytes(snapshot)``, some kilobytes, is for another process or machine with the same
+        version of this package; `palmares.sim.Snapshot` reads it, and notices damage, but not forgery: take
+        them only from whom you trust.
         """
         return self._native.snapshot()
 
