@@ -206,3 +206,33 @@ fn the_guide_shows_a_task_that_is_usable() {
         assert!(out.lines().any(|printed| printed == line), "not printed: {line}\nbut:\n{out}");
     }
 }
+
+/// Every task that comes with the program can be begun with: its copy is a task of one's own that is usable.
+#[test]
+fn a_copy_of_each_task_is_a_task_of_ones_own() {
+    let into = TempDir::new().expect("temporary directory");
+    for task in ["balls", "shelf", "grasp", "pan", "peg"] {
+        let own = into.path().join(format!("my-{task}"));
+        let (code, printed) = palmares(&["task", "copy", task, text(&own)]);
+        assert_eq!(code, 0, "{printed}");
+        let (code, printed) = palmares(&["task", "check", text(&own), "--seeds", "1"]);
+        assert!(code == 0 && printed.contains(&format!("my-{task}")), "{printed}");
+        let (code, printed) = palmares(&["task", "copy", task, text(&own)]);
+        assert!(code != 0 && printed.contains("task.toml"), "never over one that is there: {printed}");
+    }
+}
+
+#[test]
+fn a_copy_needs_a_task_of_the_program_and_a_name_of_its_own() {
+    let into = TempDir::new().expect("temporary directory");
+    let own = into.path().join("mine");
+    for (arguments, told) in [
+        (["task", "copy", "bals", text(&own)].as_slice(), "balls, shelf, grasp, pan, peg"),
+        (&["task", "copy", "balls", text(&own), "--name", "pan"], "`pan` comes with the program"),
+        (&["task", "copy", "balls", text(&own), "--name", "a\"b"], "name"),
+    ] {
+        let (code, printed) = palmares(arguments);
+        assert!(code != 0 && printed.contains(told), "{printed}");
+        assert!(!own.exists(), "nothing is written");
+    }
+}

@@ -1,6 +1,7 @@
 //! `palmares task`: look at a task of one's own before anybody else does.
 
 mod check;
+mod copy;
 mod describe;
 mod load;
 mod play;
@@ -22,6 +23,11 @@ Examples:
   palmares task show pan                          what it consists of, as text
   palmares task show my-task/ --seed 3 --out scene.png --camera top";
 
+const COPY_HELP: &str = "\
+Examples:
+  palmares task copy balls my-balls/              writes my-balls/task.toml, with its comments; change it, then
+  palmares task check my-balls/";
+
 const PLAY_HELP: &str = "\
 Examples:
   palmares task play my-task/                     the hand reaches out, closes, lifts and sweeps
@@ -38,6 +44,9 @@ pub(crate) enum TaskCommand {
     /// Print what a task consists of and a seed's scene; with --out, a picture by one of its cameras
     #[command(after_help = SHOW_HELP)]
     Show(show::ShowArgs),
+    /// Write the file of a task that comes with the program, to make one of your own of it
+    #[command(after_help = COPY_HELP)]
+    Copy(copy::CopyArgs),
     /// Play a task by a script that knows nothing of it, and tell what the referee noted
     #[command(after_help = PLAY_HELP)]
     Play(play::PlayArgs),
@@ -52,6 +61,7 @@ impl TaskCommand {
         match self {
             TaskCommand::Check(args) => check::check(args),
             TaskCommand::Show(args) => show::show(args),
+            TaskCommand::Copy(args) => copy::copy(args),
             TaskCommand::Play(args) => play::play(args),
         }
     }

@@ -113,6 +113,15 @@ impl TaskError {
     }
 }
 
+/// Name and `task.toml` of every task that comes with the program.
+const BUILTIN: [(&str, &str); 5] = [
+    ("balls", include_str!("../../balls/task.toml")),
+    ("shelf", include_str!("../../shelf/task.toml")),
+    ("grasp", include_str!("../../grasp/task.toml")),
+    ("pan", include_str!("../../pan/task.toml")),
+    ("peg", include_str!("../../peg/task.toml")),
+];
+
 impl Task {
     /// Reads a task of one's own: a folder with a `task.toml` and the meshes and URDFs that it names, or that file.
     ///
@@ -286,16 +295,16 @@ impl Task {
 
     /// The tasks that come with the program.
     pub fn builtin() -> Vec<Arc<Task>> {
-        let parse = |file: &str, text: &str| {
-            Arc::new(Task::parse(file, text).expect("tasks that come with the program are valid"))
+        let parse = |(name, text): &(&str, &str)| {
+            let file = format!("{name}/task.toml");
+            Arc::new(Task::parse(&file, text).expect("tasks that come with the program are valid"))
         };
-        vec![
-            parse("balls/task.toml", include_str!("../../balls/task.toml")),
-            parse("shelf/task.toml", include_str!("../../shelf/task.toml")),
-            parse("grasp/task.toml", include_str!("../../grasp/task.toml")),
-            parse("pan/task.toml", include_str!("../../pan/task.toml")),
-            parse("peg/task.toml", include_str!("../../peg/task.toml")),
-        ]
+        BUILTIN.iter().map(parse).collect()
+    }
+
+    /// The `task.toml` of the task of this name that comes with the program.
+    pub fn builtin_toml(name: &str) -> Option<&'static str> {
+        BUILTIN.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
     }
 
     /// SHA-256 of everything the file says, without comments, layout and `[training]`, 64 hexadecimal digits.

@@ -1,0 +1,45 @@
+//! `palmares task copy`.
+
+use anyhow::{Context, bail};
+use clap::Args;
+use palmares_tasks::Task;
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Which task, and where to.
+#[derive(Debug, Args)]
+pub(crate) struct CopyArgs {
+    /// The name of a task that comes with the program
+    task: String,
+    /// The new task's folder; it is made if it is not there
+    folder: PathBuf,
+    /// The new task's name; left out, the folder's
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+}
+
+/// Writes the task's file under another name; never over one that is there.
+pub(super) fn copy(args: &CopyArgs) -> anyhow::Result<ExitCode> {
+    let Some(toml) = Task::builtin_toml(&args.task) else {
+        let known: Vec<String> = Task::builtin().iter().map(|task| task.name.clone()).collect();
+        bail!("no task `{}` comes with the program: {}", args.task, known.join(", "));
+    };
+    let name = match (&args.name, args.folder.file_name().and_then(|name| name.to_str())) {
+        (Some(name), _) => name,
+        (None, Some(name)) => name,
+        (None, None) => bail!("{}: what is the task called? --name NAME", args.folder.display()),
+    };
+    if Task::builtin_toml(name).is_some() {
+        bail!("a task called `{name}` comes with the program; give the new one another --name");
+    }
+    let file = args.folder.join("task.toml");
+    let own = toml.replacen(&format!("name = \"{}\"", args.task), &format!("name = {name:?}"), 1);
+    Task::parse(&file.display().to_string(), &own)?;
+    let failed = || format!("cannot write {}", file.display());
+    fs::create_dir_all(&args.folder).with_context(failed)?;
+    File::create_new(&file).and_then(|mut to| to.write_all(own.as_bytes())).with_context(failed)?;
+    writeln!(std::io::stdout(), "wrote {}: task `{name}`, so far as `{}`", file.display(), args.task)?;
+    Ok(ExitCode::SUCCESS)
+}
