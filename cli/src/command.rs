@@ -85,7 +85,7 @@ enum Command {
     /// A hand is a URDF, meshes and a hand.toml that says what its tendons do. The guide: docs/hands.md.
     #[command(subcommand)]
     Hand(HandCommand),
-    /// Check, show or play a task, one of your own or one that comes with the program
+    /// Copy, check, show or play a task, one of your own or one that comes with the program
     ///
     /// A task is a folder with a task.toml: scene, objects, regions, rules, cameras. The guide: docs/tasks.md.
     #[command(subcommand)]

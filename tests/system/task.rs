@@ -217,8 +217,11 @@ fn a_copy_of_each_task_is_a_task_of_ones_own() {
         assert_eq!(code, 0, "{printed}");
         let (code, printed) = palmares(&["task", "check", text(&own), "--seeds", "1"]);
         assert!(code == 0 && printed.contains(&format!("my-{task}")), "{printed}");
+        let file = own.join("task.toml");
+        std::fs::write(&file, "changed since").expect("written");
         let (code, printed) = palmares(&["task", "copy", task, text(&own)]);
-        assert!(code != 0 && printed.contains("task.toml"), "never over one that is there: {printed}");
+        assert!(code != 0 && printed.contains("is there already"), "{printed}");
+        assert_eq!(std::fs::read_to_string(&file).expect("read"), "changed since");
     }
 }
 
@@ -229,7 +232,7 @@ fn a_copy_needs_a_task_of_the_program_and_a_name_of_its_own() {
     for (arguments, told) in [
         (["task", "copy", "bals", text(&own)].as_slice(), "balls, shelf, grasp, pan, peg"),
         (&["task", "copy", "balls", text(&own), "--name", "pan"], "`pan` comes with the program"),
-        (&["task", "copy", "balls", text(&own), "--name", "a\"b"], "name"),
+        (&["task", "copy", "balls", text(&own), "--name", "a\"b"], "valid: 1 to 64 letters"),
     ] {
         let (code, printed) = palmares(arguments);
         assert!(code != 0 && printed.contains(told), "{printed}");

@@ -4,7 +4,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use palmares_tasks::Task;
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -34,12 +34,18 @@ pub(super) fn copy(args: &CopyArgs) -> anyhow::Result<ExitCode> {
     if Task::builtin_toml(name).is_some() {
         bail!("a task called `{name}` comes with the program; give the new one another --name");
     }
-    let file = args.folder.join("task.toml");
+    let file = args.folder.join(Task::FILE);
     let own = toml.replacen(&format!("name = \"{}\"", args.task), &format!("name = {name:?}"), 1);
     Task::parse(&file.display().to_string(), &own)?;
     let failed = || format!("cannot write {}", file.display());
     fs::create_dir_all(&args.folder).with_context(failed)?;
-    File::create_new(&file).and_then(|mut to| to.write_all(own.as_bytes())).with_context(failed)?;
-    writeln!(std::io::stdout(), "wrote {}: task `{name}`, so far as `{}`", file.display(), args.task)?;
+    let mut to = match File::create_new(&file) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => {
+            bail!("{} is there already; nothing was written", file.display())
+        }
+        opened => opened.with_context(failed)?,
+    };
+    to.write_all(own.as_bytes()).with_context(failed)?;
+    writeln!(std::io::stdout(), "wrote {}: task `{name}`, a copy of `{}`", file.display(), args.task)?;
     Ok(ExitCode::SUCCESS)
 }
