@@ -6,6 +6,7 @@
 
 use crate::action::ActionFields;
 use crate::code::{Code, Refusal};
+use crate::encoding::Encoding;
 use crate::request::{Act, Request, Reset, Step, one};
 use crate::text::shortened;
 use palmares_tasks::Action;
@@ -48,8 +49,31 @@ struct ActFields {
     cameras: Vec<String>,
 }
 
+impl Encoding {
+    /// What came in a text frame.
+    pub fn read_text(self, text: &str) -> Parsed {
+        match self {
+            Encoding::Json => parse_json(text),
+            Encoding::MsgPack => self.has_only("binary"),
+        }
+    }
+
+    /// What came in a binary frame.
+    pub fn read_binary(self, bytes: &[u8]) -> Parsed {
+        match self {
+            Encoding::Json => self.has_only("text"),
+            Encoding::MsgPack => parse_msgpack(bytes),
+        }
+    }
+
+    fn has_only(self, kind: &str) -> Parsed {
+        let message = format!("{} has {kind} frames only", self.subprotocol());
+        Parsed { id: None, request: Err(Refusal::new(Code::BadJson, message)) }
+    }
+}
+
 /// Reads a request in JSON.
-pub fn parse_json(text: &str) -> Parsed {
+fn parse_json(text: &str) -> Parsed {
     if let Some((id, request)) = json(text) {
         return Parsed { id: Some(id), request: Ok(request) };
     }
@@ -60,7 +84,7 @@ pub fn parse_json(text: &str) -> Parsed {
 }
 
 /// Reads a request in MessagePack.
-pub fn parse_msgpack(bytes: &[u8]) -> Parsed {
+fn parse_msgpack(bytes: &[u8]) -> Parsed {
     if let Some((id, request)) = msgpack(bytes) {
         return Parsed { id: Some(id), request: Ok(request) };
     }

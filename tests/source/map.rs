@@ -33,6 +33,30 @@ fn every_file_that_the_architecture_names_is_there() {
     assert!(named > 40, "only {named} files are named");
 }
 
+/// An action's way is short: 12 files from the socket to a motor, 8 back.
+#[test]
+fn an_action_passes_few_files() {
+    let map = include_str!("../../ARCHITECTURE.md");
+    let between = |from: &str, to: &str| {
+        let (_, rest) = map.split_once(from).expect("a beginning");
+        rest.split_once(to).expect("an end").0
+    };
+    let files = |list: &str| -> Vec<String> {
+        let numbered = |line: &&str| line.split_once(". `").is_some_and(|(k, _)| k.parse::<u32>().is_ok());
+        let named = |line: &str| line.split('`').nth(1).expect("a file").to_owned();
+        list.lines().filter(numbered).map(named).collect()
+    };
+    for (way, most) in
+        [(files(between("\nIn:\n", "\nOut:\n")), 12), (files(between("\nOut:\n", "\nA realtime")), 8)]
+    {
+        assert!((6..=most).contains(&way.len()), "{} files, at most {most}: {way:?}", way.len());
+        let mut once = way.clone();
+        once.sort();
+        once.dedup();
+        assert_eq!(once.len(), way.len(), "the way returns to a file: {way:?}");
+    }
+}
+
 #[test]
 fn every_crate_is_in_the_context_that_an_image_is_built_from() {
     let read = |file: &str| std::fs::read_to_string(format!("{}/../{file}", env!("CARGO_MANIFEST_DIR")));

@@ -195,3 +195,32 @@ proptest::proptest! {
         assert_eq!(act.action.hand, Some(hand));
     }
 }
+
+#[test]
+fn a_frame_of_the_other_kind_is_refused() {
+    let text = |encoding: Encoding| encoding.read_text(r#"{"op":"time","id":1}"#);
+    let binary = |encoding: Encoding| encoding.read_binary(&packed());
+    for (good, bad) in
+        [(text(Encoding::Json), binary(Encoding::Json)), (binary(Encoding::MsgPack), text(Encoding::MsgPack))]
+    {
+        assert_eq!(good.id, Some(1));
+        assert!(matches!(good.request, Ok(Request::Time(_))));
+        let refusal = bad.request.expect_err("refused");
+        assert_eq!(refusal.code, Code::BadJson);
+        assert!(refusal.message.contains("frames only"), "{}", refusal.message);
+    }
+}
+
+#[test]
+fn what_is_not_messagepack_is_bad_json() {
+    let deep = [vec![0x91; 2000], vec![0xc0]].concat();
+    let more = [packed(), vec![0]].concat();
+    for bytes in [&[][..], &[0xc1], &[0x82, 0xa2], &[0xdf, 0xff, 0xff, 0xff, 0xff], &deep, &more] {
+        let parsed = Encoding::MsgPack.read_binary(bytes);
+        assert_eq!(parsed.request.expect_err("refused").code, Code::BadJson, "{bytes:?}");
+    }
+}
+
+fn packed() -> Vec<u8> {
+    rmp_serde::to_vec_named(&serde_json::json!({"op": "time", "id": 1})).expect("packs")
+}

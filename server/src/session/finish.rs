@@ -10,7 +10,7 @@ use super::session::{OpenRun, Session};
 use crate::archive::stored_path;
 use crate::store::{FinishedRun, NewAuditEntry};
 use crate::world::live::RealtimeStats;
-use crate::world::playable::Fault;
+use crate::world::run::Fault;
 use palmares_protocol::reply::{ReplayInfo, RunResult};
 use palmares_protocol::{Code, Refusal, Reply};
 use palmares_replay::ReplayFile;

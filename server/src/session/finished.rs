@@ -3,7 +3,7 @@
 use super::clock::Spent;
 use super::machine::Playing;
 use crate::world::live::RealtimeStats;
-use crate::world::playable::Fault;
+use crate::world::run::Fault;
 use palmares_replay::ReplayFile;
 use palmares_tasks::{Outcome, Reason};
 

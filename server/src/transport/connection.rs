@@ -5,10 +5,10 @@
 //! that sends faster fills its own socket. A client that reads slowly misses observations of its realtime run, the
 //! oldest first, but no other message; one that takes nothing at all is dropped.
 
+use super::caller::Caller;
 use super::connections::ConnectionPermit;
 use super::farewell::farewell;
 use super::low_latency::busy_poll::{BusyPoll, Incoming};
-use super::low_latency::listener::Link;
 use super::rate::RateLimit;
 use crate::auth::{Auth, Identity};
 use crate::compute::STACK;
@@ -80,13 +80,14 @@ struct Connection {
     /// When the connection closes unless it has said hello.
     hello_by: Instant,
     /// Given back when the connection is gone.
+    _caller: Caller,
     _permit: ConnectionPermit,
     _alive: Alive,
 }
 
 /// What a connection begins with.
 pub(super) struct Parts {
-    pub(super) link: Link,
+    pub(super) caller: Caller,
     pub(super) encoding: Encoding,
     pub(super) sessions: Arc<Sessions>,
     pub(super) auth: Arc<Auth>,
@@ -97,14 +98,14 @@ pub(super) struct Parts {
 
 /// Serves a connection until its session begins, and sees to it that it is served until it ends.
 pub(super) async fn serve(socket: WebSocket, parts: Parts) {
-    let Parts { link, encoding, sessions, auth, identity, permit } = parts;
+    let Parts { caller, encoding, sessions, auth, identity, permit } = parts;
     let (competition, lifecycle) = (&sessions.competition, &sessions.lifecycle);
     let limits = competition.limits();
     let rate = RateLimit::new(limits.requests_per_s, limits.requests_burst, lifecycle.now());
     let heard = Instant::now();
     let hello_by = heard + competition.settings.hello_timeout;
     let alive = lifecycle.alive();
-    let busy_poll = link.busy_poll(sessions.compute.scheduler.cores());
+    let busy_poll = caller.link.clone().busy_poll(sessions.compute.scheduler.cores());
     let mut connection = Connection {
         socket,
         encoding,
@@ -117,6 +118,7 @@ pub(super) async fn serve(socket: WebSocket, parts: Parts) {
         room: ROOM,
         heard,
         hello_by,
+        _caller: caller,
         _permit: permit,
         _alive: alive,
     };

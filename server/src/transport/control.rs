@@ -26,7 +26,7 @@ pub(crate) async fn control(
     State(inbound): State<Arc<InboundLimits>>,
     State(auth): State<Arc<Auth>>,
     State(sessions): State<Arc<Sessions>>,
-    ConnectInfo(Caller { link, .. }): ConnectInfo<Caller>,
+    ConnectInfo(caller): ConnectInfo<Caller>,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Result<Response, Problem> {
@@ -46,7 +46,7 @@ pub(crate) async fn control(
     // Before the upgrade: who may not play gets an HTTP answer and no socket.
     let identity = player(&auth, &sessions, &headers).await?;
     let permit = inbound.connections.take(identity.as_ref())?;
-    let parts = Parts { link, encoding, sessions, auth, identity, permit };
+    let parts = Parts { caller, encoding, sessions, auth, identity, permit };
     Ok(upgrade
         .read_buffer_size(AT_ONCE_BYTES)
         .max_message_size(READ_BYTES)

@@ -1,8 +1,7 @@
 //! Serves HTTP on whatever accepts connections.
 
-use super::caller::Caller;
+use super::caller::{Caller, Origin};
 use super::inbound_limits::InboundLimits;
-use super::socket_limits::Counted;
 use crate::lifecycle::Lifecycle;
 use axum::Router;
 use axum::extract::{ConnectInfo, Request};
@@ -42,7 +41,7 @@ pub(crate) async fn serve<L>(
     lifecycle: Arc<Lifecycle>,
 ) where
     L: Listener,
-    Caller: From<L::Addr>,
+    Origin: From<L::Addr>,
 {
     let mut open = JoinSet::new();
     let mut stopping = pin!(lifecycle.stopping());
@@ -53,13 +52,13 @@ pub(crate) async fn serve<L>(
             Some(_) = open.join_next(), if !open.is_empty() => continue,
             accepted = listener.accept() => accepted,
         };
-        let caller = Caller::from(from);
-        let Some(permit) = inbound.sockets.enter(caller.address) else {
-            tracing::debug!(address = %caller.address, "no place for another connection");
+        let from = Origin::from(from);
+        let Some(permit) = inbound.sockets.enter(from.address) else {
+            tracing::debug!(address = %from.address, "no place for another connection");
             open.spawn(async { drop(timeout(REFUSAL_TIMEOUT, refuse(io)).await) });
             continue;
         };
-        let (io, router, lifecycle) = (Counted { io, _permit: permit }, router.clone(), lifecycle.clone());
+        let (caller, router, lifecycle) = (Caller::new(from, permit), router.clone(), lifecycle.clone());
         open.spawn(async move {
             let service = service_fn(move |mut request: Request<Incoming>| {
                 request.extensions_mut().insert(ConnectInfo(caller.clone()));

@@ -6,9 +6,10 @@ use crate::app::App;
 use crate::auth::{Identity, Role};
 use crate::config::settings::MESSAGE_BYTES;
 use crate::problem::Problem;
-use axum::extract::State;
+use crate::transport::Caller;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
+use axum::extract::{ConnectInfo, State};
 use axum::http::HeaderMap;
 use axum::response::{IntoResponse, Response};
 use palmares_protocol::{Code, Encoding, Refusal};
@@ -19,6 +20,7 @@ const BINARY: &str = "palmares.v1.bin";
 /// `GET /v1/watch`.
 pub(crate) async fn watch(
     State(app): State<App>,
+    ConnectInfo(caller): ConnectInfo<Caller>,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
@@ -51,7 +53,7 @@ pub(crate) async fn watch(
         Some(Identity { role: Role::Team, team, .. }) => Watcher::Team(team.clone().unwrap_or_default()),
     };
     upgrade.max_message_size(MESSAGE_BYTES).max_frame_size(MESSAGE_BYTES).on_upgrade(async move |socket| {
-        let _place = place;
+        let (_place, _caller) = (place, caller);
         let _alive = app.lifecycle.alive();
         Viewer::new(socket, app.clone(), watcher, binary).serve(identity.as_ref()).await;
     })

@@ -2,7 +2,6 @@
 
 pub(crate) mod live;
 pub(crate) mod pictures;
-pub(crate) mod playable;
 pub(crate) mod run;
 #[cfg(test)]
 pub(crate) mod stub;

@@ -2,7 +2,6 @@
 
 mod bodies;
 mod cameras;
-mod command;
 mod driven;
 mod evidence;
 mod exposure;
@@ -18,6 +17,7 @@ mod restore;
 mod shots;
 mod snapshot;
 mod telemetry;
+mod tick;
 
 pub use cameras::Exposure;
 pub use evidence::Evidence;
@@ -28,7 +28,7 @@ pub use shots::{Shot, ShotError, camera_name, shots};
 pub use snapshot::{Snapshot, SnapshotError};
 pub use telemetry::{Contact, FingerWrench, Instruments, Motor, Readings, Telemetry};
 
-use crate::action::{Action, ActionError, BaseTarget};
+use crate::action::{Action, BaseTarget};
 use crate::build::build;
 use crate::observation::{Event, Noise};
 use crate::referee::{ObjectSnapshot, REST_SPEED, Referee};
@@ -221,22 +221,6 @@ impl Run {
         } else {
             None
         }
-    }
-
-    /// Advances the world by one tick under `action`. A refused action changes nothing.
-    pub fn step(&mut self, action: &Action) -> Result<(), ActionError> {
-        self.check(action)?;
-        self.apply(action);
-        let before = self.motor_states();
-        self.advance();
-        self.tick += 1;
-        self.count_work(&before);
-        self.senses.tick(&self.world, self.tick);
-        self.remember_poses();
-        self.push_on();
-        self.news = self.referee.watch(self.tick, &self.sightings());
-        self.history.extend(self.news.iter().cloned());
-        Ok(())
     }
 
     /// Exchanges a part of the world's scratch memory with what is lent to it; see [`World::exchange`].

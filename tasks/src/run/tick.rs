@@ -1,4 +1,4 @@
-//! From actions to what the base and the motors are told in every step.
+//! A tick: from an action to what the base and the motors are told in every step, and to what is noted afterwards.
 //!
 //! Applying an applied action again changes no bit: a record of applied actions plays the run again.
 
@@ -16,6 +16,22 @@ impl Run {
     /// Whether [`Run::step`] would take this action.
     pub fn check(&self, action: &Action) -> Result<(), ActionError> {
         action.check(&self.hand)
+    }
+
+    /// Advances the world by one tick under `action`. A refused action changes nothing.
+    pub fn step(&mut self, action: &Action) -> Result<(), ActionError> {
+        self.check(action)?;
+        self.apply(action);
+        let before = self.motor_states();
+        self.advance();
+        self.tick += 1;
+        self.count_work(&before);
+        self.senses.tick(&self.world, self.tick);
+        self.remember_poses();
+        self.push_on();
+        self.news = self.referee.watch(self.tick, &self.sightings());
+        self.history.extend(self.news.iter().cloned());
+        Ok(())
     }
 
     /// Clips an action to the spec and makes it the present one; what it leaves out stays.
