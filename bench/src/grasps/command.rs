@@ -50,6 +50,9 @@ pub struct Options {
     /// Play nothing: count what the file of runs knows of the plan.
     #[arg(long)]
     count_only: bool,
+    /// Keep the rows of peers that the page has and for which nothing is played now.
+    #[arg(long)]
+    keep_peers: bool,
     /// CPU time of a peer's run, s; beyond it the run is not finished and is not counted.
     #[arg(long, default_value_t = 120.0)]
     run_limit_s: f64,
@@ -120,9 +123,12 @@ pub fn run(options: &Options) -> Result<()> {
         return one(options, &plan, index);
     }
     let runs = runner::run(&plan, &options.runs)?;
-    let table = table::Table::of(&plan, &runs);
+    let mut table = table::Table::of(&plan, &runs);
     fs::create_dir_all(&options.out)?;
     let json = options.out.join("grasps.json");
+    if options.keep_peers {
+        table.keep_peers(table::Table::read(&json)?)?;
+    }
     fs::write(&json, serde_json::to_string_pretty(&table)? + "\n")?;
     let page = page::write(&table);
     fs::write(options.out.join("README.md"), &page)?;

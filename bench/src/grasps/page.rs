@@ -57,6 +57,16 @@ fn head(page: &mut String, table: &Table) {
         1e3 * MOVED_M,
         1e3 * OVERLAP_M,
     );
+    let mut kept: Vec<String> = table
+        .rows
+        .iter()
+        .filter_map(|row| Some(format!("{} `{}` ({})", row.engine, row.settings, row.commit.as_ref()?)))
+        .collect();
+    kept.sort();
+    kept.dedup();
+    if !kept.is_empty() {
+        put!(page, "Kept from earlier commits: {}.\n", kept.join(", "));
+    }
     if let Some(limit_s) = table.run_limit_cpu_s {
         put!(
             page,

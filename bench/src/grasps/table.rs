@@ -54,6 +54,9 @@ pub(crate) struct Row {
     pub cells: Vec<Cell>,
     /// How often the outcome changes with the step.
     pub flips: Flips,
+    /// Of the program that played it, if it was kept from an earlier table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub commit: Option<String>,
 }
 
 /// At one step.
@@ -110,6 +113,46 @@ impl Table {
                 .collect(),
             rows,
         }
+    }
+}
+
+impl Table {
+    /// Takes over the rows of peers that an earlier table has and this one has not.
+    ///
+    /// # Errors
+    /// The tables are of other grasps, steps or limits.
+    pub(super) fn keep_peers(&mut self, earlier: Table) -> Result<()> {
+        ensure!(
+            (&earlier.steps_ms, earlier.placements, earlier.run_limit_cpu_s)
+                == (&self.steps_ms, self.placements, self.run_limit_cpu_s),
+            "rows cannot be kept: the earlier table has {} grasps at {:?} ms, {:?} s each; this one {} at {:?} ms, {:?} s",
+            earlier.placements,
+            earlier.steps_ms,
+            earlier.run_limit_cpu_s,
+            self.placements,
+            self.steps_ms,
+            self.run_limit_cpu_s
+        );
+        for engine in earlier.engines {
+            if !self.engines.iter().any(|own| own[..2] == engine[..2]) {
+                self.engines.push(engine);
+            }
+        }
+        let known = |row: &Row| [&row.hand, &row.family, &row.engine, &row.settings].map(String::clone);
+        for mut row in earlier.rows.into_iter().filter(|row| row.engine != "own") {
+            if !self.rows.iter().any(|own| known(own) == known(&row)) {
+                row.commit.get_or_insert(earlier.commit.clone());
+                self.rows.push(row);
+            }
+        }
+        let place = |row: &Row| {
+            let hand = HandKind::ALL.iter().position(|hand| hand.name() == row.hand);
+            let family = self.families.iter().position(|[name, _]| *name == row.family);
+            let of = |it: &[String; 3]| it[0] == row.engine && it[1] == row.settings;
+            (hand, family, self.engines.iter().position(of))
+        };
+        self.rows.sort_by_key(place);
+        Ok(())
     }
 }
 
@@ -192,6 +235,7 @@ impl Row {
             settings,
             cells: plan.steps_ms.iter().map(|step_ms| Cell::of(*step_ms, at(step_ms))).collect(),
             flips: Flips::of(runs.iter().copied()),
+            commit: None,
         }
     }
 }
@@ -219,5 +263,33 @@ impl Cell {
             wilson: wilson(count.kept, count.of),
             overlap_mm: depths.get(depths.len() / 2).copied(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn peers_of_an_earlier_table_keep_their_places_and_their_commit() {
+        let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/report/grasps/grasps.json");
+        let all = Table::read(&page).expect("the page's counts");
+        let mut own = all.clone();
+        own.rows.retain(|row| row.engine == "own");
+        own.engines.truncate(1);
+        own.commit = "later".to_owned();
+        own.keep_peers(all.clone()).expect("the same grasps");
+        let names = |table: &Table| -> Vec<[String; 4]> {
+            let name = |row: &Row| [&row.hand, &row.family, &row.engine, &row.settings].map(String::clone);
+            table.rows.iter().map(name).collect()
+        };
+        assert_eq!(names(&own), names(&all));
+        for row in &own.rows {
+            let kept = row.engine != "own";
+            assert_eq!(row.commit.is_some(), kept, "{} `{}`", row.engine, row.settings);
+            assert!(row.commit.as_ref().is_none_or(|commit| commit != "later"));
+        }
+        let other_steps = Table { steps_ms: vec![1.0], ..all.clone() };
+        assert!(own.keep_peers(other_steps).is_err());
     }
 }
