@@ -7,6 +7,7 @@ at about 1 m/s lands in the box. So nothing is carried; `attempt` does the first
     flat    what rolls and lies at the opening is fetched at once, by the grasp that is best at it
     rake    hooked fingers come down behind an object and pull it out, with all that stands before it
     drag    what rolls and lies too near to the rear wall is rolled forward, to be raked then
+    tip     what stands tall at the rear wall is tipped over, to be raked then
     fetch   onto the object from above with the palm, close, lift it a little and pull
 """
 
@@ -16,7 +17,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from palmares import fetching, pushing, raking
+from palmares import fetching, pushing, raking, tipping
 from palmares.motion import Attempt, Mover, ObjectBounds
 from palmares.rotation import rot_zyz
 from palmares.scene import Region
@@ -105,6 +106,10 @@ def attempt(
     drag = raking.choose(objects, shelf, DRAG, attempts, rolls=rolls, tries=DRAGS, only=rear)
     if drag is not None:
         return _rake(mover, drag)
+    tall = tipping.choose(objects, shelf, attempts, rolls)
+    if tall is not None:
+        tipping.tip(mover, tall)
+        return Attempt(tall.target.index, tall.target.middle, tall.yaw_rad, "tip")
     plan = fetching.choose(objects, shelf, attempts)
     if plan is not None:
         return _fetch(mover, plan, box)
