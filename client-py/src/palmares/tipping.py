@@ -1,7 +1,8 @@
 """Tipping over, with the SoftHand, what stands at a shelf's rear wall: lying, it can be raked.
 
-There is no room behind it for the fingers, and what is tall leaves none above it to grasp it from. `choose` finds such
-an object, `tip` lays nearly straight fingers on its top, presses, and draws it forward until it falls.
+There is no room behind it for the fingers, and what is tall leaves none above it to grasp it from. `choose`
+finds such an object, `tip` lays nearly straight fingers on its top, presses, and draws it forward until it
+falls.
 """
 
 from __future__ import annotations
@@ -91,7 +92,12 @@ def choose(
 
 
 def _place(
-    target: ObjectBounds, others: list[ObjectBounds], shelf: Region, yaw_rad: float, aside: float, again: float
+    target: ObjectBounds,
+    others: list[ObjectBounds],
+    shelf: Region,
+    yaw_rad: float,
+    aside: float,
+    again: float,
 ) -> TipPlan | None:
     rotation = array(rot_z(yaw_rad) @ rot_zyz(math.pi / 2, PITCH_RAD))
     points, radii = SOFTHAND_PRESHAPED.at(rotation, array([0.0, 0.0, 0.0])).spheres(5)
