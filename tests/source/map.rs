@@ -33,9 +33,10 @@ fn every_file_that_the_architecture_names_is_there() {
     assert!(named > 40, "only {named} files are named");
 }
 
-/// An action's way is short: 12 files from the socket to a motor, 8 back.
+/// The map's walk along an action's way is short: 12 files from the socket to a motor, 8 back. That the code goes this way is
+/// for a reader to see.
 #[test]
-fn an_action_passes_few_files() {
+fn the_map_leads_an_action_through_few_files() {
     let map = include_str!("../../ARCHITECTURE.md");
     let between = |from: &str, to: &str| {
         let (_, rest) = map.split_once(from).expect("a beginning");

@@ -2,9 +2,11 @@
 
 use crate::harness::{Client, Official, Server, assert_error, bearer, get};
 use serde_json::json;
+use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
+use tempfile::TempDir;
 use tokio_tungstenite::connect_async;
 
 #[tokio::test]
@@ -106,6 +108,36 @@ async fn a_server_without_descriptors_recovers() {
     let (mut client, _) = Client::playing(&server, "patient").await;
     client.goes_on(0).await;
     assert_eq!(get(&server, "/readyz").status, 200);
+}
+
+/// With four controllers' places there are 516 sockets for all. The connections of controllers and viewers are among
+/// them: an upgrade does not make their sockets uncounted.
+#[tokio::test]
+async fn sockets_count_on_after_their_upgrade() {
+    let folder = TempDir::new().expect("temporary directory");
+    let file = folder.path().join("competition.toml");
+    fs::write(&file, "name = \"Practice\"\nmode = \"practice\"\nmax_connections = 4\n").expect("rules");
+    let server = Server::start_in(folder, &["--config", file.to_str().expect("a path")]);
+    let mut upgraded = Vec::new();
+    for path in ["/v1/control", "/v1/watch"].repeat(3) {
+        upgraded.push(Client::connect_to(&server, path).await);
+    }
+    let (all, more) = (516 - upgraded.len(), 20);
+    let sockets: Vec<TcpStream> =
+        (0..all + more).map(|_| TcpStream::connect(server.address()).expect("connects")).collect();
+    // Accepted in their order: the last ones hear at once that there is no place, those before them nothing yet.
+    let refused = sockets.into_iter().rev().take_while(|mut stream| {
+        stream.set_read_timeout(Some(Duration::from_secs(2))).expect("a timeout");
+        let mut head = [0; 12];
+        stream.read_exact(&mut head).is_ok() && head.ends_with(b"503")
+    });
+    let refused = refused.count();
+    assert!(
+        refused >= more,
+        "{refused} refused: {} sockets beside {} upgraded",
+        all + more - refused,
+        upgraded.len()
+    );
 }
 
 #[tokio::test]

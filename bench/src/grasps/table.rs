@@ -120,19 +120,15 @@ impl Table {
     /// Takes over the rows of peers that an earlier table has and this one has not.
     ///
     /// # Errors
-    /// The tables are of other grasps, steps or limits.
+    /// The tables are of other families, grasps, steps or limits.
     pub(super) fn keep_peers(&mut self, earlier: Table) -> Result<()> {
-        ensure!(
-            (&earlier.steps_ms, earlier.placements, earlier.run_limit_cpu_s)
-                == (&self.steps_ms, self.placements, self.run_limit_cpu_s),
-            "rows cannot be kept: the earlier table has {} grasps at {:?} ms, {:?} s each; this one {} at {:?} ms, {:?} s",
-            earlier.placements,
-            earlier.steps_ms,
-            earlier.run_limit_cpu_s,
-            self.placements,
-            self.steps_ms,
-            self.run_limit_cpu_s
-        );
+        let of = |table: &Table| {
+            let names: Vec<String> = table.families.iter().map(|[name, _]| name.clone()).collect();
+            let Table { placements, steps_ms, run_limit_cpu_s, .. } = table;
+            format!("{placements} of {} at {steps_ms:?} ms, limit {run_limit_cpu_s:?} s", names.join(", "))
+        };
+        let (before, now) = (of(&earlier), of(self));
+        ensure!(before == now, "rows cannot be kept: the earlier table has {before}; this one {now}");
         for engine in earlier.engines {
             if !self.engines.iter().any(|own| own[..2] == engine[..2]) {
                 self.engines.push(engine);
@@ -290,6 +286,7 @@ mod tests {
             assert!(row.commit.as_ref().is_none_or(|commit| commit != "later"));
         }
         let other_steps = Table { steps_ms: vec![1.0], ..all.clone() };
-        assert!(own.keep_peers(other_steps).is_err());
+        let fewer_families = Table { families: all.families[1..].to_vec(), ..all };
+        assert!(own.keep_peers(other_steps).is_err() && own.keep_peers(fewer_families).is_err());
     }
 }

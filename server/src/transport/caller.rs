@@ -17,27 +17,27 @@ pub(crate) struct Caller {
 }
 
 impl Caller {
-    pub(super) fn new(from: Origin, permit: SocketPermit) -> Self {
-        let Origin { address, link } = from;
+    pub(super) fn new(from: Peer, permit: SocketPermit) -> Self {
+        let Peer { address, link } = from;
         Caller { address, link, _permit: Arc::new(permit) }
     }
 }
 
-/// Where a connection comes from.
-pub(crate) struct Origin {
+/// The other end of a socket, before it is counted.
+pub(crate) struct Peer {
     pub(super) address: IpAddr,
     link: Link,
 }
 
-impl From<(SocketAddr, Link)> for Origin {
+impl From<(SocketAddr, Link)> for Peer {
     fn from((address, link): (SocketAddr, Link)) -> Self {
-        Origin { address: address.ip().to_canonical(), link }
+        Peer { address: address.ip().to_canonical(), link }
     }
 }
 
 /// One without the low-latency path.
-impl From<SocketAddr> for Origin {
+impl From<SocketAddr> for Peer {
     fn from(address: SocketAddr) -> Self {
-        Origin::from((address, Link::default()))
+        Peer::from((address, Link::default()))
     }
 }

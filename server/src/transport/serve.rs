@@ -1,6 +1,6 @@
 //! Serves HTTP on whatever accepts connections.
 
-use super::caller::{Caller, Origin};
+use super::caller::{Caller, Peer};
 use super::inbound_limits::InboundLimits;
 use crate::lifecycle::Lifecycle;
 use axum::Router;
@@ -41,7 +41,7 @@ pub(crate) async fn serve<L>(
     lifecycle: Arc<Lifecycle>,
 ) where
     L: Listener,
-    Origin: From<L::Addr>,
+    Peer: From<L::Addr>,
 {
     let mut open = JoinSet::new();
     let mut stopping = pin!(lifecycle.stopping());
@@ -52,7 +52,7 @@ pub(crate) async fn serve<L>(
             Some(_) = open.join_next(), if !open.is_empty() => continue,
             accepted = listener.accept() => accepted,
         };
-        let from = Origin::from(from);
+        let from = Peer::from(from);
         let Some(permit) = inbound.sockets.enter(from.address) else {
             tracing::debug!(address = %from.address, "no place for another connection");
             open.spawn(async { drop(timeout(REFUSAL_TIMEOUT, refuse(io)).await) });

@@ -1,7 +1,6 @@
 //! A world without physics, for tests: it counts, and ends, breaks, panics or computes on and on when told.
 
-use super::run::World;
-use super::run::{Fault, Playable};
+use super::run::{Fault, Playable, World};
 use crate::compute::admission::Admission;
 use palmares_protocol::Mode;
 use palmares_tasks::observation::{BodyState, HandObservation, Wrench};
