@@ -25,6 +25,7 @@ from palmares.scene import Region, SceneBody
 from palmares.targets import pose
 
 __all__ = [
+    "Place",
     "RakePlan",
     "RakeShape",
     "Rolling",
@@ -32,6 +33,7 @@ __all__ = [
     "choose",
     "drag",
     "fling",
+    "press",
     "rake",
     "rolling",
 ]
@@ -95,10 +97,9 @@ class RakeShape:
 
 
 @dataclass(frozen=True)
-class RakePlan:
-    """Where to put the hand down, and what for."""
+class Place:
+    """Where to put the hand down on an object, or behind it."""
 
-    kind: Kind
     target: ObjectBounds
     yaw_rad: float
     rotation: Array
@@ -112,6 +113,13 @@ class RakePlan:
     def into(self) -> Array:
         """Level direction in which the fingers point, (3,); its y is 1."""
         return array([-math.tan(self.yaw_rad), 1.0, 0.0])
+
+
+@dataclass(frozen=True)
+class RakePlan(Place):
+    """Where to put the hand down, and what for."""
+
+    kind: Kind
 
 
 def rolling(bodies: Sequence[SceneBody]) -> Rolling:
@@ -266,7 +274,7 @@ def _best_place(
             score -= DRAG_COST
         score -= sum(0.03 + 0.04 * (tried.yaw_rad == yaw_rad and tried.grasp == kind) for tried in here)
         if best is None or score > best.score:
-            best = RakePlan(kind, target, yaw_rad, array(rot_z(yaw_rad) @ shape.rotation), place, score)
+            best = RakePlan(target, yaw_rad, array(rot_z(yaw_rad) @ shape.rotation), place, score, kind)
     return best
 
 
@@ -365,10 +373,15 @@ def rake(
 
 def drag(mover: Mover, plan: RakePlan, *, press_n: float = 12.0, far_m: float = 0.08) -> None:
     """Press the fingertips onto the object and draw it forward, slowly; it stays in the shelf."""
+    press(mover, press_n)
+    mover.to(0.8, mover.position - far_m * plan.into)
+    mover.to(0.2, mover.position + array([0.0, 0.0, 0.04]))
+
+
+def press(mover: Mover, press_n: float, most: int = 12) -> None:
+    """Sink by 3 mm, at most `most` times, until the wrist feels `press_n` more than before."""
     idle = mover.wrist_force(0.05)
-    for _ in range(12):
+    for _ in range(most):
         if np.linalg.norm(mover.wrist_force(0.02) - idle) > press_n:
             break
         mover.to(0.04, mover.position - array([0.0, 0.0, 0.003]))
-    mover.to(0.8, mover.position - far_m * plan.into)
-    mover.to(0.2, mover.position + array([0.0, 0.0, 0.04]))

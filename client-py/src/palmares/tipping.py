@@ -9,17 +9,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from palmares.arrays import Array, array
+from palmares.arrays import array
 from palmares.motion import SOFTHAND_PRESHAPED, Attempt, Mover, ObjectBounds
-from palmares.raking import Rolling, candidates
+from palmares.raking import Place, Rolling, candidates, press
 from palmares.rotation import quat_of, rot_z, rot_zyz
 from palmares.scene import Region
 
-__all__ = ["TipPlan", "choose", "tip"]
+__all__ = ["choose", "tip"]
 
 PITCH_RAD = 1.4
 """π/2 holds the fingers level, less points them up: so they fit between a tall object and the shelf's top"""
@@ -41,27 +40,9 @@ PRESS_N, PRESSES = 8.0, 14
 PULL_M, PULL_S = 0.16, 0.5
 
 
-@dataclass(frozen=True)
-class TipPlan:
-    """An object, and where the hand lies on it."""
-
-    target: ObjectBounds
-    yaw_rad: float
-    rotation: Array
-    """World from hand, (3, 3)"""
-    at: Array
-    """Position of the base, (3,), m"""
-    clash_m: float
-
-    @property
-    def into(self) -> Array:
-        """Level direction in which the fingers point, (3,); its y is 1."""
-        return array([-math.tan(self.yaw_rad), 1.0, 0.0])
-
-
 def choose(
     objects: Sequence[ObjectBounds], shelf: Region, attempts: Sequence[Attempt], rolls: Rolling
-) -> TipPlan | None:
+) -> Place | None:
     """Return the object that can be tipped over with most room; `None` if there is none.
 
     Args:
@@ -71,7 +52,7 @@ def choose(
         rolls: Which objects roll.
 
     """
-    best: TipPlan | None = None
+    best: Place | None = None
     for target, others, here in candidates(objects, shelf, attempts, ("tip",), TRIES, MOVED_M):
         height, depth = float(target.size[2]), float(target.size[1])
         before = (
@@ -86,9 +67,9 @@ def choose(
             again = 0.03 * sum(tried.yaw_rad == yaw_rad for tried in here)
             for aside in ASIDES_M:
                 plan = _place(target, others, shelf, yaw_rad, aside, again)
-                if plan is not None and (best is None or plan.clash_m < best.clash_m):
+                if plan is not None and (best is None or plan.score > best.score):
                     best = plan
-    return best if best is not None and best.clash_m < MOST_CLASH_M else None
+    return best if best is not None and best.score > -MOST_CLASH_M else None
 
 
 def _place(
@@ -98,7 +79,7 @@ def _place(
     yaw_rad: float,
     aside: float,
     again: float,
-) -> TipPlan | None:
+) -> Place | None:
     rotation = array(rot_z(yaw_rad) @ rot_zyz(math.pi / 2, PITCH_RAD))
     points, radii = SOFTHAND_PRESHAPED.at(rotation, array([0.0, 0.0, 0.0])).spheres(5)
     along = points[:, :2] @ (rotation[:2, 2] / np.linalg.norm(rotation[:2, 2]))
@@ -130,18 +111,14 @@ def _place(
         if on.any():
             clash += max(0.0, float(other.high[2] - (points[on, 2] - radii[on]).min()))
     clash += 0.1 * abs(aside) + 0.005 * abs(yaw_rad) + again
-    return TipPlan(target, yaw_rad, rotation, at, clash)
+    return Place(target, yaw_rad, rotation, at, -clash)
 
 
-def tip(mover: Mover, plan: TipPlan) -> None:
+def tip(mover: Mover, plan: Place) -> None:
     """Carry a plan out; the object stays in the shelf."""
     mover.to(0.5, plan.at - plan.into * plan.at[1], quat_of(plan.rotation), sigma=SIGMA)
     mover.to(0.6, plan.at)
-    idle = mover.wrist_force(0.05)
-    for _ in range(PRESSES):
-        if np.linalg.norm(mover.wrist_force(0.02) - idle) > PRESS_N:
-            break
-        mover.to(0.04, mover.position - array([0.0, 0.0, 0.003]))
+    press(mover, PRESS_N, PRESSES)
     mover.to(PULL_S, mover.position - PULL_M * plan.into)
     mover.wait(0.3)
     mover.to(0.6, array([0.8 * mover.position[0], 0.0, mover.position[2]]))
