@@ -2,9 +2,8 @@
 
 Where things are is known from the true poses (sensing "truth"). What to do with them, and how, is in
 `palmares.clearing`, with what to tune: nothing is carried, objects are pulled out so fast that they fly over
-the gap between shelf and box. What failed is tried again in another way. Over the seeds 5001 to 5100 the
-score was 41.25 of 50 on average; of the ten objects 1.5 fell beside the box, most of them into the gap, and
-0.2 stayed in the shelf.
+the gap between shelf and box. What failed is tried again in another way. Most of what is lost falls beside
+the box; how much that is over a hundred scenes is in docs/controllers.md.
 
     python shelf_softhand.py --seed 7 --runs 3
 """
