@@ -43,10 +43,11 @@ HEAD = """\
 # How good the example controllers are
 
 Each controller played each scene once; a run in which it failed counts as the objects then lay. The seeds
-{seeds} were not looked at while the controllers were written, but for shelf_softhand and shelf_sensors: their
-rows of earlier versions were, the first of them with a mean of 40.60, and they were then tuned on other
-seeds. `client-py/benchmarks/controllers.py` plays and writes this table; `palmares evaluate --markdown` writes one of your own controller. *95 %* is an interval of the
-mean, by bootstrap over the scenes. At most there are 10 points in balls and in grasp, 50 in the shelf.
+{seeds} were not looked at while the controllers were written, but for shelf_softhand and shelf_sensors:
+their rows of earlier versions were, the first of them with a mean of 40.60, and they were then tuned on
+other seeds. `client-py/benchmarks/controllers.py` plays and writes this table; `palmares evaluate
+--markdown` writes one of your own controller. *95 %* is an interval of the mean, by bootstrap over the
+scenes. At most there are 10 points in balls and in grasp, 50 in the shelf.
 
 """
 

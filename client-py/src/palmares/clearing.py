@@ -1,4 +1,4 @@
-"""Clearing a shelf with the SoftHand, given where objects are: push in, rake, roll forward, tip over, or fetch.
+"""Clearing a shelf with the SoftHand, given where objects are: push, rake, roll forward, tip over, or fetch.
 
 Between shelf and box is a gap of 15 cm. What leaves the shelf at less than 0.5 m/s falls into it, what leaves
 at about 1 m/s lands in the box. So nothing is carried; `attempt` does the first of these that there is to do:
