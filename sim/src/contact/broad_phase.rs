@@ -12,6 +12,10 @@ use parry3d_f64::bounding_volume::Aabb;
 /// How far the generous box reaches beyond the tight one, m: a hand at 1 m/s refreshes it every 20 ms.
 const SLACK_M: f64 = 0.02;
 
+/// When a list is made, boxes are renewed that leave less than this, m: links that move together then leave theirs together,
+/// and a list serves for longer.
+const SPENT_M: f64 = 0.01;
+
 /// The generous boxes.
 #[derive(Clone, Default)]
 pub struct BroadPhase {
@@ -43,11 +47,11 @@ impl BroadPhase {
         self.renewed.clear();
         if known {
             for (outer, inner) in self.boxes.iter_mut().zip(tight) {
-                let left = !contains(outer, inner);
-                if left {
+                let spent = !contains(outer, &grown(inner, SPENT_M));
+                if spent {
                     *outer = grown(inner, SLACK_M);
                 }
-                self.renewed.push(left);
+                self.renewed.push(spent);
             }
         } else {
             self.boxes.clear();

@@ -25,6 +25,8 @@ pub(crate) struct Collision {
     speeds_before: Vec<f64>,
     /// Largest way that any point of each shape can have made in the last step, m.
     paths: Vec<f64>,
+    /// Which objects slept when it was last looked.
+    asleep: Vec<bool>,
 }
 
 impl Collision {
@@ -33,6 +35,7 @@ impl Collision {
         self.broad_phase.invalidate();
         self.bounds.clear();
         self.speeds.clear();
+        self.asleep.clear();
     }
 }
 
@@ -50,7 +53,7 @@ pub(crate) fn collide(
         return spent;
     }
     update_shapes(model, state, dynamics, collision);
-    let Collision { contacts, poses, distances, broad_phase, bounds, speeds, speeds_before, paths } =
+    let Collision { contacts, poses, distances, broad_phase, bounds, speeds, speeds_before, paths, asleep } =
         collision;
     if broad_phase.update(model, bounds, &mut state.pairs) {
         distances.follow(&state.pairs);
@@ -68,6 +71,11 @@ pub(crate) fn collide(
     // Every round but the last wakes an object at least.
     loop {
         let bodies = Bodies { model, dynamics, v: &state.v, objects: &state.objects, sleep: &state.sleep };
+        if asleep.iter().zip(&state.sleep).any(|(slept, sleep)| *slept && !sleep.asleep) {
+            distances.rouse(|shape| bodies.is_awake(model.colliders()[shape].owner));
+        }
+        asleep.clear();
+        asleep.extend(state.sleep.iter().map(|sleep| sleep.asleep));
         let shapes = Shapes { poses, bounds, speeds };
         spent +=
             contacts.find(&bodies, &shapes, distances, &mut state.pairs, STEP_WORK.saturating_sub(spent));
@@ -89,7 +97,7 @@ pub(crate) fn collide(
 /// Pose, bounds and speed of every shape.
 fn update_shapes(model: &Model, state: &State, dynamics: &HandDynamics, collision: &mut Collision) {
     let (h, margin) = (model.config().step_s, 0.5 * model.config().margin(false));
-    let Collision { poses, bounds, speeds, speeds_before, .. } = collision;
+    let Collision { poses, bounds, speeds, speeds_before, asleep, .. } = collision;
     let fresh = bounds.len() != model.colliders().len();
     if fresh {
         poses.resize(model.colliders().len(), Pose::IDENTITY);
@@ -102,6 +110,11 @@ fn update_shapes(model: &Model, state: &State, dynamics: &HandDynamics, collisio
         let pose = match collider.owner {
             // Furniture is where it was.
             Owner::Static if !fresh => {
+                speeds.push(0.0);
+                continue;
+            }
+            // So is what slept through the last step.
+            Owner::Object(k) if !fresh && state.sleep[k].asleep && asleep.get(k) == Some(&true) => {
                 speeds.push(0.0);
                 continue;
             }

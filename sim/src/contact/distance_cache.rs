@@ -77,6 +77,27 @@ impl DistanceCache {
         self.watches.get(from..)?.iter().position(due).map(|k| from + k)
     }
 
+    /// The shapes of pair `index`.
+    #[inline]
+    pub fn key(&self, index: usize) -> (usize, usize) {
+        let (a, b) = self.watches[index].key;
+        (a as usize, b as usize)
+    }
+
+    /// Neither shape of pair `index` moves: it is not looked at until one of them is roused.
+    pub fn rest(&mut self, index: usize) {
+        self.watches[index].until = f64::INFINITY;
+    }
+
+    /// Looks at the pairs at rest again in which a shape `is_awake`.
+    pub fn rouse(&mut self, is_awake: impl Fn(usize) -> bool) {
+        for Watch { key: (a, b), until } in &mut self.watches {
+            if *until == f64::INFINITY && (is_awake(*a as usize) || is_awake(*b as usize)) {
+                *until = f64::NEG_INFINITY;
+            }
+        }
+    }
+
     /// What is left of the distance of pair `index`, m.
     pub fn slack(&self, index: usize) -> f64 {
         self.watches[index].until - self.ways(index)
@@ -126,5 +147,21 @@ mod tests {
         assert_eq!(cache.slack(0), 1.25);
         cache.forget(3);
         assert_eq!(cache.slack(0), f64::NEG_INFINITY);
+    }
+
+    #[test]
+    fn a_pair_at_rest_is_looked_at_when_one_of_it_is_roused() {
+        let mut cache = DistanceCache::default();
+        cache.forget(3);
+        cache.follow(&[Pair::new((0, 1)), Pair::new((1, 2))]);
+        cache.travel(&[], [1.0; 3].into_iter());
+        cache.rest(0);
+        cache.rest(1);
+        assert_eq!(cache.next(0), None);
+        cache.rouse(|shape| shape == 2);
+        assert_eq!((cache.next(0), cache.key(1)), (Some(1), (1, 2)));
+        // A new list does not wake what is at rest.
+        cache.follow(&[Pair::new((0, 1)), Pair::new((0, 2)), Pair::new((1, 2))]);
+        assert_eq!((cache.next(0), cache.next(2)), (Some(1), Some(2)));
     }
 }

@@ -93,7 +93,7 @@ pub struct Bodies<'a> {
 
 impl Bodies<'_> {
     /// How a body moves about a point of the world.
-    #[inline]
+    #[inline(always)]
     pub fn velocity(&self, owner: Owner, at: Vec3) -> Motion {
         match owner {
             Owner::Static => Motion::ZERO,
@@ -154,10 +154,10 @@ impl Contacts {
             if spent > allowed {
                 return spent;
             }
-            let pair = &mut pairs[index];
-            let (i, j) = (pair.key.0 as usize, pair.key.1 as usize);
+            let (i, j) = distances.key(index);
             let (a, b) = (&model.colliders()[i], &model.colliders()[j]);
             if !bodies.is_awake(a.owner) && !bodies.is_awake(b.owner) {
+                distances.rest(index);
                 continue;
             }
             // Twice the present approach speed at most, and what a step may add to it from rest.
@@ -169,6 +169,7 @@ impl Contacts {
             if distances.slack(index) > reachable {
                 continue;
             }
+            let pair = &mut pairs[index];
             let parted = separation(&bounds[i], &bounds[j]);
             if parted > 0.0 {
                 pair.clear();
