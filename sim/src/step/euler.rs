@@ -3,6 +3,7 @@
 
 use super::assemble::assemble;
 use super::solve::solve;
+use super::support_transfer::{self, SupportTransfer};
 use super::work::Work;
 use super::{contact_memory, impacts, integrate, momentum, slip_correction};
 use crate::model::Model;
@@ -19,6 +20,7 @@ pub(super) fn step(
     island: &Island,
     (problem, newton): (&mut Problem, &mut Newton),
     v: &mut Vec<f64>,
+    support: &mut SupportTransfer,
 ) {
     let config = model.config();
     let h = config.step_s;
@@ -30,8 +32,9 @@ pub(super) fn step(
         assemble(&work.input(model, state), island, h, problem, v);
         solve(model, work, problem, newton, v);
     }
+    let transferred = support_transfer::transfer(model, work, island, (problem, newton), v, support);
     let (passes, finer) = slip_correction::passes(config);
-    for pass in 0..if island.objects.len() <= 1 { passes } else { 0 } {
+    for pass in 0..if island.objects.len() <= 1 && !transferred { passes } else { 0 } {
         // Slip that changes evenly is left to the lag, however hard the contact.
         let finer = if pass == 0 { 1.0 } else { finer };
         if !slip_correction::correct(config, &work.collision.contacts, island, problem, finer) {

@@ -13,7 +13,7 @@ pub(super) fn step(model: &Model, state: &mut State, scratch: &mut Scratch, isla
     if scratch.solvers.len() == slot {
         scratch.solvers.push(Default::default());
     }
-    let Scratch { work, solvers, v, bdf2: history, cash_karp: stages, .. } = scratch;
+    let Scratch { work, solvers, v, support, bdf2: history, cash_karp: stages, .. } = scratch;
     let alone = island.hand && island.objects.is_empty();
     let undamped = model.undamped_hand();
     if alone
@@ -25,7 +25,7 @@ pub(super) fn step(model: &Model, state: &mut State, scratch: &mut Scratch, isla
     }
     let (problem, newton) = &mut solvers[slot];
     if !island.hand {
-        euler::step(model, state, work, island, (problem, newton), v);
+        euler::step(model, state, work, island, (problem, newton), v, support);
         return;
     }
     if alone && !undamped && bdf2::step(model, state, work, history, island, (problem, newton), v) {
@@ -33,7 +33,7 @@ pub(super) fn step(model: &Model, state: &mut State, scratch: &mut Scratch, isla
     }
     let mut earlier = std::mem::take(&mut state.earlier);
     bdf2::copy_hand(model, state, &mut earlier);
-    euler::step(model, state, work, island, (problem, newton), v);
+    euler::step(model, state, work, island, (problem, newton), v, support);
     let touches = problem.points.iter().any(|point| point.impulse[2] > 0.0);
     let smooth = alone && !touches && work.forces.limits.is_empty() && work.drive.servo_on;
     earlier.smooth = smooth && !undamped;

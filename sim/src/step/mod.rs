@@ -23,6 +23,7 @@ mod scratch;
 mod sleep;
 mod slip_correction;
 mod solve;
+mod support_transfer;
 mod torque_free;
 mod work;
 mod workspace;

@@ -2,6 +2,7 @@
 
 use super::bdf2::History;
 use super::cash_karp::Stages;
+use super::support_transfer::SupportTransfer;
 use super::work::Work;
 use crate::solver::island::Islands;
 use crate::solver::newton::Newton;
@@ -18,6 +19,7 @@ pub(crate) struct Scratch {
     pub solvers: Vec<(Problem, Newton)>,
     /// Generalized velocity of the island that is solved.
     pub v: Vec<f64>,
+    pub support: SupportTransfer,
     pub bdf2: History,
     /// In a box: a struct of a dozen vectors takes long to move.
     pub cash_karp: Option<Box<Stages>>,
