@@ -6,22 +6,21 @@ use crate::interrupt::{LOOK, Told, tell};
 use crate::lookup;
 use crate::snapshot::Snapshot;
 use crate::training::{Asked, Training, status};
+use crate::workers::Workers;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods, ToPyArray};
 use palmares_models::hand::Hand;
 use palmares_sim::Workspace;
 use palmares_tasks::training::{Shaper, Terms, open};
 use palmares_tasks::{Action, BaseTarget, Noise, Outcome, Reason, Run, Seed, Sensing, Task};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rayon::ThreadPool;
-use rayon::prelude::*;
 use std::cell::RefCell;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 thread_local! {
-    /// What a thread of a pool lends to the world that it steps.
+    /// What a thread lends to the world that it steps.
     static WORKSPACE: RefCell<Workspace> = RefCell::default();
 }
 
@@ -64,7 +63,7 @@ pub(crate) struct Batch {
     training: Training,
     fields: Vec<Field>,
     slots: Vec<Slot>,
-    pool: ThreadPool,
+    workers: Workers,
 }
 
 #[pymethods]
@@ -88,11 +87,7 @@ impl Batch {
         let (task, hand) = (lookup::task(task)?, lookup::hand(hand)?);
         let (sensing, noise) = (lookup::sensing(sensing)?, lookup::noise(noise)?);
         let training = Training::of(training, &task, noise)?;
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .thread_name(|k| format!("palmares {k}"))
-            .build()
-            .map_err(|error| PyRuntimeError::new_err(format!("threads: {error}")))?;
+        let workers = Workers::new(threads)?;
         let fields = fields(&task, &hand, sensing);
         let length = fields.iter().map(|field| field.len).sum();
         let slot = || Slot {
@@ -109,13 +104,13 @@ impl Batch {
             events: Vec::new(),
         };
         let slots = (0..count).map(|_| slot()).collect();
-        Ok(Batch { task, hand, sensing, noise, training, fields, slots, pool })
+        Ok(Batch { task, hand, sensing, noise, training, fields, slots, workers })
     }
 
     /// Threads that step.
     #[getter]
     fn threads(&self) -> usize {
-        self.pool.current_num_threads()
+        self.workers.count()
     }
 
     /// Length of a tick, s.
@@ -143,17 +138,24 @@ impl Batch {
         for seed in &seeds {
             lookup::seed(*seed)?;
         }
-        let Batch { task, hand, noise, sensing, training, slots, pool, .. } = self;
+        let Batch { task, hand, noise, sensing, training, slots, workers, .. } = self;
         let how = How { task, hand, noise: *noise, sensing: *sensing, training };
         let chosen = slots.iter_mut().zip(seeds).zip(mask).filter(|(_, chosen)| *chosen);
         let mut chosen: Vec<(&mut Slot, u64)> = chosen.map(|(slot, _)| slot).collect();
         let mut opened = 0;
         // So many at once that somebody looks for Ctrl-C in between.
-        for some in chosen.chunks_mut(2 * pool.current_num_threads()) {
-            let built = py.detach(|| {
-                pool.install(|| some.par_iter_mut().try_for_each(|(slot, seed)| slot.open(&how, *seed)))
+        for some in chosen.chunks_mut(2 * workers.count()) {
+            let failed = Mutex::new(None);
+            py.detach(|| {
+                workers.each(some, |(slot, seed)| {
+                    if let Err(error) = slot.open(&how, *seed) {
+                        *failed.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+                    }
+                });
             });
-            built.map_err(PyValueError::new_err)?;
+            if let Some(error) = failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
+                return Err(PyValueError::new_err(error));
+            }
             py.check_signals()?;
             opened += some.len() as u64;
             tell(&told, opened)?;
@@ -188,7 +190,7 @@ impl Batch {
             return Err(PyValueError::new_err(format!("world {world} has no run yet: call reset first")));
         }
         let (sensing, objects) = (self.sensing, self.task.objects.count);
-        let (slots, pool) = (&mut self.slots, &self.pool);
+        let (slots, workers) = (&mut self.slots, &self.workers);
         let mut moving: Vec<(&mut Slot, Action)> = slots
             .iter_mut()
             .zip(actions.chunks(width))
@@ -198,7 +200,7 @@ impl Batch {
             .collect();
         moving.iter_mut().for_each(|(slot, _)| slot.begin());
         // So many in one go that Ctrl-C does not wait long.
-        let portion = (500 * pool.current_num_threads() / count).clamp(1, 10) as u32;
+        let portion = (500 * workers.count() / count).clamp(1, 10) as u32;
         let mut left = ticks;
         let mut interrupted = Ok(());
         while left > 0 && interrupted.is_ok() {
@@ -207,22 +209,18 @@ impl Batch {
                 while left > 0 && begun.elapsed() < LOOK {
                     let some = left.min(portion);
                     left -= some;
-                    pool.install(|| {
-                        moving.par_iter_mut().for_each(|(slot, action)| {
-                            slot.advance(action, some, sensing);
-                            if left == 0 {
-                                slot.end(sensing, objects);
-                            }
-                        });
+                    workers.each(&mut moving, |(slot, action)| {
+                        slot.advance(action, some, sensing);
+                        if left == 0 {
+                            slot.end(sensing, objects);
+                        }
                     });
                 }
             });
             interrupted = py.check_signals().and_then(|()| tell(&told, u64::from(ticks - left)));
             if left > 0 && (interrupted.is_err() || moving.iter().all(|(slot, _)| slot.is_over())) {
                 left = 0;
-                py.detach(|| {
-                    pool.install(|| moving.par_iter_mut().for_each(|(slot, _)| slot.end(sensing, objects)));
-                });
+                py.detach(|| workers.each(&mut moving, |(slot, _)| slot.end(sensing, objects)));
             }
         }
         interrupted

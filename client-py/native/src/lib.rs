@@ -11,6 +11,7 @@ mod lookup;
 mod message;
 mod snapshot;
 mod training;
+mod workers;
 mod world;
 
 use pyo3::prelude::*;

@@ -10,16 +10,26 @@ use crate::{Pose, Rotation};
 impl Hinge {
     /// Pose of the moved frame in the frame before the hinge, at coordinate q.
     pub fn pose(&self, q: f64) -> Pose {
+        self.pose_knowing(q, &mut None)
+    }
+
+    /// The same; `known` has an angle, rad, and sine and cosine of its half, and takes those of this hinge. The two hinges of
+    /// a rolling joint turn by the same angle.
+    fn pose_knowing(&self, q: f64, known: &mut Option<(f64, (f64, f64))>) -> Pose {
         let x = self.ratio * q + self.offset;
-        let motion = match self.kind {
+        let before = self.parent_from_hinge;
+        match self.kind {
             HingeKind::Revolute => {
-                let (s, c) = libm::sincos(0.5 * x);
+                let (s, c) = match *known {
+                    Some((angle, half)) if angle == x => half,
+                    _ => libm::sincos(0.5 * x),
+                };
+                *known = Some((x, (s, c)));
                 let v = self.axis * s;
-                Pose::from_rotation(Rotation::from_xyzw(v.x, v.y, v.z, c))
+                Pose::from_parts(before.translation, before.rotation * Rotation::from_xyzw(v.x, v.y, v.z, c))
             }
-            HingeKind::Prismatic => Pose::from_translation(self.axis * x),
-        };
-        self.parent_from_hinge * motion
+            HingeKind::Prismatic => before * Pose::from_translation(self.axis * x),
+        }
     }
 }
 
@@ -30,8 +40,9 @@ impl Hand {
         for link in &self.links {
             let mut pose = link.parent.map_or(Pose::IDENTITY, |p| poses[p]);
             if let Some(joint) = &link.joint {
+                let mut known = None;
                 for hinge in &joint.hinges {
-                    pose *= hinge.pose(q[joint.coordinate]);
+                    pose *= hinge.pose_knowing(q[joint.coordinate], &mut known);
                 }
             }
             poses.push(pose);
