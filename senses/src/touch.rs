@@ -45,10 +45,14 @@ pub fn forces(hand: &Hand, links: &[Pose], contacts: &[ContactForce]) -> Vec<[f6
     for patch in &hand.tactile {
         let own = &mut taxels[first..first + patch.len()];
         first += patch.len();
+        let link = Owner::Link(patch.link);
+        if !contacts.iter().any(|contact| contact.a == link || contact.b == link) {
+            continue;
+        }
         let patch_from_world = (links[patch.link] * patch.link_from_patch).inverse();
         for contact in contacts {
             for (owner, sign) in [(contact.a, -1.0), (contact.b, 1.0)] {
-                if owner != Owner::Link(patch.link) {
+                if owner != link {
                     continue;
                 }
                 let at = patch_from_world.transform_point(contact.position);

@@ -86,14 +86,15 @@ pub(crate) fn write(run: &Run, sensing: Sensing, objects: usize, constant: &[f64
         let joints = run.hand().coordinates.len();
         row.extend_from_slice(&state.q);
         row.extend_from_slice(&state.v[6..6 + joints]);
-        let there = run.objects();
-        for k in 0..there.position.0.len() {
-            row.extend(there.position.0[k]);
-            row.extend(there.quat_xyzw.0[k]);
-            row.extend(there.linear.0[k]);
-            row.extend(there.angular.0[k]);
+        let mut missing = objects;
+        for object in run.object_states() {
+            missing = missing.saturating_sub(1);
+            row.extend(object.position);
+            row.extend(object.quat_xyzw);
+            row.extend(object.linear);
+            row.extend(object.angular);
         }
-        row.extend(repeat_n(0.0, 13 * objects.saturating_sub(there.position.0.len())));
+        row.extend(repeat_n(0.0, 13 * missing));
     }
     row.extend_from_slice(constant);
 }

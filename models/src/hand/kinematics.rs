@@ -26,7 +26,10 @@ impl Hinge {
                 };
                 *known = Some((x, (s, c)));
                 let v = self.axis * s;
-                Pose::from_parts(before.translation, before.rotation * Rotation::from_xyzw(v.x, v.y, v.z, c))
+                let turn = Rotation::from_xyzw(v.x, v.y, v.z, c);
+                // Many hinges are parallel to the one before.
+                let parallel = before.rotation == Rotation::IDENTITY;
+                Pose::from_parts(before.translation, if parallel { turn } else { before.rotation * turn })
             }
             HingeKind::Prismatic => before * Pose::from_translation(self.axis * x),
         }

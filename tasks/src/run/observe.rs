@@ -73,23 +73,35 @@ impl Run {
     }
 
     /// Where every free object is, and how fast.
-    pub fn objects(&self) -> Objects {
+    pub fn object_states(&self) -> impl Iterator<Item = BodyState> {
         let (model, state) = (self.world.model(), self.world.state());
-        let count = state.objects.len();
+        (0..state.objects.len()).map(move |k| {
+            let pose = state.object_pose(model, k);
+            let (linear, angular) = state.object_velocity(model, k);
+            let from_com = pose.translation - state.objects[k].translation;
+            BodyState {
+                position: pose.translation.to_array(),
+                quat_xyzw: pose.rotation.to_array(),
+                linear: (linear + angular.cross(from_com)).to_array(),
+                angular: angular.to_array(),
+            }
+        })
+    }
+
+    /// The same as tables.
+    fn objects(&self) -> Objects {
+        let count = self.world.state().objects.len();
         let mut objects = Objects {
             position: Table(Vec::with_capacity(count)),
             quat_xyzw: Table(Vec::with_capacity(count)),
             linear: Table(Vec::with_capacity(count)),
             angular: Table(Vec::with_capacity(count)),
         };
-        for k in 0..count {
-            let pose = state.object_pose(model, k);
-            let (linear, angular) = state.object_velocity(model, k);
-            let from_com = pose.translation - state.objects[k].translation;
-            objects.position.0.push(pose.translation.to_array());
-            objects.quat_xyzw.0.push(pose.rotation.to_array());
-            objects.linear.0.push((linear + angular.cross(from_com)).to_array());
-            objects.angular.0.push(angular.to_array());
+        for BodyState { position, quat_xyzw, linear, angular } in self.object_states() {
+            objects.position.0.push(position);
+            objects.quat_xyzw.0.push(quat_xyzw);
+            objects.linear.0.push(linear);
+            objects.angular.0.push(angular);
         }
         objects
     }
