@@ -88,8 +88,8 @@ impl Run {
         })
     }
 
-    /// The same as tables.
-    fn objects(&self) -> Objects {
+    /// The same as tables of numbers.
+    pub fn objects(&self) -> Objects {
         let count = self.world.state().objects.len();
         let mut objects = Objects {
             position: Table(Vec::with_capacity(count)),
