@@ -39,7 +39,7 @@ mod tests {
     use std::sync::Arc;
 
     #[test]
-    fn a_box_at_rest_sleeps_and_wakes_when_it_is_hit() {
+    fn a_box_at_rest_sleeps_wakes_when_it_is_hit_and_stands() {
         let mut model = Model::new(Config::default(), None).expect("no hand");
         model.add_ground(0.0, 0.5);
         for name in ["below", "above"] {
@@ -62,5 +62,16 @@ mod tests {
             woke |= !world.state().sleep[0].asleep;
         }
         assert!(woke, "the upper box has fallen on it");
+        // It stands on what it slept on.
+        for _ in 0..500 {
+            world.step(&command);
+        }
+        let height = |k: usize| world.state().objects[k].translation.z;
+        assert!(
+            (height(0) - 0.05).abs() < 1e-4 && (height(1) - 0.15).abs() < 2e-4,
+            "{} {}",
+            height(0),
+            height(1)
+        );
     }
 }
