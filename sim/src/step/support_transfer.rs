@@ -34,14 +34,13 @@ pub(crate) struct SupportTransfer {
     targets: Vec<[f64; 3]>,
     /// s γ₀ of every point, N·s.
     carried: Vec<[f64; 3]>,
-    /// A v* of the plain step.
-    momentum: Vec<f64>,
     /// Velocities without the hit.
     unhit: Vec<f64>,
 }
 
 /// Solves a step again in which a lone object is hit at new points, and old ones would carry less than they do until then.
-/// `problem` is solved, `v` its solution. True if it was solved again.
+/// `problem` is solved, `v` its solution. True if it was solved again: its points then have all that they carry in the step, and
+/// its momentum and rolling resistance are those of the second solve.
 pub(super) fn transfer(
     model: &Model,
     work: &mut Work,
@@ -55,7 +54,7 @@ pub(super) fn transfer(
     if !alone || !is_due(&work.collision.contacts, island, problem, h, &mut scratch.hits) {
         return false;
     }
-    let SupportTransfer { hits, targets, carried, momentum, unhit } = scratch;
+    let SupportTransfer { hits, targets, carried, unhit } = scratch;
     targets.clear();
     targets.extend(problem.points.iter().map(|point| point.law.target));
     for &(k, _) in &*hits {
@@ -70,10 +69,8 @@ pub(super) fn transfer(
         part = (gap / (-point.velocity[2] * h).max(gap)).min(part);
         point.law.target = targets[k];
     }
-    momentum.clone_from(&problem.momentum);
     carry(problem, part, carried);
     solve(model, work, problem, newton, v);
-    problem.momentum.clone_from(momentum);
     for ((point, target), carried) in problem.points.iter_mut().zip(targets).zip(carried) {
         point.law.target = *target;
         for (impulse, carried) in point.impulse.iter_mut().zip(carried) {
@@ -111,10 +108,10 @@ fn is_due(
             part = (gap / (-point.approach * h).max(gap)).min(part);
         }
     }
-    let carries_less = points().any(|(k, (point, _))| {
-        point.anchor.loaded && problem.points[k].impulse[2] < part * h * point.anchor.normal_force
-    });
-    carries_less && !hits.is_empty()
+    !hits.is_empty()
+        && points().any(|(k, (point, _))| {
+            point.anchor.loaded && problem.points[k].impulse[2] < part * h * point.anchor.normal_force
+        })
 }
 
 /// Adds what the points carry in the first `part` of the step to the momentum of the lone object, and takes it from their
