@@ -16,7 +16,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::cell::RefCell;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 thread_local! {
@@ -141,20 +141,14 @@ impl Batch {
         let Batch { task, hand, noise, sensing, training, slots, workers, .. } = self;
         let how = How { task, hand, noise: *noise, sensing: *sensing, training };
         let chosen = slots.iter_mut().zip(seeds).zip(mask).filter(|(_, chosen)| *chosen);
-        let mut chosen: Vec<(&mut Slot, u64)> = chosen.map(|(slot, _)| slot).collect();
+        let mut chosen: Vec<(&mut Slot, u64, Result<(), String>)> =
+            chosen.map(|((slot, seed), _)| (slot, seed, Ok(()))).collect();
         let mut opened = 0;
         // So many at once that somebody looks for Ctrl-C in between.
         for some in chosen.chunks_mut(2 * workers.count()) {
-            let failed = Mutex::new(None);
-            py.detach(|| {
-                workers.each(some, |(slot, seed)| {
-                    if let Err(error) = slot.open(&how, *seed) {
-                        *failed.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
-                    }
-                });
-            });
-            if let Some(error) = failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
-                return Err(PyValueError::new_err(error));
+            py.detach(|| workers.each(some, |(slot, seed, built)| *built = slot.open(&how, *seed)));
+            for (_, _, built) in &mut *some {
+                std::mem::replace(built, Ok(())).map_err(PyValueError::new_err)?;
             }
             py.check_signals()?;
             opened += some.len() as u64;
