@@ -10,6 +10,7 @@ in brackets. With ``--url``, a server and `AsyncVectorEnv` on it are measured be
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import os
 import platform
@@ -81,8 +82,10 @@ def batch(scene: str, hand: str, count: int, threads: int) -> Row:
     if lead_in:
         worlds.step(np.tile(action(motors, 0, down), (count, 1)), lead_in)
 
+    played = itertools.count()
+
     def block(ticks: int) -> int:
-        for tick in range(ticks):
+        for tick in itertools.islice(played, ticks):
             worlds.step(np.tile(action(motors, tick), (count, 1)), 1)
         return count * ticks
 
@@ -102,8 +105,10 @@ def socket(url: str, scene: str, hand: str) -> Row:
             client.step(base=falling, hand=[0.1] * motors, repeat=10)
     still = palmares.twist([0.0] * 3, [0.0] * 3)
 
+    played = itertools.count()
+
     def block(ticks: int) -> int:
-        for tick in range(ticks):
+        for tick in itertools.islice(played, ticks):
             client.step(base=still, hand=action(motors, tick)[6:])
         return ticks
 
@@ -134,8 +139,10 @@ def asynchronous(url: str | None, scene: str, hand: str, count: int) -> Row:
     for _ in range(lead_in):
         envs.step(act(0, down))
 
+    played = itertools.count()
+
     def block(ticks: int) -> int:
-        for tick in range(ticks):
+        for tick in itertools.islice(played, ticks):
             envs.step(act(tick, 0.0))
         return count * ticks
 
