@@ -174,7 +174,7 @@ impl Contacts {
             if parted > 0.0 {
                 pair.clear();
                 // The bounds reach beyond the shapes by the margin and as far as they move in a step.
-                distances.learn(index, parted + approach + from_rest);
+                distances.learn(index, parted + approach + config.margin(false));
                 continue;
             }
             spent += DISTANCE_WORK;
