@@ -31,6 +31,11 @@ pub struct Collider {
     pub body_from_shape: Pose,
     /// The geometry.
     pub shape: SharedShape,
+    /// What is left of it without its rounding: of a capsule a segment. Distances and balls are found with it exactly, where
+    /// parry would search a rounded shape for its nearest point by iteration.
+    pub core: SharedShape,
+    /// The radius that rounds its core, m; 0 of a shape that is its own.
+    pub rounding: f64,
     /// Bounds in the shape's own frame; parry would compute a hull's from all its vertices every time.
     pub local_bounds: Aabb,
     /// Largest distance of a point of the shape from its own origin, m; infinite of a ground.
@@ -55,6 +60,19 @@ struct Surface {
     friction: f64,
     rolling_friction: f64,
     restitution: f64,
+}
+
+/// A shape's core and the radius that rounds it, m.
+fn without_rounding(shape: &SharedShape) -> (SharedShape, f64) {
+    if let Some(capsule) = shape.as_capsule() {
+        (SharedShape::new(capsule.segment), capsule.radius)
+    } else if let Some(round) = shape.as_round_cuboid() {
+        (SharedShape::new(round.inner_shape), round.border_radius)
+    } else if let Some(round) = shape.as_round_convex_polyhedron() {
+        (SharedShape::new(round.inner_shape.clone()), round.border_radius)
+    } else {
+        (shape.clone(), 0.0)
+    }
 }
 
 /// A block of the solver's unknowns that couple densely: the base, a finger, or an object.
@@ -178,6 +196,8 @@ impl Model {
             owner: Owner::Static,
             body_from_shape: Pose::translation(0.0, 0.0, height),
             shape: SharedShape::halfspace(Vec3::Z),
+            core: SharedShape::halfspace(Vec3::Z),
+            rounding: 0.0,
             local_bounds: Aabb { mins: Vec3::splat(-END_M), maxs: below },
             bounding_radius: f64::INFINITY,
             friction,
@@ -224,7 +244,10 @@ impl Model {
         let (parry, geom_from_parry) =
             shape.to_parry().ok_or_else(|| ModelError::FlatShape { owner: name.to_owned(), index })?;
         let local_bounds = parry.compute_local_aabb();
+        let (core, rounding) = without_rounding(&parry);
         self.colliders.push(Collider {
+            core,
+            rounding,
             owner,
             bounding_radius: local_bounds.mins.abs().max(local_bounds.maxs.abs()).length(),
             body_from_shape: body_from_geom * geom_from_parry,

@@ -332,10 +332,15 @@ fn still_apart(
     if touched {
         return None;
     }
-    let found = DefaultQueryDispatcher.distance(a_from_b, &*a.shape, &*b.shape);
-    let gap = found.map_or(0.0, |found| found.distance);
+    let gap = distance(a, b, a_from_b);
     distances.remember(index, gap, *a_from_b);
     (gap > reachable).then_some(gap)
+}
+
+/// How far two shapes are apart, m; 0 where they overlap.
+fn distance(a: &Collider, b: &Collider, a_from_b: &Pose) -> f64 {
+    let found = DefaultQueryDispatcher.distance(a_from_b, &*a.core, &*b.core);
+    found.map_or(0.0, |found| (found.distance - a.rounding - b.rounding).max(0.0))
 }
 
 /// Whether the points of a pair can be used again as they are. parry's own re-use of old points (up to 1 mm and 1°) gives a
@@ -359,6 +364,10 @@ fn find_points(
     (margin, coincident_m): (f64, f64),
 ) {
     let manifold = &mut pair.manifold;
+    if (a.is_ball || b.is_ball) && !(a.is_round || b.is_round) {
+        touch_core(manifold, a, b, a_from_b, margin);
+        return;
+    }
     if !(a.is_ball || b.is_ball) {
         manifold.mark_shapes_deformed();
     }
@@ -371,6 +380,25 @@ fn find_points(
         contact_manifold_pfm_pfm_shapes(a_from_b, &*a.shape, &*b.shape, None, None, margin, manifold);
     }
     merge_coincident(manifold, coincident_m.powi(2));
+}
+
+/// The point of a ball and a shape whose core, if it is rounded, has a volume.
+fn touch_core(
+    manifold: &mut ContactManifold<(), Anchor>,
+    a: &Collider,
+    b: &Collider,
+    a_from_b: &Pose,
+    margin: f64,
+) {
+    let margin = margin + a.rounding + b.rounding;
+    let supported = DefaultQueryDispatcher
+        .contact_manifold_convex_convex(a_from_b, &*a.core, &*b.core, None, None, margin, manifold);
+    debug_assert!(supported.is_ok(), "every convex shape has a contact algorithm with a ball");
+    for point in &mut manifold.points {
+        point.local_p1 += manifold.local_n1 * a.rounding;
+        point.local_p2 += manifold.local_n2 * b.rounding;
+        point.dist -= a.rounding + b.rounding;
+    }
 }
 
 /// Gives points that parry takes for new the memory of the nearest old one, if it was in the same place of a shape. Of

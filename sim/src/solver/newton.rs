@@ -100,15 +100,21 @@ impl Newton {
         // What is all but balanced already is at rest: there a coarse balance would show as creep.
         let Stop { tolerance, max_iterations, max_work } = *stop;
         let tolerance = if report.residual < AT_REST { REST_TOLERANCE * tolerance } else { tolerance };
+        let mut fall = f64::INFINITY;
         while report.residual >= tolerance && report.iterations < max_iterations && report.work <= max_work {
             report.iterations += 1;
-            self.assemble(model, kin, problem);
-            report.work += 2 * evaluation + self.cholesky.work();
-            if !self.cholesky.factor() {
-                report.residual = f64::NAN;
-                report.unsolvable = true;
-                return report;
+            report.work += 2 * evaluation;
+            // With the matrix that it has, the residual would fall about as it last did.
+            if report.residual * fall >= tolerance {
+                self.assemble(model, kin, problem);
+                report.work += self.cholesky.work();
+                if !self.cholesky.factor() {
+                    report.residual = f64::NAN;
+                    report.unsolvable = true;
+                    return report;
+                }
             }
+            let before = report.residual;
             self.rhs.clear();
             self.rhs.extend(self.gradient.iter().map(|g| -g));
             if problem.hand_dofs > 0 {
@@ -131,14 +137,15 @@ impl Newton {
             let content = slope.abs() * if fine { FINE_LINE_TOLERANCE } else { LINE_TOLERANCE };
             let enough = dot(&direction, &self.gradient).abs() <= content;
             if report.residual >= tolerance && !enough {
-                let before = report.evaluations;
+                let looked = report.evaluations;
                 let more = self.line_search(problem, v, &direction, content, &mut report);
-                report.work += evaluation + look * (report.evaluations - before) as u64;
+                report.work += evaluation + look * (report.evaluations - looked) as u64;
                 self.advance(problem, v, &direction, more);
                 self.gradient_at(model, kin, problem, v);
                 report.residual = self.residual(problem);
             }
             self.direction = direction;
+            fall = report.residual / before;
         }
         report.converged = report.residual < tolerance;
         report
