@@ -190,9 +190,13 @@ impl Contacts {
             let reuse = if on_furniture && (a.is_round || b.is_round) { round } else { flat };
             if !still_valid(pair, a, b, &a_from_b, reuse) {
                 spent += MANIFOLD_WORK;
-                self.before.clone_from(&pair.manifold.points);
-                find_points(pair, a, b, &a_from_b, (margin, config.coincident_m));
-                remember(&mut pair.manifold.points, &self.before, config.manifold_reuse_m.powi(2));
+                if a.is_ball || b.is_ball {
+                    find_point(&mut pair.manifold, a, b, &a_from_b, margin);
+                } else {
+                    self.before.clone_from(&pair.manifold.points);
+                    find_points(pair, a, b, &a_from_b, (margin, config.coincident_m));
+                    remember(&mut pair.manifold.points, &self.before, config.manifold_reuse_m.powi(2));
+                }
             }
             let deepest = pair.manifold.points.iter().map(|point| point.dist).fold(f64::INFINITY, f64::min);
             // Bodies first seen overlapping by more than `Config::overlap_m` were placed so; the overlap is removed at
@@ -364,13 +368,7 @@ fn find_points(
     (margin, coincident_m): (f64, f64),
 ) {
     let manifold = &mut pair.manifold;
-    if (a.is_ball || b.is_ball) && !(a.is_round || b.is_round) {
-        touch_core(manifold, a, b, a_from_b, margin);
-        return;
-    }
-    if !(a.is_ball || b.is_ball) {
-        manifold.mark_shapes_deformed();
-    }
+    manifold.mark_shapes_deformed();
     let supported = DefaultQueryDispatcher
         .contact_manifold_convex_convex(a_from_b, &*a.shape, &*b.shape, None, None, margin, manifold);
     debug_assert!(supported.is_ok(), "every pair of our convex shapes has a contact algorithm");
@@ -382,22 +380,25 @@ fn find_points(
     merge_coincident(manifold, coincident_m.powi(2));
 }
 
-/// The point of a ball and a shape whose core, if it is rounded, has a volume.
-fn touch_core(
+/// The point of a ball and another shape, which remembers what the one before knew.
+fn find_point(
     manifold: &mut ContactManifold<(), Anchor>,
     a: &Collider,
     b: &Collider,
     a_from_b: &Pose,
     margin: f64,
 ) {
-    let margin = margin + a.rounding + b.rounding;
+    // On a capsule's core, a segment, a ball's centre has no normal.
+    let cores = !(a.is_round || b.is_round);
+    let [on_a, on_b] = [a, b].map(|of| if cores { (&*of.core, of.rounding) } else { (&*of.shape, 0.0) });
+    let margin = margin + on_a.1 + on_b.1;
     let supported = DefaultQueryDispatcher
-        .contact_manifold_convex_convex(a_from_b, &*a.core, &*b.core, None, None, margin, manifold);
+        .contact_manifold_convex_convex(a_from_b, on_a.0, on_b.0, None, None, margin, manifold);
     debug_assert!(supported.is_ok(), "every convex shape has a contact algorithm with a ball");
     for point in &mut manifold.points {
-        point.local_p1 += manifold.local_n1 * a.rounding;
-        point.local_p2 += manifold.local_n2 * b.rounding;
-        point.dist -= a.rounding + b.rounding;
+        point.local_p1 += manifold.local_n1 * on_a.1;
+        point.local_p2 += manifold.local_n2 * on_b.1;
+        point.dist -= on_a.1 + on_b.1;
     }
 }
 
