@@ -36,7 +36,7 @@ impl World {
     pub fn snapshot(&self) -> Snapshot {
         let work = &self.scratch.work;
         Snapshot {
-            state: self.state.remembered(),
+            state: self.state.clone(),
             forces: work.forces.clone(),
             outcome: work.outcome,
             fault: work.fault,

@@ -35,7 +35,7 @@ pub struct State {
     pub(crate) earlier: Earlier,
     /// Into how many substeps an undamped hand's next step in the air is divided to begin with; 0 where nothing is known.
     pub(crate) substeps: u32,
-    /// Contact memory of every pair of shapes that may touch, ascending by key.
+    /// Contact memory of the pairs of shapes that have any, ascending by key.
     pub(crate) pairs: Vec<Pair>,
 }
 
@@ -131,26 +131,6 @@ impl State {
             sleep: objects.sleep.clone(),
             pairs: own.chain(others).collect(),
             ..hand.clone()
-        }
-    }
-
-    /// A copy for a snapshot: without the pairs that remember nothing, of which a cluttered scene has many.
-    pub(crate) fn remembered(&self) -> Self {
-        let State { step, base, q, v, objects, reference, motors, tension, sleep, earlier, substeps, pairs } =
-            self;
-        State {
-            step: *step,
-            base: *base,
-            q: q.clone(),
-            v: v.clone(),
-            objects: objects.clone(),
-            reference: *reference,
-            motors: motors.clone(),
-            tension: tension.clone(),
-            sleep: sleep.clone(),
-            earlier: earlier.clone(),
-            substeps: *substeps,
-            pairs: pairs.iter().filter(|pair| !pair.is_blank()).cloned().collect(),
         }
     }
 

@@ -30,7 +30,7 @@ pub struct Anchor {
     pub normal_force: f64,
 }
 
-/// Memory of a pair of shapes.
+/// Memory of a pair of shapes. The state has it of those alone that remember something.
 #[derive(Serialize, Deserialize)]
 pub struct Pair {
     /// Collider indices, the lower one first.
@@ -113,17 +113,7 @@ impl Pair {
         }
     }
 
-    /// Forgets everything: the shapes are apart. From the normals parry begins its search, so that they count.
-    pub fn clear(&mut self) {
-        self.manifold.points.clear();
-        self.manifold.local_n1 = Vec3::ZERO;
-        self.manifold.local_n2 = Vec3::ZERO;
-        self.mean = Anchor::default();
-        self.initial_overlap = 0.0;
-        self.seen = (0.0, Pose::IDENTITY);
-    }
-
-    /// Whether there is nothing to remember. Which of the pairs that never touched are listed says nothing.
+    /// Whether there is nothing to remember. From its normals parry begins its search, so that they count.
     pub(crate) fn is_blank(&self) -> bool {
         let Pair { key: _, manifold, mean, initial_overlap, seen: _ } = self;
         manifold.points.is_empty()
@@ -152,9 +142,6 @@ impl Pair {
     }
 
     pub(crate) fn digest(&self, h: &mut Digest) {
-        if self.is_blank() {
-            return;
-        }
         // Taken apart by name, so that nothing can be forgotten; of convex shapes the rest is empty.
         let Pair { key, manifold, mean, initial_overlap, seen: (gap, a_from_b) } = self;
         let ContactManifold { points, local_n1, local_n2, subshape1, subshape2, subshape_poses: _, data: () } =

@@ -4,7 +4,6 @@
 //! that most steps test a few dozen pairs instead of all. The list is a superset of what touches; a step's
 //! result does not depend on it.
 
-use super::anchor::Pair;
 use crate::model::{Model, Owner};
 use palmares_models::{Mat3, Pose, Vec3};
 use parry3d_f64::bounding_volume::Aabb;
@@ -28,8 +27,8 @@ pub struct BroadPhase {
     found: Vec<(u32, u32)>,
     /// Of every shape: whether its box is new.
     renewed: Vec<bool>,
-    /// Pairs from the last list, while a new one is made.
-    old: Vec<Pair>,
+    /// The last list, while a new one is made.
+    old: Vec<(u32, u32)>,
 }
 
 impl BroadPhase {
@@ -38,8 +37,13 @@ impl BroadPhase {
         self.boxes.clear();
     }
 
-    /// Brings `pairs` up to date with the tight bounds of all shapes; false when they are still the same.
-    pub fn update(&mut self, model: &Model, tight: &[Aabb], pairs: &mut Vec<Pair>) -> bool {
+    /// The near pairs of shapes, the lower place first, ascending.
+    pub fn keys(&self) -> &[(u32, u32)] {
+        &self.keys
+    }
+
+    /// Brings the list up to date with the tight bounds of all shapes; false when it is still the same.
+    pub fn update(&mut self, model: &Model, tight: &[Aabb]) -> bool {
         let known = self.boxes.len() == tight.len();
         if known && self.boxes.iter().zip(tight).all(|(outer, inner)| contains(outer, inner)) {
             return false;
@@ -59,18 +63,9 @@ impl BroadPhase {
             self.renewed.resize(tight.len(), true);
             self.keys.clear();
         }
+        self.old.clone_from(&self.keys);
         self.list(model);
-        if known && pairs.iter().map(|pair| pair.key).eq(self.keys.iter().copied()) {
-            return false;
-        }
-        std::mem::swap(pairs, &mut self.old);
-        pairs.clear();
-        let mut old = self.old.drain(..).peekable();
-        pairs.extend(self.keys.iter().map(|&key| {
-            while old.next_if(|pair| pair.key < key).is_some() {}
-            old.next_if(|pair| pair.key == key).unwrap_or_else(|| Pair::new(key))
-        }));
-        true
+        !known || self.old != self.keys
     }
 
     /// Lists the near pairs: those of renewed boxes are looked for, the others are as they were.

@@ -55,8 +55,8 @@ pub(crate) fn collide(
     update_shapes(model, state, dynamics, collision);
     let Collision { contacts, poses, distances, broad_phase, bounds, speeds, speeds_before, paths, asleep } =
         collision;
-    if broad_phase.update(model, bounds, &mut state.pairs) {
-        distances.follow(&state.pairs);
+    if broad_phase.update(model, bounds) {
+        distances.follow(broad_phase.keys(), &mut state.pairs);
         spent += (model.colliders().len() * model.colliders().len()) as u64;
     }
     let known = speeds_before.len() == speeds.len();

@@ -13,12 +13,16 @@ struct Watch {
     key: (u32, u32),
     /// The sum of both odometers that uses up what is known of the pair's distance.
     until: f64,
+    /// Where the state remembers something of the pair; [`NOWHERE`] if it does not.
+    place: u32,
 }
+
+const NOWHERE: u32 = u32::MAX;
 
 /// Odometers, and what is known of the distances of the near pairs.
 #[derive(Clone, Debug, Default)]
 pub struct DistanceCache {
-    /// In the order of the state's pairs.
+    /// In the order of the near pairs.
     watches: Vec<Watch>,
     /// The same before the list of pairs changed.
     old: Vec<Watch>,
@@ -51,19 +55,55 @@ impl DistanceCache {
         self.ahead.extend(self.odometer.iter().zip(reach).map(|(odometer, reach)| odometer + reach));
     }
 
-    /// Follows a new list of pairs.
-    pub fn follow(&mut self, pairs: &[Pair]) {
+    /// Follows a new list of near pairs; of others nothing is remembered.
+    pub fn follow(&mut self, keys: &[(u32, u32)], pairs: &mut Vec<Pair>) {
         std::mem::swap(&mut self.watches, &mut self.old);
         std::mem::swap(&mut self.gaps, &mut self.old_gaps);
         let mut old = self.old.drain(..).zip(self.old_gaps.drain(..)).peekable();
         self.watches.clear();
         self.gaps.clear();
-        for pair in pairs {
-            while old.next_if(|(watch, _)| watch.key < pair.key).is_some() {}
-            let unknown = (Watch { key: pair.key, until: f64::NEG_INFINITY }, (0.0, Pose::IDENTITY));
-            let (watch, gap) = old.next_if(|(watch, _)| watch.key == pair.key).unwrap_or(unknown);
+        pairs.retain(|pair| keys.binary_search(&pair.key).is_ok());
+        let mut remembered = (0..).zip(pairs.iter()).peekable();
+        for &key in keys {
+            while old.next_if(|(watch, _)| watch.key < key).is_some() {}
+            let unknown = (Watch { key, until: f64::NEG_INFINITY, place: NOWHERE }, (0.0, Pose::IDENTITY));
+            let (mut watch, gap) = old.next_if(|(watch, _)| watch.key == key).unwrap_or(unknown);
+            watch.place = remembered.next_if(|(_, pair)| pair.key == key).map_or(NOWHERE, |(place, _)| place);
             self.watches.push(watch);
             self.gaps.push(gap);
+        }
+    }
+
+    /// Number of near pairs.
+    pub fn len(&self) -> usize {
+        self.watches.len()
+    }
+
+    /// Where the state remembers something of pair `index`, if it does.
+    #[inline]
+    pub fn place(&self, index: usize) -> Option<usize> {
+        let place = self.watches[index].place;
+        (place != NOWHERE).then_some(place as usize)
+    }
+
+    /// From now on the state remembers pair `index`; returns where.
+    pub fn insert(&mut self, index: usize, pair: Pair, pairs: &mut Vec<Pair>) -> usize {
+        let place = pairs.partition_point(|other| other.key < pair.key);
+        pairs.insert(place, pair);
+        self.watches[index].place = place as u32;
+        for watch in self.watches[index + 1..].iter_mut().filter(|watch| watch.place != NOWHERE) {
+            watch.place += 1;
+        }
+        place
+    }
+
+    /// The state forgets pair `index`, if it remembers anything of it.
+    pub fn remove(&mut self, index: usize, pairs: &mut Vec<Pair>) {
+        let Some(place) = self.place(index) else { return };
+        pairs.remove(place);
+        self.watches[index].place = NOWHERE;
+        for watch in self.watches[index + 1..].iter_mut().filter(|watch| watch.place != NOWHERE) {
+            watch.place -= 1;
         }
     }
 
@@ -91,7 +131,7 @@ impl DistanceCache {
 
     /// Looks at the pairs at rest again in which a shape `is_awake`.
     pub fn rouse(&mut self, is_awake: impl Fn(usize) -> bool) {
-        for Watch { key: (a, b), until } in &mut self.watches {
+        for Watch { key: (a, b), until, .. } in &mut self.watches {
             if *until == f64::INFINITY && (is_awake(*a as usize) || is_awake(*b as usize)) {
                 *until = f64::NEG_INFINITY;
             }
@@ -132,7 +172,7 @@ mod tests {
     fn a_pair_is_looked_at_when_its_distance_may_be_used_up() {
         let mut cache = DistanceCache::default();
         cache.forget(3);
-        cache.follow(&[Pair::new((0, 1)), Pair::new((0, 2)), Pair::new((1, 2))]);
+        cache.follow(&[(0, 1), (0, 2), (1, 2)], &mut Vec::new());
         let reach = [0.5, 0.0, 1.0];
         cache.travel(&[0.0; 3], reach.into_iter());
         assert_eq!((cache.next(0), cache.next(1), cache.next(3)), (Some(0), Some(1), None));
@@ -143,7 +183,7 @@ mod tests {
         // 0.75 of 2 m are used up, and 0.5 and 1.5 m of reach.
         assert_eq!((cache.next(0), cache.slack(0)), (Some(1), 1.25));
         // What is known survives a new list; what is new is looked at.
-        cache.follow(&[Pair::new((0, 1)), Pair::new((0, 3))]);
+        cache.follow(&[(0, 1), (0, 3)], &mut Vec::new());
         assert_eq!(cache.slack(0), 1.25);
         cache.forget(3);
         assert_eq!(cache.slack(0), f64::NEG_INFINITY);
@@ -153,7 +193,7 @@ mod tests {
     fn a_pair_at_rest_is_looked_at_when_one_of_it_is_roused() {
         let mut cache = DistanceCache::default();
         cache.forget(3);
-        cache.follow(&[Pair::new((0, 1)), Pair::new((1, 2))]);
+        cache.follow(&[(0, 1), (1, 2)], &mut Vec::new());
         cache.travel(&[], [1.0; 3].into_iter());
         cache.rest(0);
         cache.rest(1);
@@ -161,7 +201,7 @@ mod tests {
         cache.rouse(|shape| shape == 2);
         assert_eq!((cache.next(0), cache.key(1)), (Some(1), (1, 2)));
         // A new list does not wake what is at rest.
-        cache.follow(&[Pair::new((0, 1)), Pair::new((0, 2)), Pair::new((1, 2))]);
+        cache.follow(&[(0, 1), (0, 2), (1, 2)], &mut Vec::new());
         assert_eq!((cache.next(0), cache.next(2)), (Some(1), Some(2)));
     }
 }

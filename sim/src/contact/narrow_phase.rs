@@ -136,13 +136,13 @@ impl Contacts {
         bodies: &Bodies<'_>,
         shapes: &Shapes<'_>,
         distances: &mut DistanceCache,
-        pairs: &mut [Pair],
+        pairs: &mut Vec<Pair>,
         allowed: u64,
     ) -> u64 {
         let (model, Shapes { poses, bounds, speeds }) = (bodies.model, shapes);
         self.pairs.clear();
         self.points.clear();
-        let mut spent = pairs.len() as u64;
+        let mut spent = distances.len() as u64;
         let config = model.config();
         let [flat, round] = *self.reuse.get_or_insert_with(|| {
             let flat = (libm::cos(config.manifold_reuse_rad), config.manifold_reuse_m.powi(2));
@@ -169,22 +169,28 @@ impl Contacts {
             if distances.slack(index) > reachable {
                 continue;
             }
-            let pair = &mut pairs[index];
             let parted = separation(&bounds[i], &bounds[j]);
             if parted > 0.0 {
-                pair.clear();
+                distances.remove(index, pairs);
                 // The bounds reach beyond the shapes by the margin and as far as they move in a step.
                 distances.learn(index, parted + approach + config.margin(false));
                 continue;
             }
             spent += DISTANCE_WORK;
             let a_from_b = poses[i].inv_mul(&poses[j]);
-            if let Some(apart) = still_apart(pair, (&mut *distances, index), (a, b), &a_from_b, reachable) {
-                pair.clear();
+            let known = distances.place(index);
+            let before = known.map(|place| &pairs[place]);
+            if let Some(apart) = still_apart(before, (&mut *distances, index), (a, b), &a_from_b, reachable) {
+                distances.remove(index, pairs);
                 distances.learn(index, apart);
                 continue;
             }
             distances.learn(index, 0.0);
+            let mut fresh = None;
+            let pair = match known {
+                Some(place) => &mut pairs[place],
+                None => fresh.insert(Pair::new((i as u32, j as u32))),
+            };
             let first_sight = pair.manifold.points.is_empty();
             let on_furniture = a.owner == Owner::Static || b.owner == Owner::Static;
             let reuse = if on_furniture && (a.is_round || b.is_round) { round } else { flat };
@@ -209,6 +215,11 @@ impl Contacts {
             if pair.manifold.points.is_empty() {
                 distances.remember(index, 0.0, a_from_b);
                 pair.mean = Anchor::default();
+                match (pair.is_blank(), fresh) {
+                    (true, None) => distances.remove(index, pairs),
+                    (false, Some(fresh)) => _ = distances.insert(index, fresh, pairs),
+                    (true, Some(_)) | (false, None) => {}
+                }
                 continue;
             }
             pair.seen = (deepest, a_from_b);
@@ -227,6 +238,11 @@ impl Contacts {
             let farthest = 1.001 * (from_rest + 2.0 * config.step_s * fastest);
             self.collect(pair, &poses[i], &poses[j], origin, relative, (from_rest, farthest, config));
             spent += POINT_WORK * pair.manifold.points.len() as u64;
+            let initial_overlap = pair.initial_overlap;
+            let place = match (known, fresh) {
+                (None, Some(fresh)) => distances.insert(index, fresh, pairs),
+                (known, _) => known.unwrap_or_default(),
+            };
             if self.points.len() > first {
                 self.pairs.push(ContactPair {
                     a: a.owner,
@@ -235,9 +251,9 @@ impl Contacts {
                     friction: pair_friction(a, b),
                     rolling_friction: a.rolling_friction.max(b.rolling_friction),
                     restitution: a.restitution.max(b.restitution),
-                    initial_overlap: pair.initial_overlap,
+                    initial_overlap,
                     points: first..self.points.len(),
-                    pair: index,
+                    pair: place,
                 });
             }
         }
@@ -309,19 +325,19 @@ impl Contacts {
 /// How far apart the shapes are, if it is more than what is `reachable` in this step. Their exact distance is found
 /// once; until their relative motion could have used it up, nothing needs to be computed.
 fn still_apart(
-    pair: &Pair,
+    pair: Option<&Pair>,
     (distances, index): (&mut DistanceCache, usize),
     (a, b): (&Collider, &Collider),
     a_from_b: &Pose,
     reachable: f64,
 ) -> Option<f64> {
     // Points are part of the state, the distance found earlier is not: a restored snapshot knows none.
-    if pair.manifold.points.iter().any(|point| point.data.loaded) {
+    if pair.is_some_and(|pair| pair.manifold.points.iter().any(|point| point.data.loaded)) {
         return None;
     }
-    let touched = !pair.manifold.points.is_empty();
+    let touched = pair.filter(|pair| !pair.manifold.points.is_empty());
     // What was known before a snapshot is known after it: where there are points, the state has it.
-    let (gap, there) = if touched { pair.seen } else { distances.gap(index) };
+    let (gap, there) = touched.map_or_else(|| distances.gap(index), |pair| pair.seen);
     // A shape without end comes nearer by any turn.
     if gap > reachable && b.bounding_radius.is_finite() {
         let travel = a_from_b.translation.distance(there.translation);
@@ -333,7 +349,7 @@ fn still_apart(
             return Some(left);
         }
     }
-    if touched {
+    if touched.is_some() {
         return None;
     }
     let gap = distance(a, b, a_from_b);
