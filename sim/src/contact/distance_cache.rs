@@ -75,7 +75,7 @@ impl DistanceCache {
     }
 
     /// Number of near pairs.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.watches.len()
     }
 

@@ -142,7 +142,7 @@ impl Contacts {
         let (model, Shapes { poses, bounds, speeds }) = (bodies.model, shapes);
         self.pairs.clear();
         self.points.clear();
-        let mut spent = distances.len() as u64;
+        let mut spent = distances.count() as u64;
         let config = model.config();
         let [flat, round] = *self.reuse.get_or_insert_with(|| {
             let flat = (libm::cos(config.manifold_reuse_rad), config.manifold_reuse_m.powi(2));
