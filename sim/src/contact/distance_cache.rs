@@ -204,4 +204,28 @@ mod tests {
         cache.follow(&[(0, 1), (0, 2), (1, 2)], &mut Vec::new());
         assert_eq!((cache.next(0), cache.next(2)), (Some(1), Some(2)));
     }
+
+    #[test]
+    fn the_place_of_a_memory_is_known_whatever_comes_and_goes() {
+        let keys = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3)];
+        let (mut cache, mut pairs) = (DistanceCache::default(), vec![Pair::new((0, 2)), Pair::new((4, 5))]);
+        // What is not near is forgotten.
+        cache.follow(&keys, &mut pairs);
+        let check = |cache: &DistanceCache, pairs: &[Pair], kept: &[usize]| {
+            let places: Vec<usize> = (0..keys.len()).filter(|k| cache.place(*k).is_some()).collect();
+            assert_eq!(places, kept);
+            assert!(kept.iter().all(|&k| cache.place(k).is_some_and(|place| pairs[place].key == keys[k])));
+            assert_eq!(pairs.len(), kept.len());
+        };
+        check(&cache, &pairs, &[1]);
+        assert_eq!(cache.insert(4, Pair::new(keys[4]), &mut pairs), 1);
+        assert_eq!(cache.insert(0, Pair::new(keys[0]), &mut pairs), 0);
+        assert_eq!(cache.insert(3, Pair::new(keys[3]), &mut pairs), 2);
+        check(&cache, &pairs, &[0, 1, 3, 4]);
+        cache.remove(1, &mut pairs);
+        cache.remove(2, &mut pairs);
+        check(&cache, &pairs, &[0, 3, 4]);
+        cache.follow(&keys, &mut pairs);
+        check(&cache, &pairs, &[0, 3, 4]);
+    }
 }

@@ -463,6 +463,8 @@ fn merge_coincident(manifold: &mut ContactManifold<(), Anchor>, within_squared: 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use palmares_models::Rotation;
+    use palmares_models::shape::Shape;
 
     fn point(x: f64, stretch: f64, known: bool) -> TrackedContact<Anchor> {
         let place = Vec3::new(x, 0.0, 0.0);
@@ -479,5 +481,56 @@ mod tests {
         remember(&mut points, &before, 1e-10);
         assert_eq!(points.map(|point| point.data.stretch.y), [2.0, 5.0, 0.0]);
         assert_eq!(points.map(|point| point.data.known), [true, true, false]);
+    }
+
+    /// A rounded box and a capsule, then a ball.
+    fn colliders() -> Vec<Collider> {
+        let mut model = Model::new(Config::default(), None).expect("no hand");
+        for shape in [
+            Shape::Box { half_extents: [0.03, 0.02, 0.01], rounding: 0.004 },
+            Shape::Capsule { half_length: 0.02, radius: 0.008 },
+            Shape::Sphere { radius: 0.0065 },
+        ] {
+            model.add_static("shape", &shape, Pose::IDENTITY, 0.5).expect("it fits");
+        }
+        model.colliders().to_vec()
+    }
+
+    #[test]
+    fn a_ball_touches_a_rounded_box_where_geometry_says() {
+        let shapes = colliders();
+        let (round, ball) = (&shapes[0], &shapes[2]);
+        // By the face, the edge and the corner of the box within; all but the last overlap or touch.
+        let sharp = Vec3::new(0.026, 0.016, 0.006);
+        for beyond in [(0.0, 0.0, 0.01), (0.0, 0.006, 0.008), (0.005, 0.006, 0.007), (-0.03, -0.02, -0.001)] {
+            let beyond = Vec3::new(beyond.0, beyond.1, beyond.2);
+            let mut pair = Pair::new((0, 1));
+            find_point(
+                &mut pair.manifold,
+                round,
+                ball,
+                &Pose::from_parts(sharp + beyond, Rotation::IDENTITY),
+                0.01,
+            );
+            let inside = beyond.max_element() < 0.0;
+            let out = if inside { Vec3::Z } else { beyond.max(Vec3::ZERO).normalize() };
+            let way = if inside { beyond.z } else { beyond.max(Vec3::ZERO).length() };
+            let point = pair.manifold.points[0];
+            assert!((pair.manifold.local_n1 - out).length() < 1e-14, "{beyond}");
+            assert!((point.dist - (way - 0.004 - 0.0065)).abs() < 1e-15, "{beyond}: {}", point.dist);
+            assert!((point.local_p2 + out * 0.0065).length() < 1e-15, "{beyond}");
+            let surface = sharp + beyond.min(Vec3::ZERO) + out * 0.004;
+            assert!(inside || (point.local_p1 - surface).length() < 1e-15, "{beyond}: {}", point.local_p1);
+        }
+    }
+
+    #[test]
+    fn distances_are_those_of_the_cores_less_what_rounds_them() {
+        let shapes = colliders();
+        // The capsule upright beside the box, its lower end above the box's edge.
+        let apart = Pose::translation(0.026, 0.016 + 0.03, 0.006 + 0.02 + 0.04);
+        let found = distance(&shapes[0], &shapes[1], &apart);
+        assert!((found - (0.05 - 0.004 - 0.008)).abs() < 1e-15, "{found}");
+        assert_eq!(distance(&shapes[0], &shapes[1], &Pose::translation(0.026, 0.02, 0.0)), 0.0);
     }
 }
