@@ -4,10 +4,6 @@
 //! 6x6 matrix `K = Σ Wᵀ G W` however many points it has, and K on a link adds up down the tree exactly as
 //! inertia does in the composite-rigid-body algorithm: `H = Sᵀ K S` costs as much as a mass matrix, not as
 //! much as all contact Jacobians.
-//!
-//! An iteration that would converge with the matrix of the last one, by how the residual fell in it, keeps that matrix (the
-//! chord method: Kelley 1995, *Iterative Methods for Linear and Nonlinear Equations*, section 5.4.1). Of a hand among balls
-//! these are three iterations in ten, and the solver takes a tenth less time.
 
 use super::friction_cone::ConeHessian;
 use super::problem::{PairBody, Problem, multiply};
@@ -33,9 +29,6 @@ const AT_REST: f64 = 1e-3;
 
 /// ... and solved finer by this factor.
 const REST_TOLERANCE: f64 = 0.1;
-
-/// An iteration keeps the matrix of the last one if the residual would fall to this part of the tolerance with it.
-const CHORD: f64 = 0.5;
 
 /// When a solve ends.
 #[derive(Clone, Copy, Debug)]
@@ -107,23 +100,15 @@ impl Newton {
         // What is all but balanced already is at rest: there a coarse balance would show as creep.
         let Stop { tolerance, max_iterations, max_work } = *stop;
         let tolerance = if report.residual < AT_REST { REST_TOLERANCE * tolerance } else { tolerance };
-        let is_free = is_free(problem);
-        // By which factor the residual fell in the last iteration.
-        let mut fall = f64::INFINITY;
         while report.residual >= tolerance && report.iterations < max_iterations && report.work <= max_work {
             report.iterations += 1;
-            report.work += 2 * evaluation;
-            // With the same matrix the residual would fall about as it last did.
-            if is_free || report.residual * fall >= CHORD * tolerance {
-                self.assemble(model, kin, problem);
-                report.work += self.cholesky.work();
-                if !self.cholesky.factor() {
-                    report.residual = f64::NAN;
-                    report.unsolvable = true;
-                    return report;
-                }
+            self.assemble(model, kin, problem);
+            report.work += 2 * evaluation + self.cholesky.work();
+            if !self.cholesky.factor() {
+                report.residual = f64::NAN;
+                report.unsolvable = true;
+                return report;
             }
-            let before = report.residual;
             self.rhs.clear();
             self.rhs.extend(self.gradient.iter().map(|g| -g));
             if problem.hand_dofs > 0 {
@@ -146,15 +131,14 @@ impl Newton {
             let content = slope.abs() * if fine { FINE_LINE_TOLERANCE } else { LINE_TOLERANCE };
             let enough = dot(&direction, &self.gradient).abs() <= content;
             if report.residual >= tolerance && !enough {
-                let looked = report.evaluations;
+                let before = report.evaluations;
                 let more = self.line_search(problem, v, &direction, content, &mut report);
-                report.work += evaluation + look * (report.evaluations - looked) as u64;
+                report.work += evaluation + look * (report.evaluations - before) as u64;
                 self.advance(problem, v, &direction, more);
                 self.gradient_at(model, kin, problem, v);
                 report.residual = self.residual(problem);
             }
             self.direction = direction;
-            fall = report.residual / before;
         }
         report.converged = report.residual < tolerance;
         report
@@ -428,12 +412,6 @@ impl Newton {
         }
         alpha
     }
-}
-
-/// Whether nothing holds a hand's base. Its momentum is kept to rounding, at most 2.2e-13 kg m/s of 50 where a ball hits it;
-/// with matrices that are kept it was 1.1e-12.
-fn is_free(problem: &Problem) -> bool {
-    problem.hand_dofs > 0 && !problem.bolted && problem.axis_terms.iter().all(|term| term.dof >= 6)
 }
 
 #[inline]
