@@ -2,8 +2,8 @@
 //! world's tick.
 //!
 //! For the same reason nobody falls asleep between two lists that follow each other closely, nor while another thread ends
-//! its last item: a core that has nothing to do stops, and a virtual one takes 50 to 100 µs to go on. Who waits yields, so
-//! that whatever else wants the core has it.
+//! its last item: two threads took 19.6 µs for a tick of one of 64 worlds of the ReFlex in the air when they slept, and take
+//! 18.6 µs awake. Who waits yields, so that whatever else wants the core has it.
 
 use pyo3::PyResult;
 use pyo3::exceptions::PyRuntimeError;
