@@ -56,7 +56,9 @@ pub(crate) fn collide(
     let Collision { contacts, poses, distances, broad_phase, bounds, speeds, speeds_before, paths, asleep } =
         collision;
     if broad_phase.update(model, bounds) {
-        distances.follow(broad_phase.keys(), &mut state.pairs);
+        distances.follow(broad_phase.keys());
+        // Of others nothing is remembered.
+        state.pairs.retain(|pair| broad_phase.keys().binary_search(&pair.key).is_ok());
         spent += (model.colliders().len() * model.colliders().len()) as u64;
     }
     let known = speeds_before.len() == speeds.len();

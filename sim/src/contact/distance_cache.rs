@@ -4,7 +4,6 @@
 //! some distance apart is not looked at before the odometers could have used that distance up, so that most pairs
 //! cost one comparison. A cache: no result depends on it.
 
-use super::anchor::Pair;
 use palmares_models::Pose;
 
 /// A pair and when to look at it.
@@ -13,11 +12,7 @@ struct Watch {
     key: (u32, u32),
     /// The sum of both odometers that uses up what is known of the pair's distance.
     until: f64,
-    /// Where the state remembers something of the pair; [`NOWHERE`] if it does not.
-    place: u32,
 }
-
-const NOWHERE: u32 = u32::MAX;
 
 /// Odometers, and what is known of the distances of the near pairs.
 #[derive(Clone, Debug, Default)]
@@ -55,20 +50,17 @@ impl DistanceCache {
         self.ahead.extend(self.odometer.iter().zip(reach).map(|(odometer, reach)| odometer + reach));
     }
 
-    /// Follows a new list of near pairs; of others nothing is remembered.
-    pub fn follow(&mut self, keys: &[(u32, u32)], pairs: &mut Vec<Pair>) {
+    /// Follows a new list of near pairs.
+    pub fn follow(&mut self, keys: &[(u32, u32)]) {
         std::mem::swap(&mut self.watches, &mut self.old);
         std::mem::swap(&mut self.gaps, &mut self.old_gaps);
         let mut old = self.old.drain(..).zip(self.old_gaps.drain(..)).peekable();
         self.watches.clear();
         self.gaps.clear();
-        pairs.retain(|pair| keys.binary_search(&pair.key).is_ok());
-        let mut remembered = (0..).zip(pairs.iter()).peekable();
         for &key in keys {
             while old.next_if(|(watch, _)| watch.key < key).is_some() {}
-            let unknown = (Watch { key, until: f64::NEG_INFINITY, place: NOWHERE }, (0.0, Pose::IDENTITY));
-            let (mut watch, gap) = old.next_if(|(watch, _)| watch.key == key).unwrap_or(unknown);
-            watch.place = remembered.next_if(|(_, pair)| pair.key == key).map_or(NOWHERE, |(place, _)| place);
+            let unknown = (Watch { key, until: f64::NEG_INFINITY }, (0.0, Pose::IDENTITY));
+            let (watch, gap) = old.next_if(|(watch, _)| watch.key == key).unwrap_or(unknown);
             self.watches.push(watch);
             self.gaps.push(gap);
         }
@@ -77,34 +69,6 @@ impl DistanceCache {
     /// Number of near pairs.
     pub fn count(&self) -> usize {
         self.watches.len()
-    }
-
-    /// Where the state remembers something of pair `index`, if it does.
-    #[inline]
-    pub fn place(&self, index: usize) -> Option<usize> {
-        let place = self.watches[index].place;
-        (place != NOWHERE).then_some(place as usize)
-    }
-
-    /// From now on the state remembers pair `index`; returns where.
-    pub fn insert(&mut self, index: usize, pair: Pair, pairs: &mut Vec<Pair>) -> usize {
-        let place = pairs.partition_point(|other| other.key < pair.key);
-        pairs.insert(place, pair);
-        self.watches[index].place = place as u32;
-        for watch in self.watches[index + 1..].iter_mut().filter(|watch| watch.place != NOWHERE) {
-            watch.place += 1;
-        }
-        place
-    }
-
-    /// The state forgets pair `index`, if it remembers anything of it.
-    pub fn remove(&mut self, index: usize, pairs: &mut Vec<Pair>) {
-        let Some(place) = self.place(index) else { return };
-        pairs.remove(place);
-        self.watches[index].place = NOWHERE;
-        for watch in self.watches[index + 1..].iter_mut().filter(|watch| watch.place != NOWHERE) {
-            watch.place -= 1;
-        }
     }
 
     /// The next pair from `from` on that may have come near.
@@ -131,7 +95,7 @@ impl DistanceCache {
 
     /// Looks at the pairs at rest again in which a shape `is_awake`.
     pub fn rouse(&mut self, is_awake: impl Fn(usize) -> bool) {
-        for Watch { key: (a, b), until, .. } in &mut self.watches {
+        for Watch { key: (a, b), until } in &mut self.watches {
             if *until == f64::INFINITY && (is_awake(*a as usize) || is_awake(*b as usize)) {
                 *until = f64::NEG_INFINITY;
             }
@@ -172,7 +136,7 @@ mod tests {
     fn a_pair_is_looked_at_when_its_distance_may_be_used_up() {
         let mut cache = DistanceCache::default();
         cache.forget(3);
-        cache.follow(&[(0, 1), (0, 2), (1, 2)], &mut Vec::new());
+        cache.follow(&[(0, 1), (0, 2), (1, 2)]);
         let reach = [0.5, 0.0, 1.0];
         cache.travel(&[0.0; 3], reach.into_iter());
         assert_eq!((cache.next(0), cache.next(1), cache.next(3)), (Some(0), Some(1), None));
@@ -183,7 +147,7 @@ mod tests {
         // 0.75 of 2 m are used up, and 0.5 and 1.5 m of reach.
         assert_eq!((cache.next(0), cache.slack(0)), (Some(1), 1.25));
         // What is known survives a new list; what is new is looked at.
-        cache.follow(&[(0, 1), (0, 3)], &mut Vec::new());
+        cache.follow(&[(0, 1), (0, 3)]);
         assert_eq!(cache.slack(0), 1.25);
         cache.forget(3);
         assert_eq!(cache.slack(0), f64::NEG_INFINITY);
@@ -193,7 +157,7 @@ mod tests {
     fn a_pair_at_rest_is_looked_at_when_one_of_it_is_roused() {
         let mut cache = DistanceCache::default();
         cache.forget(3);
-        cache.follow(&[(0, 1), (1, 2)], &mut Vec::new());
+        cache.follow(&[(0, 1), (1, 2)]);
         cache.travel(&[], [1.0; 3].into_iter());
         cache.rest(0);
         cache.rest(1);
@@ -201,31 +165,7 @@ mod tests {
         cache.rouse(|shape| shape == 2);
         assert_eq!((cache.next(0), cache.key(1)), (Some(1), (1, 2)));
         // A new list does not wake what is at rest.
-        cache.follow(&[(0, 1), (0, 2), (1, 2)], &mut Vec::new());
+        cache.follow(&[(0, 1), (0, 2), (1, 2)]);
         assert_eq!((cache.next(0), cache.next(2)), (Some(1), Some(2)));
-    }
-
-    #[test]
-    fn the_place_of_a_memory_is_known_whatever_comes_and_goes() {
-        let keys = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3)];
-        let (mut cache, mut pairs) = (DistanceCache::default(), vec![Pair::new((0, 2)), Pair::new((4, 5))]);
-        // What is not near is forgotten.
-        cache.follow(&keys, &mut pairs);
-        let check = |cache: &DistanceCache, pairs: &[Pair], kept: &[usize]| {
-            let places: Vec<usize> = (0..keys.len()).filter(|k| cache.place(*k).is_some()).collect();
-            assert_eq!(places, kept);
-            assert!(kept.iter().all(|&k| cache.place(k).is_some_and(|place| pairs[place].key == keys[k])));
-            assert_eq!(pairs.len(), kept.len());
-        };
-        check(&cache, &pairs, &[1]);
-        assert_eq!(cache.insert(4, Pair::new(keys[4]), &mut pairs), 1);
-        assert_eq!(cache.insert(0, Pair::new(keys[0]), &mut pairs), 0);
-        assert_eq!(cache.insert(3, Pair::new(keys[3]), &mut pairs), 2);
-        check(&cache, &pairs, &[0, 1, 3, 4]);
-        cache.remove(1, &mut pairs);
-        cache.remove(2, &mut pairs);
-        check(&cache, &pairs, &[0, 3, 4]);
-        cache.follow(&keys, &mut pairs);
-        check(&cache, &pairs, &[0, 3, 4]);
     }
 }

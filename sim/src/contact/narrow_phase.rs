@@ -148,7 +148,8 @@ impl Contacts {
             let flat = (libm::cos(config.manifold_reuse_rad), config.manifold_reuse_m.powi(2));
             [flat, (libm::cos(config.round_reuse_rad), config.round_reuse_m.powi(2))]
         });
-        let mut next = 0;
+        // Near pairs and remembered ones ascend alike: of the pair looked at, the memory stands or belongs at `place`.
+        let (mut next, mut place) = (0, 0);
         while let Some(index) = distances.next(next) {
             next = index + 1;
             if spent > allowed {
@@ -169,28 +170,33 @@ impl Contacts {
             if distances.slack(index) > reachable {
                 continue;
             }
+            let key = (i as u32, j as u32);
+            place += pairs[place..].iter().take_while(|pair| pair.key < key).count();
+            let is_known = pairs.get(place).is_some_and(|pair| pair.key == key);
             let parted = separation(&bounds[i], &bounds[j]);
             if parted > 0.0 {
-                distances.remove(index, pairs);
+                if is_known {
+                    pairs.remove(place);
+                }
                 // The bounds reach beyond the shapes by the margin and as far as they move in a step.
                 distances.learn(index, parted + approach + config.margin(false));
                 continue;
             }
             spent += DISTANCE_WORK;
             let a_from_b = poses[i].inv_mul(&poses[j]);
-            let known = distances.place(index);
-            let before = known.map(|place| &pairs[place]);
-            if let Some(apart) = still_apart(before, (&mut *distances, index), (a, b), &a_from_b, reachable) {
-                distances.remove(index, pairs);
+            let known = is_known.then(|| &pairs[place]);
+            if let Some(apart) = still_apart(known, (&mut *distances, index), (a, b), &a_from_b, reachable) {
+                if is_known {
+                    pairs.remove(place);
+                }
                 distances.learn(index, apart);
                 continue;
             }
             distances.learn(index, 0.0);
-            let mut fresh = None;
-            let pair = match known {
-                Some(place) => &mut pairs[place],
-                None => fresh.insert(Pair::new((i as u32, j as u32))),
-            };
+            if !is_known {
+                pairs.insert(place, Pair::new(key));
+            }
+            let pair = &mut pairs[place];
             let first_sight = pair.manifold.points.is_empty();
             let on_furniture = a.owner == Owner::Static || b.owner == Owner::Static;
             let reuse = if on_furniture && (a.is_round || b.is_round) { round } else { flat };
@@ -215,10 +221,8 @@ impl Contacts {
             if pair.manifold.points.is_empty() {
                 distances.remember(index, 0.0, a_from_b);
                 pair.mean = Anchor::default();
-                match (pair.is_blank(), fresh) {
-                    (true, None) => distances.remove(index, pairs),
-                    (false, Some(fresh)) => _ = distances.insert(index, fresh, pairs),
-                    (true, Some(_)) | (false, None) => {}
+                if pair.is_blank() {
+                    pairs.remove(place);
                 }
                 continue;
             }
@@ -238,11 +242,6 @@ impl Contacts {
             let farthest = 1.001 * (from_rest + 2.0 * config.step_s * fastest);
             self.collect(pair, &poses[i], &poses[j], origin, relative, (from_rest, farthest, config));
             spent += POINT_WORK * pair.manifold.points.len() as u64;
-            let initial_overlap = pair.initial_overlap;
-            let place = match (known, fresh) {
-                (None, Some(fresh)) => distances.insert(index, fresh, pairs),
-                (known, _) => known.unwrap_or_default(),
-            };
             if self.points.len() > first {
                 self.pairs.push(ContactPair {
                     a: a.owner,
@@ -251,7 +250,7 @@ impl Contacts {
                     friction: pair_friction(a, b),
                     rolling_friction: a.rolling_friction.max(b.rolling_friction),
                     restitution: a.restitution.max(b.restitution),
-                    initial_overlap,
+                    initial_overlap: pair.initial_overlap,
                     points: first..self.points.len(),
                     pair: place,
                 });
