@@ -135,13 +135,17 @@ impl Ledger {
             for (owner, sign) in [(contact.a, -1.0), (contact.b, 1.0)] {
                 match (owner, model.hand()) {
                     (Owner::Link(i), Some(hand)) => {
-                        add_point_force(hand, &self.kin, i, contact.position, contact.force, sign, &mut tau);
+                        for (at, force) in contact.parts() {
+                            add_point_force(hand, &self.kin, i, at, force, sign, &mut tau);
+                        }
                     }
                     (Owner::Object(k), _) => {
                         let v = &mean[model.object_dofs(k)..];
-                        let r = contact.position - before.objects[k].translation;
-                        let at = Vec3::new(v[0], v[1], v[2]) + Vec3::new(v[3], v[4], v[5]).cross(r);
-                        self.works.contacts += h * sign * contact.force.dot(at);
+                        for (place, force) in contact.parts() {
+                            let r = place - before.objects[k].translation;
+                            let at = Vec3::new(v[0], v[1], v[2]) + Vec3::new(v[3], v[4], v[5]).cross(r);
+                            self.works.contacts += h * sign * force.dot(at);
+                        }
                     }
                     _ => {}
                 }

@@ -1,6 +1,7 @@
 //! What does not change while a world moves: the hand, the objects, the furniture and the constants.
 
 use crate::config::Config;
+use crate::contact::manifold::solid::Solid;
 use palmares_models::hand::Hand;
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
@@ -34,6 +35,8 @@ pub struct Collider {
     /// What is left of it without its rounding: of a capsule a segment. Distances and balls are found with it exactly, where
     /// parry would search a rounded shape for its nearest point by iteration.
     pub core: SharedShape,
+    /// The core's faces, as contact manifolds need them.
+    pub solid: Solid,
     /// The radius that rounds its core, m; 0 of a shape that is its own.
     pub rounding: f64,
     /// Bounds in the shape's own frame; parry would compute a hull's from all its vertices every time.
@@ -197,6 +200,7 @@ impl Model {
             body_from_shape: Pose::translation(0.0, 0.0, height),
             shape: SharedShape::halfspace(Vec3::Z),
             core: SharedShape::halfspace(Vec3::Z),
+            solid: Solid::HalfSpace { normal: Vec3::Z },
             rounding: 0.0,
             local_bounds: Aabb { mins: Vec3::splat(-END_M), maxs: below },
             bounding_radius: f64::INFINITY,
@@ -246,6 +250,7 @@ impl Model {
         let local_bounds = parry.compute_local_aabb();
         let (core, rounding) = without_rounding(&parry);
         self.colliders.push(Collider {
+            solid: Solid::of(&core),
             core,
             rounding,
             owner,

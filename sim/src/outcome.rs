@@ -36,12 +36,22 @@ pub struct ContactForce {
     pub colliders: (u32, u32),
     /// Place in the world, m.
     pub position: Vec3,
+    /// Where its friction acts, m: nearer to the middle of a patch of several points than the place itself.
+    pub friction_at: Vec3,
     /// Unit normal from A to B.
     pub normal: Vec3,
     /// Force on B, N.
     pub force: Vec3,
     /// Gap at the start of the step, m.
     pub distance: f64,
+}
+
+impl ContactForce {
+    /// Where its normal force acts, m, and that force on B, N; and the same of its friction.
+    pub fn parts(&self) -> [(Vec3, Vec3); 2] {
+        let normal = self.normal * self.force.dot(self.normal);
+        [(self.position, normal), (self.friction_at, self.force - normal)]
+    }
 }
 
 /// Parts of a step, for those who measure.

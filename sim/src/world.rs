@@ -130,7 +130,9 @@ impl World {
         for contact in &self.scratch.work.forces.contacts {
             for (owner, sign) in [(contact.a, -1.0), (contact.b, 1.0)] {
                 if let Owner::Link(i) = owner {
-                    add_point_force(hand, &kin, i, contact.position, contact.force, sign, &mut tau);
+                    for (at, force) in contact.parts() {
+                        add_point_force(hand, &kin, i, at, force, sign, &mut tau);
+                    }
                 }
             }
         }

@@ -76,16 +76,18 @@ impl Residuals {
             let tangential = contact.force - contact.normal * normal;
             let [a, b] = [contact.colliders.0, contact.colliders.1].map(|k| &model.colliders()[k as usize]);
             let mu = pair_friction(a, b);
-            let slip = self.velocity(engine, before, contact.b, contact.position)
-                - self.velocity(engine, before, contact.a, contact.position);
-            let approach = slip.dot(contact.normal);
+            let relative = |at: Vec3| {
+                self.velocity(engine, before, contact.b, at) - self.velocity(engine, before, contact.a, at)
+            };
+            let (approach, slip) =
+                (relative(contact.position).dot(contact.normal), relative(contact.friction_at));
             // Signorini: it presses, and only where the step ends touching.
             self.worst = self.worst.max(-normal / contact.force.length());
             self.hover_m = self.hover_m.max(contact.distance + h * approach);
             // Coulomb: inside the cone ...
             self.worst = self.worst.max((tangential.length() - mu * normal) / contact.force.length());
             // ... and against the slip.
-            let slip = slip - contact.normal * approach;
+            let slip = slip - contact.normal * slip.dot(contact.normal);
             if tangential.length() >= 0.999 * mu * normal {
                 self.power[0] -= tangential.dot(slip);
                 self.power[1] += tangential.length() * slip.length();

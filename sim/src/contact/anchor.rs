@@ -10,6 +10,7 @@
 //! so that f opposes it. At rest ẋ = 0 and the stretch carries the force: the slip speed is zero. The anchor belongs to
 //! parry's contact point and follows it through parry's matching of points by feature.
 
+use super::manifold::axis::Facing;
 use crate::digest::Digest;
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::query::{ContactManifold, TrackedContact};
@@ -39,6 +40,10 @@ pub struct Pair {
     pub manifold: ContactManifold<(), Anchor>,
     /// What a newly found point starts from: the mean over the pair's loaded points.
     pub mean: Anchor,
+    /// Whose face the contact's normal is.
+    pub facing: Facing,
+    /// How far from the middle of its points friction acts, as a part of how far they are: see [`super::manifold`].
+    pub lever: f64,
     /// Overlap that the contact did not bring about, m: the shapes were first seen in each other. It counts as
     /// touching and is taken back slowly.
     pub initial_overlap: f64,
@@ -49,9 +54,11 @@ pub struct Pair {
 
 impl Clone for Pair {
     fn clone(&self) -> Self {
-        let Pair { key, manifold, mean, initial_overlap, seen } = self;
+        let Pair { key, manifold, mean, facing, lever, initial_overlap, seen } = self;
         Pair {
             key: *key,
+            facing: *facing,
+            lever: *lever,
             manifold: manifold.clone(),
             mean: *mean,
             initial_overlap: *initial_overlap,
@@ -61,7 +68,7 @@ impl Clone for Pair {
 
     /// Keeps the list of points it has.
     fn clone_from(&mut self, from: &Self) {
-        let Pair { key, manifold, mean, initial_overlap, seen } = from;
+        let Pair { key, manifold, mean, facing, lever, initial_overlap, seen } = from;
         let ContactManifold { points, local_n1, local_n2, subshape1, subshape2, subshape_poses, data: () } =
             manifold;
         self.key = *key;
@@ -69,7 +76,8 @@ impl Clone for Pair {
         (self.manifold.local_n1, self.manifold.local_n2) = (*local_n1, *local_n2);
         (self.manifold.subshape1, self.manifold.subshape2) = (*subshape1, *subshape2);
         self.manifold.subshape_poses.clone_from(subshape_poses);
-        (self.mean, self.initial_overlap, self.seen) = (*mean, *initial_overlap, *seen);
+        (self.mean, self.facing, self.lever) = (*mean, *facing, *lever);
+        (self.initial_overlap, self.seen) = (*initial_overlap, *seen);
     }
 }
 
@@ -108,6 +116,8 @@ impl Pair {
             key,
             manifold: ContactManifold::new(),
             mean: Anchor::default(),
+            facing: Facing::None,
+            lever: 0.0,
             initial_overlap: 0.0,
             seen: (0.0, Pose::IDENTITY),
         }
@@ -115,7 +125,8 @@ impl Pair {
 
     /// Whether there is nothing to remember. From its normals parry begins its search, so that they count.
     pub(crate) fn is_blank(&self) -> bool {
-        let Pair { key: _, manifold, mean, initial_overlap, seen: _ } = self;
+        // Without points no face is known, and no lever.
+        let Pair { key: _, manifold, mean, facing: _, lever: _, initial_overlap, seen: _ } = self;
         manifold.points.is_empty()
             && manifold.local_n1 == Vec3::ZERO
             && manifold.local_n2 == Vec3::ZERO
@@ -125,14 +136,14 @@ impl Pair {
 
     /// Whether every number can be one of a pair that was stepped.
     pub(crate) fn is_bounded(&self) -> bool {
-        let Pair { key: _, manifold, mean, initial_overlap, seen: (gap, a_from_b) } = self;
+        let Pair { key: _, manifold, mean, facing: _, lever, initial_overlap, seen: (gap, a_from_b) } = self;
         let of_point = |point: &TrackedContact<Anchor>| {
             bounded_vector(point.local_p1)
                 && bounded_vector(point.local_p2)
                 && bounded(&[point.dist])
                 && point.data.is_bounded()
         };
-        bounded(&[*initial_overlap, *gap])
+        bounded(&[*initial_overlap, *gap, *lever])
             && a_from_b.is_finite()
             && bounded_vector(a_from_b.translation)
             && bounded_vector(manifold.local_n1)
@@ -143,13 +154,15 @@ impl Pair {
 
     pub(crate) fn digest(&self, h: &mut Digest) {
         // Taken apart by name, so that nothing can be forgotten; of convex shapes the rest is empty.
-        let Pair { key, manifold, mean, initial_overlap, seen: (gap, a_from_b) } = self;
+        let Pair { key, manifold, mean, facing, lever, initial_overlap, seen: (gap, a_from_b) } = self;
         let ContactManifold { points, local_n1, local_n2, subshape1, subshape2, subshape_poses: _, data: () } =
             manifold;
         h.word(u64::from(key.0) << 32 | u64::from(key.1));
         h.word(u64::from(*subshape1) << 32 | u64::from(*subshape2));
         h.vector(*local_n1);
         h.vector(*local_n2);
+        h.word(facing.code());
+        h.float(*lever);
         h.float(*initial_overlap);
         h.float(*gap);
         h.pose(a_from_b);

@@ -6,5 +6,6 @@ pub(crate) mod collide;
 pub mod distance_cache;
 pub mod impact_candidate;
 pub mod impact_sequence;
+pub mod manifold;
 pub mod narrow_phase;
 pub mod restitution;

@@ -1,8 +1,9 @@
-//! Narrow phase: contact points of near pairs, found by parry.
+//! Narrow phase: contact points of near pairs.
 
 use super::anchor::{Anchor, Pair};
 use super::broad_phase::separation;
 use super::distance_cache::DistanceCache;
+use super::manifold::Finder;
 use super::restitution::Rebound;
 use crate::bounds::{DISTANCE_WORK, MANIFOLD_WORK, POINT_WORK};
 use crate::config::Config;
@@ -12,7 +13,6 @@ use crate::model::{Collider, Model, Owner, pair_friction};
 use crate::state::Sleep;
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::bounding_volume::Aabb;
-use parry3d_f64::query::details::contact_manifold_pfm_pfm_shapes;
 use parry3d_f64::query::{
     ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, QueryDispatcher, TrackedContact,
 };
@@ -24,6 +24,8 @@ use std::ops::Range;
 pub struct ContactPoint {
     /// Place, from the pair's origin, m.
     pub r: Vec3,
+    /// Where friction acts, from the pair's origin, m: nearer to the middle of a patch than the point itself.
+    pub friction_r: Vec3,
     /// Unit normal from body A to body B.
     pub normal: Vec3,
     /// Unit tangents; `tangents[0] × tangents[1] = normal`.
@@ -75,6 +77,7 @@ pub struct Contacts {
     reuse: Option<[(f64, f64); 2]>,
     /// The points of a manifold before they are found anew.
     before: Vec<TrackedContact<Anchor>>,
+    finder: Finder,
 }
 
 /// The bodies of a world and how they move.
@@ -206,7 +209,8 @@ impl Contacts {
                     find_point(&mut pair.manifold, a, b, &a_from_b, margin);
                 } else {
                     self.before.clone_from(&pair.manifold.points);
-                    find_points(pair, a, b, &a_from_b, (margin, config.coincident_m));
+                    self.finder.find(pair, a, b, &a_from_b, margin);
+                    merge_coincident(&mut pair.manifold, config.coincident_m.powi(2));
                     remember(&mut pair.manifold.points, &self.before, config.manifold_reuse_m.powi(2));
                 }
             }
@@ -282,6 +286,7 @@ impl Contacts {
             .filter(|point| point.fid1 != PackedFeatureId::UNKNOWN)
             .map(|point| point.dist)
             .fold(f64::INFINITY, f64::min);
+        let first = self.points.len();
         for (k, point) in pair.manifold.points.iter_mut().enumerate() {
             // parry adds the closest points (without features) to those of the clipped faces, mostly where
             // one is already.
@@ -303,12 +308,9 @@ impl Contacts {
             if !point.data.known {
                 point.data = Anchor { known: true, loaded: false, ..pair.mean };
             }
-            // A point that carried nothing has no slip of its own yet: it slips as fast as the surfaces move.
-            if !point.data.loaded {
-                point.data.slip = (velocity - normal * approach).length();
-            }
             self.points.push(ContactPoint {
                 r,
+                friction_r: r,
                 normal,
                 tangents: [t1, t2],
                 distance: point.dist,
@@ -318,6 +320,29 @@ impl Contacts {
                 rebound: None,
             });
         }
+        spread_friction(&mut self.points[first..], pair.lever);
+        for point in &mut self.points[first..] {
+            // A point that carried nothing has no slip of its own yet: it slips as fast as the surfaces move.
+            if !point.anchor.loaded {
+                let velocity = relative.at(point.friction_r);
+                point.anchor.slip = (velocity - normal * velocity.dot(normal)).length();
+            }
+        }
+    }
+}
+
+/// Draws the places where the friction of a patch acts together, about the centre of what its points carried in the last step.
+fn spread_friction(points: &mut [ContactPoint], lever: f64) {
+    if points.len() < 2 {
+        return;
+    }
+    let carried: f64 = points.iter().map(|point| point.anchor.normal_force).sum();
+    let weight = |point: &ContactPoint| {
+        if carried > 0.0 { point.anchor.normal_force / carried } else { 1.0 / points.len() as f64 }
+    };
+    let center = points.iter().fold(Vec3::ZERO, |sum, point| sum + point.r * weight(point));
+    for point in points {
+        point.friction_r = center + (point.r - center) * lever;
     }
 }
 
@@ -372,27 +397,6 @@ fn still_valid(
     (cosine, squared): (f64, f64),
 ) -> bool {
     !(a.is_ball || b.is_ball) && pair.manifold.try_update_contacts_eps(a_from_b, cosine, squared)
-}
-
-/// Lets parry find the points anew, which matches them with the old ones by their features.
-fn find_points(
-    pair: &mut Pair,
-    a: &Collider,
-    b: &Collider,
-    a_from_b: &Pose,
-    (margin, coincident_m): (f64, f64),
-) {
-    let manifold = &mut pair.manifold;
-    manifold.mark_shapes_deformed();
-    let supported = DefaultQueryDispatcher
-        .contact_manifold_convex_convex(a_from_b, &*a.shape, &*b.shape, None, None, margin, manifold);
-    debug_assert!(supported.is_ok(), "every pair of our convex shapes has a contact algorithm");
-    // Between cuboids parry clips the faces along the axis that parts them best. Where an edge is nearest the clipped faces
-    // may share nothing, and no point is found between shapes that touch: the closest points then are.
-    if manifold.points.is_empty() && a.shape.as_cuboid().is_some() && b.shape.as_cuboid().is_some() {
-        contact_manifold_pfm_pfm_shapes(a_from_b, &*a.shape, &*b.shape, None, None, margin, manifold);
-    }
-    merge_coincident(manifold, coincident_m.powi(2));
 }
 
 /// The point of a ball and another shape, which remembers what the one before knew.

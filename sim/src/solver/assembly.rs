@@ -1,7 +1,7 @@
 //! The Newton matrix of an island: `H = A + Σ Jᵀ G J`, as blocks of bodies.
 
 use super::friction_cone::ConeHessian;
-use super::problem::{PairBody, PairProblem, Problem};
+use super::problem::{PairBody, PairProblem, Point, Problem};
 use super::workspace::Newton;
 use crate::dynamics::spatial::{SpatialMatrix, cross_columns, outer};
 use crate::dynamics::tree::Kinematics;
@@ -11,6 +11,27 @@ use palmares_models::{Mat3, Vec3};
 /// From so many objects on only the pairs that act couple their bodies in the matrix: much of what a step could bring to
 /// touch in a heap does not, and the matrix of what does falls apart. With few it would not pay for the new order.
 const MANY_OBJECTS: usize = 20;
+
+/// Adds `Wᵀ G W` of a point whose friction acts elsewhere than its normal force: the rows of W are `[a, r × a]` of each axis a
+/// about its own place r.
+fn add_patch_point(k: &mut SpatialMatrix, point: &Point, hessian: &ConeHessian) {
+    let [a1, a2, a3] = point.axes;
+    let [m1, m2, m3] = [point.friction_r.cross(a1), point.friction_r.cross(a2), point.r.cross(a3)];
+    let law = &point.law;
+    let g = match hessian {
+        ConeHessian::Open => return,
+        ConeHessian::Stick => [law.tangential, 0.0, law.tangential, 0.0, 0.0, law.normal],
+        ConeHessian::Slip(g) => *g,
+    };
+    let [g11, g12, g22, g13, g23, g33] = g;
+    for (a, m, [x, y, z]) in [(a1, m1, [g11, g12, g13]), (a2, m2, [g12, g22, g23]), (a3, m3, [g13, g23, g33])]
+    {
+        let (linear, angular) = (a1 * x + a2 * y + a3 * z, m1 * x + m2 * y + m3 * z);
+        k.ll += outer(a, linear);
+        k.al += outer(m, linear);
+        k.aa += outer(m, angular);
+    }
+}
 
 /// Whether a pair adds to the matrix.
 fn acts(pair: &PairProblem, hessians: &[ConeHessian]) -> bool {
@@ -170,6 +191,10 @@ impl Newton {
         for (point, hessian) in
             problem.points[pair.first..pair.end].iter().zip(&self.hessians[pair.first..pair.end])
         {
+            if pair.patch {
+                add_patch_point(&mut k, point, hessian);
+                continue;
+            }
             let [t1, t2, n] = point.axes;
             let q = match hessian {
                 ConeHessian::Open => continue,
@@ -300,7 +325,7 @@ impl Newton {
 mod tests {
     use super::super::friction_cone::{ConeLaw, RollingLaw};
     use super::super::newton::Stop;
-    use super::super::problem::{ObjectProblem, Point};
+    use super::super::problem::ObjectProblem;
     use super::*;
     use crate::config::Config;
     use palmares_models::Pose;
@@ -315,7 +340,7 @@ mod tests {
         let first = problem.points.len();
         for r in [Vec3::new(0.1, 0.0, 0.0), Vec3::new(-0.05, 0.1, 0.0), Vec3::new(0.0, -0.1, 0.02)] {
             let law = ConeLaw::new(1e3, 0.5 * STIFF, STIFF, [0.0, 0.0, 10.0]);
-            problem.points.push(Point::new(r, [Vec3::X, Vec3::Y, Vec3::Z], law));
+            problem.points.push(Point::new(r, r, [Vec3::X, Vec3::Y, Vec3::Z], law));
         }
         let rolling = RollingLaw { limit: 0.0, deadband: 1.0 };
         problem.pairs.push(PairProblem::new(a, b, origin, rolling, first, first + 3));

@@ -156,7 +156,10 @@ impl Newton {
             let mut j = i;
             // Of diagonal blocks the lower half counts.
             while let Some(Joint { parent, row: column, .. }) = self.joints[j] {
-                data[square.offset + row.max(column) * square.row + row.min(column)] += kin.screw[j].dot(f);
+                // A joint that follows another moves with its coordinate: both halves of their coupling are on the diagonal.
+                let halves = if j != i && column == row { 2.0 } else { 1.0 };
+                let x = halves * kin.screw[j].dot(f);
+                data[square.offset + row.max(column) * square.row + row.min(column)] += x;
                 j = parent;
             }
             add_strided(data, at.offset + row * at.row, at.column, f, 1.0);

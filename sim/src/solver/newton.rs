@@ -219,7 +219,7 @@ impl Newton {
                 pair.relative = relative;
             }
             for point in &mut points[pair.first..pair.end] {
-                let u = point.project(relative);
+                let u = point.project(relative, pair.patch);
                 if direction {
                     point.direction = u;
                 } else {
@@ -247,8 +247,15 @@ impl Newton {
                 point.impulse = gamma;
                 *known = hessian;
                 if !matches!(hessian, ConeHessian::Open) {
-                    let f = point.axes[0] * gamma[0] + point.axes[1] * gamma[1] + point.axes[2] * gamma[2];
-                    wrench += Force { moment: point.r.cross(f), force: f };
+                    if pair.patch {
+                        let [normal, friction] = point.parts(gamma);
+                        let moment = point.r.cross(normal) + point.friction_r.cross(friction);
+                        wrench += Force { moment, force: normal + friction };
+                    } else {
+                        let f =
+                            point.axes[0] * gamma[0] + point.axes[1] * gamma[1] + point.axes[2] * gamma[2];
+                        wrench += Force { moment: point.r.cross(f), force: f };
+                    }
                     acts = true;
                 }
             }
@@ -452,7 +459,7 @@ mod tests {
             }],
             momentum: vec![MASS * free.x, MASS * free.y, MASS * free.z, 0.0, 0.0, 0.0],
             pairs: vec![PairProblem::new(Owner::Static, Owner::Object(0), Vec3::ZERO, rolling, 0, 1)],
-            points: vec![Point::new(Vec3::ZERO, [Vec3::X, Vec3::Y, Vec3::Z], law)],
+            points: vec![Point::new(Vec3::ZERO, Vec3::ZERO, [Vec3::X, Vec3::Y, Vec3::Z], law)],
             fresh: true,
             ..Problem::default()
         };

@@ -12,6 +12,8 @@ use palmares_models::{Mat3, Rotation, Vec3};
 pub struct Point {
     /// Place from the pair's origin, m.
     pub r: Vec3,
+    /// Where friction acts, from there, m.
+    pub friction_r: Vec3,
     /// Contact axes: two tangents, normal.
     pub axes: [Vec3; 3],
     /// The law.
@@ -25,14 +27,20 @@ pub struct Point {
 
 impl Point {
     /// A point before its first iteration.
-    pub fn new(r: Vec3, axes: [Vec3; 3], law: ConeLaw) -> Self {
-        Point { r, axes, law, impulse: [0.0; 3], velocity: [0.0; 3], direction: [0.0; 3] }
+    pub fn new(r: Vec3, friction_r: Vec3, axes: [Vec3; 3], law: ConeLaw) -> Self {
+        Point { r, friction_r, axes, law, impulse: [0.0; 3], velocity: [0.0; 3], direction: [0.0; 3] }
     }
 
     #[inline]
-    pub(super) fn project(&self, relative: Motion) -> [f64; 3] {
+    pub(super) fn project(&self, relative: Motion, patch: bool) -> [f64; 3] {
         let v = relative.at(self.r);
-        [self.axes[0].dot(v), self.axes[1].dot(v), self.axes[2].dot(v)]
+        let across = if patch { relative.at(self.friction_r) } else { v };
+        [self.axes[0].dot(across), self.axes[1].dot(across), self.axes[2].dot(v)]
+    }
+
+    /// Force, N, or impulse on body B in contact axes, as normal part and friction.
+    pub(crate) fn parts(&self, [t1, t2, n]: [f64; 3]) -> [Vec3; 2] {
+        [self.axes[2] * n, self.axes[0] * t1 + self.axes[1] * t2]
     }
 }
 
@@ -75,6 +83,8 @@ pub struct PairProblem {
     pub first: usize,
     /// One past the last.
     pub end: usize,
+    /// Whether friction acts elsewhere than the normal forces.
+    pub patch: bool,
     pub(super) bodies: [PairBody; 2],
     pub(super) relative: Motion,
     pub(super) direction: Motion,
@@ -84,7 +94,18 @@ impl PairProblem {
     /// A pair before its first iteration.
     pub fn new(a: Owner, b: Owner, origin: Vec3, rolling: RollingLaw, first: usize, end: usize) -> Self {
         let (bodies, still) = ([PairBody::Fixed; 2], Motion::ZERO);
-        PairProblem { a, b, origin, rolling, first, end, bodies, relative: still, direction: still }
+        PairProblem {
+            a,
+            b,
+            origin,
+            rolling,
+            first,
+            end,
+            patch: false,
+            bodies,
+            relative: still,
+            direction: still,
+        }
     }
 }
 

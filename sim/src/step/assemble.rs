@@ -116,7 +116,7 @@ fn assemble_contacts(model: &Model, contacts: &Contacts, island: &Island, proble
     for &index in &island.pairs {
         let pair = &contacts.pairs[index];
         let first = problem.points.len();
-        let mut load = 0.0;
+        let (mut load, mut patch) = (0.0, false);
         let tangential = h * config.anchor_stiffness * (h + tau);
         for point in &contacts.points[pair.points.clone()] {
             let [t1, t2] = point.tangents;
@@ -137,12 +137,15 @@ fn assemble_contacts(model: &Model, contacts: &Contacts, island: &Island, proble
                 }
             };
             load += point.anchor.normal_force;
-            problem.points.push(Point::new(point.r, axes, law));
+            patch |= point.friction_r != point.r;
+            problem.points.push(Point::new(point.r, point.friction_r, axes, law));
         }
         let rolling =
             RollingLaw { limit: pair.rolling_friction * load * h, deadband: config.rolling_deadband };
         let end = problem.points.len();
-        problem.pairs.push(PairProblem::new(pair.a, pair.b, pair.origin, rolling, first, end));
+        let mut solved = PairProblem::new(pair.a, pair.b, pair.origin, rolling, first, end);
+        solved.patch = patch;
+        problem.pairs.push(solved);
     }
 }
 

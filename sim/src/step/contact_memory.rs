@@ -69,6 +69,7 @@ pub(super) fn remember(
                 b: found.b,
                 colliders: pair.key,
                 position: found.origin + point.r,
+                friction_at: found.origin + point.friction_r,
                 normal: n,
                 force: (friction + n * gn) / h,
                 distance: seen.distance,

@@ -98,20 +98,23 @@ pub(super) fn correction(
         let sign = if pair.b == owner { 1.0 } else { -1.0 };
         for point in &problem.points[pair.first..pair.end] {
             let arm = pair.origin + point.r - solved.center;
-            let row = |axis: Vec3| -> Row {
+            let friction_arm = pair.origin + point.friction_r - solved.center;
+            let row = |axis: Vec3, arm: Vec3| -> Row {
                 let moment = arm.cross(axis) / gyration;
                 [axis.x, axis.y, axis.z, moment.x, moment.y, moment.z]
             };
             // What rolls stands over its contact.
             let pivots = || 0.5 * turn.length() * turn.cross(point.axes[2]).dot(arm).abs() > PIVOT_M;
-            let normal = row(point.axes[2]);
+            let normal = row(point.axes[2], arm);
             let free = match point.law.impulse(point.velocity).1 {
                 // It would come nearer to what it does not touch.
                 ConeHessian::Open => sign * dot(&normal, &held.without(wanted)) >= 0.0 || held.hold(normal),
                 _ if !on_furniture || pivots() => false,
                 ConeHessian::Slip(_) => held.hold(normal),
                 ConeHessian::Stick => {
-                    held.hold(normal) && held.hold(row(point.axes[0])) && held.hold(row(point.axes[1]))
+                    held.hold(normal)
+                        && held.hold(row(point.axes[0], friction_arm))
+                        && held.hold(row(point.axes[1], friction_arm))
                 }
             };
             if !free {

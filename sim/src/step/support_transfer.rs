@@ -130,8 +130,10 @@ fn carry(problem: &mut Problem, part: f64, carried: &mut Vec<[f64; 3]>) {
             law.target[0] -= t1 / law.tangential;
             law.target[1] -= t2 / law.tangential;
             law.target[2] -= n / law.normal;
-            let force = (point.axes[0] * t1 + point.axes[1] * t2 + point.axes[2] * n) * sign;
-            let moment = (pair.origin + point.r - center).cross(force);
+            let [normal, friction] = point.parts([t1, t2, n]).map(|part| part * sign);
+            let arm = pair.origin - center;
+            let moment = (arm + point.r).cross(normal) + (arm + point.friction_r).cross(friction);
+            let force = normal + friction;
             let wrench = [force.x, force.y, force.z, moment.x, moment.y, moment.z];
             momentum.iter_mut().zip(wrench).for_each(|(momentum, x)| *momentum += x);
         }

@@ -294,6 +294,7 @@ impl Engine for MuJoCo {
                 b: owner(touch[1])?,
                 colliders: (touch[0] as u32, touch[1] as u32),
                 position: vector(touch, 2),
+                friction_at: vector(touch, 2),
                 normal: vector(touch, 5),
                 force: vector(touch, 8),
                 distance: touch[11],

@@ -1,0 +1,219 @@
+//! The axis of a contact: the direction along which two shapes are farthest apart, or overlap least. Its length is always one.
+
+use super::solid::Solid;
+use crate::model::Collider;
+use palmares_models::{Pose, Vec3};
+use parry3d_f64::query::details::contact_support_map_support_map_with_params;
+use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
+use parry3d_f64::query::sat::{
+    cuboid_cuboid_find_local_separating_edge_twoway, cuboid_cuboid_find_local_separating_normal_oneway,
+};
+use serde::{Deserialize, Serialize};
+
+/// Whose flat face a contact's normal is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Facing {
+    /// Neither's: edges, or curved sides, meet.
+    #[default]
+    None,
+    /// That of the first shape's face of this place.
+    First(u32),
+    /// That of the second's.
+    Second(u32),
+}
+
+impl Facing {
+    pub(crate) fn code(self) -> u64 {
+        match self {
+            Facing::None => 0,
+            Facing::First(face) => u64::from(face) << 2 | 1,
+            Facing::Second(face) => u64::from(face) << 2 | 2,
+        }
+    }
+}
+
+/// The axis between two shapes without their rounding, in the frame of the first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Axis {
+    /// Unit normal from A to B.
+    pub normal: Vec3,
+    /// How far apart they are along it, m; negative where they overlap.
+    pub separation: f64,
+    /// The points of A and B that are nearest to each other, where they are known.
+    pub nearest: Option<[Vec3; 2]>,
+    /// Whose face it belongs to.
+    pub facing: Facing,
+}
+
+/// A face's normal stands for an axis that separates hardly more than it does, m.
+const FACE_BIAS_M: f64 = 1e-8;
+
+/// ... if they are no farther from each other than this, as a cosine: 8°.
+const NEAR_FACE: f64 = 0.99;
+
+/// How far B is beyond A along a direction, m.
+pub(super) fn separation(a: &Collider, b: &Collider, a_from_b: &Pose, normal: Vec3) -> f64 {
+    let support = |of: &Collider, direction: Vec3| match of.core.as_support_map() {
+        Some(map) => map.local_support_point(direction),
+        None => Vec3::ZERO,
+    };
+    let on_a = support(a, normal);
+    let on_b = a_from_b.transform_point(support(b, a_from_b.rotation.inverse() * -normal));
+    (on_b - on_a).dot(normal)
+}
+
+/// The normal of a face that a contact kept from its last step, from A to B.
+pub(super) fn kept(facing: Facing, a: &Collider, b: &Collider, a_from_b: &Pose) -> Option<Vec3> {
+    match facing {
+        Facing::None => None,
+        Facing::First(face) => a.solid.normals().nth(face as usize),
+        Facing::Second(face) => {
+            b.solid.normals().nth(face as usize).map(|normal| a_from_b.rotation * -normal)
+        }
+    }
+}
+
+/// Finds the axis; `None` if the shapes are more than `reach` apart. Where the geometry library has no direction for shapes
+/// that touch exactly or coincide, it is, in this order, the face normal that separates best, the line between the centres, or z.
+pub(super) fn find(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last: Vec3) -> Option<Axis> {
+    let found = match (a.core.as_cuboid(), b.core.as_cuboid()) {
+        (Some(_), Some(_)) => of_boxes(a, b, a_from_b, reach)?,
+        _ => of_supports(a, b, a_from_b, reach, last)?,
+    };
+    let axis = match found {
+        Some(axis) => with_faces(axis, a, b, a_from_b),
+        None => by_trial(a, b, a_from_b),
+    };
+    (axis.separation <= reach).then_some(axis)
+}
+
+fn is_unit(normal: Vec3) -> bool {
+    (normal.length_squared() - 1.0).abs() < 1e-6
+}
+
+/// Boxes: by the separating axis theorem. Faces win over edges that do no better. `Some(None)`: not known.
+fn of_boxes(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64) -> Option<Option<Axis>> {
+    let (Some(box_a), Some(box_b)) = (a.core.as_cuboid(), b.core.as_cuboid()) else { return Some(None) };
+    let of_a = cuboid_cuboid_find_local_separating_normal_oneway(box_a, box_b, a_from_b);
+    if of_a.0 > reach {
+        return None;
+    }
+    let of_b = cuboid_cuboid_find_local_separating_normal_oneway(box_b, box_a, &a_from_b.inverse());
+    if of_b.0 > reach {
+        return None;
+    }
+    let of_edges = cuboid_cuboid_find_local_separating_edge_twoway(box_a, box_b, a_from_b);
+    if of_edges.0 > reach {
+        return None;
+    }
+    let (mut separation, mut normal) = of_a;
+    if of_b.0 > separation + FACE_BIAS_M {
+        (separation, normal) = (of_b.0, a_from_b.rotation * -of_b.1);
+    }
+    if of_edges.0 > separation + FACE_BIAS_M {
+        (separation, normal) = of_edges;
+    }
+    let axis = Axis { normal, separation, nearest: None, facing: Facing::None };
+    Some(is_unit(normal).then_some(axis))
+}
+
+/// Other shapes: by the algorithms of Gilbert, Johnson and Keerthi and the expanding polytope. `Some(None)`: not known.
+fn of_supports(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last: Vec3) -> Option<Option<Axis>> {
+    let (Some(map_a), Some(map_b)) = (a.core.as_support_map(), b.core.as_support_map()) else {
+        return Some(None);
+    };
+    let start = last.try_normalize();
+    let simplex = &mut VoronoiSimplex::new();
+    match contact_support_map_support_map_with_params(a_from_b, map_a, map_b, reach, simplex, start) {
+        GJKResult::ClosestPoints(on_a, on_b, normal) if is_unit(normal) => {
+            let normal = normal.normalize();
+            let separation = (on_b - on_a).dot(normal);
+            Some(Some(Axis { normal, separation, nearest: Some([on_a, on_b]), facing: Facing::None }))
+        }
+        // The direction is a proof, or the search has failed.
+        GJKResult::NoIntersection(normal)
+            if is_unit(normal) && separation(a, b, a_from_b, normal) > 0.999 * reach =>
+        {
+            None
+        }
+        _ => Some(None),
+    }
+}
+
+/// The axis as the normal of the nearest face, if that separates as well: nothing is lost, and a face that rests on a face keeps
+/// its normal from step to step.
+fn with_faces(axis: Axis, a: &Collider, b: &Collider, a_from_b: &Pose) -> Axis {
+    let mut best = axis;
+    let mut least = axis.separation - FACE_BIAS_M;
+    let mut offer = |normal: Vec3, facing: Facing| {
+        let separation = separation(a, b, a_from_b, normal);
+        if separation >= least {
+            // The next one must do better.
+            least = separation + FACE_BIAS_M;
+            best = Axis { normal, separation, facing, ..axis };
+        }
+    };
+    if let Some((face, normal)) = nearest_face(&a.solid, axis.normal) {
+        offer(normal, Facing::First(face));
+    }
+    let in_b = a_from_b.rotation.inverse() * -axis.normal;
+    if let Some((face, normal)) = nearest_face(&b.solid, in_b) {
+        offer(a_from_b.rotation * -normal, Facing::Second(face));
+    }
+    best
+}
+
+/// The face of a shape whose normal is nearest to a direction, if it is near.
+fn nearest_face(solid: &Solid, direction: Vec3) -> Option<(u32, Vec3)> {
+    let mut best = None;
+    let mut most = NEAR_FACE;
+    for (k, normal) in solid.normals().enumerate() {
+        let along = normal.dot(direction);
+        if along > most {
+            (best, most) = (Some((k as u32, normal)), along);
+        }
+    }
+    best
+}
+
+/// The best of all axes that shapes without another one can have.
+fn by_trial(a: &Collider, b: &Collider, a_from_b: &Pose) -> Axis {
+    let center = a_from_b.transform_point(b.local_bounds.center()) - a.local_bounds.center();
+    let mut best =
+        Axis { normal: Vec3::Z, separation: f64::NEG_INFINITY, nearest: None, facing: Facing::None };
+    let mut offer = |normal: Vec3, facing: Facing| {
+        let separation = separation(a, b, a_from_b, normal);
+        if separation > best.separation + FACE_BIAS_M {
+            best = Axis { normal, separation, nearest: None, facing };
+        }
+    };
+    for (k, normal) in a.solid.normals().enumerate() {
+        offer(normal, Facing::First(k as u32));
+    }
+    for (k, normal) in b.solid.normals().enumerate() {
+        offer(a_from_b.rotation * -normal, Facing::Second(k as u32));
+    }
+    // Curved sides face each other along the line between their axes, or their centres.
+    let axis_b = a_from_b.rotation * Vec3::Y;
+    let beside = [Vec3::Y, axis_b].map(|axis| center - axis * center.dot(axis));
+    for direction in [beside[0], beside[1], center, Vec3::Y.cross(axis_b), -Vec3::Y.cross(axis_b)] {
+        if let Some(normal) = direction.try_normalize() {
+            offer(normal, Facing::None);
+        }
+    }
+    if best.separation == f64::NEG_INFINITY {
+        best.separation = separation(a, b, a_from_b, Vec3::Z);
+    }
+    best
+}
+
+/// The points of A and B that are nearest to each other, in A's frame; of shapes that overlap, those that must part.
+pub(super) fn nearest(
+    a: &Collider,
+    b: &Collider,
+    a_from_b: &Pose,
+    reach: f64,
+    normal: Vec3,
+) -> Option<[Vec3; 2]> {
+    of_supports(a, b, a_from_b, reach, normal)??.nearest
+}

@@ -1,0 +1,55 @@
+//! What stands on a half-space: every corner that is near its plane, or the rim or line of a curved side.
+
+use super::clip::Overlap;
+use super::patch;
+use super::rim;
+use super::solid::{Feature, Solid};
+use palmares_models::Vec3;
+use parry3d_f64::shape::PackedFeatureId;
+
+/// So many corners beside those of the face that lies flattest, the deepest first.
+const MOST_BESIDE: usize = 8;
+
+/// Finds corners of `solid`, in whose frame the plane's `normal` points out of the ground at it from the point `on_plane`, that
+/// are within `reach` of the plane. Places are in the solid's frame; heights are above the plane. Returns the lever of friction.
+pub(super) fn corners(
+    solid: &Solid,
+    (normal, on_plane): (Vec3, Vec3),
+    reach: f64,
+    feature: &mut Feature,
+    out: &mut Vec<(Vec3, Overlap)>,
+) -> f64 {
+    out.clear();
+    solid.feature(-normal, None, feature);
+    let across = super::clip::Across::of(normal);
+    let place = |at: Vec3, id: u32| {
+        let height = (at - on_plane).dot(normal);
+        let ids = [PackedFeatureId::face(0), PackedFeatureId::vertex(id)];
+        Overlap { x: at.dot(across.x), y: at.dot(across.y), heights: [0.0, height], ids }
+    };
+    let face: Vec<Overlap> = feature.corners.iter().map(|corner| place(corner.at, corner.id)).collect();
+    let mut near: Vec<Overlap> = face.iter().copied().filter(|corner| corner.distance() <= reach).collect();
+    patch::reduce(&mut near);
+    let lever = patch::lever(&face, if near.is_empty() { &face } else { &near });
+    if let Solid::Polytope(polytope) = solid {
+        let in_face = |k: u32| feature.corners.iter().any(|corner| corner.id == k);
+        let others = (0u32..).zip(&polytope.vertices).filter(|(k, _)| !in_face(*k));
+        let mut beside: Vec<Overlap> =
+            others.map(|(k, at)| place(*at, k)).filter(|corner| corner.distance() <= reach).collect();
+        beside.sort_by(|a, b| a.distance().total_cmp(&b.distance()));
+        beside.truncate(MOST_BESIDE);
+        near.extend(beside);
+    }
+    if let Some((at, sine)) = solid.rim(-normal) {
+        let mut corner = place(at, super::solid::RIM);
+        corner.heights[1] += rim::fade(sine);
+        if corner.distance() <= reach {
+            near.push(corner);
+        }
+    }
+    out.extend(near.iter().map(|corner| {
+        let at = across.x * corner.x + across.y * corner.y;
+        (at + normal * (on_plane.dot(normal) + corner.heights[1]), *corner)
+    }));
+    lever
+}

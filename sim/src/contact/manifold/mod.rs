@@ -1,0 +1,199 @@
+//! Contact points of two convex shapes: whole faces against whole faces.
+//!
+//! 1. [`axis`]: the direction along which the shapes are farthest apart, or overlap least.
+//! 2. [`solid`]: the faces, with all corners, that the shapes turn to each other along it; a line or a rim of a curved side.
+//! 3. [`clip`]: the corners of what these have in common, seen along the axis.
+//! 4. [`patch`]: a few of them that stand for the area, and how far from its middle friction acts.
+//!
+//! A face that rests on a face keeps its normal: the face of the last step is tried first, and stays as long as the shapes' nearest
+//! points lie on it.
+
+pub mod axis;
+mod clip;
+mod ground;
+mod patch;
+mod rim;
+pub mod solid;
+
+use super::anchor::{Anchor, Pair};
+use crate::model::Collider;
+use axis::{Axis, Facing};
+use clip::{Across, Clip, Overlap};
+use palmares_models::{Pose, Vec3};
+use parry3d_f64::query::TrackedContact;
+use parry3d_f64::shape::PackedFeatureId;
+use solid::{Feature, Solid};
+
+/// A kept face still has the nearest points if what the faces have in common comes as near as the shapes do, but for this, m.
+const ON_FACE_M: f64 = 1e-9;
+
+/// The nearest points are a contact of their own if they are this much nearer than all corners, m.
+const NEARER_M: f64 = 1e-7;
+
+/// Scratch memory of the search.
+#[derive(Clone, Debug, Default)]
+pub struct Finder {
+    features: [Feature; 2],
+    clip: Clip,
+    /// What two features have in common, ...
+    overlap: Vec<Overlap>,
+    /// ... points beside them, a rim's or the nearest ones, ...
+    beside: Vec<Overlap>,
+    /// ... and what is left of both.
+    kept: Vec<Overlap>,
+    on_ground: Vec<(Vec3, Overlap)>,
+    before: Vec<TrackedContact<Anchor>>,
+}
+
+impl Finder {
+    /// Finds the points of a pair anew, up to `margin` apart, m. Points that are where one was before, by their names, remember
+    /// what it knew.
+    pub fn find(&mut self, pair: &mut Pair, a: &Collider, b: &Collider, a_from_b: &Pose, margin: f64) {
+        self.before.clear();
+        self.before.append(&mut pair.manifold.points);
+        match (&a.solid, &b.solid) {
+            (Solid::HalfSpace { normal }, _) => self.on_ground(pair, (*normal, b), a_from_b, margin, false),
+            (_, Solid::HalfSpace { normal }) => {
+                self.on_ground(pair, (*normal, a), &a_from_b.inverse(), margin, true);
+            }
+            _ => self.between(pair, a, b, a_from_b, margin),
+        }
+        if pair.manifold.points.is_empty() {
+            (pair.facing, pair.lever) = (Facing::None, 0.0);
+        }
+        pair.manifold.match_contacts(&self.before);
+    }
+
+    /// A shape on a ground with this normal. `from` maps the shape's frame to the ground's.
+    fn on_ground(
+        &mut self,
+        pair: &mut Pair,
+        (up, shape): (Vec3, &Collider),
+        from: &Pose,
+        margin: f64,
+        flipped: bool,
+    ) {
+        let normal = from.rotation.inverse() * up;
+        let on_plane = from.inverse_transform_point(Vec3::ZERO);
+        let Finder { features: [feature, _], on_ground, .. } = self;
+        let reach = margin + shape.rounding;
+        pair.lever = ground::corners(&shape.solid, (normal, on_plane), reach, feature, on_ground);
+        for (at, corner) in on_ground.iter() {
+            let height = corner.distance();
+            let of_ground = from.transform_point(*at) - up * height;
+            let of_shape = *at - normal * (height - (at - on_plane).dot(normal) + shape.rounding);
+            pair.manifold.points.push(TrackedContact::flipped(
+                of_ground,
+                of_shape,
+                corner.ids[0],
+                corner.ids[1],
+                height - shape.rounding,
+                flipped,
+            ));
+        }
+        let (of_ground, of_shape) = (up, -normal);
+        (pair.manifold.local_n1, pair.manifold.local_n2) =
+            if flipped { (of_shape, of_ground) } else { (of_ground, of_shape) };
+    }
+
+    fn between(&mut self, pair: &mut Pair, a: &Collider, b: &Collider, a_from_b: &Pose, margin: f64) {
+        let reach = margin + a.rounding + b.rounding;
+        let kept = axis::kept(pair.facing, a, b, a_from_b).map(|normal| Axis {
+            normal,
+            separation: axis::separation(a, b, a_from_b, normal),
+            nearest: None,
+            facing: pair.facing,
+        });
+        if let Some(kept) = kept {
+            self.overlap(&kept, a, b, a_from_b, reach);
+            if self.deepest() <= kept.separation + ON_FACE_M {
+                return self.put(pair, &kept, a, b, a_from_b, reach);
+            }
+        }
+        pair.facing = Facing::None;
+        let last = pair.manifold.local_n1;
+        let Some(found) = axis::find(a, b, a_from_b, reach, last) else {
+            // From here the next search begins.
+            return;
+        };
+        self.overlap(&found, a, b, a_from_b, reach);
+        if self.deepest() > found.separation + NEARER_M {
+            self.add_nearest(&found, a, b, a_from_b, reach);
+        }
+        pair.facing = found.facing;
+        self.put(pair, &found, a, b, a_from_b, reach);
+    }
+
+    fn deepest(&self) -> f64 {
+        self.overlap.iter().chain(&self.beside).map(Overlap::distance).fold(f64::INFINITY, f64::min)
+    }
+
+    /// What the features along an axis have in common, at most `reach` apart.
+    fn overlap(&mut self, axis: &Axis, a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64) {
+        let Finder { features: [of_a, of_b], clip, overlap, beside, .. } = self;
+        let in_b = a_from_b.rotation.inverse() * -axis.normal;
+        let [at_a, at_b] = match axis.nearest {
+            Some([on_a, on_b]) => [Some(on_a), Some(a_from_b.inverse_transform_point(on_b))],
+            None => [None, None],
+        };
+        a.solid.feature(axis.normal, at_a, of_a);
+        b.solid.feature(in_b, at_b, of_b);
+        for corner in &mut of_b.corners {
+            corner.at = a_from_b.transform_point(corner.at);
+        }
+        of_b.normal = a_from_b.rotation * of_b.normal;
+        for (of, rounding) in [(&mut *of_a, a.rounding), (of_b, b.rounding)] {
+            if of.corners.len() == 2 && of.radius == 0.0 {
+                of.radius = rounding;
+            }
+        }
+        let across = Across::of(axis.normal);
+        clip.overlap(of_a, of_b, &across, overlap);
+        beside.clear();
+        for (k, solid) in [&a.solid, &b.solid].into_iter().enumerate() {
+            let direction = if k == 0 { axis.normal } else { in_b };
+            let Some((at, sine)) = solid.rim(direction) else { continue };
+            let at = if k == 0 { at } else { a_from_b.transform_point(at) };
+            let lifted = if k == 0 { -rim::fade(sine) } else { rim::fade(sine) };
+            beside.extend(clip::on_face(if k == 0 { of_b } else { of_a }, at, lifted, &across, k));
+        }
+        beside.retain(|corner| corner.distance() <= reach);
+    }
+
+    /// The nearest points themselves, where no corner is as near: edges that meet beside the features, curved sides.
+    fn add_nearest(&mut self, found: &Axis, a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64) {
+        let nearest = found.nearest.or_else(|| axis::nearest(a, b, a_from_b, reach, found.normal));
+        let Some([on_a, on_b]) = nearest else { return };
+        let across = Across::of(found.normal);
+        let middle = (on_a + on_b) * 0.5;
+        let heights = [on_a.dot(found.normal), on_b.dot(found.normal)];
+        let ids = [PackedFeatureId::UNKNOWN; 2];
+        self.beside.push(Overlap { x: middle.dot(across.x), y: middle.dot(across.y), heights, ids });
+    }
+
+    /// Hands the overlap to the manifold, with the shapes' rounding.
+    fn put(&mut self, pair: &mut Pair, axis: &Axis, a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64) {
+        let Finder { overlap, beside, kept, .. } = self;
+        kept.clear();
+        kept.extend(overlap.iter().copied().filter(|corner| corner.distance() <= reach));
+        patch::reduce(kept);
+        pair.lever = patch::lever(overlap, kept);
+        kept.extend_from_slice(beside);
+        let (normal, across) = (axis.normal, Across::of(axis.normal));
+        let manifold = &mut pair.manifold;
+        (manifold.local_n1, manifold.local_n2) = (normal, a_from_b.rotation.inverse() * -normal);
+        for corner in kept.iter() {
+            let at = across.x * corner.x + across.y * corner.y;
+            let on_a = at + normal * (corner.heights[0] + a.rounding);
+            let on_b = at + normal * (corner.heights[1] - b.rounding);
+            let [of_a, of_b] = corner.ids;
+            manifold.points.push(TrackedContact::new(
+                on_a,
+                a_from_b.inverse_transform_point(on_b),
+                of_a,
+                of_b,
+                corner.distance() - a.rounding - b.rounding,
+            ));
+        }
+    }
+}
