@@ -30,6 +30,9 @@ const ON_FACE_M: f64 = 1e-9;
 /// The nearest points are a contact of their own if they are this much nearer than all corners, m.
 const NEARER_M: f64 = 1e-7;
 
+/// Deeper than this, m, another face may be nearer than that of the last step.
+const DEEP_M: f64 = 1e-3;
+
 /// Scratch memory of the search.
 #[derive(Clone, Debug, Default)]
 pub struct Finder {
@@ -106,16 +109,16 @@ impl Finder {
         });
         if let Some(kept) = kept {
             self.overlap(&kept, a, b, a_from_b, reach);
-            if self.deepest() <= kept.separation + ON_FACE_M {
+            if self.deepest() <= kept.separation + ON_FACE_M && kept.separation > -DEEP_M {
                 return self.put(pair, &kept, a, b, a_from_b, reach);
             }
         }
         pair.facing = Facing::None;
         let last = pair.manifold.local_n1;
-        let Some(found) = axis::find(a, b, a_from_b, reach, last) else {
-            // From here the next search begins.
-            return;
-        };
+        let Some(found) = axis::find(a, b, a_from_b, reach, last) else { return };
+        // What was driven deep into a thin body does not come out on its other side.
+        let through = kept.filter(|kept| kept.separation <= -DEEP_M && kept.normal.dot(found.normal) < 0.0);
+        let found = through.unwrap_or(found);
         self.overlap(&found, a, b, a_from_b, reach);
         if self.deepest() > found.separation + NEARER_M {
             self.add_nearest(&found, a, b, a_from_b, reach);
@@ -176,7 +179,8 @@ impl Finder {
         let Finder { overlap, beside, kept, .. } = self;
         kept.clear();
         kept.extend(overlap.iter().copied().filter(|corner| corner.distance() <= reach));
-        patch::reduce(kept);
+        let disc = [&a.solid, &b.solid].into_iter().any(|solid| matches!(solid, Solid::Cylinder { .. }));
+        patch::reduce(kept, if disc { patch::MOST_OF_DISC } else { patch::MOST });
         pair.lever = patch::lever(overlap, kept);
         kept.extend_from_slice(beside);
         let (normal, across) = (axis.normal, Across::of(axis.normal));

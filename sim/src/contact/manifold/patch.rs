@@ -7,8 +7,11 @@
 
 use super::clip::Overlap;
 
-/// A patch has no more points than this, and the deepest corner if it is another.
-const MOST: usize = 8;
+/// A patch has no more points than this, and the deepest corner if it is another ...
+pub(super) const MOST: usize = 8;
+
+/// ... or than this, where a rim bears as well as soon as it tilts: wherever a disc tips, its own lowest point is there.
+pub(super) const MOST_OF_DISC: usize = 4;
 
 /// A corner that was left out counts if it is deeper than all others by more than this, m.
 const DEEPER_M: f64 = 1e-6;
@@ -21,12 +24,12 @@ const THIN: f64 = 1e-5;
 
 /// Leaves as many corners of a polygon as a patch may have: those go first whose loss costs least area. Corners that cost the same
 /// go in their order, so that a regular polygon leaves a regular one.
-pub(super) fn reduce(corners: &mut Vec<Overlap>) {
-    if corners.len() <= MOST {
+pub(super) fn reduce(corners: &mut Vec<Overlap>, most: usize) {
+    if corners.len() <= most {
         return;
     }
     let mut left_out: Option<Overlap> = None;
-    while corners.len() > MOST {
+    while corners.len() > most {
         let n = corners.len();
         let (mut least, mut which) = (f64::INFINITY, 0);
         for k in 0..n {
@@ -148,7 +151,7 @@ mod tests {
     #[test]
     fn a_regular_polygon_leaves_a_regular_one_and_the_deepest_corner_stays() {
         let mut corners = regular(16, 1.0, (0.0, 0.0));
-        reduce(&mut corners);
+        reduce(&mut corners, MOST);
         let angles: Vec<f64> = corners.iter().map(|c| libm::atan2(c.y, c.x)).collect();
         assert_eq!(corners.len(), 8);
         for pair in angles.windows(2) {
@@ -157,7 +160,7 @@ mod tests {
         }
         let mut corners = regular(16, 1.0, (0.0, 0.0));
         corners[0].heights[1] = -1e-4;
-        reduce(&mut corners);
+        reduce(&mut corners, MOST);
         assert_eq!(corners.len(), 9);
         assert!(corners.iter().any(|corner| corner.distance() == -1e-4));
     }
