@@ -1,12 +1,13 @@
 //! What does not change while a world moves: the hand, the objects, the furniture and the constants.
 
 use crate::config::Config;
+use crate::contact::manifold::seams::Seams;
 use crate::contact::manifold::solid::Solid;
 use palmares_models::hand::Hand;
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Mat3, Pose, Vec3};
-use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry3d_f64::shape::SharedShape;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -37,6 +38,8 @@ pub struct Collider {
     pub core: SharedShape,
     /// The core's faces, as contact manifolds need them.
     pub solid: Solid,
+    /// What other parts of its body, or other furniture, cover of its faces.
+    pub seams: Seams,
     /// The radius that rounds its core, m; 0 of a shape that is its own.
     pub rounding: f64,
     /// Bounds in the shape's own frame; parry would compute a hull's from all its vertices every time.
@@ -201,6 +204,7 @@ impl Model {
             shape: SharedShape::halfspace(Vec3::Z),
             core: SharedShape::halfspace(Vec3::Z),
             solid: Solid::HalfSpace { normal: Vec3::Z },
+            seams: Seams::default(),
             rounding: 0.0,
             local_bounds: Aabb { mins: Vec3::splat(-END_M), maxs: below },
             bounding_radius: f64::INFINITY,
@@ -210,6 +214,7 @@ impl Model {
             is_ball: false,
             is_round: false,
         });
+        self.cover_last();
     }
 
     /// Adds a free object; returns its index.
@@ -251,6 +256,7 @@ impl Model {
         let (core, rounding) = without_rounding(&parry);
         self.colliders.push(Collider {
             solid: Solid::of(&core),
+            seams: Seams::default(),
             core,
             rounding,
             owner,
@@ -264,7 +270,26 @@ impl Model {
             rolling_friction,
             restitution,
         });
+        self.cover_last();
         Ok(())
+    }
+
+    /// Finds what the last shape and the others of its body cover of each other.
+    fn cover_last(&mut self) {
+        let Some((last, others)) = self.colliders.split_last_mut() else { return };
+        for other in others.iter_mut().filter(|other| other.owner == last.owner) {
+            let last_from_other = last.body_from_shape.inverse() * other.body_from_shape;
+            let apart = |a: &Collider, b: &Collider, a_from_b: &Pose| {
+                let bounds = a.local_bounds.loosened(1e-3);
+                !bounds.intersects(&b.local_bounds.transform_by(a_from_b))
+            };
+            if apart(last, other, &last_from_other) {
+                continue;
+            }
+            let other_from_last = last_from_other.inverse();
+            last.seams.cover((&last.solid, last.rounding), (&other.solid, other.rounding), &last_from_other);
+            other.seams.cover((&other.solid, other.rounding), (&last.solid, last.rounding), &other_from_last);
+        }
     }
 
     /// The constants.

@@ -207,6 +207,7 @@ impl Contacts {
                 spent += MANIFOLD_WORK;
                 if a.is_ball || b.is_ball {
                     find_point(&mut pair.manifold, a, b, &a_from_b, margin);
+                    self.finder.rule_point(&mut pair.manifold, a, b, &a_from_b);
                 } else {
                     self.before.clone_from(&pair.manifold.points);
                     self.finder.find(pair, a, b, &a_from_b, margin);

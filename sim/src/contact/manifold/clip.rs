@@ -56,6 +56,8 @@ enum Origin {
     Crossing(u32, u32),
     /// A corner of the other feature.
     Knife(usize),
+    /// Beyond the other feature's corners; what cuts it off comes later.
+    Beyond,
 }
 
 /// A line between two corners: one of the feature that is cut, or of the other.
@@ -149,6 +151,7 @@ impl Clip {
                     PackedFeatureId::edge(own),
                     PackedFeatureId::edge(other),
                 ),
+                Origin::Beyond => continue,
                 Origin::Knife(k) => (
                     at(cut_plane),
                     Some(self.knife[k].height),
@@ -198,10 +201,10 @@ impl Clip {
                     let part = s / (s - t);
                     let origin = match here.edge {
                         Edge::Own(id) => Origin::Crossing(id, edge_id(p.id, q.id)),
-                        Edge::Knife(j) => {
-                            // Both lines are the knife's: they meet in its corner.
-                            Origin::Knife(if (j + 1) % knife.len() == k { k } else { j })
-                        }
+                        // Lines of the knife that follow each other meet in its corner.
+                        Edge::Knife(j) if (j + 1) % knife.len() == k => Origin::Knife(k),
+                        Edge::Knife(j) if (k + 1) % knife.len() == j => Origin::Knife(j),
+                        Edge::Knife(_) => Origin::Beyond,
                     };
                     let [x, y, height] = match origin {
                         Origin::Knife(corner) => [knife[corner].x, knife[corner].y, 0.0],

@@ -5,6 +5,8 @@
 //! 3. [`clip`]: the corners of what these have in common, seen along the axis.
 //! 4. [`patch`]: a few of them that stand for the area, and how far from its middle friction acts.
 //!
+//! 5. [`seams`]: what is covered by other parts of the same body is no face and no edge.
+//!
 //! A face that rests on a face keeps its normal: the face of the last step is tried first, and stays as long as the shapes' nearest
 //! points lie on it.
 
@@ -13,6 +15,7 @@ mod clip;
 mod ground;
 mod patch;
 mod rim;
+pub mod seams;
 pub mod solid;
 
 use super::anchor::{Anchor, Pair};
@@ -20,8 +23,9 @@ use crate::model::Collider;
 use axis::{Axis, Facing};
 use clip::{Across, Clip, Overlap};
 use palmares_models::{Pose, Vec3};
-use parry3d_f64::query::TrackedContact;
+use parry3d_f64::query::{ContactManifold, TrackedContact};
 use parry3d_f64::shape::PackedFeatureId;
+use seams::Verdict;
 use solid::{Feature, Solid};
 
 /// A kept face still has the nearest points if what the faces have in common comes as near as the shapes do, but for this, m.
@@ -99,6 +103,60 @@ impl Finder {
             if flipped { (of_shape, of_ground) } else { (of_ground, of_shape) };
     }
 
+    /// Rules on the point of a ball and another shape: its normal has length one, and needs no face that is covered.
+    pub fn rule_point(
+        &mut self,
+        manifold: &mut ContactManifold<(), Anchor>,
+        a: &Collider,
+        b: &Collider,
+        a_from_b: &Pose,
+    ) {
+        let Some(point) = manifold.points.first_mut() else { return };
+        let ball_first = a.is_ball;
+        if (manifold.local_n1.length_squared() - 1.0).abs() > 1e-6 {
+            // The centre lies exactly on the other's surface, or on its axis.
+            let normal = a_from_b.translation.normalize_or(Vec3::Z);
+            (manifold.local_n1, manifold.local_n2) = (normal, a_from_b.rotation.inverse() * -normal);
+        }
+        let other = if ball_first { b } else { a };
+        if other.seams.is_empty() || other.is_ball {
+            return;
+        }
+        let (normal, at, radius) = if ball_first {
+            (manifold.local_n2, point.local_p2, a.bounding_radius)
+        } else {
+            (manifold.local_n1, point.local_p1, b.bounding_radius)
+        };
+        let at = at - normal * other.rounding;
+        match other.seams.judge(&other.solid, normal, at) {
+            Verdict::Free => {}
+            Verdict::Dropped => manifold.points.clear(),
+            Verdict::Turned(face) => {
+                // The ball is over the face, or touches another part.
+                let other_from_ball = if ball_first { a_from_b.inverse() } else { *a_from_b };
+                let center = other_from_ball.translation;
+                let (_, n, offset) = other.solid.plane(face);
+                let height = n.dot(center) - offset;
+                let foot = center - n * height;
+                if !other.solid.is_over(face, foot) || !other.seams.is_bare(face, foot) {
+                    manifold.points.clear();
+                    return;
+                }
+                let on_other = foot + n * other.rounding;
+                let ball_normal = other_from_ball.rotation.inverse() * -n;
+                let on_ball = ball_normal * radius;
+                point.dist = height - other.rounding - radius;
+                if ball_first {
+                    (point.local_p1, point.local_p2) = (on_ball, on_other);
+                    (manifold.local_n1, manifold.local_n2) = (ball_normal, n);
+                } else {
+                    (point.local_p1, point.local_p2) = (on_other, on_ball);
+                    (manifold.local_n1, manifold.local_n2) = (n, ball_normal);
+                }
+            }
+        }
+    }
+
     fn between(&mut self, pair: &mut Pair, a: &Collider, b: &Collider, a_from_b: &Pose, margin: f64) {
         let reach = margin + a.rounding + b.rounding;
         let kept = axis::kept(pair.facing, a, b, a_from_b).map(|normal| Axis {
@@ -110,6 +168,7 @@ impl Finder {
         if let Some(kept) = kept {
             self.overlap(&kept, a, b, a_from_b, reach);
             if self.deepest() <= kept.separation + ON_FACE_M && kept.separation > -DEEP_M {
+                self.leave_bare(&kept, a, b, a_from_b);
                 return self.put(pair, &kept, a, b, a_from_b, reach);
             }
         }
@@ -123,8 +182,72 @@ impl Finder {
         if self.deepest() > found.separation + NEARER_M {
             self.add_nearest(&found, a, b, a_from_b, reach);
         }
+        let found = self.turned(found, a, b, a_from_b, reach);
         pair.facing = found.facing;
+        self.leave_bare(&found, a, b, a_from_b);
         self.put(pair, &found, a, b, a_from_b, reach);
+    }
+
+    /// The axis, if no point of the overlap needs a face for it that is covered there; otherwise that of the best other face,
+    /// with its overlap, or without any.
+    fn turned(&mut self, found: Axis, a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64) -> Axis {
+        let across = Across::of(found.normal);
+        let mut axis = found;
+        for (k, shape) in [a, b].into_iter().enumerate() {
+            let own = match axis.facing {
+                Facing::First(_) => k == 0,
+                Facing::Second(_) => k == 1,
+                Facing::None => false,
+            };
+            if shape.seams.is_empty() || own {
+                continue;
+            }
+            let into = |at: Vec3| if k == 0 { at } else { a_from_b.inverse_transform_point(at) };
+            let normal = if k == 0 { axis.normal } else { a_from_b.rotation.inverse() * -axis.normal };
+            let deepest =
+                self.overlap.iter().chain(&self.beside).min_by(|p, q| p.distance().total_cmp(&q.distance()));
+            let Some(deepest) = deepest else { continue };
+            let at = across.x * deepest.x + across.y * deepest.y + across.normal * deepest.heights[k];
+            match shape.seams.judge(&shape.solid, normal, into(at)) {
+                Verdict::Free => {}
+                Verdict::Dropped => {
+                    self.overlap.clear();
+                    self.beside.clear();
+                }
+                Verdict::Turned(face) => {
+                    let facing = if k == 0 { Facing::First(face) } else { Facing::Second(face) };
+                    let Some(normal) = axis::kept(facing, a, b, a_from_b) else { continue };
+                    axis = Axis {
+                        normal,
+                        separation: axis::separation(a, b, a_from_b, normal),
+                        nearest: None,
+                        facing,
+                    };
+                    self.overlap(&axis, a, b, a_from_b, reach);
+                    return axis;
+                }
+            }
+        }
+        axis
+    }
+
+    /// Leaves the points of a face's overlap that are not on a covered part of it.
+    fn leave_bare(&mut self, axis: &Axis, a: &Collider, b: &Collider, a_from_b: &Pose) {
+        let (k, shape, face) = match axis.facing {
+            Facing::First(face) => (0, a, face),
+            Facing::Second(face) => (1, b, face),
+            Facing::None => return,
+        };
+        if shape.seams.is_empty() {
+            return;
+        }
+        let across = Across::of(axis.normal);
+        let is_bare = |corner: &Overlap| {
+            let at = across.x * corner.x + across.y * corner.y + across.normal * corner.heights[k];
+            shape.seams.is_bare(face, if k == 0 { at } else { a_from_b.inverse_transform_point(at) })
+        };
+        self.overlap.retain(is_bare);
+        self.beside.retain(is_bare);
     }
 
     fn deepest(&self) -> f64 {

@@ -121,6 +121,48 @@ impl Solid {
         faces.iter().map(|face| face.normal).chain(caps.iter().copied())
     }
 
+    /// Its flat faces: name, unit normal and offset along it.
+    pub(super) fn planes(&self) -> impl Iterator<Item = (u32, Vec3, f64)> + '_ {
+        let offset = move |k: usize| match self {
+            Solid::Polytope(polytope) => polytope.faces[k].offset,
+            Solid::Cylinder { half_length, .. } => *half_length,
+            Solid::Ball | Solid::HalfSpace { .. } | Solid::Segment { .. } => 0.0,
+        };
+        self.normals().enumerate().map(move |(k, normal)| (k as u32, normal, offset(k)))
+    }
+
+    /// One of its flat faces.
+    pub(super) fn plane(&self, face: u32) -> (u32, Vec3, f64) {
+        self.planes().nth(face as usize).unwrap_or((face, Vec3::Z, 0.0))
+    }
+
+    /// Whether a point in the plane of a face is on the face.
+    pub(super) fn is_over(&self, face: u32, at: Vec3) -> bool {
+        let mut others = self.planes().filter(|(other, ..)| *other != face);
+        let round = match self {
+            Solid::Cylinder { radius, .. } => at.x * at.x + at.z * at.z <= radius * radius,
+            _ => true,
+        };
+        round && others.all(|(_, n, offset)| n.dot(at) <= offset)
+    }
+
+    /// Its flat faces: name, unit normal and corners, counterclockwise as seen from outside.
+    pub(super) fn faces(&self) -> Vec<(u32, Vec3, Vec<Vec3>)> {
+        let mut feature = Feature::default();
+        let ring = |(face, normal, _): (u32, Vec3, f64)| {
+            self.feature(normal, None, &mut feature);
+            let mut corners: Vec<Vec3> = feature.corners.iter().map(|corner| corner.at).collect();
+            let around = (0..corners.len()).fold(Vec3::ZERO, |sum, k| {
+                sum + (corners[k] - corners[0]).cross(corners[(k + 1) % corners.len()] - corners[0])
+            });
+            if around.dot(normal) < 0.0 {
+                corners.reverse();
+            }
+            (face, normal, corners)
+        };
+        self.planes().map(ring).collect()
+    }
+
     /// The feature that faces `direction` at its support point `at`, if that is known.
     pub fn feature(&self, direction: Vec3, at: Option<Vec3>, to: &mut Feature) {
         to.corners.clear();

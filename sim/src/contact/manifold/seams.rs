@@ -1,0 +1,207 @@
+//! Faces that lie against another part of the same body, or against other furniture: nothing can touch them, and no contact's
+//! normal may be theirs.
+//!
+//! Parts that lie flush are one surface, but each part has its own edges and sides. What slides over the seam would catch on them:
+//! its contact with the next part has the side for a normal, or leans towards it. The normals that a union of convex parts can have at
+//! a point are those of the faces that are still its surface there (Terdiman, *Contact generation for meshes*; Jolt's removal of
+//! internal edges). So what of every face is left is known when a model is made, and a contact whose normal needs a covered face is
+//! turned to the best face that is not, or dropped.
+
+use super::solid::Solid;
+use palmares_models::{Pose, Vec3};
+
+/// Parts that are this near to each other lie flush, m: rounding, and no step that could be felt.
+const FLUSH_M: f64 = 2e-5;
+
+/// What is just outside of a face, m.
+const OUTSIDE_M: f64 = 5e-5;
+
+/// A contact this far beyond what is left of a face still is on it, m: bodies sink into what they touch.
+const BEYOND_M: f64 = 1e-3;
+
+/// A point this near to a face is on it, m.
+const ON_FACE_M: f64 = 1e-6;
+
+/// A normal leans towards a face if the cosine of their angle is more than this.
+const LEANS: f64 = 1e-3;
+
+/// A normal is turned only to a face that it leans to by more than this.
+const TURNED: f64 = 0.1;
+
+/// What is left of the faces of a shape beside other parts.
+#[derive(Clone, Debug, Default)]
+pub struct Seams {
+    /// Of every face of which something is covered.
+    faces: Vec<Remainder>,
+}
+
+#[derive(Clone, Debug)]
+struct Remainder {
+    face: u32,
+    normal: Vec3,
+    /// Convex polygons, counterclockwise as seen from outside; none if all is covered.
+    pieces: Vec<Vec<Vec3>>,
+}
+
+/// What a contact's normal may be at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Verdict {
+    /// It stays as it is.
+    Free,
+    /// It is that of this face.
+    Turned(u32),
+    /// There is no contact.
+    Dropped,
+}
+
+/// Half-spaces that a shape lies in, as unit normals and offsets in its own frame; none of a shape without flat faces.
+fn half_spaces(solid: &Solid, rounding: f64) -> Vec<(Vec3, f64)> {
+    match solid {
+        Solid::Ball | Solid::Segment { .. } => Vec::new(),
+        Solid::HalfSpace { normal } => vec![(*normal, 0.0)],
+        Solid::Polytope(polytope) => {
+            polytope.faces.iter().map(|face| (face.normal, face.offset + rounding)).collect()
+        }
+        Solid::Cylinder { radius, half_length } => {
+            const SIDES: usize = 32;
+            let side = |k: usize| {
+                let (s, c) = libm::sincos(k as f64 * std::f64::consts::TAU / SIDES as f64);
+                (Vec3::new(c, 0.0, s), *radius)
+            };
+            let caps = [(Vec3::Y, *half_length), (Vec3::NEG_Y, *half_length)];
+            caps.into_iter().chain((0..SIDES).map(side)).collect()
+        }
+    }
+}
+
+impl Seams {
+    /// Whether nothing is covered.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.faces.is_empty()
+    }
+
+    /// Takes what another part of the same body covers from the faces of `solid`; `from_other` maps that part's frame to this.
+    pub(crate) fn cover(
+        &mut self,
+        (solid, rounding): (&Solid, f64),
+        other: (&Solid, f64),
+        from_other: &Pose,
+    ) {
+        let spaces: Vec<(Vec3, f64)> = half_spaces(other.0, other.1)
+            .into_iter()
+            .map(|(normal, offset)| {
+                let normal = from_other.rotation * normal;
+                (normal, offset + normal.dot(from_other.translation) + FLUSH_M)
+            })
+            .collect();
+        if spaces.is_empty() {
+            return;
+        }
+        for (face, normal, ring) in solid.faces() {
+            let outwards = normal * (rounding + OUTSIDE_M);
+            let known = self.faces.iter().position(|known| known.face == face);
+            let before = known.map_or_else(|| vec![ring], |k| self.faces[k].pieces.clone());
+            let mut pieces = Vec::new();
+            for piece in &before {
+                subtract(piece, outwards, &spaces, &mut pieces);
+            }
+            if pieces == before {
+                continue;
+            }
+            let remainder = Remainder { face, normal, pieces };
+            match known {
+                Some(k) => self.faces[k] = remainder,
+                None => self.faces.push(remainder),
+            }
+        }
+    }
+
+    /// Whether a point on a face of the core is on what is left of it.
+    pub(crate) fn is_bare(&self, face: u32, at: Vec3) -> bool {
+        self.faces
+            .iter()
+            .find(|known| known.face == face)
+            .is_none_or(|known| known.pieces.iter().any(|piece| beyond(piece, known.normal, at) <= BEYOND_M))
+    }
+
+    /// What the contact normal of a point on the surface of the core may be, where it is not a face's own: it must need no face
+    /// that is covered there.
+    pub(crate) fn judge(&self, solid: &Solid, normal: Vec3, at: Vec3) -> Verdict {
+        let here = || solid.planes().filter(|(_, n, offset)| (n.dot(at) - offset).abs() <= ON_FACE_M);
+        let needs_covered = here().any(|(face, n, _)| n.dot(normal) > LEANS && !self.is_bare(face, at));
+        if !needs_covered {
+            return Verdict::Free;
+        }
+        let mut best = (TURNED, Verdict::Dropped);
+        for (face, n, _) in here().filter(|(face, ..)| self.is_bare(*face, at)) {
+            let along = n.dot(normal);
+            if along > best.0 {
+                best = (along, Verdict::Turned(face));
+            }
+        }
+        best.1
+    }
+}
+
+/// How far a point is beyond the edges of a convex polygon, m; negative within.
+fn beyond(polygon: &[Vec3], normal: Vec3, at: Vec3) -> f64 {
+    let mut most = f64::NEG_INFINITY;
+    for k in 0..polygon.len() {
+        let (p, q) = (polygon[k], polygon[(k + 1) % polygon.len()]);
+        if let Some(outward) = (q - p).cross(normal).try_normalize() {
+            most = most.max(outward.dot(at - p));
+        }
+    }
+    most
+}
+
+/// Adds to `out` what of a polygon is outside of an intersection of half-spaces, moved by `aside` before it is looked at.
+fn subtract(polygon: &[Vec3], aside: Vec3, spaces: &[(Vec3, f64)], out: &mut Vec<Vec<Vec3>>) {
+    // Most parts are nowhere near.
+    if spaces.iter().any(|(n, offset)| polygon.iter().all(|p| n.dot(*p + aside) >= *offset)) {
+        out.push(polygon.to_vec());
+        return;
+    }
+    let mut rest = polygon.to_vec();
+    for (normal, offset) in spaces {
+        let height = |p: Vec3| normal.dot(p + aside) - offset;
+        let (inside, outside) = (half(&rest, |p| -height(p)), half(&rest, height));
+        if is_area(&outside) {
+            out.push(outside);
+        }
+        rest = inside;
+        if !is_area(&rest) {
+            return;
+        }
+    }
+}
+
+/// The part of a convex polygon where `height` is not negative.
+fn half(polygon: &[Vec3], height: impl Fn(Vec3) -> f64) -> Vec<Vec3> {
+    let mut out = Vec::new();
+    for k in 0..polygon.len() {
+        let (p, q) = (polygon[k], polygon[(k + 1) % polygon.len()]);
+        let (a, b) = (height(p), height(q));
+        if a >= 0.0 {
+            out.push(p);
+        }
+        if (a > 0.0 && b < 0.0) || (a < 0.0 && b > 0.0) {
+            out.push(p + (q - p) * (a / (a - b)));
+        }
+    }
+    out
+}
+
+/// Whether a polygon is wider than what counts as flush.
+fn is_area(polygon: &[Vec3]) -> bool {
+    if polygon.len() < 3 {
+        return false;
+    }
+    let (mut twice, mut around) = (Vec3::ZERO, 0.0);
+    for k in 0..polygon.len() {
+        let (p, q) = (polygon[k], polygon[(k + 1) % polygon.len()]);
+        twice += (p - polygon[0]).cross(q - polygon[0]);
+        around += p.distance(q);
+    }
+    twice.length() > FLUSH_M * around
+}
