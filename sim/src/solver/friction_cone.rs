@@ -5,6 +5,9 @@
 
 use palmares_models::Vec3;
 
+/// A slip that is no more than this part of what the anchor takes up is rounding.
+const SLIP_ROUNDING: f64 = 1e-12;
+
 /// Regularised Coulomb law of one contact point.
 #[derive(Clone, Copy, Debug)]
 pub struct ConeLaw {
@@ -81,9 +84,12 @@ impl ConeLaw {
     #[inline]
     pub fn slip_speed(&self, v: [f64; 3], gamma: [f64; 3]) -> f64 {
         let (a, b) = (self.target[0] - v[0], self.target[1] - v[1]);
+        let wanted = (a * a + b * b).sqrt();
         let elastic = (gamma[0] * gamma[0] + gamma[1] * gamma[1]).sqrt() / self.tangential;
         let speed = (v[0] * v[0] + v[1] * v[1]).sqrt();
-        ((a * a + b * b).sqrt() - elastic).clamp(0.0, speed)
+        let slip = wanted - elastic;
+        // What sticks does not slip by a rounding: its anchor would give way a little in every step.
+        if slip <= SLIP_ROUNDING * wanted { 0.0 } else { slip.min(speed) }
     }
 
     /// `wᵀ H w`.
