@@ -6,7 +6,7 @@
 //! much as all contact Jacobians.
 
 use super::friction_cone::ConeHessian;
-use super::problem::{PairBody, Problem, multiply};
+use super::problem::{PairBody, Point, Problem, multiply};
 pub use super::workspace::Newton;
 use crate::bounds::{POINT_WORK, hand_work};
 use crate::dynamics::spatial::{Force, Motion};
@@ -123,6 +123,11 @@ impl Newton {
             self.project(model, kin, problem, &direction, true);
             multiply(model, problem, &direction, &mut self.a_direction);
             let slope = dot(&direction, &self.gradient);
+            if is_rounding(problem, slope) {
+                self.direction = direction;
+                report.residual = 0.0;
+                break;
+            }
             // The whole step is nearly always the right one, and the next gradient is needed anyway.
             self.advance(problem, v, &direction, 1.0);
             self.gradient_at(model, kin, problem, v);
@@ -421,6 +426,23 @@ impl Newton {
     }
 }
 
+/// Whether what an iteration could gain, `gᵀ H⁻¹ g`, is the rounding of impulses that balance each other, as between parts of a hand
+/// that press on each other: `(ε γ)²/k` summed over the contacts. No iteration brings the gradient below that.
+fn is_rounding(problem: &Problem, slope: f64) -> bool {
+    // Far above it where anything moves.
+    if slope.abs() > 1e-20 {
+        return false;
+    }
+    let of = |point: &Point| {
+        let [t1, t2, n] = point.impulse;
+        (t1 * t1 + t2 * t2) / point.law.tangential + n * n / point.law.normal
+    };
+    slope.abs() <= ROUNDING * ROUNDING * problem.points.iter().map(of).sum::<f64>()
+}
+
+/// Rounding of a sum of a few impulses, as a part of them.
+const ROUNDING: f64 = 4e-15;
+
 #[inline]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
@@ -429,7 +451,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::friction_cone::{ConeLaw, RollingLaw};
-    use super::super::problem::{ObjectProblem, PairProblem, Point};
+    use super::super::problem::{ObjectProblem, PairProblem};
     use super::*;
     use crate::config::Config;
     use crate::model::Owner;
