@@ -1,13 +1,18 @@
 //! Worlds that fail: everybody who hears of it hears of what, when, and what to try.
 
-use crate::harness::{Client, Server, get};
+use crate::harness::{Client, Server, get, program};
 use crate::impossible::{hand_of_a_billion, no_limits};
 use serde_json::{Value, json};
+use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// Of the worlds that fail here; those of the program itself are not among them.
 const CODES: [&str; 4] = ["not_finite", "out_of_bounds", "unsolvable", "work_exhausted"];
+/// Longer than any of these commands takes on a busy machine. What is tested is that they end.
+const PATIENCE: Duration = Duration::from_secs(300);
 
 /// A folder with a hand that no world can compute, and a file with limits that let it in.
 fn impossible() -> (TempDir, PathBuf, PathBuf) {
@@ -116,4 +121,126 @@ async fn the_stream_of_a_failed_world_ends_and_says_why() {
     assert_eq!((&result["op"], &result["reason"]), (&json!("result"), &json!("world_fault")), "{result}");
     assert!(CODES.contains(&word(&result["fault"])), "{result}");
     assert!(word(&result["note"]).contains("; "), "{result}");
+}
+
+/// Exit code, what was printed to stdout, and to stderr; of a command that does not end, a panic.
+fn ends(arguments: &[&str]) -> (i32, String, String) {
+    let mut command = Command::new(program());
+    command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().expect("palmares runs");
+    // Read all the time: a full pipe would stop it.
+    let read = |mut pipe: Box<dyn Read + Send>| {
+        std::thread::spawn(move || {
+            let mut text = String::new();
+            pipe.read_to_string(&mut text).expect("UTF-8");
+            text
+        })
+    };
+    let out = read(Box::new(child.stdout.take().expect("piped")));
+    let err = read(Box::new(child.stderr.take().expect("piped")));
+    let begun = Instant::now();
+    let status = loop {
+        match child.try_wait().expect("waits") {
+            Some(status) => break status,
+            None if begun.elapsed() > PATIENCE => {
+                child.kill().expect("it is ours");
+                panic!("{arguments:?} does not end");
+            }
+            None => std::thread::sleep(Duration::from_millis(20)),
+        }
+    };
+    (status.code().expect("an exit code"), out.join().expect("read"), err.join().expect("read"))
+}
+
+#[test]
+fn the_tools_for_hands_end_whatever_the_world_does() {
+    let (folder, archive, limits) = impossible();
+    let hand = text(&archive);
+    let says = |text: &str| CODES.iter().any(|code| text.contains(&format!("the world failed ({code})")));
+
+    let (code, out, err) = ends(&["hand", "check", hand, "--sigma", "0.6", "--config", text(&limits)]);
+    assert_eq!(code, 1, "{out}{err}");
+    assert!(
+        says(&out) && out.contains("at σ = 0.6 0.6 the world failed") && out.contains("not usable"),
+        "{out}"
+    );
+    let check = ["hand", "check", hand, "--sigma", "0.6", "--json", "--config", text(&limits)];
+    let (code, out, _) = ends(&check);
+    assert_eq!(code, 1);
+    let report: Value = serde_json::from_str(&out).expect("JSON");
+    let broken = &report["closures"][0]["broken_off"];
+    assert!(CODES.contains(&word(&broken["fault"])) && broken["step"].is_u64(), "{broken}");
+
+    let picture = folder.path().join("a.svg");
+    let (code, out, err) = ends(&["hand", "show", hand, "--out", text(&picture), "--sigma", "0.6"]);
+    assert_eq!(code, 1, "{out}{err}");
+    assert!(says(&err) && err.contains("closed at σ = 0.6, 0.6: ") && out.contains("wrote "), "{out}{err}");
+    assert!(picture.is_file(), "what was simulated is drawn");
+
+    let (code, out, err) = ends(&["hand", "try", hand, "--task", "grasp"]);
+    assert_eq!(code, 1, "{out}{err}");
+    assert!(says(&out), "{out}");
+}
+
+/// A hand of so many fingers of six small links that bend together.
+fn hand_of_fingers(fingers: usize) -> String {
+    let inertia = "<inertia ixx=\"1e-7\" iyy=\"1e-7\" izz=\"1e-7\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/>";
+    let mut urdf = format!(
+        "<robot name=\"many\"><link name=\"base\"><inertial><mass value=\"0.3\"/>{inertia}</inertial></link>\n"
+    );
+    let mut joints = String::new();
+    for k in 0..fingers {
+        let mut parent = "base".to_owned();
+        for i in 0..6 {
+            let link = format!("l{k}_{i}");
+            let at = match i {
+                0 => format!("{} {} 0.012", 0.008 * (k % 10) as f64, 0.01 * (k / 10) as f64),
+                _ => "0 0 0.004".to_owned(),
+            };
+            urdf += &format!(
+                "<link name=\"{link}\"><inertial><origin xyz=\"0 0 0.002\"/><mass value=\"0.002\"/>{inertia}</inertial>\
+                 <collision><origin xyz=\"0 0 0.002\"/><geometry><box size=\"0.004 0.004 0.0036\"/></geometry></collision></link>\
+                 <joint name=\"j{link}\" type=\"revolute\"><parent link=\"{parent}\"/><child link=\"{link}\"/>\
+                 <origin xyz=\"{at}\"/><axis xyz=\"1 0 0\"/><limit lower=\"0\" upper=\"1.5\" effort=\"1\" velocity=\"1\"/>\
+                 <dynamics damping=\"0.001\"/></joint>\n"
+            );
+            joints += &format!(
+                "<joint name=\"j{link}\"><mechanicalReduction>1</mechanicalReduction>\
+                 <mechanicalElasticity>0.02</mechanicalElasticity><offset>0</offset></joint>"
+            );
+            parent = link;
+        }
+    }
+    let kind = "<type>transmission_interface/AdaptiveSynergyTransmission</type>";
+    urdf + &format!("<transmission name=\"t\">{kind}<actuator name=\"m\"/>{joints}</transmission></robot>")
+}
+
+#[test]
+fn a_hand_of_hundreds_of_links_is_looked_at_to_an_end() {
+    let folder = TempDir::new().expect("temporary directory");
+    let (hand, limits) = (folder.path().join("hand.urdf"), folder.path().join("limits.toml"));
+    std::fs::write(&hand, hand_of_fingers(40)).expect("written");
+    let settings = "[motors.m]\nscaling = 120.0\nspeed_limit = 2.0\n[tendons.t]\nstiffness = 100.0\n\
+                    force_limit = 2.0\n";
+    std::fs::write(folder.path().join("hand.toml"), settings).expect("written");
+    let (code, out, _) = ends(&["hand", "check", text(&hand)]);
+    assert_eq!(code, 1, "a hand of a competition has fewer links");
+    assert!(out.contains("not simulated") && out.contains("hand_limits.links"), "{out}");
+
+    // All limits away.
+    let (_, figures, _) = ends(&["hand", "check", "pinch", "--json", "--sigma", "0.1"]);
+    let figures: Value = serde_json::from_str(&figures).expect("JSON");
+    let limit = |row: &Value| match row["bound"] == "least" {
+        true => format!("{} = 0\n", word(&row["figure"])),
+        false => format!("{} = inf\n", word(&row["figure"])),
+    };
+    let all: String = figures["figures"].as_array().expect("a list").iter().map(limit).collect();
+    std::fs::write(&limits, format!("[hand_limits]\n{all}")).expect("written");
+    let (code, out, err) = ends(&["hand", "check", text(&hand), "--sigma", "0.6", "--config", text(&limits)]);
+    let last = out.lines().last().unwrap_or_default();
+    let verdict = if code == 0 { ": usable" } else { ": not usable" };
+    assert!(last.contains(verdict), "{code}, {last}, {err}");
+    if code != 0 {
+        assert!(out.contains("\nerror: hand 'many': at σ = 0.6 "), "{out}");
+    }
 }
