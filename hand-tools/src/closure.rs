@@ -437,7 +437,7 @@ mod tests {
                 &|hand| {
                     hand.links.iter_mut().for_each(|link| {
                         link.inertia.mass *= size;
-                        link.inertia.about_com = link.inertia.about_com * size;
+                        link.inertia.about_com *= size;
                     });
                 },
             ];
