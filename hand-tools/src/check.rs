@@ -1,6 +1,6 @@
 //! `palmares hand check`.
 
-use crate::closure::{AGREEMENT, Closure, Trouble, close};
+use crate::closure::{AGREEMENT, CLOSING_WORK, Closure, Trouble, close};
 use crate::describe::{describe, short};
 use crate::figures::figures;
 use crate::load::{Found, LimitsOf, hint, load_hand, parse_sigma};
@@ -159,19 +159,23 @@ fn simulate(hand: &Arc<Hand>, file: &Path, sigma: &[f64], report: &mut Report) -
         let most = sigma.iter().copied().fold(0.0, f64::max);
         targets.extend((0..motors).map(|m| (0..motors).map(|k| if k == m { most } else { 0.0 }).collect()));
     }
+    let mut left = CLOSING_WORK;
     for target in targets {
-        match close(hand, &target) {
+        match close(hand, &target, &mut left) {
             Err(error) => {
                 report.errors.push(format!("hand '{}': {error}", hand.name));
                 return odd;
             }
             Ok(closure) => {
-                if closure.q.iter().any(|q| !q.is_finite()) {
-                    report.errors.push(format!(
-                        "hand '{}': the simulation is not finite at σ = {}",
-                        hand.name,
-                        sigmas(&target)
-                    ));
+                let failed = closure.broken_off.and_then(|why| Some((why.fault?, why)));
+                let known = |known: &Closure| known.broken_off.and_then(|why| why.fault);
+                if let Some((fault, why)) = failed
+                    && report.closures.iter().any(|closure| known(closure) == Some(fault))
+                {
+                    let (at, step, code) = (sigmas(&target), why.step, fault.code());
+                    report
+                        .errors
+                        .push(format!("hand '{}': at σ = {at} too, at step {step} ({code})", hand.name));
                 } else if closure.disagrees() {
                     report.errors.push(format!(
                         "hand '{}': at σ = {} simulation and prediction differ by {:.1e}, more than {AGREEMENT:e}",
@@ -196,6 +200,10 @@ fn simulate(hand: &Arc<Hand>, file: &Path, sigma: &[f64], report: &mut Report) -
                 }
                 report.closures.push(closure);
             }
+        }
+        if left == 0 {
+            // The first closure that had not enough has said so.
+            return odd;
         }
     }
     odd

@@ -1,12 +1,14 @@
 //! Free closure: the hand alone in the air, its motors wound up, until it rests.
 
+use crate::describe::short;
+use crate::progress::Progress;
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_sim::Push;
 use palmares_sim::model::ModelError;
 use palmares_sim::state::MotorState;
 use palmares_sim::statics::prediction::{Equilibrium, Law, NoPrediction, largest_difference, settled};
-use palmares_sim::{BaseCommand, Command, Config, Model, Owner, State, World};
+use palmares_sim::{BaseCommand, Command, Config, Fault, Model, Owner, State, World};
 use serde::{Serialize, Serializer};
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -27,6 +29,9 @@ const PRESSED: f64 = 0.05;
 const THROWN: f64 = 0.5;
 /// A hand that moves longer than this is left alone, s.
 const PATIENCE_S: f64 = 60.0;
+/// The most that the closures of a hand may compute, all together, in the unit of [`palmares_sim::bounds`]: a minute or so.
+/// All of the SoftHand's take a tenth of a second.
+pub(crate) const CLOSING_WORK: u64 = 50_000_000_000;
 /// Simulation and prediction agree when no coordinate differs by more, rad or m: the solver's tolerance with some
 /// room.
 pub(crate) const AGREEMENT: f64 = 1e-6;
@@ -64,6 +69,9 @@ pub(crate) struct Closure {
     pub(crate) fastest: Option<(String, f64, &'static str)>,
     /// The joint that went farthest beyond a limit on the way, how far, and in which unit.
     pub(crate) outside: Option<(String, f64, &'static str)>,
+    /// Why the simulation ended before the hand came to rest; absent when it did not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) broken_off: Option<BrokenOff>,
 }
 
 fn law_name<S: Serializer>(law: &Option<Law>, serializer: S) -> Result<S::Ok, S::Error> {
@@ -72,6 +80,50 @@ fn law_name<S: Serializer>(law: &Option<Law>, serializer: S) -> Result<S::Ok, S:
         Law::Newton => "newton",
     });
     name.serialize(serializer)
+}
+
+/// When a simulation was broken off, and why.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct BrokenOff {
+    /// What the world failed of; none where the computing that all closures may take was spent.
+    pub(crate) fault: Option<Fault>,
+    /// Steps until then.
+    pub(crate) step: u64,
+    /// s until then.
+    pub(crate) time_s: f64,
+}
+
+impl std::fmt::Display for BrokenOff {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let BrokenOff { fault, step, time_s } = self;
+        let at = format!("at step {step}, {} s", short(*time_s));
+        match fault {
+            Some(fault) => write!(f, "the world failed ({}) {at}: {}", fault.code(), fault.in_words()),
+            None => write!(
+                f,
+                "the simulation was ended {at}: closing this hand needs more computing than it may; try fewer links and \
+                 shapes, or fewer σ"
+            ),
+        }
+    }
+}
+
+/// Why a hand did not come to rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Restless {
+    /// It moves on.
+    Moves,
+    /// It was broken off.
+    BrokenOff(BrokenOff),
+}
+
+impl std::fmt::Display for Restless {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Restless::Moves => write!(f, "the hand still moves after {PATIENCE_S} s"),
+            Restless::BrokenOff(why) => why.fmt(f),
+        }
+    }
 }
 
 /// What is wrong with how a hand closes.
@@ -86,6 +138,14 @@ impl Closure {
     /// What is wrong with how the hand closed.
     pub(crate) fn troubles(&self) -> Vec<Trouble> {
         let mut out = Vec::new();
+        if let Some(why) = &self.broken_off {
+            let moving =
+                self.fastest.as_ref().filter(|(_, speed, _)| why.fault.is_some() && *speed > AT_SIGHT);
+            let moving = moving.map_or(String::new(), |(joint, speed, unit)| {
+                format!("; fastest was joint '{joint}' with {} {unit}/s", short(*speed))
+            });
+            return vec![Trouble::Unusable(format!("{why}{moving}"))];
+        }
         if let (None, Some((joint, speed, unit))) = (self.rest_s, &self.fastest) {
             let touching = self.beyond.iter().filter(|why| why.contains(" touches "));
             let touching: Vec<&str> = touching.take(3).map(String::as_str).collect();
@@ -128,6 +188,7 @@ pub(crate) struct Alone {
     world: World,
     command: Command,
     hand: Arc<Hand>,
+    progress: Progress,
 }
 
 impl Alone {
@@ -138,16 +199,17 @@ impl Alone {
         let state = State::at_rest(&model, Pose::IDENTITY, &[]);
         let mut command = Command::stay(&model, Pose::IDENTITY);
         command.base = BaseCommand::stay(Pose::IDENTITY);
-        Ok(Alone { world: World::new(model, state), command, hand: hand.clone() })
+        let progress = Progress::of(format!("closing {}", hand.name));
+        Ok(Alone { world: World::new(model, state), command, hand: hand.clone(), progress })
     }
 
-    /// One step with the motors on their way to `sigma`.
-    fn step(&mut self, sigma: &[f64]) {
+    /// One step with the motors on their way to `sigma`; returns what it computed.
+    fn step(&mut self, sigma: &[f64]) -> u64 {
         let share = smooth((self.time_s() + self.world.model().config().step_s) / RAMP_S);
         for (command, target) in self.command.sigma.iter_mut().zip(sigma) {
             *command = share * target;
         }
-        self.world.step(&self.command);
+        self.world.step(&self.command).work
     }
 
     /// The state.
@@ -176,22 +238,45 @@ impl Alone {
     }
 
     /// Goes on until no joint has been faster than `speed` for a while; `see` looks at every step. Returns when that
-    /// began.
-    pub(crate) fn settle(&mut self, sigma: &[f64], speed: f64, mut see: impl FnMut(&Alone)) -> Option<f64> {
-        let (step_s, begin) = (self.world.model().config().step_s, self.time_s());
+    /// began. What it computes is taken from `left`.
+    ///
+    /// # Errors
+    /// The hand moves on and on, its world fails, or nothing is left.
+    pub(crate) fn settle(
+        &mut self,
+        sigma: &[f64],
+        speed: f64,
+        left: &mut u64,
+        mut see: impl FnMut(&Alone),
+    ) -> Result<f64, Restless> {
+        let step_s = self.world.model().config().step_s;
         let mut still = 0.0;
-        while self.time_s() - begin < PATIENCE_S && self.state().is_finite() {
-            self.step(sigma);
+        // Steps are counted here: a world that failed makes none, and its clock stands still.
+        for _ in 0..(PATIENCE_S / step_s).round() as u64 {
+            *left = left.saturating_sub(self.step(sigma));
+            if self.world.fault().is_some() || *left == 0 {
+                let (fault, step, time_s) = (self.world.fault(), self.state().step, self.time_s());
+                return Err(Restless::BrokenOff(BrokenOff { fault, step, time_s }));
+            }
             see(self);
+            self.tell_progress(sigma);
             let arrived = |(motor, s): (&MotorState, &f64)| (motor.position - s).abs() < 1e-12;
             let winding = !self.state().motors.iter().zip(sigma).all(arrived);
             let moving = self.time_s() < RAMP_S || winding || self.speed() > speed;
             still = if moving { 0.0 } else { still + step_s };
             if still >= STILL_S {
-                return Some(self.time_s() - still);
+                return Ok(self.time_s() - still);
             }
         }
-        None
+        Err(Restless::Moves)
+    }
+
+    fn tell_progress(&mut self, sigma: &[f64]) {
+        let time_s = self.time_s();
+        self.progress.at(|| {
+            let sigma = sigma.iter().map(|s| short(*s)).collect::<Vec<_>>().join(" ");
+            format!("σ = {sigma}, {time_s:.1} s simulated, at most {PATIENCE_S} s until it rests")
+        });
     }
 
     /// Where the hand should rest with its base where it is.
@@ -228,11 +313,11 @@ pub(crate) struct Comparison {
     pub(crate) beyond: Vec<String>,
 }
 
-/// Holds the present state against the prediction. `rested` tells whether the hand came to rest.
-pub(crate) fn compare(alone: &Alone, sigma: &[f64], rested: bool) -> Comparison {
+/// Holds the present state against the prediction. `rest` tells whether the hand came to rest.
+pub(crate) fn compare(alone: &Alone, sigma: &[f64], rest: &Result<f64, Restless>) -> Comparison {
     let mut beyond = alone.touching();
-    if !rested {
-        beyond.push(format!("the hand still moves after {PATIENCE_S} s"));
+    if let Err(why) = rest {
+        beyond.push(why.to_string());
     }
     match alone.predict(sigma) {
         Ok(predicted) => {
@@ -246,16 +331,16 @@ pub(crate) fn compare(alone: &Alone, sigma: &[f64], rested: bool) -> Comparison 
     }
 }
 
-/// Closes a hand to σ (one per motor) and compares.
-pub(crate) fn close(hand: &Arc<Hand>, sigma: &[f64]) -> Result<Closure, ModelError> {
+/// Closes a hand to σ (one per motor) and compares. What it computes is taken from `left`.
+pub(crate) fn close(hand: &Arc<Hand>, sigma: &[f64], left: &mut u64) -> Result<Closure, ModelError> {
     let mut alone = Alone::new(hand)?;
     let mut outside = vec![0.0; hand.coordinates.len()];
-    let rest_s = alone.settle(sigma, AT_REST, |alone| {
+    let rest = alone.settle(sigma, AT_REST, left, |alone| {
         for ((q, c), most) in alone.state().q.iter().zip(&hand.coordinates).zip(&mut outside) {
             *most = f64::max(*most, f64::max(q - c.upper, c.lower - q));
         }
     });
-    let Comparison { predicted, error, beyond } = compare(&alone, sigma, rest_s.is_some());
+    let Comparison { predicted, error, beyond } = compare(&alone, sigma, &rest);
     let state = alone.state();
     let largest = |values: &[f64]| {
         let most = values.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
@@ -270,7 +355,7 @@ pub(crate) fn close(hand: &Arc<Hand>, sigma: &[f64]) -> Result<Closure, ModelErr
     });
     Ok(Closure {
         sigma: sigma.to_vec(),
-        rest_s,
+        rest_s: rest.ok(),
         q: state.q.clone(),
         tension: state.tension.clone(),
         law: predicted.as_ref().map(|p| p.law),
@@ -283,6 +368,10 @@ pub(crate) fn close(hand: &Arc<Hand>, sigma: &[f64]) -> Result<Closure, ModelErr
         beyond,
         fastest: largest(&speeds),
         outside: largest(&outside).filter(|(_, by, _)| *by > 0.0),
+        broken_off: match rest {
+            Err(Restless::BrokenOff(why)) => Some(why),
+            _ => None,
+        },
     })
 }
 
@@ -290,4 +379,84 @@ pub(crate) fn close(hand: &Arc<Hand>, sigma: &[f64]) -> Result<Closure, ModelErr
 fn smooth(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
     x * x * x * (10.0 - 15.0 * x + 6.0 * x * x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pinch(change: impl FnOnce(&mut Hand)) -> Arc<Hand> {
+        let mut hand = Hand::clone(&Hand::builtin("pinch").expect("it is built in"));
+        change(&mut hand);
+        Arc::new(hand)
+    }
+
+    fn broken_off(closure: &Closure) -> BrokenOff {
+        let why = closure.broken_off.unwrap_or_else(|| panic!("it was closed: {closure:?}"));
+        let troubles = closure.troubles();
+        let [Trouble::Unusable(text)] = troubles.as_slice() else { panic!("one trouble") };
+        assert!(text.contains(&format!("at step {}", why.step)), "{text}");
+        assert!(closure.beyond.iter().any(|beyond| text.starts_with(beyond.as_str())), "{text}");
+        why
+    }
+
+    #[test]
+    fn a_hand_of_the_program_rests_with_little_of_the_work_it_may_take() {
+        let mut left = CLOSING_WORK;
+        let closure = close(&pinch(|_| ()), &[0.3, 0.3], &mut left).expect("a hand");
+        assert!(closure.rest_s.is_some() && closure.broken_off.is_none() && closure.troubles().is_empty());
+        let json = serde_json::to_value(&closure).expect("JSON");
+        assert!(json.get("broken_off").is_none(), "{json}");
+        assert!(CLOSING_WORK - left < CLOSING_WORK / 100, "{}", CLOSING_WORK - left);
+    }
+
+    #[test]
+    fn a_world_that_fails_at_its_first_step_ends_the_closure() {
+        // At rest farther away than anything may be.
+        let hand = pinch(|hand| hand.coordinates[0].rest = 1e7);
+        let mut left = CLOSING_WORK;
+        let why = broken_off(&close(&hand, &[0.3, 0.3], &mut left).expect("a hand"));
+        assert_eq!(why.fault, Some(Fault::OutOfBounds));
+        assert!(why.step <= 1, "{why:?}");
+    }
+
+    #[test]
+    fn absurd_hands_rest_or_are_broken_off() {
+        let mut faults = 0;
+        for size in [1e-12, 1e-6, 1e6, 1e12, 1e200] {
+            let changes: [&dyn Fn(&mut Hand); 5] = [
+                &|hand| hand.coordinates.iter_mut().for_each(|c| c.stiffness *= size),
+                &|hand| hand.coordinates.iter_mut().for_each(|c| c.damping *= size),
+                &|hand| hand.tendons.iter_mut().for_each(|t| t.stiffness *= size),
+                &|hand| {
+                    hand.tendons.iter_mut().for_each(|t| {
+                        t.force_limit *= size;
+                        t.moment_arms.iter_mut().for_each(|(_, arm)| *arm *= size);
+                    });
+                },
+                &|hand| {
+                    hand.links.iter_mut().for_each(|link| {
+                        link.inertia.mass *= size;
+                        link.inertia.about_com *= size;
+                    });
+                },
+            ];
+            for change in changes {
+                let hand = pinch(change);
+                // Some of them would take minutes.
+                let Ok(closure) = close(&hand, &[0.3, 0.3], &mut 300_000_000) else { continue };
+                faults += usize::from(closure.broken_off.is_some_and(|why| why.fault.is_some()));
+            }
+        }
+        assert!(faults > 0, "none of them is absurd");
+    }
+
+    #[test]
+    fn a_closure_ends_when_the_work_it_may_take_is_spent() {
+        let mut left = 100_000;
+        let why = broken_off(&close(&pinch(|_| ()), &[0.3, 0.3], &mut left).expect("a hand"));
+        assert_eq!((why.fault, left), (None, 0));
+        assert!(why.step > 0 && why.time_s < RAMP_S, "{why:?}");
+        assert!(why.to_string().contains("needs more computing than it may"), "{why}");
+    }
 }

@@ -23,11 +23,16 @@ Examples:
   palmares hand check softhand --json     a hand that comes with the program, for programs
   palmares hand check my-hand/ --config competition.toml --out sides.png";
 const TRY_HELP: &str = "\
+Exit code: 0 when the hand could be played to the end in every task, 1 when it does not fit, its world fails or needs too
+much computing.
+
 Examples:
   palmares hand try softhand
   palmares hand try my-hand.zip --task shelf";
 
 const SHOW_HELP: &str = "\
+Exit code: 1 when the hand cannot be simulated until it rests, 0 otherwise. What was simulated is drawn all the same.
+
 Examples:
   palmares hand show softhand                     what it consists of, as text
   palmares hand show softhand --out softhand.svg
@@ -97,7 +102,8 @@ fn attempt(args: &TryArgs) -> anyhow::Result<ExitCode> {
     Ok(if all_played { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Plays the hand in these tasks and prints what came of it, below `head` or as JSON. Says whether it could be played in all.
+/// Plays the hand in these tasks and prints what came of it, below `head` or as JSON. Says whether it could be played in all, to
+/// the end.
 ///
 /// # Errors
 /// Nothing can be written.
@@ -110,5 +116,5 @@ pub fn print_trials(tasks: &[Arc<Task>], hand: &Arc<Hand>, head: &str, json: boo
     } else {
         write!(out, "{head}{}", trial_table(&played, &refused))?;
     }
-    Ok(refused.is_empty())
+    Ok(refused.is_empty() && played.iter().all(|trial| !trial.fault && !trial.ended_early))
 }

@@ -3,6 +3,7 @@
 use crate::table::table;
 use crate::trial::Trial;
 use palmares_models::measure::number;
+use palmares_tasks::Fault;
 use palmares_tasks::inspect::FigureRow;
 use std::fmt::Write as _;
 
@@ -49,7 +50,7 @@ pub(crate) fn trials(played: &[Trial], refused: &[String]) -> String {
             trial.task.clone(),
             script.clone(),
             number(trial.score),
-            if trial.fault { "FAULT" } else { "none" }.to_owned(),
+            trial.fault_code.map_or("none", Fault::code).to_owned(),
             number(trial.limit_excess),
             trial.joint.clone().unwrap_or("-".to_owned()),
             number(trial.motor_work_j),

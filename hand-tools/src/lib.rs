@@ -11,6 +11,7 @@ mod figures;
 mod fingers;
 mod load;
 mod outline;
+mod progress;
 mod push;
 mod show;
 pub mod table;

@@ -1,6 +1,8 @@
 //! `palmares hand show`: a hand as text, and with its closure as a picture.
 
-use crate::closure::{AT_REST, AT_SIGHT, Alone, Comparison, RAMP_S, compare};
+use crate::closure::{
+    AT_REST, AT_SIGHT, Alone, BrokenOff, CLOSING_WORK, Comparison, RAMP_S, Restless, compare,
+};
 use crate::describe::{describe, short};
 use crate::draw::draw;
 use crate::figure::{Curve, Figure, Panel};
@@ -52,6 +54,8 @@ struct Phase {
     error: Option<f64>,
     /// Why no prediction applies.
     beyond: Vec<String>,
+    /// Why the hand was not simulated until it rests.
+    broken_off: Option<BrokenOff>,
 }
 
 /// Samples of the motion.
@@ -87,15 +91,21 @@ pub(crate) fn show(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let mut alone = Alone::new(&hand)?;
     let mut trace = Trace::default();
     trace.sample(&alone);
-    let mut phases = vec![phase(&mut alone, "closed", &sigma, &mut trace)];
-    if !pushes.is_empty() {
+    let mut left = CLOSING_WORK;
+    let mut phases = vec![phase(&mut alone, "closed", &sigma, &mut trace, &mut left)];
+    if !pushes.is_empty() && phases[0].broken_off.is_none() {
         alone.set_pushes(&pushes);
-        phases.push(phase(&mut alone, "pushed", &sigma, &mut trace));
+        phases.push(phase(&mut alone, "pushed", &sigma, &mut trace, &mut left));
     }
     let figure = figure(&hand, &sigma, &pushes, &trace, &phases);
     draw(&figure, file)?;
     write!(out, "{}", summary(&phases))?;
     writeln!(out, "wrote {}", file.display())?;
+    let broken = phases.iter().find_map(|phase| Some((phase.name, phase.broken_off?)));
+    if let Some((name, why)) = broken {
+        let sigmas = sigma.iter().map(|s| short(*s)).collect::<Vec<_>>().join(", ");
+        bail!("hand '{}': {name} at σ = {sigmas}: {why}", hand.name);
+    }
     Ok(ExitCode::SUCCESS)
 }
 
@@ -109,16 +119,25 @@ fn one_per_motor(hand: &Hand, sigma: &[f64]) -> anyhow::Result<Vec<f64>> {
 }
 
 /// Steps until nothing is seen to move; then, off the record, until the hand rests to compare.
-fn phase(alone: &mut Alone, name: &'static str, sigma: &[f64], trace: &mut Trace) -> Phase {
+fn phase(alone: &mut Alone, name: &'static str, sigma: &[f64], trace: &mut Trace, left: &mut u64) -> Phase {
     let from = alone.time_s();
-    alone.settle(sigma, AT_SIGHT, |alone| trace.sample(alone));
+    let mut rest = alone.settle(sigma, AT_SIGHT, left, |alone| trace.sample(alone));
     let to = alone.time_s();
     let before = alone.state().clone();
-    let rest = alone.settle(sigma, AT_REST, |_| {});
-    let Comparison { predicted, error, beyond } = compare(alone, sigma, rest.is_some());
-    let at_end = before.q.clone();
+    let mut at_end = before.q.clone();
+    if let Err(Restless::BrokenOff(_)) = rest {
+        // What a world failed with may be no numbers.
+        at_end.clone_from(trace.q.last().unwrap_or(&before.q));
+    } else {
+        rest = alone.settle(sigma, AT_REST, left, |_| {});
+    }
+    let broken_off = match rest {
+        Err(Restless::BrokenOff(why)) => Some(why),
+        _ => None,
+    };
+    let Comparison { predicted, error, beyond } = compare(alone, sigma, &rest);
     alone.restore(before);
-    Phase { name, from, to, at_end, predicted, error, beyond }
+    Phase { name, from, to, at_end, predicted, error, beyond, broken_off }
 }
 
 fn figure(hand: &Arc<Hand>, sigma: &[f64], pushes: &[Push], trace: &Trace, phases: &[Phase]) -> Figure {

@@ -1,21 +1,26 @@
 //! A short run of a hand in each task, by a script that knows nothing of the task: what scores under it scores by its
 //! build.
 
+use crate::progress::Progress;
+use clap::ValueEnum;
 use palmares_models::Vec3;
 use palmares_models::hand::Hand;
-use palmares_tasks::run::Reason;
+use palmares_tasks::run::{Failure, Reason};
 use palmares_tasks::start::start_pose;
-use palmares_tasks::{Action, BaseTarget, Run, SceneError, Seed, Task};
+use palmares_tasks::{Action, BaseTarget, Fault, Run, SceneError, Seed, Task};
 use serde::Serialize;
 use std::sync::Arc;
 
 /// The scene's seed: any, but the same for every hand.
 const SEED: u64 = 1;
+/// The most that a trial may compute, in the unit of [`palmares_sim::bounds`]: half a minute or so. The SoftHand's take an
+/// eighth of a second.
+const TRIAL_WORK: u64 = 20_000_000_000;
 /// How long the hand does nothing, s.
 const IDLE_S: f64 = 5.0;
 
 /// What the hand does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum Script {
     /// Nothing.
@@ -33,8 +38,14 @@ pub(crate) struct Trial {
     pub(crate) script: Script,
     /// Points, after the objects have settled.
     pub(crate) score: f64,
-    /// The simulation came to numbers that are not finite.
+    /// The world failed.
     pub(crate) fault: bool,
+    /// What it failed of; absent when it did not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) fault_code: Option<Fault>,
+    /// It was ended because it needs more computing than a trial may.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub(crate) ended_early: bool,
     /// s of simulated time.
     pub(crate) sim_time_s: f64,
     /// Farthest that a joint went beyond a limit, rad or m.
@@ -109,21 +120,33 @@ const PRESSED: f64 = 0.05;
 fn play(task: &Arc<Task>, hand: &Arc<Hand>, what: Script) -> Result<Trial, SceneError> {
     let mut run = Run::new(task.clone(), hand.clone(), Seed::from_u64(SEED))?;
     let mut seen = Seen::default();
-    for action in script(what, task, hand.motors.len()) {
-        if !seen.step(&mut run, &action) {
+    let name = what.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned());
+    let mut progress = Progress::of(format!("{} in task {}, {name}", hand.name, task.name));
+    let actions = script(what, task, hand.motors.len());
+    let mut ended_early = false;
+    for action in &actions {
+        if !seen.step(&mut run, action) {
             break;
         }
+        ended_early = seen.computed > TRIAL_WORK;
+        if ended_early {
+            break;
+        }
+        progress.at(|| {
+            format!("{:.1} of {:.1} s simulated", run.sim_time_s(), actions.len() as f64 * task.tick_s)
+        });
     }
-    let fault = !run.healthy();
     let sim_time_s = run.sim_time_s();
-    let reason = if fault { Reason::WorldFault } else { Reason::Stopped };
+    let reason = if run.healthy() { Reason::Stopped } else { Reason::WorldFault };
     let score = run.finish(reason).score;
+    let failure = run.failure();
     let mut flags = Vec::new();
     if what == Script::Idle && score > 0.0 {
         flags.push("scores while the hand does nothing".to_owned());
     }
-    if fault {
-        flags.push("the simulation of this hand breaks".to_owned());
+    flags.extend(failure.as_ref().map(Failure::to_string));
+    if ended_early {
+        flags.push(format!("ended after {sim_time_s:.2} s: it needs more computing than a trial may"));
     }
     if seen.limit_excess > PRESSED {
         flags.push("a joint leaves its limits".to_owned());
@@ -132,7 +155,9 @@ fn play(task: &Arc<Task>, hand: &Arc<Hand>, what: Script) -> Result<Trial, Scene
         task: task.name.clone(),
         script: what,
         score,
-        fault,
+        fault: failure.is_some(),
+        fault_code: failure.map(|failure| failure.fault),
+        ended_early,
         sim_time_s,
         limit_excess: seen.limit_excess,
         joint: seen.joint.map(|c| hand.coordinates[c].name.clone()),
@@ -147,6 +172,8 @@ struct Seen {
     limit_excess: f64,
     joint: Option<usize>,
     motor_work_j: f64,
+    /// In the unit of [`palmares_sim::bounds`].
+    computed: u64,
 }
 
 impl Seen {
@@ -156,6 +183,7 @@ impl Seen {
         if run.step(action).is_err() || !run.healthy() {
             return false;
         }
+        self.computed += run.computed();
         let (state, hand) = (run.world().state(), run.hand());
         for (c, (q, coordinate)) in state.q.iter().zip(&hand.coordinates).enumerate() {
             let beyond = (q - coordinate.upper).max(coordinate.lower - q);
@@ -191,6 +219,25 @@ pub(crate) fn trials(tasks: &[Arc<Task>], hand: &Arc<Hand>) -> (Vec<Trial>, Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_world_that_fails_ends_its_trial_and_says_of_what() {
+        let mut hand = Hand::clone(&Hand::builtin("pinch").expect("it is built in"));
+        for tendon in &mut hand.tendons {
+            (tendon.stiffness, tendon.force_limit) = (1e9, 1e9);
+            tendon.moment_arms.iter_mut().for_each(|(_, arm)| *arm = 1e9);
+        }
+        hand.motors.iter_mut().for_each(|motor| (motor.scaling, motor.speed_limit) = (1e9, 1e9));
+        // Slack at the beginning.
+        hand.coordinates.iter_mut().for_each(|c| c.rest = 0.0);
+        let task = Task::builtin().into_iter().find(|task| task.name == "grasp").expect("it is built in");
+        let trial = play(&task, &Arc::new(hand), Script::Sweep).expect("at rest it is sound");
+        let code = trial.fault_code.expect("no such hand can be computed").code();
+        assert!(trial.fault && !trial.ended_early && trial.score == 0.0, "{trial:?}");
+        let says = |flag: &String| flag.starts_with(&format!("the world failed ({code}) in tick "));
+        assert!(trial.flags.iter().any(says), "{trial:?}");
+        assert_eq!(serde_json::to_value(&trial).expect("JSON")["fault_code"], code);
+    }
 
     #[test]
     fn hands_of_the_program_earn_nothing_by_doing_nothing() {

@@ -1,5 +1,6 @@
 //! Error codes: the same words in WebSocket errors, close reasons and HTTP problems.
 
+use palmares_tasks::Fault;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -96,17 +97,25 @@ pub struct Refusal {
     pub fatal: bool,
     /// When asking again makes sense, s.
     pub retry_after_s: Option<f64>,
+    /// What the world of the run failed of, when that is why.
+    pub fault: Option<Fault>,
 }
 
 impl Refusal {
     /// A refusal after which the connection goes on.
     pub fn new(code: Code, message: impl Into<String>) -> Self {
-        Refusal { code, message: message.into(), fatal: false, retry_after_s: None }
+        Refusal { code, message: message.into(), fatal: false, retry_after_s: None, fault: None }
     }
 
     /// The same, and the connection closes.
     pub fn fatal(mut self) -> Self {
         self.fatal = true;
+        self
+    }
+
+    /// The same, because the world of the run failed.
+    pub fn by(mut self, fault: Fault) -> Self {
+        self.fault = Some(fault);
         self
     }
 
@@ -120,6 +129,7 @@ impl Refusal {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Reply;
 
     const ALL: [Code; 19] = [
         Code::BadJson,
@@ -154,6 +164,21 @@ mod tests {
             let range = if ours { 4500..4600 } else { 4400..4500 };
             assert!(range.contains(&code.close_code()), "{code:?}");
         }
+    }
+
+    #[test]
+    fn a_fault_is_told_by_its_code_and_only_when_there_is_one() {
+        for fault in Fault::ALL {
+            assert_eq!(serde_json::to_value(fault).ok(), Some(fault.code().into()));
+        }
+        let documented = include_str!("../../docs/protocol.md");
+        for fault in Fault::ALL {
+            assert!(documented.contains(&format!("\n| `{}` | ", fault.code())), "{fault:?}");
+        }
+        let told = |refusal: &Refusal| serde_json::to_value(Reply::refused(Some(1), refusal)).expect("JSON");
+        let refusal = Refusal::new(Code::Internal, "why");
+        assert!(told(&refusal).get("fault").is_none());
+        assert_eq!(told(&refusal.by(Fault::WorkExhausted))["fault"], "work_exhausted");
     }
 
     #[test]

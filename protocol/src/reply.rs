@@ -6,7 +6,7 @@ use crate::request::Mode;
 use crate::specs::Specs;
 use palmares_models::camera::Camera;
 use palmares_models::hand::{Hand, TactilePatch};
-use palmares_tasks::{Event, Noise, Outcome, Reason, Task};
+use palmares_tasks::{Event, Fault, Noise, Outcome, Reason, Task};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -33,13 +33,7 @@ pub enum Reply {
 impl Reply {
     /// The error message of a refusal.
     pub fn refused(id: Option<u64>, refusal: &Refusal) -> Self {
-        Reply::Error(ErrorReply {
-            id,
-            code: refusal.code,
-            message: refusal.message.clone(),
-            fatal: refusal.fatal,
-            retry_after_s: refusal.retry_after_s,
-        })
+        Reply::Error(ErrorReply::of(id, refusal))
     }
 }
 
@@ -278,6 +272,12 @@ pub struct RunResult {
     pub outside: u32,
     /// Why the run ended.
     pub reason: Reason,
+    /// What the world failed of; absent when it did not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fault: Option<Fault>,
+    /// For people: what that means and what to try; absent when the world did not fail.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
     /// Ticks played.
     pub ticks: u64,
     /// s of simulated time played.
@@ -325,6 +325,8 @@ impl RunResult {
             in_goal: outcome.in_goal,
             outside: outcome.outside,
             reason: outcome.reason,
+            fault: outcome.fault,
+            note: None,
             ticks: outcome.ticks,
             sim_time_s: outcome.sim_time_s,
             replay: None,
@@ -379,6 +381,23 @@ pub struct ErrorReply {
     /// When asking again makes sense, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub retry_after_s: Option<f64>,
+    /// What the world of the run failed of, when that is why; absent otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fault: Option<Fault>,
+}
+
+impl ErrorReply {
+    /// The error message of a refusal.
+    pub fn of(id: Option<u64>, refusal: &Refusal) -> Self {
+        ErrorReply {
+            id,
+            code: refusal.code,
+            message: refusal.message.clone(),
+            fatal: refusal.fatal,
+            retry_after_s: refusal.retry_after_s,
+            fault: refusal.fault,
+        }
+    }
 }
 
 /// `warning`: the session's time is running out. Sent unasked at 300, 60 and 10 s.

@@ -3,6 +3,7 @@
 //! Computing is counted, not timed, so that every machine stops at the same step. The unit is a multiply-add or what
 //! takes as long, about a nanosecond on a present core; what a piece of the step costs is estimated from its sizes.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The most that a step may compute. The dearest step of a hand that digs in a heap of thirty balls, at 1 ms, took 1.1
@@ -32,8 +33,23 @@ pub(crate) const POINT_WORK: u64 = 100;
 /// A link in a recursion over the hand.
 pub(crate) const LINK_WORK: u64 = 300;
 
-/// Why a world cannot go on. It stands still from then on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+/// Why a world cannot go on. It stands still from then on. Everybody who tells of a fault, on the wire, in a log or in Python,
+/// takes its code and its words from here; a new kind goes to the end, where it changes no bytes of snapshots.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    Serialize,
+    Deserialize,
+    JsonSchema,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+    thiserror::Error,
+)]
+#[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum Fault {
     /// A number of the state is infinite or none.
     #[error("a number of the state is not finite")]
@@ -42,14 +58,67 @@ pub enum Fault {
     #[error("something is faster than {FASTEST:e} m/s or rad/s, or farther than {FARTHEST:e} m or rad")]
     OutOfBounds,
     /// The matrix of a step is not positive definite, so that the step has no solution.
-    #[error("a step has no solution")]
+    #[error("a step has no solution: its matrix is not positive definite")]
     Unsolvable,
     /// A step needs more computing than it may.
     #[error("a step needs more computing than it may")]
     WorkExhausted,
+    /// The program itself failed. No step ends so: whoever catches the panic says it.
+    #[error("the program that computes the world failed")]
+    Crashed,
+}
+
+impl Fault {
+    /// All of them.
+    pub const ALL: &'static [Fault] = <Fault as strum::VariantArray>::VARIANTS;
+
+    /// The word for programs, as serde writes it.
+    pub fn code(self) -> &'static str {
+        self.into()
+    }
+
+    /// What to try, for people.
+    pub fn advice(self) -> &'static str {
+        match self {
+            Fault::NotFinite | Fault::OutOfBounds => {
+                "something light is thrown: try weaker tendons and springs, slower motors, heavier links or more damping"
+            }
+            Fault::Unsolvable => {
+                "inertia and stiffness of the hand are too far apart for a step: try heavier links, or softer springs and tendons"
+            }
+            Fault::WorkExhausted => {
+                "too much touches at once, or something moves too fast: try fewer shapes and objects, more damping or slower motors"
+            }
+            Fault::Crashed => {
+                "that is a fault of the program: please report it with task, hand, seed and actions"
+            }
+        }
+    }
+
+    /// What it means and what to try, in one sentence.
+    pub fn in_words(self) -> String {
+        format!("{self}; {}", self.advice())
+    }
 }
 
 /// What a recursion over the hand's links and its dense matrix of n rows cost.
 pub(crate) fn hand_work(links: usize, n: usize) -> u64 {
     LINK_WORK * links as u64 + 4 * (n * n) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fault_has_a_code_of_its_own_and_words() {
+        let mut codes: Vec<&str> = Fault::ALL.iter().map(|fault| fault.code()).collect();
+        assert_eq!(codes, ["not_finite", "out_of_bounds", "unsolvable", "work_exhausted", "crashed"]);
+        codes.dedup();
+        assert_eq!(codes.len(), Fault::ALL.len());
+        for fault in Fault::ALL {
+            let words = fault.in_words();
+            assert!(words.contains("; ") && !words.contains(fault.code()), "{words}");
+        }
+    }
 }

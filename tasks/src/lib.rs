@@ -18,6 +18,8 @@ pub mod table;
 pub mod task;
 pub mod training;
 
+pub use palmares_sim::Fault;
+
 pub use action::{Action, ActionError, ActionLimits, BaseTarget};
 pub use observation::{Event, Noise, Observation, Sensing};
 pub use run::{Outcome, Reason, Run};

@@ -15,7 +15,7 @@ const WORLDS: usize = 4;
 const TICKS: u64 = 100;
 
 /// Limits that let such a hand in.
-fn no_limits() -> String {
+pub(crate) fn no_limits() -> String {
     let figures = [
         "joint_torque_nm",
         "moment_arm",
@@ -29,7 +29,7 @@ fn no_limits() -> String {
 }
 
 /// The pinch hand with 1e9 for force, stiffness, R and speed, its tendons slack at first.
-fn hand_of_a_billion() -> Vec<u8> {
+pub(crate) fn hand_of_a_billion() -> Vec<u8> {
     let set = |text: String, fields: &[(&str, &str)]| {
         let change = |line: &str| match fields.iter().find(|(field, _)| line.trim_start().starts_with(field))
         {

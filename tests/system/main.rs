@@ -8,6 +8,7 @@ mod admin;
 mod admission;
 mod backup;
 mod crash;
+mod faults;
 mod hand;
 mod hands_upload;
 mod handshake;

@@ -11,7 +11,7 @@ use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods, T
 use palmares_models::hand::Hand;
 use palmares_sim::Workspace;
 use palmares_tasks::training::{Shaper, Terms, open};
-use palmares_tasks::{Action, BaseTarget, Noise, Outcome, Reason, Run, Seed, Sensing, Task};
+use palmares_tasks::{Action, BaseTarget, Fault, Noise, Outcome, Reason, Run, Seed, Sensing, Task};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -344,12 +344,15 @@ impl Batch {
     fn result<'py>(&self, py: Python<'py>, world: usize) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(outcome) = &self.slot(world)?.outcome else { return Ok(None) };
         let told = PyDict::new(py);
-        let varied = self.slot(world)?.run.as_ref().is_some_and(|run| run.task().is_varied());
+        let run = self.slot(world)?.run.as_ref();
+        let varied = run.is_some_and(|run| run.task().is_varied());
         told.set_item("status", status(outcome, varied))?;
         told.set_item("score", outcome.score)?;
         told.set_item("in_goal", outcome.in_goal)?;
         told.set_item("outside", outcome.outside)?;
         told.set_item("reason", outcome.reason.as_str())?;
+        told.set_item("fault", outcome.fault.map(Fault::code))?;
+        told.set_item("note", run.and_then(Run::failure).map(|failure| failure.to_string()))?;
         told.set_item("ticks", outcome.ticks)?;
         told.set_item("sim_time_s", outcome.sim_time_s)?;
         told.set_item("state_hash", &outcome.state_hash)?;

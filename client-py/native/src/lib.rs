@@ -31,5 +31,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<batch::Batch>()?;
     module.add_function(wrap_pyfunction!(main, module)?)?;
     module.add_function(wrap_pyfunction!(lookup::welcome, module)?)?;
+    module.add_function(wrap_pyfunction!(lookup::faults, module)?)?;
     module.add_function(wrap_pyfunction!(lookup::describe_hand, module)?)
 }

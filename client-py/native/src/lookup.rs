@@ -7,7 +7,7 @@ use palmares_models::read::{self, LoadOptions};
 use palmares_protocol::Reply;
 use palmares_protocol::reply::{Competition, HandInfo, Limits, TaskInfo, Welcome};
 use palmares_protocol::specs::Specs;
-use palmares_tasks::{Noise, Sensing, Task};
+use palmares_tasks::{Fault, Noise, Sensing, Task};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -69,6 +69,12 @@ pub(crate) fn welcome(
         note: None,
     };
     message::of(py, 0, Ok(Reply::Welcome(Box::new(welcome))))
+}
+
+/// What a world can fail of: code, and what it means and what to try.
+#[pyfunction]
+pub(crate) fn faults() -> Vec<(&'static str, String)> {
+    Fault::ALL.iter().map(|fault| (fault.code(), fault.in_words())).collect()
 }
 
 /// A hand in full, as JSON: what `GET /v1/hands/{name}` tells.

@@ -297,10 +297,10 @@ impl World {
         let mut left = step.repeat;
         while left > 0 && self.run.over().is_none() {
             py.detach(|| self.ticks(&step.action, &mut left, &mut events));
-            if self.run.fault().is_some() {
+            if let Some(failure) = self.run.failure() {
                 self.outcome = Some(self.run.finish(Reason::WorldFault));
-                let message = "the world failed; the run is void";
-                return Ok(Err(Refusal::new(Code::Internal, message)));
+                let message = format!("{failure}. The run is void; reset opens another");
+                return Ok(Err(Refusal::new(Code::Internal, message).by(failure.fault)));
             }
             py.check_signals()?;
             tell(told, u64::from(step.repeat - left))?;
@@ -370,6 +370,8 @@ impl World {
             open: false,
         };
         let hash = self.run.task().content_hash();
-        Ok(Reply::Result(Box::new(RunResult { id: Some(id), ..RunResult::new(run, hash, status, outcome) })))
+        let note = self.run.failure().map(|failure| failure.to_string());
+        let result = RunResult { id: Some(id), note, ..RunResult::new(run, hash, status, outcome) };
+        Ok(Reply::Result(Box::new(result)))
     }
 }

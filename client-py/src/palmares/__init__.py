@@ -44,6 +44,7 @@ from palmares.errors import (
     UnknownHandError,
     UnknownOpError,
     UnknownTaskError,
+    WorldFaultError,
     WrongStateError,
 )
 from palmares.messages import (
@@ -140,6 +141,7 @@ __all__ = [
     "UnknownOpError",
     "UnknownTaskError",
     "Welcome",
+    "WorldFaultError",
     "Wrench",
     "WrongStateError",
     "__version__",

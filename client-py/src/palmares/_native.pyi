@@ -85,5 +85,8 @@ class Batch:
 
 def main(argv: list[str]) -> int: ...
 def welcome(team: str, own_hands: Sequence[str], own_tasks: Sequence[str]) -> bytes: ...
+def faults() -> list[tuple[str, str]]:
+    """Return what a world can fail of: its code, and what that means and what to try."""
+
 def describe_hand(name: str) -> str:
     """Return a hand, by name or path, as JSON: what ``GET /v1/hands/{name}`` tells."""

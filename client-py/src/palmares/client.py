@@ -210,6 +210,7 @@ class Client:
         Raises:
             BadActionError: `base` or `hand` has another shape or is not finite; nothing was sent.
             BadRequestError: `repeat` is out of range; nothing was sent.
+            WorldFaultError: The world failed; its `fault` says of what. `stop` returns the void result.
 
         """
         if self._tick is None:
@@ -256,7 +257,8 @@ class Client:
         """Yield the observations of a real-time run until it is over.
 
         Each is the newest one. A controller that is slower than real time does not fall behind: it misses
-        observations, which `skipped` counts; their events come with the next one.
+        observations, which `skipped` counts; their events come with the next one. Of a world that fails the
+        last one is truncated, with the reason ``world_fault``; `Result.fault` of `stop` says of what.
 
         """
         while self._run_id is not None:

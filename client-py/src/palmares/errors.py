@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 if TYPE_CHECKING:
     from palmares.messages import Result
@@ -66,7 +66,10 @@ class RunLostError(PalmaresError):
         if result is None:
             outcome = "ended while the connection was broken, and the server has no result of it"
         elif result.voided:
-            outcome = f"was voided ({result.reason}): it counts for nothing and its time is given back"
+            why = result.reason if result.note is None else f"{result.reason}: {result.note}"
+            outcome = f"was voided ({why}): it counts for nothing"
+            if result.note is None or "not given back" not in result.note:
+                outcome += " and its time is given back"
         else:
             outcome = f"ended while the connection was broken ({result.reason}), score {result.score:g}"
         error = cls(f"run {run_id} {outcome}; open another with reset(…)")
@@ -188,6 +191,22 @@ class InternalError(PalmaresError):
     code = "internal"
 
 
+class WorldFaultError(InternalError):
+    """The world of the run failed. The run is void; `Client.reset` or `World.reset` opens another.
+
+    What the world failed of, in which tick, what that means and what to try is the error's text.
+
+    Attributes:
+        fault: What it failed of: ``not_finite``, ``out_of_bounds``, ``unsolvable``, ``work_exhausted``, or
+            ``crashed`` for the program itself; `palmares.sim.FAULTS` has all of them in words.
+
+    """
+
+    def __init__(self, message: str, *, fault: str = "unknown", **told: Any) -> None:
+        super().__init__(message, **told)
+        self.fault = fault
+
+
 class NotFoundError(PalmaresError):
     """No such page, run or hand."""
 
@@ -221,13 +240,16 @@ _BY_CODE: dict[str, type[PalmaresError]] = {
 
 
 def error_of(
-    code: str, message: str, *, fatal: bool = False, retry_after_s: float | None = None
+    code: str,
+    message: str,
+    *,
+    fatal: bool = False,
+    retry_after_s: float | None = None,
+    fault: str | None = None,
 ) -> PalmaresError:
     """Return the exception for an error code; `PalmaresError` for an unknown one."""
+    text = f"{code}: {message}" if message else code
+    if fault is not None:
+        return WorldFaultError(text, fault=fault, code=code, fatal=fatal, retry_after_s=retry_after_s)
     kind = _BY_CODE.get(code, PalmaresError)
-    return kind(
-        f"{code}: {message}" if message else code,
-        code=code,
-        fatal=fatal,
-        retry_after_s=retry_after_s,
-    )
+    return kind(text, code=code, fatal=fatal, retry_after_s=retry_after_s)

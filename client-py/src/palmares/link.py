@@ -242,6 +242,7 @@ class Link:
                     message.message,
                     fatal=message.fatal,
                     retry_after_s=message.retry_after_s,
+                    fault=message.fault,
                 )
         elif message.reply_to is None:
             self._deliver(message)

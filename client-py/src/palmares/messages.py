@@ -190,6 +190,10 @@ class Result(Reply, kw_only=True, tag="result"):
     """Objects outside both boxes"""
     reason: str
     """Why it ended: ``stopped``, ``complete``, ``time_limit``, ``session_over``, …"""
+    fault: str | None = None
+    """Of the reason ``world_fault``: what the world failed of, as in `WorldFaultError`"""
+    note: str | None = None
+    """For people: of a world that failed, when, what that means and what to try"""
     task_hash: str = ""
     """SHA-256 of everything that the task is"""
     ticks: int
@@ -459,6 +463,8 @@ class ErrorMessage(Reply, kw_only=True, tag="error"):
     message: str = ""
     fatal: bool = False
     retry_after_s: float | None = None
+    fault: str | None = None
+    """What the world of the run failed of, when that is why"""
 
 
 class Envelope(msgspec.Struct, kw_only=True):

@@ -83,6 +83,8 @@ def result(result: Result) -> tuple[str, Rows]:
         ("ended", f"{result.reason} after {result.ticks} ticks, {result.sim_time_s:.2f} s"),
         ("objects", f"{result.in_goal} in the goal, {result.outside} outside"),
     ]
+    if result.note is not None:
+        rows.append(("note", result.note))
     if result.mode == "realtime":
         rows.append(("real time", f"{result.missed_ticks} ticks missed, {result.late_ticks} late"))
     rows += _events(result.events)

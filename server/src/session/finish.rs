@@ -10,11 +10,11 @@ use super::session::{OpenRun, Session};
 use crate::archive::stored_path;
 use crate::store::{FinishedRun, NewAuditEntry};
 use crate::world::live::RealtimeStats;
-use crate::world::run::Fault;
 use palmares_protocol::reply::{ReplayInfo, RunResult};
 use palmares_protocol::{Code, Refusal, Reply};
 use palmares_replay::ReplayFile;
-use palmares_tasks::{Outcome, Reason};
+use palmares_tasks::run::Failure;
+use palmares_tasks::{Fault, Outcome, Reason};
 use tokio::task::spawn_blocking;
 
 /// What the store knows of a run that has ended.
@@ -86,21 +86,23 @@ impl Session {
         let end = End {
             reason,
             official: self.official,
-            ticks: outcome.as_ref().map(|outcome| outcome.ticks).map_err(|fault| *fault),
+            ticks: outcome.as_ref().map(|outcome| outcome.ticks).map_err(|failure| *failure),
             replay_lost: replay.is_err(),
-            own_hand: run.own_hand,
+            own_hand: run.hand_sha256.is_some(),
         };
         let decision = Decision::on(end, note);
-        let outcome = outcome.unwrap_or_else(|fault| {
-            tracing::error!(run = run.run_id, tick = run.tick, ?fault, "world fault; run voided");
-            nothing(&run)
+        let outcome = outcome.unwrap_or_else(|failure| {
+            log(&self.session_id, &run, &failure);
+            nothing(&run, failure.fault)
         });
         let ended = self.machine.clock().spent(self.now());
         Ok(Finished { run, outcome, decision, stats, replay: replay.unwrap_or(None), ended })
     }
 
     /// Takes the world away, lets it settle and counts.
-    async fn close_world(&mut self, reason: Reason) -> (Result<Outcome, Fault>, RealtimeStats) {
+    async fn close_world(&mut self, reason: Reason) -> (Result<Outcome, Failure>, RealtimeStats) {
+        let tick = self.machine.playing().map_or(0, |run| run.tick);
+        let lost = Failure { fault: Fault::Crashed, tick, step: None };
         let (world, stats) = match std::mem::take(&mut self.open_run) {
             OpenRun::None => (None, RealtimeStats::default()),
             OpenRun::Lockstep(world) => (Some(*world), RealtimeStats::default()),
@@ -113,9 +115,9 @@ impl Session {
         };
         let outcome = match world {
             // An unsound world has nothing to say.
-            Some(world) if reason == Reason::WorldFault => Err(world.fault().unwrap_or(Fault::Broken)),
+            Some(world) if reason == Reason::WorldFault => Err(world.failure().unwrap_or(lost)),
             Some(world) => world.finish(&self.shared.compute.background, reason).await,
-            None => Err(Fault::Broken),
+            None => Err(lost),
         };
         (outcome, stats)
     }
@@ -124,7 +126,7 @@ impl Session {
     async fn keep_replay(
         &mut self,
         run: &Playing,
-        outcome: &Result<Outcome, Fault>,
+        outcome: &Result<Outcome, Failure>,
     ) -> Result<Option<ReplayFile>, ReplayLost> {
         let (Some(recording), Ok(_)) = (self.recording.take(), outcome) else { return Err(ReplayLost) };
         recording.file().await.map_err(|error| {
@@ -174,7 +176,7 @@ impl Session {
 
 /// What is told of a run.
 fn result(finished: Finished, stored: &Stored) -> RunResult {
-    let Finished { run, outcome, stats, replay, .. } = finished;
+    let Finished { run, outcome, decision, stats, replay, .. } = finished;
     tracing::info!(
         run = run.run_id,
         score = outcome.score,
@@ -185,6 +187,7 @@ fn result(finished: Finished, stored: &Stored) -> RunResult {
         "run closed"
     );
     let mut result = RunResult::new(run.info(), &run.task_hash, &stored.status, outcome);
+    result.note = decision.note.filter(|_| result.fault.is_some());
     result.replay = replay.map(|file| ReplayInfo { sha256: file.sha256, bytes: file.bytes });
     result.missed_ticks = stats.tempo.missed;
     result.late_ticks = stats.tempo.late;
@@ -193,13 +196,34 @@ fn result(finished: Finished, stored: &Stored) -> RunResult {
     result
 }
 
+/// Tells whoever reads the log how the failure can be had again: `palmares.sim.World` with this task, hand and seed, and the
+/// team's actions.
+fn log(session: &str, run: &Playing, failure: &Failure) {
+    let Failure { fault, tick, step } = failure;
+    tracing::error!(
+        session,
+        run = run.run_id,
+        fault = fault.code(),
+        tick,
+        step,
+        task = run.task,
+        hand = run.hand,
+        hand_sha256 = run.hand_sha256,
+        seed = run.seed,
+        k = run.k,
+        why = fault.in_words(),
+        "world fault; run voided"
+    );
+}
+
 /// The outcome of a run whose world failed: nothing counts.
-fn nothing(run: &Playing) -> Outcome {
+fn nothing(run: &Playing, fault: Fault) -> Outcome {
     Outcome {
         score: 0.0,
         in_goal: 0,
         outside: 0,
         reason: Reason::WorldFault,
+        fault: Some(fault),
         ticks: run.tick,
         sim_time_s: run.tick as f64 * run.tick_s,
         events: Vec::new(),

@@ -3,9 +3,9 @@
 use super::clock::Spent;
 use super::machine::Playing;
 use crate::world::live::RealtimeStats;
-use crate::world::run::Fault;
 use palmares_replay::ReplayFile;
-use palmares_tasks::{Outcome, Reason};
+use palmares_tasks::run::Failure;
+use palmares_tasks::{Fault, Outcome, Reason};
 
 /// A run that has ended.
 #[derive(Debug)]
@@ -50,8 +50,8 @@ pub(super) struct End {
     pub(super) reason: Reason,
     /// In an official session.
     pub(super) official: bool,
-    /// Ticks that were counted, or what the world failed of.
-    pub(super) ticks: Result<u64, Fault>,
+    /// Ticks that were counted, or how the world failed.
+    pub(super) ticks: Result<u64, Failure>,
     /// Whether there is no replay where there should be one.
     pub(super) replay_lost: bool,
     /// Whether the hand is the team's own.
@@ -71,9 +71,9 @@ impl Decision {
         let noted = |note: &str| Some(note.to_owned());
         let said = note.and_then(noted);
         let (status, note) = match (end.ticks, end.reason, end.official) {
-            (Err(fault), ..) => {
-                let (refunded, why) = blame(fault, end.own_hand);
-                (RunStatus::Voided { refunded }, noted(why))
+            (Err(failure), ..) => {
+                let (refunded, why) = blame(&failure, end.own_hand);
+                (RunStatus::Voided { refunded }, Some(why))
             }
             (_, Reason::Voided, _) => (RunStatus::Voided { refunded: true }, said),
             (_, _, false) => (RunStatus::Practice, said),
@@ -95,36 +95,36 @@ impl Decision {
     }
 }
 
-/// Whether the time of a run is given back whose world failed of this, and what is noted. A team could make itself time
-/// with a hand that breaks the physics, or with actions that no tick has time for.
-fn blame(fault: Fault, own_hand: bool) -> (bool, &'static str) {
-    match (fault, own_hand) {
-        (Fault::Exhausted, _) => (
-            false,
-            "the world failed: a tick asked for more work than a tick may; its time is not given back",
-        ),
-        (Fault::Broken, true) => {
-            (false, "the world failed with a hand of the team's own; its time is not given back")
-        }
-        (Fault::Broken, false) => (true, "the world failed"),
-    }
+/// Whether the time of a run is given back whose world failed so, and what is noted. A team could make itself time with a
+/// hand that breaks the physics, or with actions that no tick has time for.
+fn blame(failure: &Failure, own_hand: bool) -> (bool, String) {
+    let kept = match (failure.fault, own_hand) {
+        (_, true) => Some("the hand is the team's own"),
+        (Fault::WorkExhausted, false) => Some("no tick has time for such actions"),
+        (Fault::NotFinite | Fault::OutOfBounds | Fault::Unsolvable | Fault::Crashed, false) => None,
+    };
+    let time = kept.map_or(String::new(), |why| format!(". Its time is not given back: {why}"));
+    (kept.is_none(), format!("{failure}{time}"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn failed(fault: Fault) -> Failure {
+        Failure { fault, tick: 7, step: Some(62) }
+    }
+
     #[test]
     fn a_team_wins_no_time_by_breaking_its_own_world() {
-        for (fault, own_hand, refunded) in [
-            (Fault::Broken, false, true),
-            (Fault::Broken, true, false),
-            (Fault::Exhausted, false, false),
-            (Fault::Exhausted, true, false),
-        ] {
-            let (given_back, why) = blame(fault, own_hand);
-            assert_eq!(given_back, refunded, "{fault:?}, {own_hand}");
-            assert_eq!(why.contains("not given back"), !refunded, "{why}");
+        for &fault in Fault::ALL {
+            for own_hand in [false, true] {
+                let (given_back, why) = blame(&failed(fault), own_hand);
+                let refunded = !own_hand && fault != Fault::WorkExhausted;
+                assert_eq!(given_back, refunded, "{fault:?}, {own_hand}");
+                assert_eq!(why.contains("not given back"), !refunded, "{why}");
+                assert!(why.contains(fault.code()) && why.contains("step 62"), "{why}");
+            }
         }
     }
 
@@ -138,7 +138,9 @@ mod tests {
             own_hand: false,
         };
         let lost = |end| End { replay_lost: true, ..end };
-        let broken = |end, own_hand| End { ticks: Err(Fault::Broken), own_hand, ..end };
+        let failure = failed(Fault::Unsolvable);
+        let why = failure.to_string();
+        let broken = |end, own_hand| End { ticks: Err(failure), own_hand, ..end };
         let (stopped, voided) = (counted(Reason::Stopped, true, 7), counted(Reason::Voided, true, 7));
         let none = counted(Reason::Stopped, true, 0);
         let practice = counted(Reason::Stopped, false, 7);
@@ -155,8 +157,8 @@ mod tests {
             (lost(none), refunded, unwritten),
             (lost(voided), refunded, Some("said")),
             (lost(practice), RunStatus::Practice, Some("said")),
-            (broken(stopped, false), refunded, Some("the world failed")),
-            (broken(lost(practice), false), refunded, Some("the world failed")),
+            (broken(stopped, false), refunded, Some(why.as_str())),
+            (broken(lost(practice), false), refunded, Some(why.as_str())),
             (broken(stopped, true), kept, None),
         ] {
             let decision = Decision::on(end, Some("said"));

@@ -28,8 +28,12 @@ pub(crate) struct Playing {
     pub(crate) task_hash: String,
     /// Its hand.
     pub(crate) hand: String,
-    /// Whether the team sent the hand in.
-    pub(crate) own_hand: bool,
+    /// SHA-256 of the hand's archive, when the team sent it in.
+    pub(crate) hand_sha256: Option<String>,
+    /// The number behind its seed, in practice.
+    pub(crate) seed: Option<u64>,
+    /// The number of the run among the team's in this task, in an official session.
+    pub(crate) k: Option<u64>,
     /// Length of a tick, s.
     pub(crate) tick_s: f64,
     /// How time passes.

@@ -245,7 +245,9 @@ impl Session {
             task: task.name.clone(),
             task_hash: task.content_hash().to_owned(),
             hand: hand.name.clone(),
-            own_hand: new.hand_sha256.is_some(),
+            hand_sha256: new.hand_sha256,
+            seed: new.origin.number,
+            k: new.origin.k,
             tick_s: task.tick_s,
             mode: new.mode,
             tick: 0,
@@ -302,11 +304,10 @@ impl Session {
         let stepped = match world.step(scheduler, self.official, &step.action, ticks).await {
             Ok(stepped) => stepped,
             Err(StepError::Action(error)) => return Err(Refusal::new(Code::BadAction, error.to_string())),
-            Err(StepError::Fault(_)) => {
+            Err(StepError::Failed(failure)) => {
                 self.close_run(Reason::WorldFault, None).await;
-                let message =
-                    format!("the world of run {run_id} failed; the run is void, reset opens another");
-                return Err(Refusal::new(Code::Internal, message));
+                let message = format!("{failure}. Run {run_id} is void; reset opens another");
+                return Err(Refusal::new(Code::Internal, message).by(failure.fault));
             }
         };
         let mut observation = stepped.observation;

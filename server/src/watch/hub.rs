@@ -8,7 +8,7 @@ use super::request::Target;
 use super::snapshot::{Overlays, Snapshot};
 use crate::store::Announcement;
 use crate::world::Witness;
-use palmares_tasks::{Outcome, Run, Sensing};
+use palmares_tasks::{Fault, Outcome, Run, Sensing};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -304,7 +304,11 @@ impl Witness for Publisher {
 
     fn finished(&mut self, run: &Run, outcome: &Outcome) {
         self.show(run, Overlays::ALL);
-        self.end(Some(Final::of(outcome)));
+        self.end(Some(Final::of(outcome)), None);
+    }
+
+    fn failed(&mut self, fault: Fault) {
+        self.end(None, Some(fault));
     }
 }
 
@@ -316,11 +320,11 @@ impl Publisher {
         channel.moved.store(self.hub.now_ms(), Ordering::Relaxed);
     }
 
-    fn end(&mut self, outcome: Option<Final>) {
+    fn end(&mut self, outcome: Option<Final>, fault: Option<Fault>) {
         let Some(Published { channel, .. }) = self.open.take() else { return };
         let run_id = channel.info.run_id.clone();
         self.hub.open().channels.remove(&run_id);
-        let message = frame::text(&WatchReply::Ended(Ended { run_id, outcome }));
+        let message = frame::text(&WatchReply::Ended(Ended { run_id, outcome, fault }));
         let _ = channel.news.send(News::Ended(message));
         self.hub.changed.send_modify(|count| *count += 1);
     }
@@ -328,7 +332,7 @@ impl Publisher {
 
 impl Drop for Publisher {
     fn drop(&mut self) {
-        self.end(None);
+        self.end(None, None);
     }
 }
 
@@ -421,11 +425,19 @@ mod tests {
     #[test]
     fn a_world_that_failed_ends_too() {
         let (hub, run) = (Arc::new(Hub::default()), run());
-        let publisher = published(&hub, info("r", "s", false), &run);
-        let mut following = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
-        drop(publisher);
-        let last = following.news.try_recv().expect("a word");
-        assert!(matches!(&last, News::Ended(text) if text.contains(r#""outcome":null"#)), "{last:?}");
+        for fault in [None, Some(Fault::Unsolvable)] {
+            let mut publisher = published(&hub, info("r", "s", false), &run);
+            let mut following = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
+            if let Some(fault) = fault {
+                publisher.failed(fault);
+            }
+            drop(publisher);
+            let last = following.news.try_recv().expect("a word");
+            let News::Ended(text) = &last else { panic!("{last:?}") };
+            assert!(text.contains(r#""outcome":null"#), "{text}");
+            assert_eq!(text.contains(r#""fault":"unsolvable""#), fault.is_some(), "{text}");
+            assert!(following.news.try_recv().is_err(), "it ends once");
+        }
     }
 
     #[test]

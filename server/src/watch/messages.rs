@@ -6,7 +6,7 @@ use palmares_protocol::reply::ErrorReply;
 use palmares_tasks::referee::Verdict;
 use palmares_tasks::run::{Contact, Telemetry};
 use palmares_tasks::scene::{Region, ScenePart};
-use palmares_tasks::{Event, Outcome, Reason};
+use palmares_tasks::{Event, Fault, Outcome, Reason};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -202,6 +202,9 @@ pub(crate) struct Ended {
     pub(crate) run_id: String,
     /// What it gave; null when the world failed.
     pub(crate) outcome: Option<Final>,
+    /// What the world failed of; absent when it did not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) fault: Option<Fault>,
 }
 
 /// What a run gave.

@@ -403,14 +403,7 @@ impl Viewer {
 
     async fn refuse(&mut self, id: Option<u64>, refusal: &Refusal) -> ControlFlow<End> {
         METRICS.refused(refusal.code);
-        let error = ErrorReply {
-            id,
-            code: refusal.code,
-            message: refusal.message.clone(),
-            fatal: refusal.fatal,
-            retry_after_s: refusal.retry_after_s,
-        };
-        self.send(&WatchReply::Error(error)).await?;
+        self.send(&WatchReply::Error(ErrorReply::of(id, refusal))).await?;
         if refusal.fatal {
             return ControlFlow::Break(Some((refusal.code.close_code(), refusal.code.name())));
         }

@@ -63,6 +63,8 @@ struct Ticking {
 #[derive(Default)]
 struct Stream {
     waiting: VecDeque<Streamed>,
+    /// The last one that was streamed, or that of tick 0: a failed world has no other to end with.
+    last: Option<Observation>,
     dropped: u64,
     over: Option<Reason>,
 }
@@ -108,13 +110,14 @@ impl Live {
     }
 
     fn new(
-        world: World,
+        mut world: World,
         hand: Arc<Hand>,
         pace: Pace,
         tick_phase: TickPhase,
         official: bool,
         scheduler: Scheduler,
     ) -> Self {
+        let last = world.observe().ok();
         Live {
             hand,
             tick_phase,
@@ -122,7 +125,7 @@ impl Live {
             scheduler,
             inbox: Mutex::new(Inbox { action: None, shots: vec![], tick: 0, turn: 0, paused: false }),
             ticking: Mutex::new(Ticking { world: Some(world), pace }),
-            stream: Mutex::new(Stream::default()),
+            stream: Mutex::new(Stream { last, ..Stream::default() }),
             news: Notify::new(),
         }
     }
@@ -203,6 +206,7 @@ impl Live {
             stream.waiting.pop_front();
             stream.dropped += 1;
         }
+        stream.last = Some(streamed.observation.clone());
         stream.waiting.push_back(streamed);
         stream.over = over;
         drop(stream);
@@ -253,6 +257,21 @@ impl Live {
     /// How the run went.
     pub(crate) fn stats(&self) -> RealtimeStats {
         RealtimeStats { tempo: lock(&self.ticking).pace.tempo(), dropped: lock(&self.stream).dropped }
+    }
+
+    /// The world failed: the last observation is streamed once more and says so, or who follows the stream would wait for ever.
+    fn fail(&self) {
+        let over = Some(Reason::WorldFault);
+        let last = lock(&self.stream).last.take();
+        if let Some(last) = last {
+            let reason = over.map(|reason| reason.as_str().into());
+            let observation =
+                Observation { truncated: true, reason, events: vec![], cameras: vec![], ..last };
+            let streamed = Streamed { observation, pictures: Pictures::default(), due: Instant::now() };
+            self.push(streamed, over);
+        }
+        lock(&self.stream).over = over;
+        self.news.notify_one();
     }
 
     /// The action that makes the hand stay as it is.
@@ -311,10 +330,9 @@ impl Paced for Live {
                 world.tell();
                 over.is_none().then(|| pace.due())
             }
-            // Of which kind the fault is the world knows.
+            // The world knows what it failed of.
             Err(_) => {
-                lock(&self.stream).over = Some(Reason::WorldFault);
-                self.news.notify_one();
+                self.fail();
                 None
             }
         }

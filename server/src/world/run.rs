@@ -9,23 +9,14 @@ use crate::compute::scheduler::{Permit, Scheduler, Urgency};
 use crate::metrics::METRICS;
 use palmares_models::hand::Hand;
 use palmares_tasks::observation::Wrench;
-use palmares_tasks::run::{PushError, Shot, ShotError};
+use palmares_tasks::run::{Failure, PushError, Shot, ShotError};
 use palmares_tasks::{
-    Action, ActionError, Event, Noise, Observation, Outcome, Reason, Run, Scene, SceneError, Seed, Sensing,
-    Task,
+    Action, ActionError, Event, Fault, Noise, Observation, Outcome, Reason, Run, Scene, SceneError, Seed,
+    Sensing, Task,
 };
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-
-/// What a world failed of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Fault {
-    /// Numbers that are none or out of bounds, a step without a solution, or a panic.
-    Broken,
-    /// A tick asked for more work than a tick may: the hand or the action is of a kind that no controller needs.
-    Exhausted,
-}
 
 /// What a world needs of a run. [`Run`] is the real one; tests bring worlds that break.
 pub(crate) trait Playable: Send {
@@ -35,8 +26,10 @@ pub(crate) trait Playable: Send {
     fn observe(&self, sensing: Sensing) -> Observation;
     fn events(&self) -> &[Event];
     fn over(&self) -> Option<Reason>;
-    /// Why the world is unsound, when it is.
-    fn fault(&self) -> Option<Fault>;
+    /// When the world became unsound and of what, when it is.
+    fn failure(&self) -> Option<Failure>;
+    /// The failure of a program that fails now.
+    fn crash(&self) -> Failure;
     fn finish(&mut self, reason: Reason) -> Outcome;
     /// For witnesses and for what only a real run can do.
     fn run(&mut self) -> Option<&mut Run>;
@@ -58,13 +51,11 @@ impl Playable for Run {
     fn over(&self) -> Option<Reason> {
         Run::over(self)
     }
-    fn fault(&self) -> Option<Fault> {
-        Run::fault(self).map(|fault| match fault {
-            palmares_sim::Fault::WorkExhausted => Fault::Exhausted,
-            palmares_sim::Fault::NotFinite
-            | palmares_sim::Fault::OutOfBounds
-            | palmares_sim::Fault::Unsolvable => Fault::Broken,
-        })
+    fn failure(&self) -> Option<Failure> {
+        Run::failure(self)
+    }
+    fn crash(&self) -> Failure {
+        Failure { fault: Fault::Crashed, tick: self.tick(), step: Some(self.steps()) }
     }
     fn finish(&mut self, reason: Reason) -> Outcome {
         Run::finish(self, reason)
@@ -90,8 +81,8 @@ pub(crate) enum StepError {
     #[error(transparent)]
     Action(#[from] ActionError),
     /// The world is unsound, now and from now on.
-    #[error("the world failed")]
-    Fault(Fault),
+    #[error("{0}")]
+    Failed(Failure),
 }
 
 /// Why a world could not be opened.
@@ -123,8 +114,8 @@ pub(crate) struct WorldSetup {
 
 /// A world. Whoever owns it steps it.
 pub(crate) struct World {
-    /// Its fault after one.
-    game: Result<Box<dyn Playable>, Fault>,
+    /// Its failure after one.
+    game: Result<Box<dyn Playable>, Failure>,
     sensing: Sensing,
     witnesses: Vec<Box<dyn Witness>>,
     /// Whether the witnesses have not been told of the last tick.
@@ -211,8 +202,8 @@ impl World {
             Ok(())
         }));
         self.between += begun.elapsed();
-        // Of a fault the next tick tells.
-        let _ = self.fault_ends_it(done);
+        // Of a failure the next tick tells.
+        let _ = self.failure_ends_it(done);
     }
 
     /// Advances the world by up to `repeat` ticks; fewer when the run is over before.
@@ -253,18 +244,18 @@ impl World {
     pub(crate) fn tick(&mut self, action: &Action, _permit: &Permit) -> Result<Option<Reason>, StepError> {
         self.tell();
         let between = std::mem::take(&mut self.between);
-        let game = self.game.as_mut().map_err(|fault| StepError::Fault(*fault))?;
+        let game = self.game.as_mut().map_err(|failure| StepError::Failed(*failure))?;
         let ticked = catch_unwind(AssertUnwindSafe(|| {
             let begun = Instant::now();
             game.step(action)?;
-            if let Some(fault) = game.fault() {
-                return Err(StepError::Fault(fault));
+            if let Some(failure) = game.failure() {
+                return Err(StepError::Failed(failure));
             }
             METRICS.ticked(between + begun.elapsed());
             Ok(game.over())
         }));
         self.untold = matches!(ticked, Ok(Ok(_)));
-        self.fault_ends_it(ticked)
+        self.failure_ends_it(ticked)
     }
 
     /// A tick that follows the clock begins so late.
@@ -274,21 +265,40 @@ impl World {
 
     /// What the controller sees now.
     pub(crate) fn observe(&mut self) -> Result<Observation, StepError> {
-        let game = self.game.as_ref().map_err(|fault| StepError::Fault(*fault))?;
+        let game = self.game.as_ref().map_err(|failure| StepError::Failed(*failure))?;
         let seen = catch_unwind(AssertUnwindSafe(|| Ok(game.observe(self.sensing))));
-        self.fault_ends_it(seen)
+        self.failure_ends_it(seen)
     }
 
-    /// After a fault there is no world any more.
-    fn fault_ends_it<T>(&mut self, done: std::thread::Result<Result<T, StepError>>) -> Result<T, StepError> {
+    /// After a failure there is no world any more.
+    fn failure_ends_it<T>(
+        &mut self,
+        done: std::thread::Result<Result<T, StepError>>,
+    ) -> Result<T, StepError> {
         let done = done.unwrap_or_else(|panic| {
             tracing::error!(panic = panic_text(panic.as_ref()), "a world panicked");
-            Err(StepError::Fault(Fault::Broken))
+            let crash = self.game.as_ref().map_or_else(|failure| *failure, |game| game.crash());
+            Err(StepError::Failed(crash))
         });
-        if let Err(StepError::Fault(fault)) = done {
-            self.game = Err(fault);
+        if let Err(StepError::Failed(failure)) = done {
+            self.fail(failure);
         }
         done
+    }
+
+    /// The world is gone, and its witnesses are told.
+    fn fail(&mut self, failure: Failure) {
+        if std::mem::replace(&mut self.game, Err(failure)).is_err() {
+            return;
+        }
+        let witnesses = &mut self.witnesses;
+        // One of them may be what has panicked.
+        let told = catch_unwind(AssertUnwindSafe(|| {
+            witnesses.iter_mut().for_each(|witness| witness.failed(failure.fault));
+        }));
+        if let Err(panic) = told {
+            tracing::error!(panic = panic_text(panic.as_ref()), "a witness panicked");
+        }
     }
 
     /// Pushes the hand from the next tick on.
@@ -326,8 +336,8 @@ impl World {
         }
     }
 
-    /// What the world failed of, when it has.
-    pub(crate) fn fault(&self) -> Option<Fault> {
+    /// When the world failed and of what, when it has.
+    pub(crate) fn failure(&self) -> Option<Failure> {
         self.game.as_ref().err().copied()
     }
 
@@ -335,13 +345,19 @@ impl World {
     ///
     /// # Errors
     /// The world failed.
-    pub(crate) async fn finish(mut self, background: &Background, reason: Reason) -> Result<Outcome, Fault> {
+    pub(crate) async fn finish(
+        mut self,
+        background: &Background,
+        reason: Reason,
+    ) -> Result<Outcome, Failure> {
+        let crash = self.game.as_ref().map_or_else(|failure| *failure, |game| game.crash());
         let settle = move || {
             self.tell();
-            let game = self.game.as_mut().map_err(|fault| *fault)?;
+            let game = self.game.as_mut().map_err(|failure| *failure)?;
             let outcome = game.finish(reason);
-            if let Some(fault) = game.fault() {
-                return Err(fault);
+            if let Some(failure) = game.failure() {
+                self.fail(failure);
+                return Err(failure);
             }
             if let Some(run) = game.run() {
                 self.witnesses.iter_mut().for_each(|witness| witness.finished(run, &outcome));
@@ -350,7 +366,7 @@ impl World {
         };
         background.run(Level::Awaited, settle).await.unwrap_or_else(|error| {
             tracing::error!(%error, "a run could not be counted");
-            Err(Fault::Broken)
+            Err(crash)
         })
     }
 }

@@ -1,10 +1,11 @@
 //! A world without physics, for tests: it counts, and ends, breaks, panics or computes on and on when told.
 
-use super::run::{Fault, Playable, World};
+use super::run::{Playable, World};
 use crate::compute::admission::Admission;
 use palmares_protocol::Mode;
 use palmares_tasks::observation::{BodyState, HandObservation, Wrench};
-use palmares_tasks::{Action, ActionError, Event, Observation, Outcome, Reason, Run, Sensing};
+use palmares_tasks::run::Failure;
+use palmares_tasks::{Action, ActionError, Event, Fault, Observation, Outcome, Reason, Run, Sensing};
 
 /// Counts ticks; ends, breaks, panics or does not come back when told.
 pub(crate) struct Stub {
@@ -29,7 +30,7 @@ impl Default for Stub {
             over_at: u64::MAX,
             unsound_at: u64::MAX,
             panic_at: u64::MAX,
-            breaks: Fault::Broken,
+            breaks: Fault::Unsolvable,
             endless: None,
         }
     }
@@ -73,8 +74,12 @@ impl Playable for Stub {
             reason: None,
         }
     }
-    fn fault(&self) -> Option<Fault> {
-        (self.tick >= self.unsound_at).then_some(self.breaks)
+    fn failure(&self) -> Option<Failure> {
+        let failure = Failure { fault: self.breaks, tick: self.tick, step: Some(10 * self.tick) };
+        (self.tick >= self.unsound_at).then_some(failure)
+    }
+    fn crash(&self) -> Failure {
+        Failure { fault: Fault::Crashed, tick: self.tick, step: Some(10 * self.tick) }
     }
     fn events(&self) -> &[Event] {
         &self.news
@@ -91,6 +96,7 @@ impl Playable for Stub {
             in_goal: 0,
             outside: 0,
             reason,
+            fault: None,
             ticks: self.tick,
             sim_time_s: 0.0,
             events: vec![],

@@ -1,7 +1,7 @@
 //! Whoever wants to see every tick of a world: a recorder, spectators.
 
 use palmares_tasks::observation::Wrench;
-use palmares_tasks::{Outcome, Run};
+use palmares_tasks::{Fault, Outcome, Run};
 use std::time::Duration;
 
 /// Sees every tick of a world. It must not wait for anything: the world waits for it.
@@ -21,6 +21,10 @@ pub(crate) trait Witness: Send {
     /// Before the tick in which a push begins.
     fn pushed(&mut self, link: &str, wrench: Wrench, duration_s: f64) {
         let _ = (link, wrench, duration_s);
+    }
+    /// When the world has failed.
+    fn failed(&mut self, fault: Fault) {
+        let _ = fault;
     }
     /// When the run has been counted. Not called when the world failed.
     fn finished(&mut self, run: &Run, outcome: &Outcome);

@@ -45,6 +45,12 @@ pub enum NoClosedForm {
 }
 
 impl ClosedForm {
+    /// What [`ClosedForm::new`] computes at most, in the unit of [`crate::bounds`].
+    pub(super) fn work(hand: &Hand) -> u64 {
+        let (n, m) = (hand.coordinates.len() as u64, hand.tendons.len() as u64);
+        n * n * (2 * m + 2) + n * m * m + m * m * m
+    }
+
     /// Builds the matrices of a hand.
     ///
     /// # Errors
@@ -141,12 +147,30 @@ enum Pull {
 /// No balance was reached, as with a coordinate that has neither spring nor taut tendon but a torque, or not within the
 /// computing that a search may take.
 pub fn rest(hand: &Hand, s: &[f64], tau: &[f64], start: &[f64]) -> Result<Rest, NoRest> {
-    let mut left = MOST_WORK;
+    rest_within(hand, s, tau, start, &mut { MOST_WORK })
+}
+
+/// The same within the work that is left, of which it takes what it needs.
+pub(super) fn rest_within(
+    hand: &Hand,
+    s: &[f64],
+    tau: &[f64],
+    start: &[f64],
+    budget: &mut u64,
+) -> Result<Rest, NoRest> {
+    let mut left = MOST_WORK.min(*budget);
+    let before = left;
+    let found = search(hand, s, tau, start, &mut left);
+    *budget -= before - left;
+    found
+}
+
+fn search(hand: &Hand, s: &[f64], tau: &[f64], start: &[f64], left: &mut u64) -> Result<Rest, NoRest> {
     let mut pulls = vec![Pull::Taut; hand.tendons.len()];
     let mut q = start.to_vec();
     // Each tendon may come loose, saturate and tighten again; more than that is a circle.
     for _ in 0..4 * (1 + pulls.len()) {
-        let found = minimise(hand, s, tau, &pulls, &mut q, &mut left);
+        let found = minimise(hand, s, tau, &pulls, &mut q, left);
         let mut right = true;
         for (t, tendon) in hand.tendons.iter().enumerate() {
             let f = tendon.stiffness * (s[t] - tendon.length(&q));
@@ -155,7 +179,7 @@ pub fn rest(hand: &Hand, s: &[f64], tau: &[f64], start: &[f64]) -> Result<Rest, 
             right &= now == pulls[t];
             pulls[t] = now;
         }
-        if !right && left == 0 {
+        if !right && *left == 0 {
             break;
         }
         if right {

@@ -10,7 +10,7 @@ use crate::config::Config;
 use crate::dynamics::tree::Kinematics;
 use crate::statics::equilibrium::{NoRest, elastic_energy};
 use crate::statics::prediction::{
-    Equilibrium, Law, NoPrediction, beyond_tendons, loose, torques, wound_lengths,
+    Equilibrium, Law, NoPrediction, beyond_tendons, loose, spend, torque_work, torques, wound_lengths,
 };
 use nalgebra::{DMatrix, DVector};
 use palmares_models::hand::Hand;
@@ -24,6 +24,9 @@ const MOST_FORCE: f64 = 100.0;
 const BALANCE: f64 = 1e-11;
 /// What is left unbalanced is no more than this part of them.
 const BALANCED: f64 = 1e-7;
+/// The most that a search may compute, in the unit of [`crate::bounds`]: a second or two. Hands within the default limits
+/// take less, however many steps they need.
+const MOST_WORK: u64 = 2_000_000_000;
 /// Newton's method takes at most so many steps, each of as many evaluations as twice the coordinates.
 const STEPS: usize = 200;
 /// Half the difference of two evaluations for a derivative, rad or m.
@@ -211,14 +214,22 @@ impl Scene<'_> {
         let mut q: Vec<f64> = self.hand.coordinates.iter().map(|c| c.rest.clamp(c.lower, c.upper)).collect();
         let (mut gradient, mut size) = self.gradient(&q);
         let mut energy = self.energy(&q);
+        let n = q.len() as u64;
+        let evaluation =
+            torque_work(self.hand, self.pushes.len() + self.holds.len()) + n * self.hand.tendons.len() as u64;
+        let mut left = MOST_WORK;
         for _ in 0..STEPS {
             if gradient.amax() <= BALANCE * size {
                 break;
             }
-            let Some(step) = downhill(self.hessian(&q), &gradient) else { break };
+            spend(&mut left, (2 * n + 1) * evaluation)?;
+            let (step, factors) = downhill(self.hessian(&q), &gradient);
+            spend(&mut left, factors * n * n * n / 6)?;
+            let Some(step) = step else { break };
             let slope = gradient.dot(&step);
             let mut part = 1.0;
             let moved = loop {
+                spend(&mut left, evaluation)?;
                 let there: Vec<f64> = q.iter().zip(step.iter()).map(|(q, d)| q - part * d).collect();
                 let next = self.energy(&there);
                 // Near the minimum the energy is all rounding; the torques still tell.
@@ -242,20 +253,22 @@ impl Scene<'_> {
     }
 }
 
-/// `H⁻¹ g`, with H stiffened until it is positive definite; none when no stiffening helps.
-fn downhill(hessian: DMatrix<f64>, gradient: &DVector<f64>) -> Option<DVector<f64>> {
-    let mut stiffening = 0.0;
+/// `H⁻¹ g`, with H stiffened until it is positive definite, and how many factorisations that took; none when no stiffening
+/// helps.
+fn downhill(hessian: DMatrix<f64>, gradient: &DVector<f64>) -> (Option<DVector<f64>>, u64) {
+    let (mut stiffening, mut factors) = (0.0, 0);
     while stiffening < 1e9 {
+        factors += 1;
         let mut h = hessian.clone();
         for i in 0..h.nrows() {
             h[(i, i)] += stiffening;
         }
         if let Some(l) = h.cholesky() {
-            return Some(l.solve(gradient));
+            return (Some(l.solve(gradient)), factors);
         }
         stiffening = f64::max(4.0 * stiffening, 1e-3);
     }
-    None
+    (None, factors)
 }
 
 #[cfg(test)]

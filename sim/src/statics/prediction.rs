@@ -1,15 +1,19 @@
 //! Where a hand should come to rest, without simulating it.
 
 use crate::actuation::motor::wound;
+use crate::bounds::LINK_WORK;
 use crate::command::Push;
 use crate::config::Config;
 use crate::dynamics::jacobian::add_point_force;
 use crate::dynamics::tree::Kinematics;
-use crate::statics::equilibrium::{ClosedForm, NoClosedForm, NoRest, rest};
+use crate::statics::equilibrium::{ClosedForm, NoClosedForm, NoRest, rest_within};
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_models::measure::LOOSE;
 
+/// The most that a prediction may compute, in the unit of [`crate::bounds`]: a second. For the hands that come with the
+/// program a thousandth is enough.
+const MOST_WORK: u64 = 1_000_000_000;
 /// The fixed point is iterated at most so often.
 const ITERATIONS: usize = 500;
 /// Coordinates that change less than this are at rest, rad.
@@ -50,6 +54,9 @@ pub enum NoPrediction {
     /// Nothing holds a joint anywhere.
     #[error("joint '{0}' has no spring: where it rests depends on how it got there")]
     Loose(String),
+    /// The search was ended.
+    #[error("where it rests needs more computing to find than it may")]
+    WorkExhausted,
     /// The torques of weight and pushes lead around in a circle.
     #[error("weight and pushes leave no equilibrium to iterate to")]
     Unsettled,
@@ -63,9 +70,21 @@ pub fn predicted_equilibrium(
     s_ref: &[f64],
     tau: &[f64],
 ) -> Result<Equilibrium, NoPrediction> {
+    predicted_within(hand, limit_stiffness, s_ref, tau, &mut { MOST_WORK })
+}
+
+/// The same within the work that is left, of which it takes what it needs.
+fn predicted_within(
+    hand: &Hand,
+    limit_stiffness: f64,
+    s_ref: &[f64],
+    tau: &[f64],
+    left: &mut u64,
+) -> Result<Equilibrium, NoPrediction> {
     if let Some(loose) = loose(hand) {
         return Err(NoPrediction::Loose(loose.to_owned()));
     }
+    spend(left, ClosedForm::work(hand))?;
     let form = ClosedForm::new(hand);
     if let Ok(form) = &form {
         let (q, tension) = form.solve(s_ref, tau);
@@ -78,7 +97,7 @@ pub fn predicted_equilibrium(
             return Ok(Equilibrium { q, tension, law: Law::ClosedForm, beyond_closed_form: Vec::new() });
         }
     }
-    let mut found = held_at_limits(hand, limit_stiffness, s_ref, tau)?;
+    let mut found = held_at_limits(hand, limit_stiffness, s_ref, tau, left)?;
     let why = &mut found.beyond_closed_form;
     why.extend(beyond_tendons(hand, &found.tension));
     if let Err(NoClosedForm::VaryingArms { .. }) = form {
@@ -86,6 +105,12 @@ pub fn predicted_equilibrium(
         why.push("moment arms vary with the configuration".to_owned());
     }
     Ok(found)
+}
+
+/// Takes work from what is left of it.
+pub(super) fn spend(left: &mut u64, work: u64) -> Result<(), NoPrediction> {
+    *left = left.checked_sub(work).ok_or(NoPrediction::WorkExhausted)?;
+    Ok(())
 }
 
 /// Which tendons are slack or at their limits.
@@ -122,11 +147,13 @@ fn held_at_limits(
     limit_stiffness: f64,
     s_ref: &[f64],
     tau: &[f64],
+    left: &mut u64,
 ) -> Result<Equilibrium, NoPrediction> {
     let mut held: Vec<Option<f64>> = vec![None; hand.coordinates.len()];
     let mut start: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
     // Joints come to limits one after the other at worst, and may leave them again.
     for _ in 0..4 * (1 + held.len()) {
+        spend(left, LINK_WORK * hand.links.len() as u64)?;
         let mut stiffer = hand.clone();
         for (c, bound) in stiffer.coordinates.iter_mut().zip(&held) {
             if let Some(bound) = bound {
@@ -134,7 +161,10 @@ fn held_at_limits(
                 c.stiffness += limit_stiffness;
             }
         }
-        let found = rest(&stiffer, s_ref, tau, &start)?;
+        let found = match rest_within(&stiffer, s_ref, tau, &start, left) {
+            Err(_) if *left == 0 => return Err(NoPrediction::WorkExhausted),
+            found => found?,
+        };
         let mut right = true;
         for ((c, &q), held) in hand.coordinates.iter().zip(&found.q).zip(&mut held) {
             let now = if q < c.lower - BEYOND {
@@ -178,7 +208,12 @@ pub fn settled(
     pushes: &[Push],
 ) -> Result<Equilibrium, NoPrediction> {
     let s_ref = wound_lengths(hand, sigma);
-    let predict = |tau: &[f64]| predicted_equilibrium(hand, config.limit_stiffness, &s_ref, tau);
+    let mut left = MOST_WORK;
+    let torque_work = torque_work(hand, pushes.len());
+    let mut predict = |tau: &[f64]| {
+        spend(&mut left, torque_work)?;
+        predicted_within(hand, config.limit_stiffness, &s_ref, tau, &mut left)
+    };
     let mut found = predict(&vec![0.0; hand.coordinates.len()])?;
     if pushes.is_empty() && hand.gravity_compensation {
         return Ok(found);
@@ -219,6 +254,12 @@ pub fn torques(config: &Config, hand: &Hand, base: Pose, q: &[f64], pushes: &[Pu
         }
     }
     tau.split_off(6)
+}
+
+/// What [`torques`] computes at most: every force goes down the tree to the base.
+pub(super) fn torque_work(hand: &Hand, pushes: usize) -> u64 {
+    let forces = (hand.links.len() + pushes) as u64;
+    LINK_WORK * hand.links.len() as u64 + 10 * forces * hand.coordinates.len() as u64
 }
 
 /// max |aᵢ − bᵢ|
@@ -277,5 +318,47 @@ mod tests {
         let slack = predicted_equilibrium(&hand, 1e3, &[-1.0], &tau).expect("a rest");
         assert_eq!(slack.tension, [0.0]);
         assert_eq!(slack.beyond_closed_form, ["tendon 'tendon' is slack"]);
+    }
+
+    /// As many fingers of two joints as a file may hold links, and more.
+    fn hand_of_many_links(fingers: usize) -> Hand {
+        let mut hand = Hand::clone(&Hand::builtin("pinch").expect("it is built in"));
+        let (links, coordinates) = (hand.links[1..3].to_vec(), hand.coordinates[..2].to_vec());
+        hand.gravity_compensation = false;
+        for k in 0..fingers {
+            let (first, n) = (hand.links.len(), hand.coordinates.len());
+            for (i, link) in links.iter().enumerate() {
+                let mut link = link.clone();
+                link.name = format!("{}_{k}", link.name);
+                link.parent = Some(if i == 0 { 0 } else { first });
+                let joint = link.joint.as_mut().expect("it moves");
+                joint.coordinate = n + i;
+                joint.name = format!("{}_{k}", joint.name);
+                hand.links.push(link);
+                let name = format!("{}_{k}", coordinates[i].name);
+                hand.coordinates.push(Coordinate { name, ..coordinates[i].clone() });
+            }
+            hand.tendons[0].moment_arms.push((n, 0.003));
+        }
+        hand
+    }
+
+    #[test]
+    fn a_hand_of_hundreds_of_links_is_predicted_or_given_up_within_the_work_of_a_prediction() {
+        let hand = hand_of_many_links(150);
+        hand.validate().expect("it is a hand");
+        let config = Config::default();
+        let link = hand.links.len() - 1;
+        let far = Push { link, point: palmares_models::Vec3::ZERO, force: palmares_models::Vec3::splat(1e3) };
+        for pushes in [vec![], vec![far]] {
+            let found = settled(&config, &hand, Pose::IDENTITY, &[0.5, 0.5], &pushes);
+            assert!(
+                found.is_ok() || matches!(found, Err(NoPrediction::WorkExhausted | NoPrediction::NoRest(_))),
+                "{found:?}"
+            );
+        }
+        let tau = vec![0.0; hand.coordinates.len()];
+        let found = predicted_within(&hand, 1e3, &[1.0, 1.0], &tau, &mut 1_000);
+        assert_eq!(found, Err(NoPrediction::WorkExhausted));
     }
 }

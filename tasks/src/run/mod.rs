@@ -5,6 +5,7 @@ mod cameras;
 mod driven;
 mod evidence;
 mod exposure;
+mod failure;
 mod hand_body;
 mod inspection;
 mod observe;
@@ -21,6 +22,7 @@ mod tick;
 
 pub use cameras::Exposure;
 pub use evidence::Evidence;
+pub use failure::Failure;
 pub use hand_body::HandBody;
 pub use outcome::{Outcome, Reason};
 pub use push_error::PushError;
@@ -79,6 +81,8 @@ pub struct Run {
     work: Vec<f64>,
     /// Digest of the state, if the next tick has been prepared since.
     prepared: Option<u64>,
+    /// What the last tick has computed, in the unit of [`palmares_sim::bounds`].
+    computed: u64,
 }
 
 impl Run {
@@ -119,6 +123,7 @@ impl Run {
             history: Vec::new(),
             work: vec![0.0; hand.motors.len()],
             prepared: None,
+            computed: 0,
             noise: Noise::None,
             origin: OnceLock::new(),
             task,
@@ -261,6 +266,22 @@ impl Run {
         self.world.fault()
     }
 
+    /// When the world failed and of what, if it did.
+    pub fn failure(&self) -> Option<Failure> {
+        let (tick, step) = (self.tick, Some(self.steps()));
+        self.fault().map(|fault| Failure { fault, tick, step })
+    }
+
+    /// Steps of the physics since reset. A failed world makes no more of them.
+    pub fn steps(&self) -> u64 {
+        self.world.state().step
+    }
+
+    /// What the last tick has computed, in the unit of [`palmares_sim::bounds`].
+    pub fn computed(&self) -> u64 {
+        self.computed
+    }
+
     /// Ends the run: freezes the hand, lets the objects settle, counts. If the world fails meanwhile, the outcome's reason
     /// is `WorldFault`.
     pub fn finish(&mut self, reason: Reason) -> Outcome {
@@ -281,7 +302,8 @@ impl Run {
                 self.history.extend(news);
             }
         }
-        let reason = if self.healthy() { reason } else { Reason::WorldFault };
+        let fault = self.fault();
+        let reason = if fault.is_none() { reason } else { Reason::WorldFault };
         let (count, score) = match reason {
             Reason::WorldFault => (Count::default(), 0.0),
             _ => self.referee.verdict(&self.sightings()),
@@ -291,6 +313,7 @@ impl Run {
             in_goal: count.in_goal,
             outside: count.outside,
             reason,
+            fault,
             ticks,
             sim_time_s,
             events: self.history.clone(),

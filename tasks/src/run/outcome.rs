@@ -1,6 +1,7 @@
 //! How a run ends.
 
 use crate::observation::Event;
+use palmares_sim::Fault;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -50,6 +51,9 @@ pub struct Outcome {
     pub outside: u32,
     /// Why the run ended.
     pub reason: Reason,
+    /// What the world failed of; absent when it did not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fault: Option<Fault>,
     /// Ticks played, without the settling.
     pub ticks: u64,
     /// s of simulated time played, without the settling.

@@ -92,6 +92,7 @@ impl Run {
             history: self.history.clone(),
             work: self.work.clone(),
             prepared: None,
+            computed: 0,
         }
     }
 

@@ -23,7 +23,7 @@ impl Run {
         self.check(action)?;
         self.apply(action);
         let before = self.motor_states();
-        self.advance();
+        self.computed = self.advance();
         self.tick += 1;
         self.count_work(&before);
         self.senses.tick(&self.world, self.tick);

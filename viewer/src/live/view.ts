@@ -132,8 +132,8 @@ export class LiveView implements Listener {
     this.explain();
   }
 
-  ended(outcome: Outcome | null): void {
-    const what = outcome ? `The run is over: ${points(outcome.score)} points, ${outcome.in_goal} in the goal (${outcome.reason.replaceAll('_', ' ')}).` : 'The run ended by a fault.';
+  ended(outcome: Outcome | null, fault?: string): void {
+    const what = outcome ? `The run is over: ${points(outcome.score)} points, ${outcome.in_goal} in the goal (${outcome.reason.replaceAll('_', ' ')}).` : `The run ended by a fault${fault ? ` (${fault.replaceAll('_', ' ')})` : ''}.`;
     this.say(`${what} The next one of this session is shown when it begins.`);
   }
 

@@ -28,7 +28,8 @@ export interface Listener {
   events(events: RunEvent[]): void;
   clock(clock: SessionClock): void;
   verdicts(verdicts: Verdict[]): void;
-  ended(outcome: Outcome | null): void;
+  /** `fault`: what the world failed of, if it did. */
+  ended(outcome: Outcome | null, fault?: string): void;
   /** An organizer told everybody something; an empty text takes it away. */
   announcement?(text: string): void;
   runs(runs: RunInfo[]): void;
@@ -153,7 +154,7 @@ export class WatchSocket {
       case 'events': listener.events(message['events'] as RunEvent[]); break;
       case 'clock': listener.clock(message as unknown as SessionClock); break;
       case 'verdicts': listener.verdicts(message['objects'] as Verdict[]); break;
-      case 'ended': listener.ended(message['outcome'] as Outcome | null); break;
+      case 'ended': listener.ended(message['outcome'] as Outcome | null, message['fault'] as string | undefined); break;
       case 'announcement': listener.announcement?.(message['text'] as string); break;
       case 'error': this.refused(message); break;
     }

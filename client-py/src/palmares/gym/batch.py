@@ -26,7 +26,8 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
     episode *k* of environment *i* follows from the seed, *i* and *k* alone, so that a training does not
     depend on the number of threads, nor on when other episodes end.
 
-    ``infos`` of a step have, where an episode is over, ``result`` (score, in_goal, outside, reason, ticks, …)
+    ``infos`` of a step have, where an episode is over, ``result`` (score, in_goal, outside, reason, ticks, …;
+    ``fault`` and ``note`` of a world that failed, as in `Batch.result`)
     and, with ``autoreset_mode=AutoresetMode.SAME_STEP``, ``final_obs`` and ``final_info``.
 
     With `shaping` they also have ``shaping`` (num_envs,), the shaped part of the rewards.

@@ -200,7 +200,12 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         return self._arrays(obs), {"seed": seed}
 
     def step(self, action: Arrays) -> tuple[Arrays, float, bool, bool, dict[str, Any]]:
-        """Advance the world under one action."""
+        """Advance the world under one action.
+
+        Raises:
+            WorldFaultError: The world failed; its `fault` says of what. `reset` opens another run.
+
+        """
         velocity = table("twist", action["twist"], 6)
         base = twist(velocity[:3], velocity[3:])
         obs = self._player.step(base, action["hand"], self._ticks, self._cameras)

@@ -49,8 +49,11 @@ TASKS = tuple(task.name for task in _GREETING.tasks)
 """Names of the tasks that come with the program"""
 HANDS = tuple(hand.name for hand in _GREETING.hands)
 """Names of the hands that come with the program"""
+FAULTS = dict(_native.faults())
+"""What a world can fail of: the `fault` of a `palmares.WorldFaultError`, and what it means and what to try"""
 
 __all__ = [
+    "FAULTS",
     "HANDS",
     "TASKS",
     "Batch",

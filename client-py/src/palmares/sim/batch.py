@@ -239,7 +239,8 @@ class Batch:
         """Return the final count of a world whose run is over: status, score, in_goal, outside, reason.
 
         Status: ``practice``, ``voided`` after a fault, ``training`` when `training` made the run another
-        than the task's.
+        than the task's. After a fault ``fault`` is its code, as in `palmares.WorldFaultError`, and ``note``
+        says when the world failed, what that means and what to try; both are ``None`` otherwise.
         """
         return self._native.result(self._world(world))
 

@@ -102,6 +102,7 @@ class World:
         Raises:
             BadActionError: `base` or `hand` has another shape or is not finite; nothing has changed.
             WrongStateError: The run is over.
+            WorldFaultError: The world failed; its `fault` says of what.
 
         """
         request = Step(
@@ -255,7 +256,7 @@ def read(raw: bytes, kind: type[Answer]) -> Answer:
     """Decode a message of the compiled part; raise the error if it refuses."""
     message = CODEC.message(raw)
     if isinstance(message, ErrorMessage):
-        raise error_of(message.code, message.message, fatal=message.fatal)
+        raise error_of(message.code, message.message, fatal=message.fatal, fault=message.fault)
     if not isinstance(message, kind):
         raise ProtocolError(f"expected {kind.__name__}, not {message}")
     return message

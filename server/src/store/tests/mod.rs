@@ -60,6 +60,7 @@ fn outcome(score: f64) -> Outcome {
         in_goal: 1,
         outside: 0,
         reason: Reason::Stopped,
+        fault: None,
         ticks: 3,
         sim_time_s: 0.03,
         events: vec![Event { tick: 2, kind: "in_goal".into(), object: Some(4) }],

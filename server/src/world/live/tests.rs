@@ -90,7 +90,16 @@ fn a_world_that_breaks_says_so_and_ticks_no_more() {
         assert!(live.tick(0).is_some());
         assert!(live.tick(0).is_none());
         assert_eq!(live.over(), Some(Reason::WorldFault));
+        let seen: Vec<Observation> = std::iter::from_fn(|| live.pop()).map(|s| s.observation).collect();
+        let [first, last] = seen.as_slice() else { panic!("{seen:?}") };
+        assert_eq!((first.tick, first.truncated), (1, false));
+        assert_eq!((last.tick, last.truncated, last.reason.as_deref()), (1, true, Some("world_fault")));
+        assert!(last.events.is_empty(), "they were told before");
     }
+    let live = live(Stub { unsound_at: 1, ..Stub::default() });
+    assert!(live.tick(0).is_none());
+    let last = live.pop().expect("also in the first tick").observation;
+    assert_eq!((last.tick, last.reason.as_deref()), (0, Some("world_fault")));
 }
 
 #[test]

@@ -22,7 +22,7 @@ impl Fixture {
         stepped.map(|stepped| stepped.observation)
     }
 
-    async fn finish(self) -> Result<Outcome, Fault> {
+    async fn finish(self) -> Result<Outcome, Failure> {
         self.world.finish(&self.background, Reason::Stopped).await
     }
 }
@@ -142,20 +142,21 @@ fn worlds_whose_ticks_never_end_keep_no_other_from_stepping() {
 
 #[tokio::test]
 async fn an_unsound_or_panicking_world_is_a_fault_and_frees_its_place() {
-    let exhausted = Stub { unsound_at: 2, breaks: Fault::Exhausted, ..Stub::default() };
+    let exhausted = Stub { unsound_at: 2, breaks: Fault::WorkExhausted, ..Stub::default() };
     for (toy, fault) in [
-        (Stub { unsound_at: 2, ..Stub::default() }, Fault::Broken),
-        (Stub { panic_at: 2, ..Stub::default() }, Fault::Broken),
-        (exhausted, Fault::Exhausted),
+        (Stub { unsound_at: 2, ..Stub::default() }, Fault::Unsolvable),
+        (Stub { panic_at: 2, ..Stub::default() }, Fault::Crashed),
+        (exhausted, Fault::WorkExhausted),
     ] {
+        let failure = Failure { fault, tick: 2, step: Some(20) };
         let mut fixture = Fixture::open(toy).await;
         assert!(fixture.step(Action::default(), 1).await.is_ok());
         for _ in 0..2 {
             let failed = fixture.step(Action::default(), 1).await;
-            assert!(matches!(failed, Err(StepError::Fault(of)) if of == fault), "{failed:?}");
+            assert!(matches!(failed, Err(StepError::Failed(of)) if of == failure), "{failed:?}");
         }
         let admission = fixture.admission.clone();
-        assert_eq!(fixture.finish().await.err(), Some(fault));
+        assert_eq!(fixture.finish().await.err(), Some(failure));
         assert_eq!(admission.open().all(), 0);
     }
 }
