@@ -34,7 +34,7 @@ pub(super) fn step(
     }
     let transferred = support_transfer::transfer(model, work, island, (problem, newton), v, support);
     let (passes, finer) = slip_correction::passes(config);
-    for pass in 0..if island.objects.len() <= 1 && !transferred { passes } else { 0 } {
+    for pass in 0..if transferred { 0 } else { passes } {
         // Slip that changes evenly is left to the lag, however hard the contact.
         let finer = if pass == 0 { 1.0 } else { finer };
         if !slip_correction::correct(config, &work.collision.contacts, island, problem, finer) {
