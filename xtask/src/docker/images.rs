@@ -2,6 +2,7 @@
 
 use super::engine::{Engine, output};
 use crate::python::succeeds;
+use crate::viewer::NODE_WHEEL;
 use crate::workspace;
 use anyhow::{Context, Result, ensure};
 use std::fs::{self, File};
@@ -12,6 +13,11 @@ use std::process::Command;
 const RUNTIME: &str = "debian:bookworm-slim";
 /// The same made here.
 const BOOTSTRAPPED: &str = "palmares-test/debian:bookworm";
+/// Who else compiles: the Dockerfile's arguments and its own choices.
+const COMPILERS: [(&str, &str); 2] =
+    [("RUST_IMAGE", "rust:1-slim-bookworm"), ("NODE_IMAGE", "node:22-bookworm-slim")];
+/// Both in one, made here.
+const MADE_COMPILERS: &str = "palmares-test/compilers";
 /// The choice of compose.postgres.yaml.
 const POSTGRES: &str = "postgres:17-bookworm";
 /// The same made here.
@@ -36,7 +42,10 @@ pub(super) fn build(engine: &Engine, source: &Source<'_>) -> Result<Result<Strin
         Err(reason) => return Ok(Err(reason)),
     };
     let built = match source {
-        Source::Repository => from_source(engine, &runtime),
+        Source::Repository => match compilers(engine, &runtime)? {
+            Ok(images) => from_source(engine, &runtime, &images),
+            Err(reason) => return Ok(Err(reason)),
+        },
         Source::Program(program) => around(engine, &runtime, program),
     };
     built.context("the image does not build")?;
@@ -54,12 +63,13 @@ pub(super) fn build(engine: &Engine, source: &Source<'_>) -> Result<Result<Strin
 }
 
 /// The whole Dockerfile, as users build it.
-fn from_source(engine: &Engine, runtime: &str) -> Result<()> {
+fn from_source(engine: &Engine, runtime: &str, compilers: &[String]) -> Result<()> {
     let mut build = engine.build(IMAGE, runtime);
-    for name in ["RUST_IMAGE", "NODE_IMAGE", "JOBS"] {
-        if let Ok(value) = std::env::var(name) {
-            build.args(["--build-arg", &format!("{name}={value}")]);
-        }
+    for argument in compilers {
+        build.args(["--build-arg", argument]);
+    }
+    if let Ok(jobs) = std::env::var("JOBS") {
+        build.args(["--build-arg", &format!("JOBS={jobs}")]);
     }
     output(build.arg(workspace::root())).map(drop)
 }
@@ -93,7 +103,7 @@ fn for_everybody(_: &Path) -> std::io::Result<()> {
 
 /// An image of Postgres: at hand, from a registry, or made of Debian's packages.
 pub(super) fn postgres(engine: &Engine) -> Result<Result<String, String>> {
-    if let Some(image) = there(engine, [POSTGRES, STAND_IN]) {
+    if let Some(image) = there(engine, &[POSTGRES, STAND_IN]) {
         return Ok(Ok(image));
     }
     let runtime = match runtime(engine)? {
@@ -107,7 +117,7 @@ pub(super) fn postgres(engine: &Engine) -> Result<Result<String, String>> {
 
 /// The image to run in: at hand, from a registry, or made of Debian's packages.
 fn runtime(engine: &Engine) -> Result<Result<String, String>> {
-    if let Some(image) = there(engine, [RUNTIME, BOOTSTRAPPED]) {
+    if let Some(image) = there(engine, &[RUNTIME, BOOTSTRAPPED]) {
         return Ok(Ok(image));
     }
     println!("no image registry is reached; making an image of Debian's packages");
@@ -115,11 +125,33 @@ fn runtime(engine: &Engine) -> Result<Result<String, String>> {
     Ok(made.map(|_| BOOTSTRAPPED.to_owned()).map_err(|error| format!("no base image: {error:#}")))
 }
 
-/// The image of the registry or the one made here instead: at hand, or fetched now.
-fn there(engine: &Engine, [official, made]: [&str; 2]) -> Option<String> {
-    let at_hand = |&image: &&str| succeeds(&mut engine.docker(&["image", "inspect", image]));
-    let pulled = || succeeds(&mut engine.docker(&["pull", "--quiet", official])).then_some(official);
-    [official, made].into_iter().find(at_hand).or_else(pulled).map(str::to_owned)
+/// The Dockerfile's arguments that name the images with compilers: those of the environment, the Dockerfile's own, or one
+/// made here of this machine's Rust and the Node that `cargo xtask viewer` would take.
+fn compilers(engine: &Engine, runtime: &str) -> Result<Result<Vec<String>, String>> {
+    let mut arguments = Vec::new();
+    let mut made = false;
+    for (name, official) in COMPILERS {
+        let known = std::env::var(name).ok().or_else(|| there(engine, &[official]));
+        // Made anew each time, of the Rust of today; what has not changed Docker keeps.
+        if known.is_none() && !made {
+            println!("no image registry is reached; making an image with this machine's Rust, and Node");
+            let mut script = Command::new("sh");
+            script.arg(offline("compilers.sh")).args([MADE_COMPILERS, runtime, NODE_WHEEL]);
+            if let Err(error) = output(script.current_dir(workspace::root()).env("DOCKER_BUILDKIT", "0")) {
+                return Ok(Err(format!("no {official}, and {name} names no other image: {error:#}")));
+            }
+            made = true;
+        }
+        arguments.push(format!("{name}={}", known.as_deref().unwrap_or(MADE_COMPILERS)));
+    }
+    Ok(Ok(arguments))
+}
+
+/// The first of these images that is at hand, or the first of all, fetched now. The registry's own comes first.
+fn there(engine: &Engine, images: &[&str]) -> Option<String> {
+    let at_hand = |image: &&&str| succeeds(&mut engine.docker(&["image", "inspect", image]));
+    let pulled = || images.first().filter(|image| succeeds(&mut engine.docker(&["pull", "--quiet", image])));
+    images.iter().find(at_hand).or_else(pulled).map(|image| (*image).to_owned())
 }
 
 /// A file of the folder that stands in for an image registry.
