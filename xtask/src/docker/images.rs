@@ -2,9 +2,10 @@
 
 use super::engine::{Engine, output};
 use crate::python::succeeds;
+use crate::viewer::NODE_WHEEL;
 use crate::workspace;
 use anyhow::{Context, Result, ensure};
-use std::fs;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -12,10 +13,17 @@ use std::process::Command;
 const RUNTIME: &str = "debian:bookworm-slim";
 /// The same made here.
 const BOOTSTRAPPED: &str = "palmares-test/debian:bookworm";
+/// Who else compiles: the Dockerfile's arguments and its own choices.
+const COMPILERS: [(&str, &str); 2] =
+    [("RUST_IMAGE", "rust:1-slim-bookworm"), ("NODE_IMAGE", "node:22-bookworm-slim")];
+/// Both in one, made here.
+const MADE_COMPILERS: &str = "palmares-test/compilers";
 /// The choice of compose.postgres.yaml.
 const POSTGRES: &str = "postgres:17-bookworm";
 /// The same made here.
 const STAND_IN: &str = "palmares-test/postgres";
+/// The Dockerfile's stage of the same name: all but the program.
+const WITHOUT_PROGRAM: &str = "palmares-test/runtime";
 /// What the tests build.
 const IMAGE: &str = "palmares-test/server";
 
@@ -33,24 +41,12 @@ pub(super) fn build(engine: &Engine, source: &Source<'_>) -> Result<Result<Strin
         Ok(runtime) => runtime,
         Err(reason) => return Ok(Err(reason)),
     };
-    let mut build = engine.docker(&["build", "--quiet", "--tag", IMAGE]);
-    // Plain stages: they build everywhere, also where BuildKit's plugin is missing.
-    build.env("DOCKER_BUILDKIT", "0").current_dir(workspace::root());
-    build.args(["--build-arg", &format!("RUNTIME_IMAGE={runtime}")]);
     let built = match source {
-        Source::Repository => {
-            for name in ["RUST_IMAGE", "JOBS"] {
-                if let Ok(value) = std::env::var(name) {
-                    build.args(["--build-arg", &format!("{name}={value}")]);
-                }
-            }
-            output(build.arg("."))
-        }
-        Source::Program(program) => {
-            let context = BuildContext::with(program)?;
-            build.args(["--build-arg", "PREBUILT=palmares", "--build-arg", &format!("RUST_IMAGE={runtime}")]);
-            output(build.args(["--file", "Dockerfile"]).arg(&context.0))
-        }
+        Source::Repository => match compilers(engine, &runtime)? {
+            Ok(images) => from_source(engine, &runtime, &images),
+            Err(reason) => return Ok(Err(reason)),
+        },
+        Source::Program(program) => around(engine, &runtime, program),
     };
     built.context("the image does not build")?;
     // A program built on a newer system than the image's does not start there.
@@ -66,9 +62,48 @@ pub(super) fn build(engine: &Engine, source: &Source<'_>) -> Result<Result<Strin
     Ok(Ok(IMAGE.to_owned()))
 }
 
+/// The whole Dockerfile, as users build it.
+fn from_source(engine: &Engine, runtime: &str, compilers: &[String]) -> Result<()> {
+    let mut build = engine.build(IMAGE, runtime);
+    for argument in compilers {
+        build.args(["--build-arg", argument]);
+    }
+    if let Ok(jobs) = std::env::var("JOBS") {
+        build.args(["--build-arg", &format!("JOBS={jobs}")]);
+    }
+    output(build.arg(workspace::root())).map(drop)
+}
+
+/// The Dockerfile's stage with all but the program, and the program in it: nothing is compiled, neither server nor viewer.
+fn around(engine: &Engine, runtime: &str, program: &Path) -> Result<()> {
+    let dockerfile = File::open(workspace::root().join("Dockerfile")).context("Dockerfile")?;
+    let mut stage = engine.build(WITHOUT_PROGRAM, runtime);
+    output(stage.args(["--target", "runtime", "-"]).stdin(dockerfile))?;
+
+    let folder = tempfile::tempdir().context("cannot make a folder")?;
+    let palmares = folder.path().join("palmares");
+    fs::copy(program, &palmares).context("cannot copy the program")?;
+    for_everybody(&palmares).context("cannot make the program executable")?;
+    let lines = "ARG RUNTIME_IMAGE\nFROM ${RUNTIME_IMAGE}\nCOPY palmares /usr/local/bin/palmares\n";
+    fs::write(folder.path().join("Dockerfile"), lines).context("cannot write a Dockerfile")?;
+    output(engine.build(IMAGE, WITHOUT_PROGRAM).arg(folder.path())).map(drop)
+}
+
+/// Who runs it in the container is not who built it.
+#[cfg(unix)]
+fn for_everybody(program: &Path) -> std::io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    fs::set_permissions(program, fs::Permissions::from_mode(0o755))
+}
+
+#[cfg(not(unix))]
+fn for_everybody(_: &Path) -> std::io::Result<()> {
+    Ok(())
+}
+
 /// An image of Postgres: at hand, from a registry, or made of Debian's packages.
 pub(super) fn postgres(engine: &Engine) -> Result<Result<String, String>> {
-    if let Some(image) = there(engine, [POSTGRES, STAND_IN]) {
+    if let Some(image) = there(engine, &[POSTGRES, STAND_IN]) {
         return Ok(Ok(image));
     }
     let runtime = match runtime(engine)? {
@@ -76,34 +111,13 @@ pub(super) fn postgres(engine: &Engine) -> Result<Result<String, String>> {
         Err(reason) => return Ok(Err(reason)),
     };
     println!("no image registry is reached; making an image of Debian's package of Postgres");
-    let mut build = engine.docker(&["build", "--quiet", "--tag", STAND_IN]);
-    build.env("DOCKER_BUILDKIT", "0").args(["--build-arg", &format!("RUNTIME_IMAGE={runtime}")]);
-    let made = output(build.arg(offline("postgres")));
+    let made = output(engine.build(STAND_IN, &runtime).arg(offline("postgres")));
     Ok(made.map(|_| STAND_IN.to_owned()).map_err(|error| format!("no image of Postgres: {error:#}")))
-}
-
-/// A build context with nothing but the program. Removed when dropped.
-struct BuildContext(PathBuf);
-
-impl BuildContext {
-    fn with(program: &Path) -> Result<Self> {
-        let folder = std::env::temp_dir().join(format!("palmares-image-{}", std::process::id()));
-        fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
-        let context = BuildContext(folder);
-        fs::copy(program, context.0.join("palmares")).context("cannot copy the program")?;
-        Ok(context)
-    }
-}
-
-impl Drop for BuildContext {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
 }
 
 /// The image to run in: at hand, from a registry, or made of Debian's packages.
 fn runtime(engine: &Engine) -> Result<Result<String, String>> {
-    if let Some(image) = there(engine, [RUNTIME, BOOTSTRAPPED]) {
+    if let Some(image) = there(engine, &[RUNTIME, BOOTSTRAPPED]) {
         return Ok(Ok(image));
     }
     println!("no image registry is reached; making an image of Debian's packages");
@@ -111,11 +125,33 @@ fn runtime(engine: &Engine) -> Result<Result<String, String>> {
     Ok(made.map(|_| BOOTSTRAPPED.to_owned()).map_err(|error| format!("no base image: {error:#}")))
 }
 
-/// The image of the registry or the one made here instead: at hand, or fetched now.
-fn there(engine: &Engine, [official, made]: [&str; 2]) -> Option<String> {
-    let at_hand = |&image: &&str| succeeds(&mut engine.docker(&["image", "inspect", image]));
-    let pulled = || succeeds(&mut engine.docker(&["pull", "--quiet", official])).then_some(official);
-    [official, made].into_iter().find(at_hand).or_else(pulled).map(str::to_owned)
+/// The Dockerfile's arguments that name the images with compilers: those of the environment, the Dockerfile's own, or one
+/// made here of this machine's Rust and the Node that `cargo xtask viewer` would take.
+fn compilers(engine: &Engine, runtime: &str) -> Result<Result<Vec<String>, String>> {
+    let mut arguments = Vec::new();
+    let mut made = false;
+    for (name, official) in COMPILERS {
+        let known = std::env::var(name).ok().or_else(|| there(engine, &[official]));
+        // Made anew each time, of the Rust of today; what has not changed Docker keeps.
+        if known.is_none() && !made {
+            println!("no image registry is reached; making an image with this machine's Rust, and Node");
+            let mut script = Command::new("sh");
+            script.arg(offline("compilers.sh")).args([MADE_COMPILERS, runtime, NODE_WHEEL]);
+            if let Err(error) = output(script.current_dir(workspace::root()).env("DOCKER_BUILDKIT", "0")) {
+                return Ok(Err(format!("no {official}, and {name} names no other image: {error:#}")));
+            }
+            made = true;
+        }
+        arguments.push(format!("{name}={}", known.as_deref().unwrap_or(MADE_COMPILERS)));
+    }
+    Ok(Ok(arguments))
+}
+
+/// The first of these images that is at hand, or the first of all, fetched now. The registry's own comes first.
+fn there(engine: &Engine, images: &[&str]) -> Option<String> {
+    let at_hand = |image: &&&str| succeeds(&mut engine.docker(&["image", "inspect", image]));
+    let pulled = || images.first().filter(|image| succeeds(&mut engine.docker(&["pull", "--quiet", image])));
+    images.iter().find(at_hand).or_else(pulled).map(|image| (*image).to_owned())
 }
 
 /// A file of the folder that stands in for an image registry.

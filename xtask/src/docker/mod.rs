@@ -9,11 +9,13 @@ mod images;
 use crate::cargo::build_server;
 use crate::http::get;
 use crate::python::Environment;
+use crate::viewer;
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use engine::{Engine, Project};
 use images::Source;
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Child, ChildStdout, Stdio};
@@ -34,7 +36,11 @@ pub(crate) struct Options {
 /// `cargo xtask docker`. An engine that is missing is an error here.
 pub(crate) fn run(options: &Options) -> Result<()> {
     let environment = Environment::prepare()?;
-    let program = options.prebuilt.then(|| build_server(false)).transpose()?;
+    let prebuilt = || {
+        viewer::run()?;
+        build_server(false)
+    };
+    let program = options.prebuilt.then(prebuilt).transpose()?;
     match check(program.as_deref(), &environment)? {
         Ok(()) => Ok(()),
         Err(reason) => bail!("{reason}"),
@@ -110,6 +116,7 @@ fn live(project: &Project<'_>, environment: &Environment) -> Result<()> {
     healthy(project)?;
     println!("healthy at {address}");
     not_root(project)?;
+    pages(&address)?;
 
     let mut player = Player::start(environment, &address, "stopped")?;
     ensure!(player.hear()? == "done", "the first run");
@@ -169,6 +176,26 @@ fn not_root(project: &Project<'_>) -> Result<()> {
     ensure!(project.exec(&["touch", "/probe"]).is_err(), "the root file system can be written");
     project.exec(&["rm", "/data/probe"])?;
     println!("not root, no capabilities, nothing writable but /data");
+    Ok(())
+}
+
+/// Every page comes with scripts and style sheets of the viewer, and they are served.
+fn pages(address: &str) -> Result<()> {
+    let pages = ["/", "/live", "/replay", "/drive", "/hands", "/wall", "/admin"];
+    let mut files = BTreeSet::new();
+    for page in pages {
+        let html = get(address, page)?;
+        let named: Vec<&str> = html.split('"').filter(|text| text.starts_with("/assets/")).collect();
+        for ending in [".js", ".css"] {
+            let there = named.iter().any(|file| file.ends_with(ending));
+            ensure!(there, "{page} names no {ending} of the viewer: was the program built without it?");
+        }
+        files.extend(named.into_iter().map(str::to_owned));
+    }
+    for file in &files {
+        ensure!(!get(address, file)?.is_empty(), "{file} is empty");
+    }
+    println!("{} pages are served, and the {} files of the viewer that they name", pages.len(), files.len());
     Ok(())
 }
 
