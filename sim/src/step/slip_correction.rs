@@ -59,7 +59,11 @@ pub(super) fn correct(
     problem: &mut Problem,
     finer: f64,
 ) -> bool {
-    let usual = if island.hand || island.objects.len() > 1 { config.hand_de_saxce_tolerance_m } else { config.de_saxce_tolerance_m };
+    let usual = if island.hand || island.objects.len() > 1 {
+        config.hand_de_saxce_tolerance_m
+    } else {
+        config.de_saxce_tolerance_m
+    };
     let tolerance = usual / finer;
     let mut any = false;
     for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {

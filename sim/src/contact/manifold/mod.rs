@@ -128,7 +128,7 @@ impl Finder {
             (manifold.local_n1, point.local_p1, b.bounding_radius)
         };
         let at = at - normal * other.rounding;
-        match other.seams.judge(&other.solid, normal, at) {
+        match other.seams.judge((&other.solid, other.rounding), normal, at) {
             Verdict::Free => {}
             Verdict::Dropped => manifold.points.clear(),
             Verdict::Turned(face) => {
@@ -208,7 +208,7 @@ impl Finder {
                 self.overlap.iter().chain(&self.beside).min_by(|p, q| p.distance().total_cmp(&q.distance()));
             let Some(deepest) = deepest else { continue };
             let at = across.x * deepest.x + across.y * deepest.y + across.normal * deepest.heights[k];
-            match shape.seams.judge(&shape.solid, normal, into(at)) {
+            match shape.seams.judge((&shape.solid, shape.rounding), normal, into(at)) {
                 Verdict::Free => {}
                 Verdict::Dropped => {
                     self.overlap.clear();

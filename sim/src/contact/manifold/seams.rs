@@ -33,6 +33,23 @@ const TURNED: f64 = 0.1;
 pub struct Seams {
     /// Of every face of which something is covered.
     faces: Vec<Remainder>,
+    /// The parts that cover something.
+    others: Vec<Other>,
+}
+
+/// Another part: half-spaces that its core lies in, and its rounding, m.
+#[derive(Clone, Debug)]
+struct Other {
+    spaces: Vec<(Vec3, f64)>,
+    rounding: f64,
+}
+
+impl Other {
+    /// Whether a point is in or on the part; near edges that are not square rather not.
+    fn holds(&self, at: Vec3) -> bool {
+        let beyond = |(normal, offset): &(Vec3, f64)| (normal.dot(at) - offset).max(0.0).powi(2);
+        self.spaces.iter().map(beyond).sum::<f64>() <= (self.rounding + FLUSH_M).powi(2)
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -55,13 +72,11 @@ pub(crate) enum Verdict {
 }
 
 /// Half-spaces that a shape lies in, as unit normals and offsets in its own frame; none of a shape without flat faces.
-fn half_spaces(solid: &Solid, rounding: f64) -> Vec<(Vec3, f64)> {
+fn half_spaces(solid: &Solid) -> Vec<(Vec3, f64)> {
     match solid {
         Solid::Ball | Solid::Segment { .. } => Vec::new(),
         Solid::HalfSpace { normal } => vec![(*normal, 0.0)],
-        Solid::Polytope(polytope) => {
-            polytope.faces.iter().map(|face| (face.normal, face.offset + rounding)).collect()
-        }
+        Solid::Polytope(polytope) => polytope.faces.iter().map(|face| (face.normal, face.offset)).collect(),
         Solid::Cylinder { radius, half_length } => {
             const SIDES: usize = 32;
             let side = |k: usize| {
@@ -87,16 +102,18 @@ impl Seams {
         other: (&Solid, f64),
         from_other: &Pose,
     ) {
-        let spaces: Vec<(Vec3, f64)> = half_spaces(other.0, other.1)
+        let cores: Vec<(Vec3, f64)> = half_spaces(other.0)
             .into_iter()
             .map(|(normal, offset)| {
                 let normal = from_other.rotation * normal;
-                (normal, offset + normal.dot(from_other.translation) + FLUSH_M)
+                (normal, offset + normal.dot(from_other.translation))
             })
             .collect();
-        if spaces.is_empty() {
+        if cores.is_empty() {
             return;
         }
+        let spaces: Vec<(Vec3, f64)> = cores.iter().map(|(n, d)| (*n, d + other.1 + FLUSH_M)).collect();
+        let mut covers = false;
         for (face, normal, ring) in solid.faces() {
             let outwards = normal * (rounding + OUTSIDE_M);
             let known = self.faces.iter().position(|known| known.face == face);
@@ -108,11 +125,15 @@ impl Seams {
             if pieces == before {
                 continue;
             }
+            covers = true;
             let remainder = Remainder { face, normal, pieces };
             match known {
                 Some(k) => self.faces[k] = remainder,
                 None => self.faces.push(remainder),
             }
+        }
+        if covers {
+            self.others.push(Other { spaces: cores, rounding: other.1 });
         }
     }
 
@@ -125,8 +146,11 @@ impl Seams {
     }
 
     /// What the contact normal of a point on the surface of the core may be, where it is not a face's own: it must need no face
-    /// that is covered there.
-    pub(crate) fn judge(&self, solid: &Solid, normal: Vec3, at: Vec3) -> Verdict {
+    /// that is covered there. A point of the rounded surface that is in no other part is as it seems.
+    pub(crate) fn judge(&self, (solid, rounding): (&Solid, f64), normal: Vec3, at: Vec3) -> Verdict {
+        if !self.others.iter().any(|other| other.holds(at + normal * rounding)) {
+            return Verdict::Free;
+        }
         let here = || solid.planes().filter(|(_, n, offset)| (n.dot(at) - offset).abs() <= ON_FACE_M);
         let needs_covered = here().any(|(face, n, _)| n.dot(normal) > LEANS && !self.is_bare(face, at));
         if !needs_covered {
