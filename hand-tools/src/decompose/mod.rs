@@ -18,7 +18,7 @@ use palmares_models::Vec3;
 use palmares_models::error::ModelError;
 use palmares_models::pieces::{Options, PiecesError, Stage, TriangleMesh, compare, decompose};
 use palmares_models::read::{Limits, MeshUse, mesh_uses, played_points, triangle_mesh};
-use palmares_models::shape::hull::few_points;
+use palmares_models::shape::hull::{THINNED_DIRECTIONS, thinned};
 use std::io::{IsTerminal as _, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -102,9 +102,7 @@ pub fn run(args: &DecomposeArgs, owner: MeshOwner) -> anyhow::Result<ExitCode> {
         );
     }
     let fit = compare(&mesh, &placed).context("a piece spans no volume").with_context(named)?;
-    let hull = few_points(&mesh.vertices, usize::MAX, 0.0)
-        .context("the mesh spans no volume")
-        .with_context(named)?;
+    let hull = thinned(&mesh.vertices, THINNED_DIRECTIONS);
     let hull = compare(&mesh, &[hull]).context("the mesh spans no volume").with_context(named)?;
     progress.end();
 

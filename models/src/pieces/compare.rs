@@ -200,6 +200,9 @@ fn beyond(mesh: &TriangleMesh, of_mesh: &TriMesh, closed: bool, solids: &[Solid]
 
 /// Which part of the pieces' volumes counts more than once.
 fn overlap(solids: &[Solid]) -> f64 {
+    if solids.len() < 2 {
+        return 0.0;
+    }
     let low = solids.iter().fold(Vec3::splat(f64::INFINITY), |low, s| low.min(s.low));
     let high = solids.iter().fold(Vec3::splat(f64::NEG_INFINITY), |high, s| high.max(s.high));
     let cell = (high - low).max_element() / CELLS as f64;

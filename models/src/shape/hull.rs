@@ -34,10 +34,10 @@ pub fn rounded_hull(points: &[Vec3], directions: usize, rounding: f64) -> Option
 
 /// Directions whose support points stand for a mesh of more points: a ball of 5 cm loses 0.03 mm. Comparing faces with
 /// each other takes time by the square of their number.
-pub(crate) const THINNED_DIRECTIONS: usize = 1024;
+pub const THINNED_DIRECTIONS: usize = 1024;
 
-/// The support points along many directions.
-pub(crate) fn thinned(points: &[Vec3], directions: usize) -> Vec<Vec3> {
+/// The points of these that lie farthest along so many directions.
+pub fn thinned(points: &[Vec3], directions: usize) -> Vec<Vec3> {
     let along = |i| support(points, fibonacci_direction(i, directions));
     let mut kept: Vec<Vec3> = (0..directions).filter_map(along).collect();
     kept.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
@@ -59,7 +59,7 @@ const UNTHINNED: usize = 4096;
 
 /// Vertices of the hull of points: all of them, or so many that no point lies farther than `tolerance` outside of their
 /// hull, and never more than `most`.
-pub fn few_points(points: &[Vec3], most: usize, tolerance: f64) -> Option<Vec<Vec3>> {
+pub(crate) fn few_points(points: &[Vec3], most: usize, tolerance: f64) -> Option<Vec<Vec3>> {
     let (vertices, _) = try_convex_hull(points).ok()?;
     if vertices.len() <= most && tolerance <= 0.0 {
         return Some(vertices);
