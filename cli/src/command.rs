@@ -80,12 +80,12 @@ enum Command {
     Tasks,
     /// List the catalogue of objects
     Objects,
-    /// Check or draw a hand, one of your own or one that comes with the program
+    /// Check or draw a hand, or take a mesh of it apart; one of your own or one that comes with the program
     ///
     /// A hand is a URDF, meshes and a hand.toml that says what its tendons do. The guide: docs/hands.md.
     #[command(subcommand)]
     Hand(HandCommand),
-    /// Copy, check, show or play a task, one of your own or one that comes with the program
+    /// Copy, check, show, play a task, or take a mesh of it apart; one of your own or one that comes with the program
     ///
     /// A task is a folder with a task.toml: scene, objects, regions, rules, cameras. The guide: docs/tasks.md.
     #[command(subcommand)]

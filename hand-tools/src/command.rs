@@ -1,6 +1,7 @@
 //! `palmares hand`: look at a hand of one's own before anybody else does.
 
 use crate::check::{self, CheckArgs};
+use crate::decompose::{self, DecomposeArgs, MeshOwner};
 use crate::figures::trials as trial_table;
 use crate::load::{LimitsOf, hint, load_hand};
 use crate::show::{self, ShowArgs};
@@ -38,6 +39,10 @@ Examples:
   palmares hand show softhand --out softhand.svg
   palmares hand show my-hand/ --sigma 0.4 --out my-hand.png
   palmares hand show softhand --sigma 0.5 --push index_distal:-1,0,-0.5 --out pushed.png";
+const DECOMPOSE_HELP: &str = "\
+Examples:
+  palmares hand decompose my-hand/meshes/palm.stl           writes my-hand/meshes/palm_pieces/palm_01.stl and so on
+  palmares hand decompose my-hand/meshes/palm.stl --pieces 12 --resolution 128 --force";
 
 /// What to do with a hand.
 #[derive(Debug, Subcommand)]
@@ -60,6 +65,13 @@ pub enum HandCommand {
     /// The picture shows the hand's shapes, and joints and tensions over time with where the closed form says they end.
     #[command(after_help = SHOW_HELP)]
     Show(ShowArgs),
+    /// Write a mesh of a hand as convex pieces, and what to put into the URDF in its place
+    ///
+    /// A mesh is played as its convex hull: holes and hollows are filled. This command cuts it into convex pieces (V-HACD),
+    /// writes them as STL files beside it, and prints how much their volume differs from the mesh's and how far their surface
+    /// lies from its own. The pieces are what is played and hashed; nothing is cut when a hand is loaded.
+    #[command(after_help = DECOMPOSE_HELP)]
+    Decompose(DecomposeArgs),
 }
 
 impl HandCommand {
@@ -72,6 +84,7 @@ impl HandCommand {
             HandCommand::Check(args) => check::check(args, limits_of),
             HandCommand::Try(args) => attempt(args),
             HandCommand::Show(args) => show::show(args),
+            HandCommand::Decompose(args) => decompose::run(args, MeshOwner::Hand),
         }
     }
 }

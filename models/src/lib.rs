@@ -1,7 +1,7 @@
 //! What a hand and an object *are*: links, joints, inertia, shapes and the adaptive-synergy transmission.
 //!
 //! [`shape`], [`hand`], [`object`] and [`catalogue`] are the descriptions, [`read`] makes them from files, [`measure`] says
-//! what a hand measures and whether a competition allows it. Nothing here moves;
+//! what a hand measures and whether a competition allows it, [`pieces`] makes a mesh convex pieces. Nothing here moves;
 //! [`palmares-sim`](../palmares_sim/index.html) steps what is described here.
 //! Units are SI; a pose is written `a_from_b` and maps coordinates in `b` to coordinates in `a`.
 
@@ -13,6 +13,7 @@ pub mod error;
 pub mod hand;
 pub mod measure;
 pub mod object;
+pub mod pieces;
 pub mod read;
 pub mod rotation;
 pub mod shape;

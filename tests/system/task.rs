@@ -239,3 +239,126 @@ fn a_copy_needs_a_task_of_the_program_and_a_name_of_its_own() {
         assert!(!own.exists(), "nothing is written");
     }
 }
+
+/// The corners of a ring's triangles, mm, as an STL file in text.
+fn ring() -> String {
+    let at = |i: u32, k: u32| {
+        let (turn, round) = (f64::from(i % 32), f64::from(k % 12));
+        let (sin, cos) = (turn * std::f64::consts::TAU / 32.0).sin_cos();
+        let (s, c) = (round * std::f64::consts::TAU / 12.0).sin_cos();
+        let r = 40.0 + 10.0 * c;
+        format!("vertex {} {} {}\n", r * cos, r * sin, 10.0 + 10.0 * s)
+    };
+    let mut text = "solid ring\n".to_owned();
+    for (i, k) in (0..32).flat_map(|i| (0..12).map(move |k| (i, k))) {
+        let (a, b, c, d) = (at(i, k), at(i + 1, k), at(i + 1, k + 1), at(i, k + 1));
+        for corners in [[&a, &b, &c], [&a, &c, &d]] {
+            text += &format!(
+                "facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n",
+                corners.map(String::as_str).concat()
+            );
+        }
+    }
+    text + "endsolid ring\n"
+}
+
+#[test]
+fn a_mesh_with_a_hole_is_told_taken_apart_and_used() {
+    let part = "{ shape = \"mesh\", file = \"ring.stl\", scale = [0.001, 0.001, 0.001] }";
+    let with = |parts: &str| {
+        TASK.replace("{ shape = \"box\", size = [0.04, 0.04, 0.04] }", parts)
+            .replace("position = [0.0, 0.0, 0.02]", "position = [0.0, 0.0, 0.0]")
+    };
+    let own = folder(&with(part));
+    let mesh = own.path().join("ring.stl");
+    std::fs::write(&mesh, ring()).expect("written");
+    let (code, out) = palmares(&["task", "check", text(own.path()), "--seeds", "1"]);
+    assert_eq!(code, 0, "{out}");
+    assert!(out.contains("part 0: mesh 'ring.stl': its convex hull has 1.9 times its volume ("), "{out}");
+    assert!(out.contains(&format!("`palmares task decompose {}`", mesh.display())), "{out}");
+    let (code, _) = palmares(&["task", "check", text(own.path()), "--seeds", "1", "--strict"]);
+    assert_eq!(code, 2);
+
+    // Where it cannot stay, the hull may be why.
+    let aloft = folder(&with(part).replace("position = [0.0, 0.0, 0.0]", "position = [0.0, 0.0, 0.3]"));
+    std::fs::write(aloft.path().join("ring.stl"), ring()).expect("written");
+    for asked in [&["task", "check", text(aloft.path())][..], &["task", "play", text(aloft.path())]] {
+        let (code, out) = palmares(asked);
+        assert_eq!(code, 1, "{out}");
+        assert!(
+            out.contains("did not stay") && out.contains("Perhaps for this: objects.own `cube`: part 0"),
+            "{out}"
+        );
+    }
+
+    let take_apart = |more: &[&str]| palmares(&[&["task", "decompose", text(&mesh)], more].concat());
+    let (code, out) = take_apart(&["--pieces", "100"]);
+    assert!(code == 1 && out.contains("--pieces 100; valid: 1 to 64"), "{out}");
+    let (code, out) = take_apart(&["--scale", "-1"]);
+    assert!(code != 0, "{out}");
+    assert!(!own.path().join("ring_pieces").exists(), "nothing was written");
+    let (code, out) = take_apart(&["--json", "--pieces", "16", "--resolution", "48"]);
+    assert_eq!(code, 0, "{out}");
+    let report: Value = serde_json::from_str(&out).expect("JSON");
+    let number = |name: &str| report["fit"][name].as_f64().expect("a number");
+    assert!(number("volume_error").abs() < 0.05 && number("beyond_m") < 3e-3, "{out}");
+    assert!(number("uncovered_m") < 2e-3 && number("inertia_error") < 0.1, "{out}");
+    assert!(report["hull"]["beyond_m"].as_f64().expect("a number") > 0.02, "{out}");
+    assert_eq!(report["scale"], json!([0.001, 0.001, 0.001]), "as the task.toml says");
+    let pieces = report["pieces"].as_array().expect("a list");
+    assert!((4..=16).contains(&pieces.len()), "{out}");
+    let bytes =
+        |k: usize| std::fs::read(own.path().join(format!("ring_pieces/ring_{k:02}.stl"))).expect("there");
+    let (first, last) = (bytes(1), bytes(pieces.len()));
+
+    let (code, out) = take_apart(&[]);
+    assert!(code == 1 && out.contains("ring_pieces is there already; nothing was written"), "{out}");
+    let (code, out) = take_apart(&["--force", "--pieces", "16", "--resolution", "48"]);
+    assert_eq!(code, 0, "{out}");
+    assert_eq!((bytes(1), bytes(pieces.len())), (first, last), "the same mesh, the same pieces");
+    for told in [
+        "objects.own `cube`: in `parts`, in place of the part with file = \"ring.stl\"",
+        "of the mesh not covered",
+    ] {
+        assert!(out.contains(told), "'{told}' is not in:\n{out}");
+    }
+
+    // As it is told: the lines in place of the part.
+    let lines: Vec<&str> = out.lines().map(str::trim).filter(|line| line.starts_with("{ shape")).collect();
+    assert_eq!(lines.len(), pieces.len(), "{out}");
+    std::fs::write(own.path().join("task.toml"), with(&lines.join("\n"))).expect("written");
+    let (code, out) = palmares(&["task", "check", text(own.path()), "--seeds", "3", "--strict"]);
+    assert_eq!(code, 0, "{out}");
+    assert!(out.contains(": usable") && !out.contains("Warnings"), "{out}");
+}
+
+#[test]
+fn a_mesh_that_has_no_pieces_is_refused_by_name() {
+    let place = TempDir::new().expect("temporary directory");
+    let file = |name: &str, bytes: &str| {
+        let path = place.path().join(name);
+        std::fs::write(&path, bytes).expect("written");
+        path
+    };
+    let whole = ring();
+    let open: Vec<&str> = whole.split_inclusive("endfacet\n").collect();
+    // Every second triangle.
+    let open: String = open.iter().enumerate().filter(|(k, _)| k % 2 == 0).map(|(_, facet)| *facet).collect();
+    let flat = whole.lines().map(|line| match line.strip_prefix("vertex ") {
+        Some(rest) => format!("vertex {} 0\n", rest.rsplit_once(' ').expect("three numbers").0),
+        None => format!("{line}\n"),
+    });
+    let scale = ["--scale", "0.001"];
+    for (path, more, told) in [
+        (file("open.stl", &open), &scale[..], "the mesh is not closed: "),
+        (file("flat.stl", &flat.collect::<String>()), &scale, "the mesh spans no volume"),
+        (file("mm.stl", &whole), &[], "--scale 0.001 takes a unit for a millimetre"),
+        (file("text.stl", "no mesh"), &[], "not valid STL"),
+        (place.path().join("none.stl"), &[], "none.stl"),
+    ] {
+        let (code, out) = palmares(&[&["hand", "decompose", text(&path)], more].concat());
+        let name = path.file_name().and_then(|name| name.to_str()).expect("a name");
+        assert!(code == 1 && out.contains(told) && out.contains(name), "{name}: {out}");
+    }
+    assert_eq!(std::fs::read_dir(place.path()).expect("there").count(), 4, "nothing was written");
+}

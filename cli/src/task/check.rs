@@ -1,9 +1,10 @@
 //! `palmares task check`.
 
 use super::describe::{bodies, describe};
-use super::load::{load_hand, load_task};
+use super::load::{load_hand, load_task, scene_error};
 use clap::Args;
 use palmares_models::builtin::builtin_hands;
+use palmares_models::error::LoadWarning;
 use palmares_models::hand::Hand;
 use palmares_tasks::build::build;
 use palmares_tasks::{Action, Reason, Run, Seed, Task, inspect};
@@ -69,7 +70,7 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
             report.hash = Some(task.content_hash().to_owned());
             report.warnings = warnings.iter().map(ToString::to_string).collect();
             text += &describe(&task);
-            scenes(&task, args.seeds, &mut report, &mut text);
+            scenes(&task, &warnings, args.seeds, &mut report, &mut text);
             if report.errors.is_empty() {
                 play(&task, &hands, &mut report);
             }
@@ -91,7 +92,7 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
 }
 
 /// Builds the scene with several seeds.
-fn scenes(task: &Task, seeds: u64, report: &mut Report, text: &mut String) {
+fn scenes(task: &Task, warnings: &[LoadWarning], seeds: u64, report: &mut Report, text: &mut String) {
     for number in 1..=seeds {
         match build(task, None, Seed::from_u64(number)) {
             Ok(built) if number == 1 => {
@@ -99,7 +100,7 @@ fn scenes(task: &Task, seeds: u64, report: &mut Report, text: &mut String) {
             }
             Ok(_) => {}
             Err(error) => {
-                report.errors.push(format!("seed {number}: {error}"));
+                report.errors.push(format!("seed {number}: {}", scene_error(&error, warnings)));
                 return;
             }
         }

@@ -4,8 +4,8 @@ use anyhow::Context;
 use palmares_models::builtin::builtin_hands;
 use palmares_models::error::LoadWarning;
 use palmares_models::hand::Hand;
-use palmares_models::read::{self, LoadOptions};
-use palmares_tasks::Task;
+use palmares_models::read::{self, LoadOptions, tells_of_filled_hollows};
+use palmares_tasks::{SceneError, Task};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -25,6 +25,19 @@ pub(super) fn load_task(name: &str) -> anyhow::Result<(Arc<Task>, Vec<LoadWarnin
     }
     let loaded = Task::load(path)?;
     Ok((Arc::new(loaded.task), loaded.warnings))
+}
+
+/// Why a scene cannot be built, and, where it speaks of an object whose hollows are filled, that this may be why.
+pub(super) fn scene_error(error: &SceneError, warnings: &[LoadWarning]) -> String {
+    let mut text = error.to_string();
+    for warning in warnings.iter().filter(|warning| tells_of_filled_hollows(warning)) {
+        // An object of a URDF is warned of by its link.
+        let named = warning.element.split('`').nth(1);
+        if named.is_none_or(|name| text.contains(name)) {
+            text += &format!("\nPerhaps for this: {}: {}", warning.element, warning.message);
+        }
+    }
+    text
 }
 
 /// A hand from a file or folder, or, where there is none of that name, from the program itself.

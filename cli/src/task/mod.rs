@@ -8,6 +8,7 @@ mod play;
 mod show;
 
 use clap::Subcommand;
+use palmares_hand_tools::decompose::{self, DecomposeArgs, MeshOwner};
 use std::process::ExitCode;
 
 const CHECK_HELP: &str = "\
@@ -35,6 +36,12 @@ Examples:
   palmares verify idle.mcap --task my-task/
 For a person to play it in the browser: palmares serve --task my-task/, then http://127.0.0.1:8080/drive";
 
+const DECOMPOSE_HELP: &str = "\
+Examples:
+  palmares task decompose my-task/mug.stl                   writes my-task/mug_pieces/mug_01.stl and so on
+  palmares task decompose my-task/mug.stl --pieces 32 --resolution 128 --force
+  palmares task decompose mug.stl --scale 0.001             a mesh in millimetres that no task.toml names yet";
+
 /// What to do with a task.
 #[derive(Debug, Subcommand)]
 pub(crate) enum TaskCommand {
@@ -50,6 +57,13 @@ pub(crate) enum TaskCommand {
     /// Play a task by a script that knows nothing of it, and tell what the referee noted
     #[command(after_help = PLAY_HELP)]
     Play(play::PlayArgs),
+    /// Write a mesh of an object as convex pieces, and what to put into the task.toml in its place
+    ///
+    /// A mesh is played as its convex hull: holes and hollows are filled. This command cuts it into convex pieces (V-HACD),
+    /// writes them as STL files beside it, and prints how much their volume differs from the mesh's and how far their surface
+    /// lies from its own. The pieces are what is played and hashed; nothing is cut when a task is loaded.
+    #[command(after_help = DECOMPOSE_HELP)]
+    Decompose(DecomposeArgs),
 }
 
 impl TaskCommand {
@@ -63,6 +77,7 @@ impl TaskCommand {
             TaskCommand::Show(args) => show::show(args),
             TaskCommand::Copy(args) => copy::copy(args),
             TaskCommand::Play(args) => play::play(args),
+            TaskCommand::Decompose(args) => decompose::run(args, MeshOwner::Task),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! `palmares task play`.
 
-use super::load::{load_hand, load_task};
-use anyhow::{Context, bail};
+use super::load::{load_hand, load_task, scene_error};
+use anyhow::{Context, anyhow, bail};
 use clap::Args;
 use palmares_hand_tools::{Script, script};
 use palmares_replay::{Header, Recorder, Signer};
@@ -36,12 +36,13 @@ pub(crate) struct PlayArgs {
 
 /// Plays, and prints what came of it.
 pub(super) fn play(args: &PlayArgs) -> anyhow::Result<ExitCode> {
-    let (task, _) = load_task(&args.task)?;
+    let (task, warnings) = load_task(&args.task)?;
     let hand = load_hand(&args.hand)?;
     if args.replay.is_some() && palmares_models::hand::Hand::builtin(&hand.name).is_none() {
         bail!("--replay: a replay of a hand of one's own needs its files: play it on a server");
     }
-    let mut run = Run::new(task.clone(), hand.clone(), Seed::from_u64(args.seed))?;
+    let run = Run::new(task.clone(), hand.clone(), Seed::from_u64(args.seed));
+    let mut run = run.map_err(|error| anyhow!(scene_error(&error, &warnings)))?;
     let mut recording =
         args.replay.as_deref().map(|file| Recording::begin(args.seed, file, &run)).transpose()?;
     for action in script(args.script, &task, hand.motors.len()) {

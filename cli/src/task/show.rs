@@ -1,8 +1,8 @@
 //! `palmares task show`.
 
 use super::describe::{bodies, describe};
-use super::load::{load_hand, load_task};
-use anyhow::{Context, bail};
+use super::load::{load_hand, load_task, scene_error};
+use anyhow::{Context, anyhow, bail};
 use clap::Args;
 use palmares_tasks::build::build;
 use palmares_tasks::{Run, Seed, Sensing, Task};
@@ -33,7 +33,8 @@ pub(crate) struct ShowArgs {
 /// Prints, and draws.
 pub(super) fn show(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let (task, warnings) = load_task(&args.task)?;
-    let scene = build(&task, None, Seed::from_u64(args.seed))?.scene;
+    let built = build(&task, None, Seed::from_u64(args.seed));
+    let scene = built.map_err(|error| anyhow!(scene_error(&error, &warnings)))?.scene;
     let mut out = std::io::stdout().lock();
     write!(out, "{}\nScene of seed {}\n{}", describe(&task), args.seed, bodies(&scene))?;
     for warning in warnings {

@@ -8,6 +8,7 @@ use urdf_rs::JointType;
 use super::actuation::actuation;
 use super::coordinates::coordinates;
 use super::files::{Files, has_extension, read_limited};
+use super::hollow::MeshOf;
 use super::options::LoadOptions;
 use super::report::Report;
 use super::sensors;
@@ -102,7 +103,7 @@ pub fn from_text(
     };
     let name = settings.name.clone().unwrap_or_else(|| tree.robot.name.clone());
     check_name(&name, if settings.name.is_some() { &at } else { &report })?;
-    let mut reader = LinkReader::new(&settings, options, files);
+    let mut reader = LinkReader::new(&settings, options, files, MeshOf::Hand);
     let reduced = reduce::reduce(&tree, &mut reader, &mut report)?;
     let coordinates = coordinates(&tree, &reduced, &settings, &mut report)?;
     let (motors, tendons) = actuation(&tree, &reduced, &settings, &mut report)?;
@@ -149,7 +150,7 @@ pub fn visuals(mut files: Files, options: &LoadOptions) -> Result<Vec<Visual>, M
     let mut report = Report::new(&urdf_file);
     let tree = tree::parse(&text, &options.limits, &mut report)?;
     let settings = Settings::default();
-    let mut reader = LinkReader::new(&settings, options, Some(&files));
+    let mut reader = LinkReader::new(&settings, options, Some(&files), MeshOf::Hand);
     let reduced = reduce::reduce(&tree, &mut reader, &mut report)?;
     Ok(visual::visuals(&tree, &reduced.merged_into, &files, &options.limits))
 }

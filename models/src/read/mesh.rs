@@ -1,48 +1,71 @@
-//! The meshes that a URDF names: each file is read once and becomes a rounded hull.
+//! The meshes that a URDF or a task names: each file is read once and becomes a convex hull.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
-use super::files::{Files, has_extension};
+use super::files::{Files, has_extension, read_limited};
+use super::hollow::{MeshOf, notes};
+use super::limits::Limits;
 use super::options::LoadOptions;
 use super::report::Report;
 use super::stl;
 use crate::Vec3;
 use crate::error::ModelError;
+use crate::pieces::TriangleMesh;
 use crate::shape::Shape;
-use crate::shape::hull::rounded_hull;
+use crate::shape::hull::{rounded_hull, sharp_hull};
 
-/// Reads the meshes of one hand.
+/// Largest edge radius of a mesh's hull, m.
+const MOST_ROUNDING: f64 = 0.1;
+
+/// What becomes of a mesh.
+#[derive(Clone)]
+pub(crate) struct MeshHull {
+    pub(crate) shape: Shape,
+    /// False when it is too thin to be rounded.
+    pub(crate) rounded: bool,
+    /// What its author should know.
+    pub(crate) notes: Vec<String>,
+}
+
+/// Reads the meshes of one hand or object.
 pub(crate) struct MeshReader<'a> {
     options: &'a LoadOptions,
     files: Option<&'a Files>,
-    /// Hulls of the meshes read so far, and whether they could be rounded; links often share them.
-    hulls: BTreeMap<MeshKey, (Shape, bool)>,
+    of: MeshOf,
+    /// Hulls of the meshes read so far; links often share them.
+    hulls: BTreeMap<MeshKey, MeshHull>,
     /// Bytes of their files.
     bytes: u64,
     /// Corners of their triangles.
     vertices: usize,
 }
 
-/// A mesh file and the bits of its scale.
-type MeshKey = (PathBuf, [u64; 3]);
+/// A mesh file, and the bits of its scale and of its rounding.
+type MeshKey = (PathBuf, [u64; 3], u64);
 
 impl<'a> MeshReader<'a> {
     /// A reader that has read nothing yet.
-    pub(crate) fn new(options: &'a LoadOptions, files: Option<&'a Files>) -> Self {
-        MeshReader { options, files, hulls: BTreeMap::new(), bytes: 0, vertices: 0 }
+    pub(crate) fn new(options: &'a LoadOptions, files: Option<&'a Files>, of: MeshOf) -> Self {
+        MeshReader { options, files, of, hulls: BTreeMap::new(), bytes: 0, vertices: 0 }
     }
 
-    /// The rounded hull of a mesh, and whether it could be rounded.
+    /// The hull of a mesh with edges of this radius; left out, the options'. With 0 it keeps its corners.
     pub(crate) fn hull(
         &mut self,
         name: &str,
         scale: Vec3,
+        rounding: Option<f64>,
         element: &str,
         report: &Report,
-    ) -> Result<(Shape, bool), ModelError> {
+    ) -> Result<MeshHull, ModelError> {
         let relative = mesh_path(name, element, report)?;
-        let key = (relative.clone(), scale.to_array().map(f64::to_bits));
+        if let Some(rounding) = rounding.filter(|r| !(0.0..=MOST_ROUNDING).contains(r)) {
+            let valid = format!("0 to {MOST_ROUNDING} m; 0 keeps edges as they are");
+            return Err(report.bad(element, format!("mesh '{name}' has rounding {rounding}"), valid));
+        }
+        let bits = rounding.map_or(u64::MAX, f64::to_bits);
+        let key = (relative.clone(), scale.to_array().map(f64::to_bits), bits);
         if let Some(known) = self.hulls.get(&key) {
             return Ok(known.clone());
         }
@@ -66,16 +89,45 @@ impl<'a> MeshReader<'a> {
             report.limit(element, "MB of mesh files up to here", found, limit)?;
         }
         let of_mesh = Report::new(&files.display(&relative));
-        let points = stl::vertices(&bytes, scale, element, limits, &of_mesh)?;
+        let triangles = stl::corners(&bytes, scale, element, limits, &of_mesh)?;
+        let points = stl::points(&triangles);
         self.vertices += points.len();
         report.limit(element, "mesh vertices up to here", self.vertices, limits.mesh_total_vertices)?;
-        let hull = rounded_hull(&points, self.options.hull_directions, self.options.hull_rounding);
-        let hull = hull.ok_or_else(|| {
+        let directions = self.options.hull_directions;
+        let hull = match rounding {
+            // Minus zero, too.
+            Some(0.0) => sharp_hull(&points, directions).map(|shape| (shape, true)),
+            _ => rounded_hull(&points, directions, rounding.unwrap_or(self.options.hull_rounding)),
+        };
+        let (shape, rounded) = hull.ok_or_else(|| {
             let problem = format!("mesh '{name}' spans no volume");
             report.bad(element, problem, "a mesh whose convex hull is a solid")
         })?;
+        let file = files.display(&relative);
+        let notes = notes(&TriangleMesh::new(&triangles), &points, &shape, name, &file, self.of);
+        let hull = MeshHull { shape, rounded, notes };
         self.hulls.insert(key, hull.clone());
         Ok(hull)
+    }
+}
+
+/// The triangles of an STL file, scaled to metres.
+///
+/// # Errors
+/// It cannot be read, is not STL, or is larger than the limits allow.
+pub fn triangle_mesh(file: &Path, scale: Vec3, limits: &Limits) -> Result<TriangleMesh, ModelError> {
+    let bytes = read_limited(file, "mesh", limits.mesh_bytes)?;
+    stl::corners(&bytes, scale, "mesh", limits, &Report::new(file)).map(|corners| TriangleMesh::new(&corners))
+}
+
+/// The points that are played of an STL file's bytes when its hull keeps its corners, in metres; `None` when they span no
+/// volume.
+pub fn played_points(bytes: &[u8], scale: Vec3) -> Option<Vec<Vec3>> {
+    let (limits, report) = (Limits::default(), Report::new(Path::new("")));
+    let corners = stl::corners(bytes, scale, "mesh", &limits, &report).ok()?;
+    match sharp_hull(&stl::points(&corners), LoadOptions::default().hull_directions)? {
+        Shape::Hull { points, .. } => Some(points.into_iter().map(Vec3::from_array).collect()),
+        _ => None,
     }
 }
 

@@ -5,11 +5,12 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::files::Files;
+use super::hollow::MeshOf;
 use super::mesh::MeshReader;
 use super::options::LoadOptions;
 use super::parts::{HEAVIEST_KG, LARGEST_M, MOST_FRICTION, MOST_PARTS, Part, place};
 use super::report::Report;
-use super::settings::Settings;
+use super::settings::{LinkSettings, Settings};
 use super::urdf::link::LinkReader;
 use super::urdf::tree;
 use crate::Pose;
@@ -31,6 +32,8 @@ pub struct OwnObject {
     mass: Option<f64>,
     /// A URDF of one link, beside the task: its collision geometry and its inertial.
     urdf: Option<String>,
+    /// Edge radius of the hulls of the URDF's meshes, m; 0 keeps their corners.
+    mesh_rounding: Option<f64>,
     /// Coulomb friction coefficient.
     friction: f64,
     /// Lever of rolling resistance, m.
@@ -67,9 +70,17 @@ impl OwnObject {
         if !self.color.iter().all(|c| (0.0..=1.0).contains(c)) {
             return Err(bad("color", format!("is {:?}", self.color), "three numbers from 0 to 1"));
         }
+        if self.mesh_rounding.is_some() && self.urdf.is_none() {
+            let problem = "stands without a urdf".to_owned();
+            return Err(bad(
+                "mesh_rounding",
+                problem,
+                "beside `urdf`; a part of shape `mesh` has `rounding`",
+            ));
+        }
         let (object, warnings) = match (&self.urdf, self.parts.as_slice(), self.mass) {
             (Some(urdf), [], None) => self.read_urdf(urdf, &at, files)?,
-            (None, [_, ..], Some(mass)) => (self.assembled(mass, &at, files)?, Vec::new()),
+            (None, [_, ..], Some(mass)) => self.assembled(mass, file, files)?,
             (Some(_), ..) => {
                 let problem = "stands beside parts or mass".to_owned();
                 return Err(bad(
@@ -99,9 +110,15 @@ impl OwnObject {
         Ok((object.with_restitution(self.restitution), warnings))
     }
 
-    fn assembled(&self, mass: f64, at: &Report, files: Option<&Files>) -> Result<Object, ModelError> {
+    fn assembled(
+        &self,
+        mass: f64,
+        file: &Path,
+        files: Option<&Files>,
+    ) -> Result<(Object, Vec<LoadWarning>), ModelError> {
         let options = LoadOptions::default();
-        let mut meshes = MeshReader::new(&options, files);
+        let mut meshes = MeshReader::new(&options, files, MeshOf::Task);
+        let mut at = Report::new(file);
         let mut parts: Vec<(Pose, Shape)> = Vec::new();
         for (k, part) in self.parts.iter().enumerate() {
             let element = format!("objects.own `{}`: part {k}", self.name);
@@ -109,10 +126,12 @@ impl OwnObject {
                 at.bad(&element, problem, "finite sizes in m, angles in rad, points that span a volume")
             };
             match part {
-                Part::Mesh { file, scale, at: position, rpy } => {
+                Part::Mesh { file, scale, rounding, at: position, rpy } => {
                     let pose = place(position, rpy).map_err(bad)?;
-                    let (hull, _) = meshes.hull(file, crate::Vec3::from_array(*scale), &element, at)?;
-                    parts.push((pose, hull));
+                    let scale = crate::Vec3::from_array(*scale);
+                    let hull = meshes.hull(file, scale, *rounding, &element, &at)?;
+                    parts.push((pose, hull.shape));
+                    hull.notes.into_iter().for_each(|note| at.warn(&element, note));
                 }
                 part => parts.extend(part.solids().map_err(bad)?),
             }
@@ -122,7 +141,8 @@ impl OwnObject {
             let valid = format!("at most {MOST_PARTS}, a wall's slabs counted one by one");
             return Err(at.bad(element, format!("are {}", parts.len()), valid));
         }
-        self.named(Object::new(&self.name, parts, mass, self.friction, self.rolling_friction), at)
+        let object = Object::new(&self.name, parts, mass, self.friction, self.rolling_friction);
+        Ok((self.named(object, &at)?, at.warnings))
     }
 
     fn read_urdf(
@@ -147,8 +167,10 @@ impl OwnObject {
             return Err(report.bad("robot", problem, "one link: an object is rigid"));
         };
         let element = format!("link '{}'", link.name);
-        let settings = Settings::default();
-        let body = LinkReader::new(&settings, &options, Some(files)).read(link, &mut report)?;
+        let own = LinkSettings { mesh_rounding: self.mesh_rounding, ..LinkSettings::default() };
+        let settings =
+            Settings { links: [(link.name.clone(), own)].into_iter().collect(), ..Settings::default() };
+        let body = LinkReader::new(&settings, &options, Some(files), MeshOf::Task).read(link, &mut report)?;
         if body.geoms.is_empty() {
             return Err(report.bad(element, "has no collision geometry", "one <collision> or more"));
         }

@@ -58,11 +58,13 @@ pub(super) enum Part {
         #[serde(default)]
         rpy: [f64; 3],
     },
-    /// The rounded convex hull of an STL file beside the task.
+    /// The convex hull of an STL file beside the task, its edges rounded.
     Mesh {
         file: String,
         #[serde(default = "one")]
         scale: [f64; 3],
+        /// Edge radius; 0 keeps the hull's corners.
+        rounding: Option<f64>,
         #[serde(default)]
         at: [f64; 3],
         #[serde(default)]

@@ -83,6 +83,7 @@ impl Settings {
         for (name, l) in &self.links {
             check("links", name, "mass", l.mass, limits.mass_kg, Sign::NotNegative)?;
             check("links", name, "rounding", l.rounding, limits.length_m, Sign::NotNegative)?;
+            check("links", name, "mesh_rounding", l.mesh_rounding, limits.length_m, Sign::NotNegative)?;
             check("links", name, "friction", l.friction, most, Sign::NotNegative)?;
         }
         for patches in &self.tactile {
@@ -195,6 +196,8 @@ pub(crate) struct LinkSettings {
     pub(crate) mass: Option<f64>,
     /// Edge radius of the link's boxes, m; URDF boxes are sharp.
     pub(crate) rounding: Option<f64>,
+    /// Edge radius of the hulls of the link's meshes, m; 0 keeps their corners.
+    pub(crate) mesh_rounding: Option<f64>,
     pub(crate) friction: Option<f64>,
 }
 

@@ -5,28 +5,31 @@ use super::report::Report;
 use crate::Vec3;
 use crate::error::ModelError;
 
-/// Vertices of an STL file's bytes, scaled to metres, sorted and each once; `element` is what names the file.
+/// Corners of the triangles of an STL file's bytes, scaled to metres; `element` is what names the file.
 ///
 /// # Errors
 /// It is not STL, is cut short, has too many corners, or one that is not finite or too far away.
-pub(crate) fn vertices(
+pub(crate) fn corners(
     bytes: &[u8],
     scale: Vec3,
     element: &str,
     limits: &Limits,
     report: &Report,
-) -> Result<Vec<Vec3>, ModelError> {
+) -> Result<Vec<[Vec3; 3]>, ModelError> {
     check_count(bytes).map_err(|e| report.syntax("STL", e))?;
     let scene = mesh_loader::stl::from_slice(bytes).map_err(|e| report.syntax("STL", e))?;
-    let mut points = Vec::new();
+    let count = scene.meshes.iter().map(|mesh| mesh.vertices.len()).sum::<usize>();
+    report.limit(element, "vertices", count, limits.mesh_vertices)?;
+    let mut triangles = Vec::new();
     for mesh in &scene.meshes {
-        for v in &mesh.vertices {
-            points.push(Vec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2])) * scale);
-        }
+        let corner = |index: u32| {
+            let [x, y, z] = mesh.vertices.get(index as usize).copied().unwrap_or_default();
+            Vec3::new(f64::from(x), f64::from(y), f64::from(z)) * scale
+        };
+        triangles.extend(mesh.faces.iter().map(|face| face.map(corner)));
     }
-    report.limit(element, "vertices", points.len(), limits.mesh_vertices)?;
-    let near = |p: &Vec3| p.to_array().iter().all(|x| x.abs() <= limits.length_m);
-    if let Some(far) = points.iter().find(|p| !near(p)) {
+    let far = |p: &&Vec3| !p.to_array().iter().all(|x| x.abs() <= limits.length_m);
+    if let Some(far) = triangles.iter().flatten().find(far) {
         let problem = format!("its mesh has a corner at {:.4} {:.4} {:.4} m", far.x, far.y, far.z);
         let valid = format!(
             "corners within {} m of the origin; a mesh in millimetres needs scale=\"0.001 0.001 0.001\"",
@@ -34,9 +37,15 @@ pub(crate) fn vertices(
         );
         return Err(report.bad(element, problem, valid));
     }
+    Ok(triangles)
+}
+
+/// Corners of triangles, sorted and each once.
+pub(crate) fn points(triangles: &[[Vec3; 3]]) -> Vec<Vec3> {
+    let mut points: Vec<Vec3> = triangles.iter().flatten().copied().collect();
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
     points.dedup();
-    Ok(points)
+    points
 }
 
 /// The triangles of an STL file's bytes, scaled to metres; none if it is not STL, or a corner is not finite or too far away.

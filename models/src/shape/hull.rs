@@ -14,7 +14,7 @@ use crate::Vec3;
 /// The rounded hull of points: see the module. Falls back to a hull without rounding, and says so by the flag,
 /// when the body is too thin to be moved inward. `None` when the points span no volume.
 pub fn rounded_hull(points: &[Vec3], directions: usize, rounding: f64) -> Option<(Shape, bool)> {
-    let thinned = (points.len() > THINNED_DIRECTIONS).then(|| thinned(points));
+    let thinned = (points.len() > THINNED_DIRECTIONS).then(|| thinned(points, THINNED_DIRECTIONS));
     let points = thinned.as_deref().unwrap_or(points);
     let inset = (rounding > 0.0).then(|| inset_vertices(points, rounding)).flatten();
     let rounded = inset.is_some();
@@ -34,15 +34,79 @@ pub fn rounded_hull(points: &[Vec3], directions: usize, rounding: f64) -> Option
 
 /// Directions whose support points stand for a mesh of more points: a ball of 5 cm loses 0.03 mm. Comparing faces with
 /// each other takes time by the square of their number.
-const THINNED_DIRECTIONS: usize = 1024;
+pub const THINNED_DIRECTIONS: usize = 1024;
 
-/// The support points along many directions.
-fn thinned(points: &[Vec3]) -> Vec<Vec3> {
-    let along = |i| support(points, fibonacci_direction(i, THINNED_DIRECTIONS));
-    let mut kept: Vec<Vec3> = (0..THINNED_DIRECTIONS).filter_map(along).collect();
+/// The points of these that lie farthest along so many directions.
+pub fn thinned(points: &[Vec3], directions: usize) -> Vec<Vec3> {
+    let along = |i| support(points, fibonacci_direction(i, directions));
+    let mut kept: Vec<Vec3> = (0..directions).filter_map(along).collect();
     kept.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
     kept.dedup();
     kept
+}
+
+/// The hull of points as it is, without rounding, where `most` points make it; else the hull of `most` of them, each chosen
+/// where the hull of those before lacks most. `None` when the points span no volume.
+pub fn sharp_hull(points: &[Vec3], most: usize) -> Option<Shape> {
+    let thinned = (points.len() > UNTHINNED).then(|| thinned(points, THINNED_DIRECTIONS));
+    let kept = few_points(thinned.as_deref().unwrap_or(points), most, 0.0)?;
+    let shape = Shape::Hull { points: kept.iter().map(|p| p.to_array()).collect(), rounding: 0.0 };
+    (volume(&shape) > 0.0).then_some(shape)
+}
+
+/// Points from which a sharp hull chooses; of more, only the support points along many directions are looked at.
+const UNTHINNED: usize = 4096;
+
+/// Vertices of the hull of points: all of them, or so many that no point lies farther than `tolerance` outside of their
+/// hull, and never more than `most`.
+pub(crate) fn few_points(points: &[Vec3], most: usize, tolerance: f64) -> Option<Vec<Vec3>> {
+    let (vertices, _) = try_convex_hull(points).ok()?;
+    if vertices.len() <= most && tolerance <= 0.0 {
+        return Some(vertices);
+    }
+    let mut kept: Vec<Vec3> = Vec::new();
+    for i in 0..FIRST_DIRECTIONS.min(most) {
+        let p = support(&vertices, fibonacci_direction(i, FIRST_DIRECTIONS))?;
+        if !kept.contains(&p) {
+            kept.push(p);
+        }
+    }
+    while kept.len() < most {
+        let Ok((corners, faces)) = try_convex_hull(&kept) else { break };
+        let planes = planes(&corners, &faces);
+        let (mut farthest, mut lacking) = (None, tolerance.max(1e-9));
+        for v in &vertices {
+            let outside = outside(&planes, *v);
+            if outside > lacking {
+                (farthest, lacking) = (Some(*v), outside);
+            }
+        }
+        let Some(farthest) = farthest.filter(|v| !kept.contains(v)) else { break };
+        kept.push(farthest);
+    }
+    Some(kept)
+}
+
+/// Directions along which the first points of a hull are chosen: they span a volume.
+const FIRST_DIRECTIONS: usize = 14;
+
+/// Planes n·x = d of a hull's faces, n outward. Slivers, which have no direction of their own, are left out.
+pub(crate) fn planes(vertices: &[Vec3], faces: &[[u32; 3]]) -> Vec<(Vec3, f64)> {
+    let plane = |face: &[u32; 3]| {
+        let [a, b, c] = face.map(|i| vertices[i as usize]);
+        let normal = (b - a).cross(c - a);
+        let longest = (b - a).length_squared().max((c - a).length_squared()).max((c - b).length_squared());
+        (normal.length() > 1e-9 * longest).then(|| {
+            let n = normal.normalize();
+            (n, n.dot(a))
+        })
+    };
+    faces.iter().filter_map(plane).collect()
+}
+
+/// How far a point lies outside of the planes of a hull, m: at most its distance from the hull; negative inside.
+pub(crate) fn outside(planes: &[(Vec3, f64)], p: Vec3) -> f64 {
+    planes.iter().map(|(n, d)| n.dot(p) - d).fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// Vertices of the hull after moving each face plane inward by `distance`.

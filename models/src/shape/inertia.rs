@@ -39,6 +39,18 @@ fn outer(a: Vec3, b: Vec3) -> Mat3 {
 }
 
 impl Moments {
+    /// Mass properties of `mass` kg spread evenly; `None` without a volume.
+    fn inertia(&self, mass: f64) -> Option<Inertia> {
+        if self.volume == 0.0 {
+            return None;
+        }
+        let density = mass / self.volume;
+        let com = self.first / self.volume;
+        let second = (self.second - outer(com, com) * self.volume) * density;
+        let trace = second.x_axis.x + second.y_axis.y + second.z_axis.z;
+        Some(Inertia { mass, com, about_com: Mat3::from_diagonal(Vec3::splat(trace)) - second })
+    }
+
     const ZERO: Moments = Moments { volume: 0.0, first: Vec3::ZERO, second: Mat3::ZERO };
 
     fn centred(volume: f64, second: [f64; 3]) -> Moments {
@@ -118,9 +130,14 @@ fn rounded_box(inner: [f64; 3], r: f64) -> Moments {
     Moments::centred(volume, [along(a, b, c), along(b, c, a), along(c, a, b)])
 }
 
-/// Convex hull of points: tetrahedra between the origin and each face.
+/// Convex hull of points.
 fn polytope(points: &[Vec3]) -> Option<Moments> {
     let (vertices, faces) = try_convex_hull(points).ok()?;
+    Some(enclosed(&vertices, &faces))
+}
+
+/// What triangles enclose: tetrahedra between the origin and each of them.
+fn enclosed(vertices: &[Vec3], faces: &[[u32; 3]]) -> Moments {
     let mut sum = Moments::ZERO;
     for face in faces {
         let [a, b, c] = face.map(|i| vertices[i as usize]);
@@ -130,7 +147,26 @@ fn polytope(points: &[Vec3]) -> Option<Moments> {
         let second = (outer(a, a) + outer(b, b) + outer(c, c) + outer(s, s)) * (volume / 20.0);
         sum = sum.plus(&Moments { volume, first: s * (volume / 4.0), second });
     }
-    Some(sum)
+    sum
+}
+
+/// Volume that a closed mesh encloses, m³, by the divergence theorem; negative when its triangles face inward.
+pub(crate) fn volume_of_triangles(vertices: &[Vec3], faces: &[[u32; 3]]) -> f64 {
+    // From a point of the mesh: it may lie far from the origin.
+    let Some(origin) = vertices.first() else { return 0.0 };
+    let six_fold = faces.iter().map(|face| {
+        let [a, b, c] = face.map(|i| vertices[i as usize] - *origin);
+        a.dot(b.cross(c))
+    });
+    six_fold.sum::<f64>() / 6.0
+}
+
+/// Mass properties of `mass` kg spread evenly over what a closed mesh encloses.
+pub(crate) fn of_triangles(vertices: &[Vec3], faces: &[[u32; 3]], mass: f64) -> Option<Inertia> {
+    let origin = *vertices.first()?;
+    let moved: Vec<Vec3> = vertices.iter().map(|v| *v - origin).collect();
+    let inertia = enclosed(&moved, faces).inertia(mass)?;
+    Some(Inertia { com: inertia.com + origin, ..inertia })
 }
 
 /// Volume of a shape, m³; 0 when it is flat. For a rounded hull, to a few parts in a thousand.
@@ -145,14 +181,7 @@ pub fn of_shapes<'a>(parts: impl IntoIterator<Item = (Pose, &'a Shape)>, mass: f
     for (pose, shape) in parts {
         sum = sum.plus(&moments(shape)?.moved(&pose));
     }
-    if sum.volume <= 0.0 {
-        return None;
-    }
-    let density = mass / sum.volume;
-    let com = sum.first / sum.volume;
-    let second = (sum.second - outer(com, com) * sum.volume) * density;
-    let trace = second.x_axis.x + second.y_axis.y + second.z_axis.z;
-    Some(Inertia { mass, com, about_com: Mat3::from_diagonal(Vec3::splat(trace)) - second })
+    (sum.volume > 0.0).then(|| sum.inertia(mass)).flatten()
 }
 
 impl Inertia {

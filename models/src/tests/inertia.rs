@@ -4,6 +4,7 @@ use core::f64::consts::PI;
 
 use crate::hand::Inertia;
 use crate::object::Object;
+use crate::read::hollow::MeshOf;
 use crate::read::report::Report;
 use crate::read::urdf::link::LinkReader;
 use crate::read::{InertiaPolicy, LoadOptions};
@@ -109,7 +110,7 @@ pub(super) fn assert_stated(urdf: &str, settings: &str) {
     let mut report = Report::new("hand.urdf".as_ref());
     let mut body = |inertia: InertiaPolicy, link: &urdf_rs::Link| {
         let options = LoadOptions { inertia, ..LoadOptions::default() };
-        LinkReader::new(&settings, &options, None).read(link, &mut report).unwrap().inertia
+        LinkReader::new(&settings, &options, None, MeshOf::Hand).read(link, &mut report).unwrap().inertia
     };
     let mut wrong = String::new();
     for link in &urdf_rs::read_from_string(urdf).unwrap().links {

@@ -153,7 +153,7 @@ fn primitives_stay_near_the_published_meshes() {
         let points = {
             let bytes = std::fs::read(&path).unwrap();
             let report = Report::new(&path);
-            stl::vertices(&bytes, Vec3::splat(1e-3), link, &Limits::default(), &report).unwrap()
+            stl::points(&stl::corners(&bytes, Vec3::splat(1e-3), link, &Limits::default(), &report).unwrap())
         };
         let geoms = &hand.links[hand.link(link).unwrap()].geoms;
         let frame = if link == "base" { palm_from_base } else { Pose::IDENTITY };

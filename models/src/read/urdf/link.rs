@@ -6,7 +6,8 @@ use super::tree::pose;
 use crate::error::ModelError;
 use crate::hand::{Geom, Inertia};
 use crate::read::files::Files;
-use crate::read::mesh::MeshReader;
+use crate::read::hollow::MeshOf;
+use crate::read::mesh::{MeshHull, MeshReader};
 use crate::read::options::{InertiaPolicy, LoadOptions};
 use crate::read::report::Report;
 use crate::read::settings::{LinkSettings, Settings};
@@ -31,8 +32,13 @@ pub(crate) struct LinkReader<'a> {
 
 impl<'a> LinkReader<'a> {
     /// A reader that has read nothing yet; `files` is where meshes lie, `None` for a hand without files.
-    pub(crate) fn new(settings: &'a Settings, options: &'a LoadOptions, files: Option<&'a Files>) -> Self {
-        LinkReader { settings, options, meshes: MeshReader::new(options, files) }
+    pub(crate) fn new(
+        settings: &'a Settings,
+        options: &'a LoadOptions,
+        files: Option<&'a Files>,
+        of: MeshOf,
+    ) -> Self {
+        LinkReader { settings, options, meshes: MeshReader::new(options, files, of) }
     }
 
     /// A link's shapes and inertia; reports what is odd about them.
@@ -43,7 +49,7 @@ impl<'a> LinkReader<'a> {
         let element = format!("link '{}'", link.name);
         let mut geoms = Vec::new();
         for collision in &link.collision {
-            let shape = self.shape(&collision.geometry, own.rounding.unwrap_or(0.0), &element, report)?;
+            let shape = self.shape(&collision.geometry, own, &element, report)?;
             let valid = "positive finite sizes, rounding at most the half extents";
             shape.validate().map_err(|problem| report.bad(&element, problem, valid))?;
             geoms.push(Geom { link_from_geom: pose(&collision.origin), shape, friction });
@@ -55,7 +61,7 @@ impl<'a> LinkReader<'a> {
     fn shape(
         &mut self,
         geometry: &Geometry,
-        rounding: f64,
+        own: &LinkSettings,
         element: &str,
         report: &mut Report,
     ) -> Result<Shape, ModelError> {
@@ -67,11 +73,16 @@ impl<'a> LinkReader<'a> {
             Geometry::Cylinder { radius, length } => {
                 Shape::Cylinder { radius: *radius, half_length: 0.5 * length }
             }
-            Geometry::Box { size } => Shape::Box { half_extents: size.map(|x| 0.5 * x), rounding },
+            Geometry::Box { size } => {
+                let rounding = own.rounding.unwrap_or(0.0);
+                Shape::Box { half_extents: size.map(|x| 0.5 * x), rounding }
+            }
             Geometry::Mesh { filename, scale } => {
                 let scale = scale.map_or(Vec3::ONE, |s| Vec3::from_array(*s));
-                let (shape, rounded) = self.meshes.hull(filename, scale, element, report)?;
-                if !rounded && self.options.hull_rounding > 0.0 {
+                let hull = self.meshes.hull(filename, scale, own.mesh_rounding, element, report)?;
+                let MeshHull { shape, rounded, notes } = hull;
+                notes.into_iter().for_each(|note| report.warn(element, note));
+                if !rounded && own.mesh_rounding.unwrap_or(self.options.hull_rounding) > 0.0 {
                     let message = format!("mesh '{filename}' is too thin to round; its hull is sharp");
                     report.warn(element, message);
                 }

@@ -7,4 +7,4 @@ mod numbers;
 pub(crate) mod reduce;
 mod transmission;
 pub(crate) mod tree;
-mod xml;
+pub(crate) mod xml;

@@ -1,0 +1,188 @@
+//! `palmares task decompose` and `palmares hand decompose`: a mesh as convex pieces, written beside it once, and how well
+//! they stand for it.
+
+mod files;
+mod lines;
+mod owner;
+mod report;
+mod words;
+
+pub use self::owner::MeshOwner;
+
+use self::files::Folder;
+use self::lines::places;
+use self::report::{FitReport, PieceReport, Report};
+use anyhow::{Context, anyhow, bail};
+use clap::Args;
+use palmares_models::Vec3;
+use palmares_models::error::ModelError;
+use palmares_models::pieces::{Options, PiecesError, Stage, TriangleMesh, compare, decompose};
+use palmares_models::read::{Limits, MeshUse, mesh_uses, played_points, triangle_mesh};
+use palmares_models::shape::hull::{THINNED_DIRECTIONS, thinned};
+use std::io::{IsTerminal as _, Write as _};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Which mesh, and how finely.
+#[derive(Debug, Args)]
+pub struct DecomposeArgs {
+    /// An STL file, in or under the folder of the task.toml or URDF that names it
+    mesh: PathBuf,
+    /// Pieces are at most so many; fewer are made where fewer do. Each costs time in every step [default: 32 for a task,
+    /// 16 for a hand]
+    #[arg(long, value_name = "N")]
+    pieces: Option<u32>,
+    /// Voxels along the mesh's longest side; thin walls and narrow holes need more. 200 takes about five
+    /// times as long as 100
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(16..=256))]
+    resolution: u32,
+    /// Metres of one unit of the mesh: 0.001 for millimetres. Left out, what the task.toml or URDF says that names the mesh
+    #[arg(long, value_name = "M")]
+    scale: Option<f64>,
+    /// Write over the pieces of an earlier time
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    json: bool,
+}
+
+/// Takes the mesh apart, writes its pieces and prints how well they stand for it.
+///
+/// # Errors
+/// The mesh cannot be read or has no pieces, pieces are there already, or nothing can be written.
+pub fn run(args: &DecomposeArgs, owner: MeshOwner) -> anyhow::Result<ExitCode> {
+    let most = args.pieces.unwrap_or(owner.pieces());
+    if !(1..=owner.most()).contains(&most) {
+        let valid = match owner {
+            MeshOwner::Task => "1 to 64, as many as an object may have",
+            MeshOwner::Hand => "1 to 32, as many as a link may have",
+        };
+        bail!("--pieces {most}; valid: {valid}");
+    }
+    let uses = mesh_uses(&args.mesh);
+    let scale = scale(args, &uses)?;
+    let limits = Limits::default();
+    let mesh = triangle_mesh(&args.mesh, scale, &limits).map_err(|error| match error {
+        ModelError::Element { .. } => anyhow!("{error}; here --scale 0.001 takes a unit for a millimetre"),
+        error => error.into(),
+    })?;
+    let folder = Folder::beside(&args.mesh)?;
+    folder.check(args.force)?;
+
+    let mut progress = Progress::new(args.resolution);
+    // In units of the file, so that pieces and mesh lie on each other in any program.
+    let in_units = triangle_mesh(&args.mesh, Vec3::ONE, &Limits { length_m: f64::MAX, ..limits })?;
+    let options = Options { pieces: most, resolution: args.resolution };
+    // The library may panic, which is caught: nobody need read of it.
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| ()));
+    let pieces = decompose(&in_units, options, &mut |stage| progress.tell(stage));
+    std::panic::set_hook(hook);
+    let pieces = pieces.map_err(|error| match error {
+        PiecesError::Leaks { edges, voxel_m } => {
+            PiecesError::Leaks { edges, voxel_m: voxel_m * scale.x.abs() }
+        }
+        error => error,
+    });
+    let named = || args.mesh.display().to_string();
+    let pieces = pieces.with_context(named)?;
+    progress.tell(Stage::Comparing);
+    // Held against the mesh is what a task or a hand will read of the files.
+    let about = format!("a convex piece of {}", folder.mesh_name());
+    let files = pieces.iter().filter_map(|points| Some(TriangleMesh::hull(points)?.to_stl(&about)));
+    let (files, placed): (Vec<Vec<u8>>, Vec<Vec<Vec3>>) =
+        files.filter_map(|bytes| played_points(&bytes, scale).map(|points| (bytes, points))).unzip();
+    if placed.is_empty() {
+        let (low, high) = mesh.bounds();
+        let size = (high - low).max_element() * 1e3;
+        bail!(
+            "{}: it measures {size:.1e} mm, and its pieces span no volume; --scale says what a unit is",
+            named()
+        );
+    }
+    let fit = compare(&mesh, &placed).context("a piece spans no volume").with_context(named)?;
+    let hull = thinned(&mesh.vertices, THINNED_DIRECTIONS);
+    let hull = compare(&mesh, &[hull]).context("the mesh spans no volume").with_context(named)?;
+    progress.end();
+
+    let names = folder.names(placed.len());
+    let files: Vec<(String, Vec<u8>)> = names.iter().cloned().zip(files).collect();
+    folder.write(&files)?;
+
+    let report = Report {
+        mesh: named(),
+        triangles: mesh.triangles.len(),
+        surface: words::surface(&mesh),
+        scale: scale.to_array(),
+        size_m: {
+            let (low, high) = mesh.bounds();
+            (high - low).to_array()
+        },
+        hull: FitReport::from(&hull),
+        fit: FitReport::from(&fit),
+        pieces: names.iter().zip(&placed).map(|(name, points)| PieceReport::new(name, points)).collect(),
+        folder: folder.path().display().to_string(),
+        places: places(owner, &args.mesh, &uses, scale.to_array(), folder.name(), &names),
+    };
+    let mut out = std::io::stdout().lock();
+    if args.json {
+        writeln!(out, "{}", serde_json::to_string_pretty(&report)?)?;
+    } else {
+        write!(out, "{}", words::report(&report, &fit, &hull))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Metres of one unit of the mesh along each axis: as it is asked for, or as those say who name the mesh.
+fn scale(args: &DecomposeArgs, uses: &[MeshUse]) -> anyhow::Result<Vec3> {
+    if let Some(scale) = args.scale {
+        if !(scale.is_finite() && scale > 0.0) {
+            bail!("--scale {scale}; valid: a number of more than 0, 0.001 for a mesh in millimetres");
+        }
+        return Ok(Vec3::splat(scale));
+    }
+    let Some(first) = uses.first() else { return Ok(Vec3::ONE) };
+    if let Some(other) = uses.iter().find(|other| other.scale != first.scale) {
+        bail!(
+            "{} names {} with the scales {:?} and {:?}; --scale says which is meant",
+            other.file.display(),
+            args.mesh.display(),
+            first.scale,
+            other.scale
+        );
+    }
+    Ok(Vec3::from_array(first.scale))
+}
+
+/// Says on a terminal what is being done; silent elsewhere.
+struct Progress {
+    resolution: u32,
+    shown: bool,
+}
+
+impl Progress {
+    fn new(resolution: u32) -> Self {
+        Progress { resolution, shown: std::io::stderr().is_terminal() }
+    }
+
+    fn tell(&mut self, stage: Stage) {
+        let text = match stage {
+            Stage::Cutting => format!("cutting at {} voxels along the longest side ...", self.resolution),
+            Stage::Joining(left) => format!("joining parts: {left} left"),
+            Stage::Comparing => "comparing pieces and mesh ...".to_owned(),
+        };
+        self.line(&text);
+    }
+
+    fn end(&mut self) {
+        self.line("");
+    }
+
+    /// Replaces the line. Whoever cannot be told need not be.
+    fn line(&self, text: &str) {
+        if self.shown {
+            let _ = write!(std::io::stderr(), "\r\x1b[K{text}");
+        }
+    }
+}

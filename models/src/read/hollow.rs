@@ -1,0 +1,136 @@
+//! What a convex hull makes of a mesh that is not convex, and what is lost with the points that are left out of it.
+
+use std::path::Path;
+
+use parry3d_f64::transformation::try_convex_hull;
+
+use crate::Vec3;
+use crate::error::LoadWarning;
+use crate::pieces::{Surface, TriangleMesh};
+use crate::shape::Shape;
+use crate::shape::hull::{THINNED_DIRECTIONS, thinned};
+use crate::shape::inertia::{volume, volume_of_triangles};
+
+/// Who names a mesh, and so which command takes it apart.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum MeshOf {
+    Hand,
+    Task,
+}
+
+/// A hull with this many times the volume of its mesh is worth a word.
+const MUCH_LARGER: f64 = 1.1;
+/// So is a hull that stands so far off a mesh which is not closed, as a part of its longest side.
+const DEEP: f64 = 0.05;
+/// Points of such a hull that are looked at.
+const HULL_SAMPLES: usize = 2000;
+/// So are left out points with this part of the hull's volume, ...
+const MUCH_LOST: f64 = 0.1;
+/// ... or with corners that stood out so far, m. A rounding of 2 mm takes 1.5 mm from a box's corner.
+const FAR_OUT: f64 = 5e-3;
+
+/// What a note says of a mesh whose hull is much larger.
+const FILLED: &str = "holes and hollows are filled";
+
+/// Whether a warning is about a mesh whose convex hull fills its hollows.
+pub fn tells_of_filled_hollows(warning: &LoadWarning) -> bool {
+    warning.message.contains(FILLED)
+}
+
+/// What the author of a mesh should know of the hull that is played. `points` are the mesh's corners.
+pub(super) fn notes(
+    mesh: &TriangleMesh,
+    points: &[Vec3],
+    played: &Shape,
+    name: &str,
+    file: &Path,
+    of: MeshOf,
+) -> Vec<String> {
+    let thinned = (points.len() > THINNED_DIRECTIONS).then(|| thinned(points, THINNED_DIRECTIONS));
+    let Ok((vertices, faces)) = try_convex_hull(thinned.as_deref().unwrap_or(points)) else {
+        return Vec::new();
+    };
+    let hull_volume = volume_of_triangles(&vertices, &faces);
+    let mut notes = Vec::new();
+    notes.extend(hollow(mesh, hull_volume, &vertices, &faces).map(|problem| {
+        let command = match of {
+            MeshOf::Hand => "hand",
+            MeshOf::Task => "task",
+        };
+        let file = file.display();
+        format!(
+            "mesh '{name}': {problem}: {FILLED}; `palmares {command} decompose {file}` writes convex pieces"
+        )
+    }));
+    let lost = 1.0 - volume(played) / hull_volume;
+    let farthest = farthest_outside(played, &vertices);
+    if lost > MUCH_LOST || farthest > FAR_OUT {
+        let kept = match played {
+            Shape::Hull { points, .. } => points.len(),
+            _ => 0,
+        };
+        notes.push(format!(
+            "mesh '{name}': of its convex hull {kept} points are kept, with edges rounded: {:.0} % of the hull's volume is \
+             lost, and corners up to {:.1} mm",
+            lost.max(0.0) * 100.0,
+            farthest * 1e3
+        ));
+    }
+    notes
+}
+
+/// What is filled, in words.
+fn hollow(mesh: &TriangleMesh, hull_volume: f64, vertices: &[Vec3], faces: &[[u32; 3]]) -> Option<String> {
+    let surface = mesh.surface();
+    if let Surface::Closed { volume, cavities, .. } = surface {
+        // Cavities are filled by pieces, too.
+        let times = hull_volume / (volume + cavities);
+        return (times > MUCH_LARGER).then(|| {
+            format!(
+                "its convex hull has {times:.1} times its volume ({} for {})",
+                cubic_cm(hull_volume),
+                cubic_cm(volume)
+            )
+        });
+    }
+    // Without a volume, how far the hull is from the mesh tells whether something is filled.
+    let hull = TriangleMesh { vertices: vertices.to_vec(), triangles: faces.to_vec() };
+    let filled = hull.farthest_from(mesh, HULL_SAMPLES);
+    let (low, high) = mesh.bounds();
+    let why = match surface {
+        Surface::Open { edges } => format!("is not closed ({edges} open edges)"),
+        Surface::Twisted { edges } => {
+            format!("has neighbouring triangles that face opposite sides ({edges} edges)")
+        }
+        Surface::Closed { .. } | Surface::Empty => "encloses nothing".to_owned(),
+    };
+    (filled > DEEP * (high - low).max_element()).then(|| {
+        format!(
+            "it {why}, so that its volume cannot be told, and its convex hull of {} stands up to {:.1} mm off its surface",
+            cubic_cm(hull_volume),
+            filled * 1e3
+        )
+    })
+}
+
+/// How far the points of a hull lie outside of what is played of it, m.
+fn farthest_outside(played: &Shape, vertices: &[Vec3]) -> f64 {
+    let Some((parry, upright)) = played.to_parry() else { return 0.0 };
+    vertices.iter().map(|v| parry.distance_to_point(&upright, *v, true)).fold(0.0, f64::max)
+}
+
+/// A volume for people.
+pub fn cubic_cm(volume: f64) -> String {
+    let cm3 = volume * 1e6;
+    if cm3 < 0.1 {
+        return format!("{:.3} mm³", cm3 * 1e3);
+    }
+    let decimals = if cm3 >= 100.0 {
+        0
+    } else if cm3 >= 10.0 {
+        1
+    } else {
+        2
+    };
+    format!("{cm3:.decimals$} cm³")
+}
