@@ -1,8 +1,11 @@
 //! Rebound by Newton's law of impact, `v_n⁺ = −e v_n⁻`, at the moment within the step at which surfaces meet.
 //!
 //! v_n is the normal velocity of B against A, m/s, negative when they approach, e the coefficient of restitution, 0 to 1.
+//! Surfaces that slip take Coulomb's impulse on top, and rebound at the same normal velocity: see `step/slip_correction.rs`.
+//!
 //! Why not by the contact springs: against a light ball they act for less than a step, so that what they give back would
-//! depend on the step. A surface with e > 0 therefore rebounds as a rigid one, in one step.
+//! depend on the step. Surfaces therefore
+//! rebound as rigid ones, in one step; with e = 0 they stay on each other.
 
 /// A rebound within a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,6 +14,17 @@ pub struct Rebound {
     pub time_s: f64,
     /// Normal velocity at the end of the step, m/s.
     pub velocity: f64,
+    /// How fast its surfaces slip past each other after it, m/s, as far as that is known.
+    pub slip: f64,
+    /// How much farther off than it seems a slip is, where the normal velocity was solved for with another one: 1 + μ² W_tt/W_nn.
+    pub gain: f64,
+}
+
+impl Rebound {
+    /// One of surfaces that do not slip.
+    pub fn new(time_s: f64, velocity: f64) -> Self {
+        Rebound { time_s, velocity, slip: 0.0, gain: 1.0 }
+    }
 }
 
 /// The rebound of two surfaces at `gap` (m) that move apart at `velocity` (m/s, negative when they approach)
@@ -25,12 +39,15 @@ pub fn rebound(
     least: f64,
 ) -> Option<Rebound> {
     // As the solver sees it, with the velocity of the end: what it were to brake first could not rebound any more.
-    if restitution <= 0.0 || velocity >= -least || gap + h * (velocity + h * acceleration) >= 0.0 {
+    if velocity >= -least || gap + h * (velocity + h * acceleration) >= 0.0 {
         return None;
     }
     let time_s = (gap.max(0.0) / -velocity).min(h);
     let met = velocity + acceleration * time_s;
-    Some(Rebound { time_s, velocity: -restitution * met + acceleration * (h - time_s) })
+    let after = acceleration * (h - time_s);
+    // What does not rebound rests on what it has met.
+    let after = if restitution == 0.0 { after.max(0.0) } else { after };
+    Some(Rebound::new(time_s, -restitution * met + after))
 }
 
 #[cfg(test)]
@@ -41,7 +58,9 @@ mod tests {
     fn a_fast_surface_rebounds_and_a_slow_or_parting_one_does_not() {
         let hit = rebound(0.5, 1e-3, -2.0, 0.0, 1e-3, 0.05).expect("it meets in half a millisecond");
         assert!((hit.time_s - 5e-4).abs() < 1e-15 && (hit.velocity - 1.0).abs() < 1e-15);
-        for (e, gap, v) in [(0.0, 0.0, -2.0), (0.5, 3e-3, -2.0), (0.5, 0.0, -0.01), (0.5, -1e-3, 1.0)] {
+        let dead = rebound(0.0, 1e-3, -2.0, -9.81, 1e-3, 0.05).expect("it meets");
+        assert_eq!((dead.time_s, dead.velocity), (5e-4, 0.0));
+        for (e, gap, v) in [(0.5, 3e-3, -2.0), (0.5, 0.0, -0.01), (0.5, -1e-3, 1.0)] {
             assert_eq!(rebound(e, gap, v, 0.0, 1e-3, 0.05), None);
         }
     }

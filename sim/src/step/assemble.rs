@@ -133,7 +133,8 @@ fn assemble_contacts(model: &Model, contacts: &Contacts, island: &Island, proble
                 None => ConeLaw::new(pair.friction, tangential, normal, target),
                 Some(rebound) => {
                     let rigid = REBOUND_STIFFNESS * heavier(model, pair);
-                    ConeLaw::new(pair.friction, rigid, rigid, [0.0, 0.0, rebound.velocity])
+                    let lifted = rebound.velocity - pair.friction * rebound.slip;
+                    ConeLaw::new(pair.friction, rigid, rigid, [0.0, 0.0, lifted])
                 }
             };
             load += point.anchor.normal_force;

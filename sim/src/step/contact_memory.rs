@@ -43,10 +43,13 @@ pub(super) fn remember(
                     // A rebound that never comes was only not to be braked: nothing was met.
                     if rebound.time_s.is_finite() {
                         let impact = &mut impacts[k];
-                        *impact =
-                            Some(impact.map_or(ObjectImpact::at(rebound.time_s), |impact| {
-                                impact.or_at(rebound.time_s)
-                            }));
+                        *impact = Some(impact.map_or(
+                            ObjectImpact {
+                                stays: found.restitution == 0.0,
+                                ..ObjectImpact::at(rebound.time_s)
+                            },
+                            |impact| impact.or_at(rebound.time_s),
+                        ));
                     }
                 }
                 continue;

@@ -28,15 +28,17 @@ pub(super) fn step(
     let sequence = impacts::find(model, state, &mut collision.contacts, island, impacts, &mut outcome.work);
     assemble(&work.input(model, state), island, h, problem, v);
     solve(model, work, problem, newton, v);
-    if sequence && !impacts::keep_sequence(model, &mut work.collision, island, problem, &mut work.impacts) {
+    if sequence
+        && !impacts::keep_sequence(model, state, &mut work.collision, island, problem, &mut work.impacts)
+    {
         assemble(&work.input(model, state), island, h, problem, v);
         solve(model, work, problem, newton, v);
     }
     let transferred = support_transfer::transfer(model, work, island, (problem, newton), v, support);
     let (passes, finer) = slip_correction::passes(config);
-    for pass in 0..if transferred { 0 } else { passes } {
-        // Slip that changes evenly is left to the lag, however hard the contact.
-        let finer = if pass == 0 { 1.0 } else { finer };
+    for pass in 0..if transferred { 0 } else { passes.max(slip_correction::REBOUND_PASSES) } {
+        // Slip that changes evenly is left to the lag, however hard the contact. Later passes are for rebounds alone.
+        let finer = (pass < passes).then_some(if pass == 0 { 1.0 } else { finer });
         if !slip_correction::correct(config, &work.collision.contacts, island, problem, finer) {
             break;
         }

@@ -27,12 +27,14 @@ pub(crate) struct ObjectImpact {
     pub time_s: f64,
     /// What later rebounds in the same step add to its way, m.
     pub detour: Vec3,
+    /// It stays on what it meets.
+    pub stays: bool,
 }
 
 impl ObjectImpact {
     /// A single rebound.
     pub(super) fn at(time_s: f64) -> Self {
-        ObjectImpact { time_s, detour: Vec3::ZERO }
+        ObjectImpact { time_s, detour: Vec3::ZERO, stays: false }
     }
 
     /// The same with another rebound.
@@ -63,14 +65,17 @@ pub(super) fn find(
     let (mut due, mut able) = (false, 0);
     for &index in &island.pairs {
         let pair = &contacts.pairs[index];
-        if pair.restitution == 0.0 {
+        let free = !on_hand(pair);
+        // The hand's own contacts are soft, and its links light: they return nothing.
+        if pair.restitution == 0.0 && !free {
             continue;
         }
-        let free = !on_hand(pair);
         for point in &mut contacts.points[pair.points.clone()] {
-            point.rebound = rebound_of(model, pair, point);
-            due |= free && point.rebound.is_some_and(|rebound| rebound.time_s.is_finite());
-            able += usize::from(free);
+            point.rebound = rebound_of(model, state, pair, point);
+            if pair.restitution > 0.0 {
+                due |= free && point.rebound.is_some_and(|rebound| rebound.time_s.is_finite());
+                able += usize::from(free);
+            }
         }
     }
     // A lone object has furniture to meet, at once.
@@ -138,7 +143,8 @@ fn play(
             // Those that will meet in a later step go on as they are.
             let missed = || candidate.misses() && velocity < rest_target(config, pair, point).0;
             let time_s = candidate.hit().or_else(|| missed().then_some(f64::INFINITY));
-            point.rebound = time_s.map(|time_s| Rebound { time_s, velocity });
+            point.rebound =
+                time_s.map(|time_s| with_slip(model, state, pair, point, Rebound::new(time_s, velocity)));
         }
     }
     several
@@ -162,6 +168,7 @@ fn free_body(model: &Model, state: &State, k: usize) -> ImpactBody {
 /// then every point is left to its own rebound, and the answer is false.
 pub(super) fn keep_sequence(
     model: &Model,
+    state: &State,
     collision: &mut Collision,
     island: &Island,
     problem: &Problem,
@@ -198,7 +205,7 @@ pub(super) fn keep_sequence(
         for &index in &island.pairs {
             let pair = &contacts.pairs[index];
             for point in &mut contacts.points[pair.points.clone()] {
-                point.rebound = rebound_of(model, pair, point);
+                point.rebound = rebound_of(model, state, pair, point);
             }
         }
         return false;
@@ -206,7 +213,7 @@ pub(super) fn keep_sequence(
     let mut astray = false;
     for (&k, body) in island.objects.iter().zip(&sequence.bodies) {
         if let Some((time_s, detour)) = body.detour() {
-            of_objects[k] = Some(ObjectImpact { time_s, detour });
+            of_objects[k] = Some(ObjectImpact { time_s, detour, stays: false });
             astray |= detour.length() > DETOUR * h * body.start[0].length();
         }
     }
@@ -234,8 +241,8 @@ fn falls(owner: Owner) -> f64 {
 }
 
 /// The rebound of a contact point in this step, if it makes one.
-fn rebound_of(model: &Model, pair: &ContactPair, point: &ContactPoint) -> Option<Rebound> {
-    if pair.restitution == 0.0 || point.anchor.loaded {
+fn rebound_of(model: &Model, state: &State, pair: &ContactPair, point: &ContactPoint) -> Option<Rebound> {
+    if point.anchor.loaded || pair.restitution == 0.0 && on_hand(pair) {
         return None;
     }
     let config = model.config();
@@ -245,11 +252,49 @@ fn rebound_of(model: &Model, pair: &ContactPair, point: &ContactPoint) -> Option
     let velocity = point.approach + h * acceleration;
     // What will meet in a later step must not be braked in this one: the contact's dissipation sets in before surfaces
     // candidate. It goes on as it is, as a rebound that never comes.
-    if point.approach < -least && gap + h * velocity >= 0.0 {
+    if pair.restitution > 0.0 && point.approach < -least && gap + h * velocity >= 0.0 {
         let braked = velocity < rest_target(config, pair, point).0;
-        return braked.then_some(Rebound { time_s: f64::INFINITY, velocity });
+        return braked.then_some(Rebound::new(f64::INFINITY, velocity));
     }
-    rebound(pair.restitution, gap, point.approach, acceleration, h, least)
+    let found = rebound(pair.restitution, gap, point.approach, acceleration, h, least)?;
+    Some(with_slip(model, state, pair, point, found))
+}
+
+/// A rebound with the slip after it, as of two bodies that meet in this point alone: with W, 1/kg, the velocity per impulse at the
+/// point, the normal impulse `p = (v⁺ − v⁻)/(W_nn − μ W_nt)`, and a slip that Coulomb's impulse μ p makes slower by `W_tt μ p`.
+fn with_slip(
+    model: &Model,
+    state: &State,
+    pair: &ContactPair,
+    point: &ContactPoint,
+    found: Rebound,
+) -> Rebound {
+    let normal = point.normal;
+    let (mut velocity, mut of_normal) = (Vec3::ZERO, Vec3::ZERO);
+    let bodies = [(pair.a, -1.0), (pair.b, 1.0)]
+        .map(|(owner, sign)| on_object(owner).map(|k| (free_body(model, state, k), sign)));
+    let yielding = |direction: Vec3| {
+        bodies.iter().flatten().fold(Vec3::ZERO, |sum, (body, _)| {
+            let arm = pair.origin + point.friction_r - body.center;
+            sum + direction * body.inverse_mass + (body.inverse_inertia * arm.cross(direction)).cross(arm)
+        })
+    };
+    for (body, sign) in bodies.iter().flatten() {
+        let arm = pair.origin + point.friction_r - body.center;
+        velocity += (body.start[0] + body.start[1].cross(arm)) * *sign;
+    }
+    of_normal += yielding(normal);
+    let across = velocity - normal * velocity.dot(normal);
+    let before = across.length();
+    let mu = pair.friction;
+    let Some(direction) = across.try_normalize() else { return found };
+    if on_hand(pair) || mu == 0.0 {
+        return Rebound { slip: before, ..found };
+    }
+    let (nn, nt, tt) = (of_normal.dot(normal), of_normal.dot(direction), yielding(direction).dot(direction));
+    let press = (found.velocity - point.approach).max(0.0) / (nn - mu * nt).max(0.1 * nn);
+    let slip = (before + (nt - mu * tt) * press).clamp(0.0, before);
+    Rebound { slip, gain: 1.0 + mu * mu * tt / nn, ..found }
 }
 
 #[cfg(test)]

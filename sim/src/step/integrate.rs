@@ -66,7 +66,11 @@ pub(super) fn move_objects(
                 }
                 pose.translation += after * h + more.linear;
             }
-            Some(ObjectImpact { time_s: t, detour }) => {
+            // What stays on a surface has come as far as to it.
+            Some(ObjectImpact { time_s: t, stays: true, .. }) => {
+                pose.translation += before * t + after * (h - t);
+            }
+            Some(ObjectImpact { time_s: t, detour, .. }) => {
                 let rest = h - t;
                 pose.translation +=
                     before * t + after * rest + gravity * (0.5 * (t * t - rest * rest)) + detour;

@@ -12,8 +12,9 @@
 
 use crate::config::Config;
 use crate::contact::narrow_phase::{ContactPair, ContactPoint, Contacts};
+use crate::contact::restitution::Rebound;
 use crate::solver::island::Island;
-use crate::solver::problem::Problem;
+use crate::solver::problem::{Point, Problem};
 
 /// How often a step with a lone object, in the hand or out of it, is solved again because slip changed: each pass leaves
 /// a tenth of the error or so. With more objects something begins to slide at nearly every step: a hand among balls took
@@ -23,6 +24,13 @@ const PASSES: usize = 2;
 /// Contacts of this stiffness, N/m, hang by so little that these passes are enough. Harder ones carry nothing at a gap that
 /// is smaller in proportion: a tenth for every pass more.
 const SOFT_STIFFNESS: f64 = 2e5;
+
+/// How often a step is solved again at most where rebounding surfaces slip: each pass leaves a hundredth of the error of a body
+/// that meets another in one point, and a third or so where it meets it in several.
+pub(super) const REBOUND_PASSES: usize = 6;
+
+/// A rebound is as fast as it should be to this part of its slip, or m/s.
+const REBOUND_TOLERANCE: f64 = 1e-3;
 
 /// How often a step is solved again at most, and by how much finer than usual the term's tolerance is from the second
 /// time on.
@@ -51,30 +59,36 @@ pub(super) fn nearness(gap: f64, onset: f64) -> f64 {
 }
 
 /// Gives the problem's points the term of the slip that they have in its solution, where the one they had leaves a surface
-/// farther off than the tolerance, m, over `finer`. True if there is any such point.
+/// farther off than the tolerance, m, over `finer`; and, with or without that, those that rebound and slip at another speed than
+/// was thought. True if there is any such point.
 pub(super) fn correct(
     config: &Config,
     contacts: &Contacts,
     island: &Island,
     problem: &mut Problem,
-    finer: f64,
+    finer: Option<f64>,
 ) -> bool {
     let usual = if island.hand || island.objects.len() > 1 {
         config.hand_de_saxce_tolerance_m
     } else {
         config.de_saxce_tolerance_m
     };
-    let tolerance = usual / finer;
     let mut any = false;
     for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
         let pair = &contacts.pairs[index];
         let found = &contacts.points[pair.points.clone()];
         for (point, found) in problem.points[solved.first..solved.end].iter_mut().zip(found) {
+            if let Some(rebound) = found.rebound {
+                any |= correct_rebound(pair.friction, &rebound, point);
+                continue;
+            }
+            let Some(finer) = finer else { continue };
+            let tolerance = usual / finer;
             let (rest, tau_n) = rest_target(config, pair, found);
             // A point that carries nothing is right to, unless the bodies still approach: its slip was taken for faster
             // than it is, and they would interpenetrate.
             let open = point.impulse[2] <= 0.0;
-            if open && point.velocity[2] >= rest || found.rebound.is_some() {
+            if open && point.velocity[2] >= rest {
                 continue;
             }
             let slip = point.law.slip_speed(point.velocity, point.impulse);
@@ -89,4 +103,20 @@ pub(super) fn correct(
         }
     }
     any
+}
+
+/// The same of a point that rebounds: it is to come out at its own velocity, whatever it slips at.
+fn correct_rebound(friction: f64, rebound: &Rebound, point: &mut Point) -> bool {
+    if point.impulse[2] <= 0.0 || !rebound.time_s.is_finite() {
+        return false;
+    }
+    let thought = (rebound.velocity - point.law.target[2]) / friction;
+    let slip = point.law.slip_speed(point.velocity, point.impulse);
+    let off = slip - thought;
+    if friction == 0.0 || friction * off.abs() <= REBOUND_TOLERANCE * (slip + thought).min(1.0) {
+        return false;
+    }
+    // A target that is too low makes the impulse, and so what is left of the slip, too small.
+    point.law.target[2] = rebound.velocity - friction * (thought + off * rebound.gain).max(0.0);
+    true
 }

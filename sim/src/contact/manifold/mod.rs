@@ -138,7 +138,7 @@ impl Finder {
                 let (_, n, offset) = other.solid.plane(face);
                 let height = n.dot(center) - offset;
                 let foot = center - n * height;
-                if !other.solid.is_over(face, foot) || !other.seams.is_bare(face, foot) {
+                if !other.solid.is_over(face, foot) || !other.seams.is_bare(face, foot, 0.0) {
                     manifold.points.clear();
                     return;
                 }
@@ -244,7 +244,8 @@ impl Finder {
         let across = Across::of(axis.normal);
         let is_bare = |corner: &Overlap| {
             let at = across.x * corner.x + across.y * corner.y + across.normal * corner.heights[k];
-            shape.seams.is_bare(face, if k == 0 { at } else { a_from_b.inverse_transform_point(at) })
+            let at = if k == 0 { at } else { a_from_b.inverse_transform_point(at) };
+            shape.seams.is_bare(face, at, a.rounding + b.rounding - corner.distance())
         };
         self.overlap.retain(is_bare);
         self.beside.retain(is_bare);
