@@ -29,7 +29,12 @@ pub struct Anchor {
     pub slip: f64,
     /// Normal force in the last step, N.
     pub normal_force: f64,
+    /// The same over the last [`BEARING_S`], N: a patch that chatters bears where it does on the whole.
+    pub bearing: f64,
 }
+
+/// Over how long a point's bearing is taken, s: longer than a body chatters, shorter than it rocks.
+const BEARING_S: f64 = 5e-3;
 
 /// Memory of a pair of shapes. The state has it of those alone that remember something.
 #[derive(Serialize, Deserialize)]
@@ -83,18 +88,29 @@ impl Clone for Pair {
 
 impl Anchor {
     /// Of a point that carries nothing.
-    pub const IDLE: Anchor =
-        Anchor { known: true, loaded: false, stretch: Vec3::ZERO, slip: 0.0, normal_force: 0.0 };
+    pub const IDLE: Anchor = Anchor {
+        known: true,
+        loaded: false,
+        stretch: Vec3::ZERO,
+        slip: 0.0,
+        normal_force: 0.0,
+        bearing: 0.0,
+    };
+
+    /// Bearing after a step of `h` with this normal force.
+    pub(crate) fn bearing_after(&self, normal_force: f64, h: f64) -> f64 {
+        self.bearing + (normal_force - self.bearing) * (h / (h + BEARING_S))
+    }
 
     fn is_bounded(&self) -> bool {
-        bounded_vector(self.stretch) && bounded(&[self.slip, self.normal_force])
+        bounded_vector(self.stretch) && bounded(&[self.slip, self.normal_force, self.bearing])
     }
 
     fn digest(&self, h: &mut Digest) {
-        let Anchor { known, loaded, stretch, slip, normal_force } = self;
+        let Anchor { known, loaded, stretch, slip, normal_force, bearing } = self;
         h.word(u64::from(*known) << 1 | u64::from(*loaded));
         h.vector(*stretch);
-        h.floats(&[*slip, *normal_force]);
+        h.floats(&[*slip, *normal_force, *bearing]);
     }
 }
 

@@ -337,9 +337,9 @@ fn spread_friction(points: &mut [ContactPoint], lever: f64) {
     if points.len() < 2 {
         return;
     }
-    let carried: f64 = points.iter().map(|point| point.anchor.normal_force).sum();
+    let carried: f64 = points.iter().map(|point| point.anchor.bearing).sum();
     let weight = |point: &ContactPoint| {
-        if carried > 0.0 { point.anchor.normal_force / carried } else { 1.0 / points.len() as f64 }
+        if carried > 0.0 { point.anchor.bearing / carried } else { 1.0 / points.len() as f64 }
     };
     let center = points.iter().fold(Vec3::ZERO, |sum, point| sum + point.r * weight(point));
     for point in points {

@@ -20,6 +20,9 @@ use palmares_models::Vec3;
 /// A rebounding contact is this much stiffer than the heavier of its objects is heavy: as good as rigid.
 const REBOUND_STIFFNESS: f64 = 1e6;
 
+/// ... and one that does not rebound so much: it keeps a thousandth of its speed.
+const DEAD_STIFFNESS: f64 = 1e3;
+
 /// What a problem is assembled from.
 pub(super) struct Input<'a> {
     pub model: &'a Model,
@@ -132,7 +135,8 @@ fn assemble_contacts(model: &Model, contacts: &Contacts, island: &Island, proble
             let law = match point.rebound {
                 None => ConeLaw::new(pair.friction, tangential, normal, target),
                 Some(rebound) => {
-                    let rigid = REBOUND_STIFFNESS * heavier(model, pair);
+                    let stiff = if pair.restitution > 0.0 { REBOUND_STIFFNESS } else { DEAD_STIFFNESS };
+                    let rigid = stiff * heavier(model, pair);
                     let lifted = rebound.velocity - pair.friction * rebound.slip;
                     ConeLaw::new(pair.friction, rigid, rigid, [0.0, 0.0, lifted])
                 }

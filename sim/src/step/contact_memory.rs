@@ -33,7 +33,7 @@ pub(super) fn remember(
             let [g1, g2, gn] = point.impulse;
             let data = &mut pair.manifold.points[seen.point as usize].data;
             if gn <= 0.0 {
-                *data = Anchor::IDLE;
+                *data = Anchor { bearing: seen.anchor.bearing_after(0.0, h), ..Anchor::IDLE };
                 continue;
             }
             // What a rebound exchanges in an instant says nothing about the next step.
@@ -63,10 +63,13 @@ pub(super) fn remember(
                 stretch = stretch_sliding(stretch, friction, config.anchor_stiffness, h);
             }
             let normal_force = gn / h;
-            *data = Anchor { known: true, loaded: true, stretch: into_a * stretch, slip, normal_force };
+            let bearing = seen.anchor.bearing_after(normal_force, h);
+            *data =
+                Anchor { known: true, loaded: true, stretch: into_a * stretch, slip, normal_force, bearing };
             loaded += 1.0;
             mean.stretch += data.stretch;
             mean.slip += slip;
+            mean.bearing += bearing;
             forces.contacts.push(ContactForce {
                 a: found.a,
                 b: found.b,
@@ -81,6 +84,7 @@ pub(super) fn remember(
         if loaded > 0.0 {
             mean.stretch /= loaded;
             mean.slip /= loaded;
+            mean.bearing /= loaded;
         }
         pair.mean = mean;
     }

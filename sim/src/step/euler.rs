@@ -36,7 +36,9 @@ pub(super) fn step(
     }
     let transferred = support_transfer::transfer(model, work, island, (problem, newton), v, support);
     let (passes, finer) = slip_correction::passes(config);
-    for pass in 0..if transferred { 0 } else { passes.max(slip_correction::REBOUND_PASSES) } {
+    let alone = !island.hand && island.objects.len() == 1;
+    let most = if alone { passes.max(slip_correction::REBOUND_PASSES) } else { passes };
+    for pass in 0..if transferred { 0 } else { most } {
         // Slip that changes evenly is left to the lag, however hard the contact. Later passes are for rebounds alone.
         let finer = (pass < passes).then_some(if pass == 0 { 1.0 } else { finer });
         if !slip_correction::correct(config, &work.collision.contacts, island, problem, finer) {

@@ -63,11 +63,12 @@ pub(super) fn find(
     spent: &mut u64,
 ) -> bool {
     let (mut due, mut able) = (false, 0);
+    let alone = !island.hand && island.objects.len() == 1;
     for &index in &island.pairs {
         let pair = &contacts.pairs[index];
         let free = !on_hand(pair);
-        // The hand's own contacts are soft, and its links light: they return nothing.
-        if pair.restitution == 0.0 && !free {
+        // The hand's own contacts are soft, and its links light: they return nothing. Nor do heaps.
+        if pair.restitution == 0.0 && !alone {
             continue;
         }
         for point in &mut contacts.points[pair.points.clone()] {
@@ -242,7 +243,7 @@ fn falls(owner: Owner) -> f64 {
 
 /// The rebound of a contact point in this step, if it makes one.
 fn rebound_of(model: &Model, state: &State, pair: &ContactPair, point: &ContactPoint) -> Option<Rebound> {
-    if point.anchor.loaded || pair.restitution == 0.0 && on_hand(pair) {
+    if point.anchor.loaded {
         return None;
     }
     let config = model.config();

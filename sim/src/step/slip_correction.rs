@@ -32,6 +32,9 @@ pub(super) const REBOUND_PASSES: usize = 6;
 /// A rebound is as fast as it should be to this part of its slip, or m/s.
 const REBOUND_TOLERANCE: f64 = 1e-3;
 
+/// A surface that is lifted at some speed is off by as much as in this time, s, at any shorter step.
+const LEAST_S: f64 = 1e-3;
+
 /// How often a step is solved again at most, and by how much finer than usual the term's tolerance is from the second
 /// time on.
 pub(super) fn passes(config: &Config) -> (usize, f64) {
@@ -73,13 +76,15 @@ pub(super) fn correct(
     } else {
         config.de_saxce_tolerance_m
     };
+    let alone = !island.hand && island.objects.len() == 1;
     let mut any = false;
     for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
         let pair = &contacts.pairs[index];
         let found = &contacts.points[pair.points.clone()];
         for (point, found) in problem.points[solved.first..solved.end].iter_mut().zip(found) {
             if let Some(rebound) = found.rebound {
-                any |= correct_rebound(pair.friction, &rebound, point);
+                // Among several bodies the slip of two has to do.
+                any |= alone && correct_rebound(pair.friction, &rebound, point);
                 continue;
             }
             let Some(finer) = finer else { continue };
@@ -95,7 +100,7 @@ pub(super) fn correct(
             let target = rest - de_saxce(config, pair, slip);
             // The law lifts a surface over the step and the dissipation time. What a lone object on the ground loses by
             // that is made good by the next step; solving it again would move where slip ends.
-            let over_s = config.step_s + if island.hand { tau_n } else { 0.0 };
+            let over_s = if island.hand { config.step_s + tau_n } else { config.step_s.max(LEAST_S) };
             if (target - point.law.target[2]).abs() * over_s > tolerance {
                 point.law.target[2] = target;
                 any = true;

@@ -131,6 +131,7 @@ fn every_field_counts_in_the_digest() {
         ("mean stretch", |s| nudge(&mut loaded(&mut s.pairs).mean.stretch.y)),
         ("mean slip", |s| nudge(&mut loaded(&mut s.pairs).mean.slip)),
         ("mean force", |s| nudge(&mut loaded(&mut s.pairs).mean.normal_force)),
+        ("lever", |s| nudge(&mut loaded(&mut s.pairs).lever)),
         ("number of points", |s| loaded(&mut s.pairs).manifold.points.truncate(0)),
         ("point on a", |s| nudge(&mut point(s).local_p1.x)),
         ("point on b", |s| nudge(&mut point(s).local_p2.x)),
@@ -140,6 +141,7 @@ fn every_field_counts_in_the_digest() {
         ("stretch", |s| nudge(&mut point(s).data.stretch.x)),
         ("slip", |s| nudge(&mut point(s).data.slip)),
         ("force", |s| nudge(&mut point(s).data.normal_force)),
+        ("bearing", |s| nudge(&mut point(s).data.bearing)),
         ("known", |s| point(s).data.known ^= true),
         ("loaded", |s| point(s).data.loaded ^= true),
     ];
