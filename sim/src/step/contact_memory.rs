@@ -39,17 +39,12 @@ pub(super) fn remember(
             // What a rebound exchanges in an instant says nothing about the next step.
             if let Some(rebound) = seen.rebound {
                 *data = Anchor::IDLE;
+                // A rebound that never comes was only not to be braked.
+                let stays = found.restitution == 0.0;
                 for k in [found.a, found.b].into_iter().filter_map(on_object) {
-                    // A rebound that never comes was only not to be braked: nothing was met.
                     if rebound.time_s.is_finite() {
-                        let impact = &mut impacts[k];
-                        *impact = Some(impact.map_or(
-                            ObjectImpact {
-                                stays: found.restitution == 0.0,
-                                ..ObjectImpact::at(rebound.time_s)
-                            },
-                            |impact| impact.or_at(rebound.time_s),
-                        ));
+                        let at = ObjectImpact { stays, ..ObjectImpact::at(rebound.time_s) };
+                        impacts[k] = Some(impacts[k].map_or(at, |impact| impact.or_at(rebound.time_s)));
                     }
                 }
                 continue;

@@ -20,6 +20,9 @@ const GAIN: f64 = 1e-5;
 /// Detours up to this part of an object's way need not be thought of where gaps are remembered.
 const DETOUR: f64 = 0.01;
 
+/// A body that turns by more than this in a step, rad, is stopped by its contact's spring.
+const LARGEST_TURN: f64 = 0.01;
+
 /// When an object rebounds within a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ObjectImpact {
@@ -27,7 +30,7 @@ pub(crate) struct ObjectImpact {
     pub time_s: f64,
     /// What later rebounds in the same step add to its way, m.
     pub detour: Vec3,
-    /// It stays on what it meets.
+    /// It only comes to the surface with the step, and does not part from it.
     pub stays: bool,
 }
 
@@ -63,7 +66,9 @@ pub(super) fn find(
     spent: &mut u64,
 ) -> bool {
     let (mut due, mut able) = (false, 0);
-    let alone = !island.hand && island.objects.len() == 1;
+    // What turns far within a step does not come to the surface where its velocity says.
+    let turns = |k: usize| state.object_velocity(model, k).1.length() * model.config().step_s > LARGEST_TURN;
+    let alone = !island.hand && island.objects.len() == 1 && !turns(island.objects[0]);
     for &index in &island.pairs {
         let pair = &contacts.pairs[index];
         let free = !on_hand(pair);
@@ -293,9 +298,10 @@ fn with_slip(
         return Rebound { slip: before, ..found };
     }
     let (nn, nt, tt) = (of_normal.dot(normal), of_normal.dot(direction), yielding(direction).dot(direction));
-    let press = (found.velocity - point.approach).max(0.0) / (nn - mu * nt).max(0.1 * nn);
-    let slip = (before + (nt - mu * tt) * press).clamp(0.0, before);
-    Rebound { slip, gain: 1.0 + mu * mu * tt / nn, ..found }
+    // Change of the slip with the normal velocity that is asked for.
+    let change = (nt - mu * tt) / (nn - mu * nt).max(0.1 * nn);
+    let slip = (before + change * (found.velocity - point.approach).max(0.0)).clamp(0.0, before);
+    Rebound { slip, gain: (1.0 - mu * change).clamp(0.5, 10.0), ..found }
 }
 
 #[cfg(test)]

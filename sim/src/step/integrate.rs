@@ -66,10 +66,7 @@ pub(super) fn move_objects(
                 }
                 pose.translation += after * h + more.linear;
             }
-            // What stays on a surface has come as far as to it.
-            Some(ObjectImpact { time_s: t, stays: true, .. }) => {
-                pose.translation += before * t + after * (h - t);
-            }
+            Some(ObjectImpact { stays: true, .. }) => pose.translation += after * h,
             Some(ObjectImpact { time_s: t, detour, .. }) => {
                 let rest = h - t;
                 pose.translation +=

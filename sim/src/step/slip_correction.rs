@@ -112,7 +112,9 @@ pub(super) fn correct(
 
 /// The same of a point that rebounds: it is to come out at its own velocity, whatever it slips at.
 fn correct_rebound(friction: f64, rebound: &Rebound, point: &mut Point) -> bool {
-    if point.impulse[2] <= 0.0 || !rebound.time_s.is_finite() {
+    // A point that carries nothing is right to, unless the bodies still approach: its slip was taken for faster than it is.
+    let parts = point.impulse[2] <= 0.0 && point.velocity[2] >= rebound.velocity;
+    if parts || !rebound.time_s.is_finite() {
         return false;
     }
     let thought = (rebound.velocity - point.law.target[2]) / friction;
