@@ -11,6 +11,16 @@ use serde::{Deserialize, Serialize};
 /// 20 million, which is 10 ms on the clock: what is legal stays well within.
 pub const STEP_WORK: u64 = 100_000_000;
 
+/// ... in a world of up to so many objects. The factors of a heap's matrix grow with the square of its bodies, and the budget with
+/// them: 500 poured bodies, in one island, take 200 million.
+const STEP_WORK_OBJECTS: u64 = 100;
+
+/// The most that a step may compute in a world of `objects`.
+pub fn step_work(objects: usize) -> u64 {
+    let objects = (objects as u64).max(STEP_WORK_OBJECTS);
+    (STEP_WORK / (STEP_WORK_OBJECTS * STEP_WORK_OBJECTS)).saturating_mul(objects.saturating_mul(objects))
+}
+
 /// Into how many substeps the step of an undamped hand is divided at most.
 pub(crate) const MOST_SUBSTEPS: u32 = 1024;
 

@@ -82,6 +82,10 @@ pub struct Config {
     pub sleep_linear: f64,
     /// ... and turning slower than this, rad/s.
     pub sleep_angular: f64,
+    /// ... and that gets faster by no more than this, m/s²: a ball on a slope of 1e-4 begins with 7e-4.
+    pub sleep_acceleration: f64,
+    /// ... or this, rad/s²: a box of 10 cm that stands 0.001° off its edge begins with 1e-3.
+    pub sleep_angular_acceleration: f64,
     /// ... after this long, s: longer than the turning points of what swings.
     pub sleep_after_s: f64,
     /// Servo of the hand's base.
@@ -165,6 +169,8 @@ impl Default for Config {
             sleeping: true,
             sleep_linear: 2e-3,
             sleep_angular: 4e-2,
+            sleep_acceleration: 5e-4,
+            sleep_angular_acceleration: 5e-3,
             sleep_after_s: 0.25,
             base: BaseConfig::default(),
         }
@@ -208,6 +214,8 @@ impl Config {
             sleeping,
             sleep_linear,
             sleep_angular,
+            sleep_acceleration,
+            sleep_angular_acceleration,
             sleep_after_s,
             base,
         } = self;
@@ -224,7 +232,7 @@ impl Config {
             acceleration_limit,
             angular_acceleration_limit,
         } = base;
-        let mut hash = ContentHash::of("palmares physics 2");
+        let mut hash = ContentHash::of("palmares physics 3");
         hash.vector(*gravity);
         hash.count(*max_iterations);
         hash.flag(*sleeping);
@@ -236,6 +244,7 @@ impl Config {
         hash.floats(&[*round_reuse_m, *round_reuse_rad, *overlap_m]);
         hash.floats(&[*separation_speed, *rebound_speed, *limit_stiffness, *rolling_deadband]);
         hash.floats(&[*tolerance, *sleep_linear, *sleep_angular, *sleep_after_s]);
+        hash.floats(&[*sleep_acceleration, *sleep_angular_acceleration]);
         hash.floats(&[*stiffness, *damping, *angular_stiffness, *angular_damping]);
         hash.floats(&[*force_limit, *torque_limit, *speed_limit, *angular_speed_limit]);
         hash.floats(&[*acceleration_limit, *angular_acceleration_limit]);

@@ -75,10 +75,12 @@ pub struct MotorState {
 }
 
 /// Sleep bookkeeping of an object.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sleep {
-    /// Steps for which the object has been slow enough.
+    /// Steps for which the object has been slow enough, without getting faster.
     pub still_steps: u32,
+    /// Its velocities, linear in m/s and angular in rad/s, when these steps began.
+    pub since: [f64; 6],
     /// Whether it sleeps: it then has no velocity and is not solved for.
     pub asleep: bool,
 }
@@ -256,8 +258,9 @@ impl State {
             h.floats(&[*command, *position, *velocity]);
         }
         h.floats(tension);
-        for Sleep { still_steps, asleep } in sleep {
+        for Sleep { still_steps, since, asleep } in sleep {
             h.word(u64::from(*still_steps) << 1 | u64::from(*asleep));
+            h.floats(since);
         }
         // What was before counts only where it was smooth.
         let Earlier { smooth, base, q, v } = earlier;

@@ -3,7 +3,7 @@
 use super::broad_phase::{BroadPhase, tight_bounds};
 use super::distance_cache::DistanceCache;
 use super::narrow_phase::{Bodies, Contacts, Shapes};
-use crate::bounds::STEP_WORK;
+use crate::bounds::step_work;
 use crate::dynamics::hand::HandDynamics;
 use crate::model::{Model, Owner};
 use crate::state::State;
@@ -41,7 +41,7 @@ impl Collision {
 
 /// Finds the contact points of a step in `state`, whose hand has these `dynamics`; bodies that are touched wake, and with
 /// them what they touch. `spent` has been computed in the step already; returns what has been then. Beyond
-/// [`STEP_WORK`] the search ends.
+/// [`step_work`] the search ends.
 pub(crate) fn collide(
     model: &Model,
     state: &mut State,
@@ -70,6 +70,7 @@ pub(crate) fn collide(
     let from_rest = model.config().from_rest(false);
     let ahead = speeds.iter().map(|speed| 2.0 * h * speed + 0.5 * from_rest);
     distances.travel(if known { paths } else { &[] }, ahead);
+    let allowed = step_work(model.objects().len());
     // Every round but the last wakes an object at least.
     loop {
         let bodies = Bodies { model, dynamics, v: &state.v, objects: &state.objects, sleep: &state.sleep };
@@ -79,8 +80,7 @@ pub(crate) fn collide(
         asleep.clear();
         asleep.extend(state.sleep.iter().map(|sleep| sleep.asleep));
         let shapes = Shapes { poses, bounds, speeds };
-        spent +=
-            contacts.find(&bodies, &shapes, distances, &mut state.pairs, STEP_WORK.saturating_sub(spent));
+        spent += contacts.find(&bodies, &shapes, distances, &mut state.pairs, allowed.saturating_sub(spent));
         let mut woken = false;
         for pair in &contacts.pairs {
             for owner in [pair.a, pair.b] {
@@ -90,7 +90,7 @@ pub(crate) fn collide(
                 }
             }
         }
-        if !woken || spent > STEP_WORK {
+        if !woken || spent > allowed {
             return spent;
         }
     }

@@ -215,9 +215,10 @@ impl Newton {
             k.aa += cross_columns(point.r, &al.transpose());
         }
         if pair.rolling.limit > 0.0 {
-            let omega = pair.relative.angular;
-            let (_, isotropic, radial) = pair.rolling.impulse(omega);
-            k.aa += Mat3::from_diagonal(Vec3::splat(isotropic)) - outer(omega, omega * radial);
+            let (_, isotropic, radial) = pair.rolling.impulse(pair.relative.angular);
+            let (omega, n) = (pair.rolling.across(pair.relative.angular), pair.rolling.normal);
+            k.aa += Mat3::from_diagonal(Vec3::splat(isotropic)) - outer(n, n * isotropic);
+            k.aa -= outer(omega, omega * radial);
         }
         k.la = k.al.transpose();
         k
@@ -342,7 +343,7 @@ mod tests {
             let law = ConeLaw::new(1e3, 0.5 * STIFF, STIFF, [0.0, 0.0, 10.0]);
             problem.points.push(Point::new(r, r, [Vec3::X, Vec3::Y, Vec3::Z], law));
         }
-        let rolling = RollingLaw { limit: 0.0, deadband: 1.0 };
+        let rolling = RollingLaw::default();
         problem.pairs.push(PairProblem::new(a, b, origin, rolling, first, first + 3));
     }
 

@@ -358,8 +358,8 @@ impl Newton {
                     second += point.law.curvature(&hessian, w);
                 }
                 if pair.rolling.limit > 0.0 {
-                    let w = pair.direction.angular;
-                    let omega = pair.relative.angular + w * alpha;
+                    let w = pair.rolling.across(pair.direction.angular);
+                    let omega = pair.rolling.across(pair.relative.angular) + w * alpha;
                     let (torque, isotropic, radial) = pair.rolling.impulse(omega);
                     first -= w.dot(torque);
                     second += isotropic * w.dot(w) - radial * omega.dot(w).powi(2);
@@ -388,7 +388,8 @@ impl Newton {
                     second += point.law.curvature(hessian, point.direction);
                 }
                 if pair.rolling.limit > 0.0 {
-                    let (w, omega) = (pair.direction.angular, pair.relative.angular);
+                    let [w, omega] =
+                        [pair.direction, pair.relative].map(|motion| pair.rolling.across(motion.angular));
                     let (_, isotropic, radial) = pair.rolling.impulse(omega);
                     second += isotropic * w.dot(w) - radial * omega.dot(w).powi(2);
                 }
@@ -470,7 +471,7 @@ mod tests {
         let ball = Object::new("ball", parts, MASS, friction, 0.0).expect("sound");
         model.add_object(Arc::new(ball)).expect("it fits");
         let law = ConeLaw::new(friction, STIFF, STIFF, [0.0; 3]);
-        let rolling = RollingLaw { limit: 0.0, deadband: 1.0 };
+        let rolling = RollingLaw::default();
         let problem = Problem {
             objects: vec![ObjectProblem {
                 object: 0,

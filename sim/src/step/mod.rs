@@ -34,7 +34,7 @@ pub use workspace::Workspace;
 
 use crate::actuation::base::{self, BaseCommand};
 use crate::actuation::motor;
-use crate::bounds::{Fault, STEP_WORK, hand_work};
+use crate::bounds::{Fault, hand_work, step_work};
 use crate::command::Command;
 use crate::contact::collide::collide;
 use crate::model::Model;
@@ -63,7 +63,7 @@ pub(crate) fn step(
     actuate(model, state, &mut work.drive, command);
     work.dynamics.add_pushes(model, &work.drive.pushes);
     solve_islands(model, state, scratch, spent);
-    if scratch.work.outcome.work > STEP_WORK {
+    if scratch.work.outcome.work > step_work(model.objects().len()) {
         scratch.work.fault = Some(Fault::WorkExhausted);
     }
     state.step += 1;
@@ -87,7 +87,7 @@ pub(crate) fn prepare(model: &Model, state: &mut State, scratch: &mut Scratch, p
     probe.ended(Phase::Dynamics);
     let spent = collide(model, state, dynamics, collision, hand_work(links, model.hand_dofs()));
     scratch.prepared = Some(spent);
-    if spent > STEP_WORK {
+    if spent > step_work(model.objects().len()) {
         *fault = Some(Fault::WorkExhausted);
     }
     probe.ended(Phase::Collision);
@@ -131,7 +131,7 @@ fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent:
         {
             continue;
         }
-        if scratch.work.outcome.work > STEP_WORK {
+        if scratch.work.outcome.work > step_work(model.objects().len()) {
             break;
         }
         if !island.hand && island.pairs.is_empty() {

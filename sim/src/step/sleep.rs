@@ -1,8 +1,11 @@
-//! Sleep: an island without the hand that has been still for long stops, and costs nothing until it is touched.
+//! Sleep: an island without the hand that has been still for long, and gets no faster, stops, and costs nothing until it is touched.
 
 use crate::model::Model;
 use crate::solver::island::Island;
 use crate::state::State;
+
+/// Velocities up to this are rounding and the last of settling, m/s or rad/s.
+const NOISE: f64 = 1e-5;
 
 /// Counts the steps an island has been still, and stops it when they are enough.
 pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
@@ -16,8 +19,22 @@ pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
         let (linear, angular) = state.object_velocity(model, k);
         let still = linear.length_squared() < config.sleep_linear.powi(2)
             && angular.length_squared() < config.sleep_angular.powi(2);
-        let sleep = &mut state.sleep[k];
-        sleep.still_steps = if still { (sleep.still_steps + 1).min(enough) } else { 0 };
+        let at = model.object_dofs(k);
+        let (sleep, v) = (&mut state.sleep[k], &state.v[at..at + 6]);
+        // What rolls off or falls over begins slowly.
+        let time = f64::from(sleep.still_steps) * config.step_s;
+        let faster = |of: std::ops::Range<usize>| {
+            let size = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+            size(&v[of.clone()]) - size(&sleep.since[of])
+        };
+        let rests = faster(0..3) <= config.sleep_acceleration * time + NOISE
+            && faster(3..6) <= config.sleep_angular_acceleration * time + NOISE;
+        if still && rests {
+            sleep.still_steps = (sleep.still_steps + 1).min(enough);
+        } else {
+            sleep.still_steps = 0;
+            sleep.since.copy_from_slice(v);
+        }
         all &= sleep.still_steps == enough;
     }
     if all {
@@ -26,6 +43,7 @@ pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
             state.v[at..at + 6].fill(0.0);
             state.sleep[k].asleep = true;
             state.sleep[k].still_steps = 0;
+            state.sleep[k].since = [0.0; 6];
         }
     }
 }

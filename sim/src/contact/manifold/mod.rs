@@ -138,7 +138,7 @@ impl Finder {
                 let (_, n, offset) = other.solid.plane(face);
                 let height = n.dot(center) - offset;
                 let foot = center - n * height;
-                if !other.solid.is_over(face, foot) || !other.seams.is_bare(face, foot, 0.0) {
+                if !other.solid.is_over(face, foot) || !other.seams.is_bare(face, foot) {
                     manifold.points.clear();
                     return;
                 }
@@ -238,14 +238,16 @@ impl Finder {
             Facing::Second(face) => (1, b, face),
             Facing::None => return,
         };
-        if shape.seams.is_empty() {
+        // What was placed deep in several parts is led out of each.
+        let deep = axis.separation - a.rounding - b.rounding < -DEEP_M;
+        if shape.seams.is_empty() || deep {
             return;
         }
         let across = Across::of(axis.normal);
         let is_bare = |corner: &Overlap| {
             let at = across.x * corner.x + across.y * corner.y + across.normal * corner.heights[k];
             let at = if k == 0 { at } else { a_from_b.inverse_transform_point(at) };
-            shape.seams.is_bare(face, at, a.rounding + b.rounding - corner.distance())
+            shape.seams.is_bare(face, at)
         };
         self.overlap.retain(is_bare);
         self.beside.retain(is_bare);

@@ -137,13 +137,12 @@ impl Seams {
         }
     }
 
-    /// Whether a point on a face of the core is on what is left of it, or as far beyond as bodies sink in, which is `depth` here.
-    pub(crate) fn is_bare(&self, face: u32, at: Vec3, depth: f64) -> bool {
-        let reach = depth.max(BEYOND_M);
+    /// Whether a point on a face of the core is on what is left of it, or as far beyond as bodies sink in.
+    pub(crate) fn is_bare(&self, face: u32, at: Vec3) -> bool {
         self.faces
             .iter()
             .find(|known| known.face == face)
-            .is_none_or(|known| known.pieces.iter().any(|piece| beyond(piece, known.normal, at) <= reach))
+            .is_none_or(|known| known.pieces.iter().any(|piece| beyond(piece, known.normal, at) <= BEYOND_M))
     }
 
     /// What the contact normal of a point on the surface of the core may be, where it is not a face's own: it must need no face
@@ -153,12 +152,12 @@ impl Seams {
             return Verdict::Free;
         }
         let here = || solid.planes().filter(|(_, n, offset)| (n.dot(at) - offset).abs() <= ON_FACE_M);
-        let needs_covered = here().any(|(face, n, _)| n.dot(normal) > LEANS && !self.is_bare(face, at, 0.0));
+        let needs_covered = here().any(|(face, n, _)| n.dot(normal) > LEANS && !self.is_bare(face, at));
         if !needs_covered {
             return Verdict::Free;
         }
         let mut best = (TURNED, Verdict::Dropped);
-        for (face, n, _) in here().filter(|(face, ..)| self.is_bare(*face, at, 0.0)) {
+        for (face, n, _) in here().filter(|(face, ..)| self.is_bare(*face, at)) {
             let along = n.dot(normal);
             if along > best.0 {
                 best = (along, Verdict::Turned(face));
