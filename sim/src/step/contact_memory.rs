@@ -4,10 +4,11 @@ use super::forces::StepForces;
 use super::impacts::{ObjectImpact, on_object};
 use crate::contact::anchor::{Anchor, Pair, stretch_after, stretch_sliding};
 use crate::contact::collide::Collision;
+use crate::contact::narrow_phase::{ContactPair, ContactPoint};
 use crate::model::Model;
 use crate::outcome::ContactForce;
 use crate::solver::island::Island;
-use crate::solver::problem::Problem;
+use crate::solver::problem::{Point, Problem};
 
 /// Writes the island's anchors to `pairs`, its contact forces to `forces`, and when objects rebound to `impacts`.
 pub(super) fn remember(
@@ -29,7 +30,7 @@ pub(super) fn remember(
         let (mut mean, mut loaded) = (Anchor::default(), 0.0);
         let points = &collision.contacts.points[found.points.clone()];
         for (point, seen) in problem.points[solved.first..solved.end].iter().zip(points) {
-            let [t1, t2, n] = point.axes;
+            let [t1, t2, _] = point.axes;
             let [g1, g2, gn] = point.impulse;
             let data = &mut pair.manifold.points[seen.point as usize].data;
             if gn <= 0.0 {
@@ -46,6 +47,9 @@ pub(super) fn remember(
                         let at = ObjectImpact { stays, ..ObjectImpact::at(rebound.time_s) };
                         impacts[k] = Some(impacts[k].map_or(at, |impact| impact.or_at(rebound.time_s)));
                     }
+                }
+                if stays {
+                    forces.contacts.push(contact_force(point, seen, found, pair.key, h));
                 }
                 continue;
             }
@@ -65,16 +69,7 @@ pub(super) fn remember(
             mean.stretch += data.stretch;
             mean.slip += slip;
             mean.bearing += bearing;
-            forces.contacts.push(ContactForce {
-                a: found.a,
-                b: found.b,
-                colliders: pair.key,
-                position: found.origin + point.r,
-                friction_at: found.origin + point.friction_r,
-                normal: n,
-                force: (friction + n * gn) / h,
-                distance: seen.distance,
-            });
+            forces.contacts.push(contact_force(point, seen, found, pair.key, h));
         }
         if loaded > 0.0 {
             mean.stretch /= loaded;
@@ -82,5 +77,26 @@ pub(super) fn remember(
             mean.bearing /= loaded;
         }
         pair.mean = mean;
+    }
+}
+
+/// A contact as the solution has it.
+fn contact_force(
+    point: &Point,
+    seen: &ContactPoint,
+    found: &ContactPair,
+    colliders: (u32, u32),
+    h: f64,
+) -> ContactForce {
+    let [normal, friction] = point.parts(point.impulse);
+    ContactForce {
+        a: found.a,
+        b: found.b,
+        colliders,
+        position: found.origin + point.r,
+        friction_at: found.origin + point.friction_r,
+        normal: point.axes[2],
+        force: (friction + normal) / h,
+        distance: seen.distance,
     }
 }
