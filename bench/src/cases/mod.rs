@@ -4,6 +4,7 @@ pub mod balls;
 mod case;
 pub mod consistency;
 mod elliptic;
+pub mod faces;
 pub mod free_motion;
 pub mod friction;
 pub mod grasp;
@@ -12,6 +13,7 @@ pub mod gripper;
 pub mod hand_dynamics;
 pub mod hard;
 pub mod heaps;
+pub mod held;
 pub mod hold;
 pub mod impact;
 pub mod mechanism;
@@ -59,6 +61,8 @@ pub const GROUPS: &[&[Case]] = &[
     impact::CASES,
     heaps::CASES,
     torsion::CASES,
+    faces::CASES,
+    held::CASES,
 ];
 
 /// Every case there is.

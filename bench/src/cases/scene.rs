@@ -62,6 +62,12 @@ impl Scene {
         self.fixed(&cuboid(40.0, 40.0, 0.1), Pose::translation(0.0, 0.0, -0.05), friction)
     }
 
+    /// A ground without end at z = 0.
+    pub(crate) fn ground(mut self, friction: f64) -> Self {
+        self.model.add_ground(0.0, friction);
+        self
+    }
+
     /// A fixed shape.
     pub(crate) fn fixed(mut self, shape: &Shape, pose: Pose, friction: f64) -> Result<Self> {
         self.model.add_static("furniture", shape, pose, friction)?;

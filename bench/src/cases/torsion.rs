@@ -20,6 +20,7 @@ pub const CASES: &[Case] = &[
         "rod between two round pads: how far from its centre it can be held level",
         pinch_tilt_torsion,
     ),
+    Case::ours("patch_spin", "disc, square and fingertip spin to a stop under an even pressure", patch_spin),
     Case::new("disc_contensou", "disc that slides and spins on a plane: both end together", disc_contensou),
 ];
 
@@ -110,4 +111,46 @@ pub fn disc_contensou(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
         100.0 * (ratio / 0.6530 - 1.0).abs(),
         "%",
     )))
+}
+
+/// Largest relative error, in percent, of the time in which a disc (5 cm), a square (8 cm) and a pad (30 x 14 mm) that spin at
+/// 20 rad/s on a plane with μ = 0.5 lose nine tenths of it, `0.9 I ω/(μ m g ρ)` with the mean distance ρ of their points from the
+/// middle: 2/3 R; `a (√2 + asinh 1)/6`; that of a rectangle.
+pub fn patch_spin(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
+    let (mu, omega) = (0.5, 20.0);
+    let square = 0.08 * (2f64.sqrt() + libm::asinh(1.0)) / 6.0;
+    let scenes = [
+        (Shape::Cylinder { radius: 0.05, half_length: 0.005 }, 0.5 * 0.05f64.powi(2), 2.0 / 3.0 * 0.05),
+        (cuboid(0.08, 0.08, 0.01), 0.08f64.powi(2) / 6.0, square),
+        (cuboid(0.03, 0.014, 0.01), (0.03f64.powi(2) + 0.014f64.powi(2)) / 12.0, rectangle(0.03, 0.014)),
+    ];
+    let mut worst: f64 = 0.0;
+    for (shape, gyration, radius) in scenes {
+        let (mut engine, command) = Scene::new(awake(setup.dt_s))?
+            .floor(mu)?
+            .body(shape, 0.1, mu, Pose::translation(0.0, 0.0, 0.005))?
+            .start(setup)?;
+        settle(&mut *engine, &command, 0.3)?;
+        set_velocity(&mut *engine, 0, Vec3::ZERO, Vec3::new(0.0, 0.0, omega));
+        let exact = 0.9 * gyration * omega / (mu * G * radius);
+        let (mut time, mut before) = (0.0, omega);
+        for k in 1..steps(1.0, setup.dt_s) {
+            recorder.step(&mut *engine, &command)?;
+            let now = velocity(&*engine, 0).1.z;
+            if now < 0.1 * omega {
+                // Between two steps.
+                time = (k as f64 - (0.1 * omega - now) / (before - now)) * setup.dt_s;
+                break;
+            }
+            before = now;
+        }
+        worst = worst.max((time / exact - 1.0).abs());
+    }
+    Ok(recorder.finding(Figure::new("largest error of the time", 100.0 * worst, "%")))
+}
+
+/// Mean distance of the points of a rectangle of these edges from its middle, m.
+fn rectangle(a: f64, b: f64) -> f64 {
+    let d = (a * a + b * b).sqrt();
+    (2.0 * d + a * a / b * libm::asinh(b / a) + b * b / a * libm::asinh(a / b)) / 12.0
 }

@@ -3,11 +3,13 @@
 
 mod balls;
 mod consistency;
+mod faces;
 mod free_motion;
 mod friction;
 mod grasp;
 mod hand_dynamics;
 mod hard;
+mod held;
 mod hold;
 mod impact;
 mod mechanism;
