@@ -28,7 +28,7 @@ pub(crate) fn no_limits() -> String {
     format!("[hand_limits]\n{}", figures.map(|figure| format!("{figure} = inf\n")).concat())
 }
 
-/// The pinch hand with 1e9 for force, stiffness, R and speed, its tendons slack at first.
+/// The pinch hand with 1e9 for force, stiffness, winding and speed, its tendons slack at first.
 pub(crate) fn hand_of_a_billion() -> Vec<u8> {
     let set = |text: String, fields: &[(&str, &str)]| {
         let change = |line: &str| match fields.iter().find(|(field, _)| line.trim_start().starts_with(field))
@@ -38,7 +38,7 @@ pub(crate) fn hand_of_a_billion() -> Vec<u8> {
         };
         text.lines().map(change).collect::<String>()
     };
-    let urdf = [("<mechanicalReduction>", "1e9</mechanicalReduction>"), ("<offset>", "0</offset>")];
+    let urdf = [("<offset>", "0</offset>")];
     let billion = ["scaling", "speed_limit", "stiffness", "force_limit"].map(|field| (field, " = 1e9"));
     let settings = [&billion[..], &[("offset", " = 0.0")]].concat();
     claw_from("billion", &|text| set(text, &urdf), &|text| set(text, &settings))

@@ -1,7 +1,9 @@
 //! Faces on faces: hulls of many corners, furniture that lies flush, shapes that touch exactly.
 
 use super::case::{Case, Finding};
-use super::scene::{G, Scene, awake, cuboid, fastest, push, set_velocity, settle, tilted, velocity, weightless};
+use super::scene::{
+    G, Scene, awake, cuboid, fastest, push, set_velocity, settle, tilted, velocity, weightless,
+};
 use super::setup::{Setup, steps};
 use crate::recorder::Recorder;
 use crate::report::Figure;
@@ -12,11 +14,27 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case::ours("hull_on_ground", "prisms of 3 to 64 sides at rest on the endless ground and on a slab", hull_on_ground),
-    Case::ours("hull_on_slope", "prisms of 3 to 64 sides on slopes up to 0.99 of the critical one", hull_on_slope),
+    Case::ours(
+        "hull_on_ground",
+        "prisms of 3 to 64 sides at rest on the endless ground and on a slab",
+        hull_on_ground,
+    ),
+    Case::ours(
+        "hull_on_slope",
+        "prisms of 3 to 64 sides on slopes up to 0.99 of the critical one",
+        hull_on_slope,
+    ),
     Case::ours("internal_edges", "a block and a ball over flush slabs, as over one", internal_edges),
-    Case::ours("touching_faces", "cylinders, boxes and prisms that touch exactly, without weight", touching_faces),
-    Case::ours("slow_start", "a ball on a slope of 5e-4 and a box 0.01 degrees off its edge, with sleep", slow_start),
+    Case::ours(
+        "touching_faces",
+        "cylinders, boxes and prisms that touch exactly, without weight",
+        touching_faces,
+    ),
+    Case::ours(
+        "slow_start",
+        "a ball on a slope of 5e-4 and a box 0.01 degrees off its edge, with sleep",
+        slow_start,
+    ),
 ];
 
 /// Numbers of sides of the prisms.
@@ -113,7 +131,8 @@ pub fn internal_edges(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
         worst = worst.max((way / (4.0 / (2.0 * mu * G)) - 1.0).abs());
         let scene = slabs(Scene::new(awake(setup.dt_s))?, n)?;
         let start = Pose::translation(-0.8, 0.03, 0.03);
-        let (mut engine, command) = scene.body(Shape::Sphere { radius: 0.03 }, 0.1, mu, start)?.start(setup)?;
+        let (mut engine, command) =
+            scene.body(Shape::Sphere { radius: 0.03 }, 0.1, mu, start)?.start(setup)?;
         settle(&mut *engine, &command, 0.1)?;
         set_velocity(&mut *engine, 0, Vec3::X, Vec3::Y / 0.03);
         recorder.steps(&mut *engine, &command, steps(1.5, setup.dt_s))?;

@@ -19,9 +19,21 @@ use std::sync::Arc;
 
 /// Cases of this file.
 pub const CASES: &[Case] = &[
-    Case::ours("shaken_grasp", "a block between two jaws, shaken by a target each 10 ms for a minute: creep", shaken_grasp),
-    Case::ours("roller_on_palm", "a cylinder and a capsule at rest on a level plate of the hand for a minute", roller_on_palm),
-    Case::ours("mimic_self_contact", "a light hand with a mimic joint whose fingers touch each other", mimic_self_contact),
+    Case::ours(
+        "shaken_grasp",
+        "a block between two jaws, shaken by a target each 10 ms for a minute: creep",
+        shaken_grasp,
+    ),
+    Case::ours(
+        "roller_on_palm",
+        "a cylinder and a capsule at rest on a level plate of the hand for a minute",
+        roller_on_palm,
+    ),
+    Case::ours(
+        "mimic_self_contact",
+        "a light hand with a mimic joint whose fingers touch each other",
+        mimic_self_contact,
+    ),
 ];
 
 /// How far a block of 0.3 kg creeps in a minute, µm, between two jaws that press with 20 N (μ = 0.63) on a base that moves up and
@@ -42,10 +54,9 @@ pub fn shaken_grasp(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
         geoms: vec![Geom { link_from_geom: Pose::IDENTITY, shape: cuboid(0.06, 0.06, 0.02), friction: mu }],
     };
     let hand = Arc::new(fingers("jaws", Vec::new(), vec![jaw(-1.0), jaw(1.0)])?);
-    let (mut engine, mut command) =
-        Scene::with_hand(Config::with_step(setup.dt_s), hand, Pose::IDENTITY)?
-            .body(cuboid(0.06, 0.06, 0.04), 0.3, mu, Pose::IDENTITY)?
-            .start(setup)?;
+    let (mut engine, mut command) = Scene::with_hand(Config::with_step(setup.dt_s), hand, Pose::IDENTITY)?
+        .body(cuboid(0.06, 0.06, 0.04), 0.3, mu, Pose::IDENTITY)?
+        .start(setup)?;
     command.sigma.fill(1.0);
     recorder.steps(&mut *engine, &command, steps(1.0, setup.dt_s))?;
     let mut heights = [0.0; 2];

@@ -33,7 +33,11 @@ pub const CASES: &[Case] = &[
         "five equal elastic spheres that touch: by impacts of two the last takes the speed",
         newton_cradle_touching,
     ),
-    Case::ours("sliding_impact", "a ball that slips meets a wall: rebound and tangential loss by Coulomb's law", sliding_impact),
+    Case::ours(
+        "sliding_impact",
+        "a ball that slips meets a wall: rebound and tangential loss by Coulomb's law",
+        sliding_impact,
+    ),
     Case::ours("dead_impact", "balls with e = 0 fall: what of their speed returns", dead_impact),
 ];
 
@@ -144,7 +148,11 @@ pub fn sliding_impact(setup: &Setup, recorder: &mut Recorder) -> Result<Finding>
         for mu in [0.1, 0.3, 0.6] {
             let slip = 5.0 * mu * (1.0 + e) + 1.0;
             let (mut engine, command) = Scene::new(weightless(setup.dt_s))?
-                .fixed(&Shape::Box { half_extents: [0.1, 50.0, 50.0], rounding: 0.0 }, Pose::translation(-0.1, 0.0, 0.0), mu)?
+                .fixed(
+                    &Shape::Box { half_extents: [0.1, 50.0, 50.0], rounding: 0.0 },
+                    Pose::translation(-0.1, 0.0, 0.0),
+                    mu,
+                )?
                 .object(rubbing(0.03, 0.17, e, mu)?, Pose::translation(0.0837, 0.0, 0.0))?
                 .start(setup)?;
             set_velocity(&mut *engine, 0, Vec3::new(-1.0, slip, 0.0), Vec3::ZERO);

@@ -215,10 +215,9 @@ impl Newton {
             k.aa += cross_columns(point.r, &al.transpose());
         }
         if pair.rolling.limit > 0.0 {
-            let (_, isotropic, radial) = pair.rolling.impulse(pair.relative.angular);
-            let (omega, n) = (pair.rolling.across(pair.relative.angular), pair.rolling.normal);
-            k.aa += Mat3::from_diagonal(Vec3::splat(isotropic)) - outer(n, n * isotropic);
-            k.aa -= outer(omega, omega * radial);
+            let omega = pair.relative.angular;
+            let (_, isotropic, radial) = pair.rolling.impulse(omega);
+            k.aa += Mat3::from_diagonal(Vec3::splat(isotropic)) - outer(omega, omega * radial);
         }
         k.la = k.al.transpose();
         k

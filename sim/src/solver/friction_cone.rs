@@ -108,7 +108,7 @@ impl ConeLaw {
     }
 }
 
-/// Rolling resistance of a pair, about axes across its normal: `ℓ(ω)` is Huber's function with slope `limit`.
+/// Rolling and torsional resistance of a pair: `ℓ(ω)` is Huber's function with slope `limit`.
 ///
 /// The limit is lever · normal impulse of the last step, so that the term stays convex and separable.
 #[derive(Clone, Copy, Debug, Default)]
@@ -117,22 +117,13 @@ pub struct RollingLaw {
     pub limit: f64,
     /// Relative angular speed at which it is reached, rad/s.
     pub deadband: f64,
-    /// Unit normal of the contact: spin about it is the friction's.
-    pub normal: Vec3,
 }
 
 impl RollingLaw {
-    /// The part of an angular velocity that is no spin about the normal.
-    #[inline]
-    pub fn across(&self, omega: Vec3) -> Vec3 {
-        omega - self.normal * omega.dot(self.normal)
-    }
-
-    /// Angular impulse on body B at relative angular velocity ω, and (isotropic, radial) curvature across the normal:
-    /// `H = isotropic · (I − n nᵀ) − radial · ω ωᵀ`, with ω without its spin.
+    /// Angular impulse on body B at relative angular velocity ω, and (isotropic, radial) curvature:
+    /// `H = isotropic · I − radial · ω ωᵀ`.
     #[inline]
     pub fn impulse(&self, omega: Vec3) -> (Vec3, f64, f64) {
-        let omega = self.across(omega);
         let squared = omega.length_squared();
         if squared <= self.deadband * self.deadband {
             let k = self.limit / self.deadband;
@@ -184,8 +175,7 @@ mod tests {
 
     #[test]
     fn rolling_resistance_is_bounded_and_opposes() {
-        let law = RollingLaw { limit: 0.3, deadband: 0.01, normal: Vec3::Z };
-        assert_eq!(law.impulse(Vec3::Z * 5.0).0, Vec3::ZERO);
+        let law = RollingLaw { limit: 0.3, deadband: 0.01 };
         for speed in [1e-4, 0.01, 5.0] {
             let (t, ..) = law.impulse(Vec3::new(speed, 0.0, 0.0));
             assert!(t.x < 0.0 && t.length() <= 0.3 + 1e-15);

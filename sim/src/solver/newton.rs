@@ -358,8 +358,8 @@ impl Newton {
                     second += point.law.curvature(&hessian, w);
                 }
                 if pair.rolling.limit > 0.0 {
-                    let w = pair.rolling.across(pair.direction.angular);
-                    let omega = pair.rolling.across(pair.relative.angular) + w * alpha;
+                    let w = pair.direction.angular;
+                    let omega = pair.relative.angular + w * alpha;
                     let (torque, isotropic, radial) = pair.rolling.impulse(omega);
                     first -= w.dot(torque);
                     second += isotropic * w.dot(w) - radial * omega.dot(w).powi(2);
@@ -388,8 +388,7 @@ impl Newton {
                     second += point.law.curvature(hessian, point.direction);
                 }
                 if pair.rolling.limit > 0.0 {
-                    let [w, omega] =
-                        [pair.direction, pair.relative].map(|motion| pair.rolling.across(motion.angular));
+                    let (w, omega) = (pair.direction.angular, pair.relative.angular);
                     let (_, isotropic, radial) = pair.rolling.impulse(omega);
                     second += isotropic * w.dot(w) - radial * omega.dot(w).powi(2);
                 }

@@ -145,9 +145,8 @@ fn assemble_contacts(model: &Model, contacts: &Contacts, island: &Island, proble
             patch |= point.friction_r != point.r;
             problem.points.push(Point::new(point.r, point.friction_r, axes, law));
         }
-        let normal = contacts.points[pair.points.start].normal;
-        let limit = pair.rolling_friction * load * h;
-        let rolling = RollingLaw { limit, deadband: config.rolling_deadband, normal };
+        let rolling =
+            RollingLaw { limit: pair.rolling_friction * load * h, deadband: config.rolling_deadband };
         let end = problem.points.len();
         let mut solved = PairProblem::new(pair.a, pair.b, pair.origin, rolling, first, end);
         solved.patch = patch;

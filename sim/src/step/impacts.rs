@@ -68,7 +68,12 @@ pub(super) fn find(
     let (mut due, mut able) = (false, 0);
     // What turns far within a step does not come to the surface where its velocity says.
     let turns = |k: usize| state.object_velocity(model, k).1.length() * model.config().step_s > LARGEST_TURN;
-    let alone = !island.hand && island.objects.len() == 1 && !turns(island.objects[0]);
+    // What stands on something already tips onto the next support: see `support_transfer`.
+    let stands = || {
+        let points = |&index: &usize| &contacts.points[contacts.pairs[index].points.clone()];
+        island.pairs.iter().flat_map(points).any(|point| point.anchor.loaded)
+    };
+    let alone = !island.hand && island.objects.len() == 1 && !turns(island.objects[0]) && !stands();
     for &index in &island.pairs {
         let pair = &contacts.pairs[index];
         let free = !on_hand(pair);

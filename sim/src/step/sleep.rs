@@ -4,8 +4,11 @@ use crate::model::Model;
 use crate::solver::island::Island;
 use crate::state::State;
 
-/// Velocities up to this are rounding and the last of settling, m/s or rad/s.
-const NOISE: f64 = 1e-5;
+/// Changes of a velocity up to this are those of a heap that settles, m/s ...
+const NOISE: f64 = 2e-4;
+
+/// ... or rad/s.
+const ANGULAR_NOISE: f64 = 2e-3;
 
 /// Counts the steps an island has been still, and stops it when they are enough.
 pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
@@ -28,7 +31,7 @@ pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
             size(&v[of.clone()]) - size(&sleep.since[of])
         };
         let rests = faster(0..3) <= config.sleep_acceleration * time + NOISE
-            && faster(3..6) <= config.sleep_angular_acceleration * time + NOISE;
+            && faster(3..6) <= config.sleep_angular_acceleration * time + ANGULAR_NOISE;
         if still && rests {
             sleep.still_steps = (sleep.still_steps + 1).min(enough);
         } else {
