@@ -129,7 +129,7 @@ fn free_closing(scene: (World, Command)) -> World {
     steps(scene)
 }
 
-#[library_benchmark(config = limit(6_010_000))]
+#[library_benchmark(config = limit(7_000_000))]
 #[bench::run(cylinder())]
 fn cylinder_held(scene: (World, Command)) -> World {
     steps(scene)
