@@ -35,11 +35,10 @@ WORDS = "the world failed ({fault}) in tick {tick}, step "
 
 @pytest.fixture
 def billion(tmp_path: Path) -> str:
-    """Write a hand that no world can compute: 1e9 for R, force, stiffness and speed."""
+    """Write a hand that no world can compute: 1e9 for force, stiffness, winding and speed."""
     folder = tmp_path / "billion"
     folder.mkdir()
-    urdf = re.sub(r"(<mechanicalReduction>)[^<]*", r"\g<1>1e9", (PINCH / "hand.urdf").read_text())
-    urdf = re.sub(r"(<offset>)[^<]*", r"\g<1>0", urdf)
+    urdf = re.sub(r"(<offset>)[^<]*", r"\g<1>0", (PINCH / "hand.urdf").read_text())
     toml = (PINCH / "hand.toml").read_text().replace('"pinch"', '"billion"', 1)
     toml = re.sub(r"(?m)^(scaling|speed_limit|stiffness|force_limit) = \S+", r"\1 = 1e9", toml)
     toml = re.sub(r"(?m)^offset = \S+", "offset = 0.0", toml)
