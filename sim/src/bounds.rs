@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 pub const STEP_WORK: u64 = 100_000_000;
 
 /// ... in a world of up to so many objects. The factors of a heap's matrix grow with the square of its bodies, and the budget with
-/// them: 500 poured bodies, in one island, take 200 million.
+/// them: 500 poured bodies, in one island, take more than [`STEP_WORK`].
 const STEP_WORK_OBJECTS: u64 = 100;
 
 /// The most that a step may compute in a world of `objects`.

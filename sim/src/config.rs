@@ -84,7 +84,7 @@ pub struct Config {
     pub sleep_angular: f64,
     /// ... and that gets faster by no more than this, m/s²: a ball on a slope of 1e-4 begins with 7e-4.
     pub sleep_acceleration: f64,
-    /// ... or this, rad/s²: a box of 10 cm that stands 0.001° off its edge begins with 1e-3.
+    /// ... or this, rad/s²: a cube of 10 cm that stands 0.01° off its edge begins with 2e-2.
     pub sleep_angular_acceleration: f64,
     /// ... after this long, s: longer than the turning points of what swings.
     pub sleep_after_s: f64,

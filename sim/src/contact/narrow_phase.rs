@@ -289,8 +289,7 @@ impl Contacts {
             .fold(f64::INFINITY, f64::min);
         let first = self.points.len();
         for (k, point) in pair.manifold.points.iter_mut().enumerate() {
-            // parry adds the closest points (without features) to those of the clipped faces, mostly where
-            // one is already.
+            // The nearest points, which have no features, are a contact of their own only where no corner is as deep.
             let twice = point.fid1 == PackedFeatureId::UNKNOWN && deepest <= point.dist + config.coincident_m;
             if twice || point.dist > farthest {
                 point.data = Anchor::IDLE;

@@ -16,17 +16,16 @@ use crate::contact::restitution::Rebound;
 use crate::solver::island::Island;
 use crate::solver::problem::{Point, Problem};
 
-/// How often a step with a lone object, in the hand or out of it, is solved again because slip changed: each pass leaves
-/// a tenth of the error or so. With more objects something begins to slide at nearly every step: a hand among balls took
-/// 3 % more instructions, and in heaps one in a thousand gained energy. There the lagged slip has to do.
+/// How often a step is solved again because slip changed: each pass leaves a tenth of the error or so. In islands of several objects, or
+/// with the hand, the tolerance is coarser, for there something begins to slide at nearly every step.
 const PASSES: usize = 2;
 
 /// Contacts of this stiffness, N/m, hang by so little that these passes are enough. Harder ones carry nothing at a gap that
 /// is smaller in proportion: a tenth for every pass more.
 const SOFT_STIFFNESS: f64 = 2e5;
 
-/// How often a step is solved again at most where rebounding surfaces slip: each pass leaves a hundredth of the error of a body
-/// that meets another in one point, and a third or so where it meets it in several.
+/// How often a step is solved again at most where rebounding surfaces slip. The first guess is right for a body that meets another
+/// in one point; where it meets it in several, it takes more.
 pub(super) const REBOUND_PASSES: usize = 6;
 
 /// A rebound is as fast as it should be to this part of its slip, or m/s.

@@ -3,7 +3,8 @@
 //! Under an even pressure the friction of an area A against spin is `μ N ρ`, `ρ = 1/A ∫ |r − c| dA` about its centroid c. Points at
 //! its corners, which carry the normal forces, would give `μ N Σ|r_i − c|/n`, as if all pressure sat on the rim. So friction acts at
 //! `λ (r_i − c)` instead of `r_i − c`, with the lever `λ = ρ n/Σ|r_i − c|`: 2/3 of a disc, 1/2 of a line. Slip and spin together
-//! then are the sum of these points' friction, which is Contensou's coupling within 3 % of that of a disc.
+//! then are the sum of these points' friction: Contensou's coupling, but for a disc that spins much faster than it slips, whose slip
+//! they brake a quarter too little.
 
 use super::clip::Overlap;
 
