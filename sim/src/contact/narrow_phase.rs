@@ -75,8 +75,6 @@ pub struct Contacts {
     pub points: Vec<ContactPoint>,
     /// When a cached manifold of flat and of round shapes is re-used: cosine of the turn and square of the way.
     reuse: Option<[(f64, f64); 2]>,
-    /// The points of a manifold before they are found anew.
-    before: Vec<TrackedContact<Anchor>>,
     finder: Finder,
 }
 
@@ -209,10 +207,13 @@ impl Contacts {
                     find_point(&mut pair.manifold, a, b, &a_from_b, margin);
                     self.finder.rule_point(&mut pair.manifold, a, b, &a_from_b);
                 } else {
-                    self.before.clone_from(&pair.manifold.points);
                     self.finder.find(pair, a, b, &a_from_b, margin);
                     merge_coincident(&mut pair.manifold, config.coincident_m.powi(2));
-                    remember(&mut pair.manifold.points, &self.before, config.manifold_reuse_m.powi(2));
+                    remember(
+                        &mut pair.manifold.points,
+                        self.finder.before(),
+                        config.manifold_reuse_m.powi(2),
+                    );
                 }
             }
             let deepest = pair.manifold.points.iter().map(|point| point.dist).fold(f64::INFINITY, f64::min);

@@ -14,6 +14,13 @@ pub struct Island {
     pub pairs: Vec<usize>,
 }
 
+impl Island {
+    /// Whether it is one object, on furniture at most.
+    pub fn is_lone_object(&self) -> bool {
+        !self.hand && self.objects.len() == 1
+    }
+}
+
 /// The partition of all bodies, by union-find; node 0 is the hand, node k + 1 is object k.
 #[derive(Clone, Debug, Default)]
 pub struct Islands {

@@ -36,7 +36,7 @@ pub(super) fn step(
     }
     let transferred = support_transfer::transfer(model, work, island, (problem, newton), v, support);
     let (passes, finer) = slip_correction::passes(config);
-    let alone = !island.hand && island.objects.len() == 1;
+    let alone = island.is_lone_object();
     let most = if alone { passes.max(slip_correction::REBOUND_PASSES) } else { passes };
     for pass in 0..if transferred { 0 } else { most } {
         // Slip that changes evenly is left to the lag, however hard the contact. Later passes are for rebounds alone.

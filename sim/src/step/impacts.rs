@@ -73,7 +73,7 @@ pub(super) fn find(
         let points = |&index: &usize| &contacts.points[contacts.pairs[index].points.clone()];
         island.pairs.iter().flat_map(points).any(|point| point.anchor.loaded)
     };
-    let alone = !island.hand && island.objects.len() == 1 && !turns(island.objects[0]) && !stands();
+    let alone = island.is_lone_object() && !turns(island.objects[0]) && !stands();
     for &index in &island.pairs {
         let pair = &contacts.pairs[index];
         let free = !on_hand(pair);

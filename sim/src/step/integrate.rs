@@ -42,7 +42,7 @@ pub(super) fn move_objects(
 ) {
     let (h, gravity) = (model.config().step_s, model.config().gravity);
     let mut at = problem.hand_dofs;
-    let alone = !island.hand && island.objects.len() == 1;
+    let alone = island.is_lone_object();
     for (slot, (&k, solved)) in island.objects.iter().zip(&problem.objects).enumerate() {
         let to = model.object_dofs(k);
         let own = &v[at..at + 6];

@@ -75,7 +75,7 @@ pub(super) fn correct(
     } else {
         config.de_saxce_tolerance_m
     };
-    let alone = !island.hand && island.objects.len() == 1;
+    let alone = island.is_lone_object();
     let mut any = false;
     for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
         let pair = &contacts.pairs[index];

@@ -50,7 +50,7 @@ pub(super) fn transfer(
     scratch: &mut SupportTransfer,
 ) -> bool {
     let h = model.config().step_s;
-    let alone = !island.hand && island.objects.len() == 1;
+    let alone = island.is_lone_object();
     if !alone || !is_due(&work.collision.contacts, island, problem, h, &mut scratch.hits) {
         return false;
     }

@@ -8,6 +8,7 @@ use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d_f64::query::sat::{
     cuboid_cuboid_find_local_separating_edge_twoway, cuboid_cuboid_find_local_separating_normal_oneway,
 };
+use parry3d_f64::shape::Cuboid;
 use serde::{Deserialize, Serialize};
 
 /// Whose flat face a contact's normal is.
@@ -45,6 +46,15 @@ pub(super) struct Axis {
     pub facing: Facing,
 }
 
+/// What the search for an axis comes to.
+enum Search {
+    /// The shapes are farther apart than asked.
+    Apart,
+    /// The geometry library has no direction.
+    Unknown,
+    Found(Axis),
+}
+
 /// A face's normal stands for an axis that separates hardly more than it does, m.
 const FACE_BIAS_M: f64 = 1e-8;
 
@@ -77,12 +87,13 @@ pub(super) fn kept(facing: Facing, a: &Collider, b: &Collider, a_from_b: &Pose) 
 /// that touch exactly or coincide, it is, in this order, the face normal that separates best, the line between the centres, or z.
 pub(super) fn find(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last: Vec3) -> Option<Axis> {
     let found = match (a.core.as_cuboid(), b.core.as_cuboid()) {
-        (Some(_), Some(_)) => of_boxes(a, b, a_from_b, reach)?,
-        _ => of_supports(a, b, a_from_b, reach, last)?,
+        (Some(box_a), Some(box_b)) => of_boxes(box_a, box_b, a_from_b, reach),
+        _ => of_supports(a, b, a_from_b, reach, last),
     };
     let axis = match found {
-        Some(axis) => with_faces(axis, a, b, a_from_b),
-        None => by_trial(a, b, a_from_b),
+        Search::Apart => return None,
+        Search::Found(axis) => with_faces(axis, a, b, a_from_b),
+        Search::Unknown => by_trial(a, b, a_from_b),
     };
     (axis.separation <= reach).then_some(axis)
 }
@@ -91,20 +102,19 @@ fn is_unit(normal: Vec3) -> bool {
     (normal.length_squared() - 1.0).abs() < 1e-6
 }
 
-/// Boxes: by the separating axis theorem. Faces win over edges that do no better. `Some(None)`: not known.
-fn of_boxes(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64) -> Option<Option<Axis>> {
-    let (Some(box_a), Some(box_b)) = (a.core.as_cuboid(), b.core.as_cuboid()) else { return Some(None) };
+/// Boxes: by the separating axis theorem. Faces win over edges that do no better.
+fn of_boxes(box_a: &Cuboid, box_b: &Cuboid, a_from_b: &Pose, reach: f64) -> Search {
     let of_a = cuboid_cuboid_find_local_separating_normal_oneway(box_a, box_b, a_from_b);
     if of_a.0 > reach {
-        return None;
+        return Search::Apart;
     }
     let of_b = cuboid_cuboid_find_local_separating_normal_oneway(box_b, box_a, &a_from_b.inverse());
     if of_b.0 > reach {
-        return None;
+        return Search::Apart;
     }
     let of_edges = cuboid_cuboid_find_local_separating_edge_twoway(box_a, box_b, a_from_b);
     if of_edges.0 > reach {
-        return None;
+        return Search::Apart;
     }
     let (mut separation, mut normal) = of_a;
     if of_b.0 > separation + FACE_BIAS_M {
@@ -114,13 +124,13 @@ fn of_boxes(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64) -> Option<O
         (separation, normal) = of_edges;
     }
     let axis = Axis { normal, separation, nearest: None, facing: Facing::None };
-    Some(is_unit(normal).then_some(axis))
+    if is_unit(normal) { Search::Found(axis) } else { Search::Unknown }
 }
 
-/// Other shapes: by the algorithms of Gilbert, Johnson and Keerthi and the expanding polytope. `Some(None)`: not known.
-fn of_supports(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last: Vec3) -> Option<Option<Axis>> {
+/// Other shapes: by the algorithms of Gilbert, Johnson and Keerthi and the expanding polytope.
+fn of_supports(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last: Vec3) -> Search {
     let (Some(map_a), Some(map_b)) = (a.core.as_support_map(), b.core.as_support_map()) else {
-        return Some(None);
+        return Search::Unknown;
     };
     let start = last.try_normalize();
     let simplex = &mut VoronoiSimplex::new();
@@ -128,15 +138,16 @@ fn of_supports(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last: Ve
         GJKResult::ClosestPoints(on_a, on_b, normal) if is_unit(normal) => {
             let normal = normal.normalize();
             let separation = (on_b - on_a).dot(normal);
-            Some(Some(Axis { normal, separation, nearest: Some([on_a, on_b]), facing: Facing::None }))
+            let nearest = Some([on_a, on_b]);
+            Search::Found(Axis { normal, separation, nearest, facing: Facing::None })
         }
         // The direction is a proof, or the search has failed.
         GJKResult::NoIntersection(normal)
             if is_unit(normal) && separation(a, b, a_from_b, normal) > 0.999 * reach =>
         {
-            None
+            Search::Apart
         }
-        _ => Some(None),
+        _ => Search::Unknown,
     }
 }
 
@@ -215,5 +226,8 @@ pub(super) fn nearest(
     reach: f64,
     normal: Vec3,
 ) -> Option<[Vec3; 2]> {
-    of_supports(a, b, a_from_b, reach, normal)??.nearest
+    match of_supports(a, b, a_from_b, reach, normal) {
+        Search::Found(axis) => axis.nearest,
+        Search::Apart | Search::Unknown => None,
+    }
 }

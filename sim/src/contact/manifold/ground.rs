@@ -29,8 +29,7 @@ pub(super) fn corners(
     };
     let face: Vec<Overlap> = feature.corners.iter().map(|corner| place(corner.at, corner.id)).collect();
     let mut near: Vec<Overlap> = face.iter().copied().filter(|corner| corner.distance() <= reach).collect();
-    let disc = matches!(solid, Solid::Cylinder { .. });
-    patch::reduce(&mut near, if disc { patch::MOST_OF_DISC } else { patch::MOST });
+    patch::reduce(&mut near, solid.is_cylinder());
     let lever = patch::lever(&face, if near.is_empty() { &face } else { &near });
     if let Solid::Polytope(polytope) = solid {
         let in_face = |k: u32| feature.corners.iter().any(|corner| corner.id == k);

@@ -49,6 +49,7 @@ pub struct Finder {
     /// ... and what is left of both.
     kept: Vec<Overlap>,
     on_ground: Vec<(Vec3, Overlap)>,
+    /// The points of the pair before they were found anew.
     before: Vec<TrackedContact<Anchor>>,
 }
 
@@ -69,6 +70,11 @@ impl Finder {
             (pair.facing, pair.lever) = (Facing::None, 0.0);
         }
         pair.manifold.match_contacts(&self.before);
+    }
+
+    /// The points that the last pair had before.
+    pub fn before(&self) -> &[TrackedContact<Anchor>] {
+        &self.before
     }
 
     /// A shape on a ground with this normal. `from` maps the shape's frame to the ground's.
@@ -305,8 +311,7 @@ impl Finder {
         let Finder { overlap, beside, kept, .. } = self;
         kept.clear();
         kept.extend(overlap.iter().copied().filter(|corner| corner.distance() <= reach));
-        let disc = [&a.solid, &b.solid].into_iter().any(|solid| matches!(solid, Solid::Cylinder { .. }));
-        patch::reduce(kept, if disc { patch::MOST_OF_DISC } else { patch::MOST });
+        patch::reduce(kept, a.solid.is_cylinder() || b.solid.is_cylinder());
         pair.lever = patch::lever(overlap, kept);
         kept.extend_from_slice(beside);
         let (normal, across) = (axis.normal, Across::of(axis.normal));

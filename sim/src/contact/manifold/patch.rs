@@ -9,10 +9,10 @@
 use super::clip::Overlap;
 
 /// A patch has no more points than this, and the deepest corner if it is another ...
-pub(super) const MOST: usize = 8;
+const MOST: usize = 8;
 
 /// ... or than this, where a rim bears as well as soon as it tilts: wherever a disc tips, its own lowest point is there.
-pub(super) const MOST_OF_DISC: usize = 4;
+const MOST_OF_DISC: usize = 4;
 
 /// A corner that was left out counts if it is deeper than all others by more than this, m.
 const DEEPER_M: f64 = 1e-6;
@@ -25,7 +25,8 @@ const THIN: f64 = 1e-5;
 
 /// Leaves as many corners of a polygon as a patch may have: those go first whose loss costs least area. Corners that cost the same
 /// go in their order, so that a regular polygon leaves a regular one.
-pub(super) fn reduce(corners: &mut Vec<Overlap>, most: usize) {
+pub(super) fn reduce(corners: &mut Vec<Overlap>, of_disc: bool) {
+    let most = if of_disc { MOST_OF_DISC } else { MOST };
     if corners.len() <= most {
         return;
     }
@@ -152,7 +153,7 @@ mod tests {
     #[test]
     fn a_regular_polygon_leaves_a_regular_one_and_the_deepest_corner_stays() {
         let mut corners = regular(16, 1.0, (0.0, 0.0));
-        reduce(&mut corners, MOST);
+        reduce(&mut corners, false);
         let angles: Vec<f64> = corners.iter().map(|c| libm::atan2(c.y, c.x)).collect();
         assert_eq!(corners.len(), 8);
         for pair in angles.windows(2) {
@@ -161,7 +162,7 @@ mod tests {
         }
         let mut corners = regular(16, 1.0, (0.0, 0.0));
         corners[0].heights[1] = -1e-4;
-        reduce(&mut corners, MOST);
+        reduce(&mut corners, false);
         assert_eq!(corners.len(), 9);
         assert!(corners.iter().any(|corner| corner.distance() == -1e-4));
     }

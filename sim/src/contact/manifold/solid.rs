@@ -111,6 +111,11 @@ impl Solid {
         Solid::Ball
     }
 
+    /// Whether it has caps, whose rims bear where they tilt.
+    pub(super) fn is_cylinder(&self) -> bool {
+        matches!(self, Solid::Cylinder { .. })
+    }
+
     /// Its flat faces' normals. A cylinder has two.
     pub fn normals(&self) -> impl Iterator<Item = Vec3> + '_ {
         let (faces, caps): (&[Face], &[Vec3]) = match self {
