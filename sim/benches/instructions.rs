@@ -123,19 +123,19 @@ fn steps((mut world, command): (World, Command)) -> World {
     world
 }
 
-#[library_benchmark(config = limit(5_100_000))]
+#[library_benchmark(config = limit(4_540_000))]
 #[bench::run(free())]
 fn free_closing(scene: (World, Command)) -> World {
     steps(scene)
 }
 
-#[library_benchmark(config = limit(7_000_000))]
+#[library_benchmark(config = limit(5_650_000))]
 #[bench::run(cylinder())]
 fn cylinder_held(scene: (World, Command)) -> World {
     steps(scene)
 }
 
-#[library_benchmark(config = limit(32_200_000))]
+#[library_benchmark(config = limit(27_900_000))]
 #[bench::run(balls())]
 fn heap_of_balls(scene: (World, Command)) -> World {
     steps(scene)

@@ -22,6 +22,11 @@ fn flush_slabs_are_as_one() {
 }
 
 #[test]
+fn what_touches_exactly_stays() {
+    at_most("touching_faces", &STEPS.map(|dt| (dt, 1e-6)));
+}
+
+#[test]
 fn what_begins_slowly_does_not_sleep() {
     at_most("slow_start", &STEPS.map(|dt| (dt, 1.0)));
 }

@@ -47,6 +47,8 @@ pub struct Pair {
     pub mean: Anchor,
     /// Whose face the contact's normal is.
     pub facing: Facing,
+    /// Every point needs a face that is covered: it is known where they are, and they are no contact.
+    pub covered: bool,
     /// How far from the middle of its points friction acts, as a part of how far they are: see [`super::manifold`].
     pub lever: f64,
     /// Overlap that the contact did not bring about, m: the shapes were first seen in each other. It counts as
@@ -59,10 +61,11 @@ pub struct Pair {
 
 impl Clone for Pair {
     fn clone(&self) -> Self {
-        let Pair { key, manifold, mean, facing, lever, initial_overlap, seen } = self;
+        let Pair { key, manifold, mean, facing, covered, lever, initial_overlap, seen } = self;
         Pair {
             key: *key,
             facing: *facing,
+            covered: *covered,
             lever: *lever,
             manifold: manifold.clone(),
             mean: *mean,
@@ -73,7 +76,7 @@ impl Clone for Pair {
 
     /// Keeps the list of points it has.
     fn clone_from(&mut self, from: &Self) {
-        let Pair { key, manifold, mean, facing, lever, initial_overlap, seen } = from;
+        let Pair { key, manifold, mean, facing, covered, lever, initial_overlap, seen } = from;
         let ContactManifold { points, local_n1, local_n2, subshape1, subshape2, subshape_poses, data: () } =
             manifold;
         self.key = *key;
@@ -81,7 +84,7 @@ impl Clone for Pair {
         (self.manifold.local_n1, self.manifold.local_n2) = (*local_n1, *local_n2);
         (self.manifold.subshape1, self.manifold.subshape2) = (*subshape1, *subshape2);
         self.manifold.subshape_poses.clone_from(subshape_poses);
-        (self.mean, self.facing, self.lever) = (*mean, *facing, *lever);
+        (self.mean, self.facing, self.covered, self.lever) = (*mean, *facing, *covered, *lever);
         (self.initial_overlap, self.seen) = (*initial_overlap, *seen);
     }
 }
@@ -133,6 +136,7 @@ impl Pair {
             manifold: ContactManifold::new(),
             mean: Anchor::default(),
             facing: Facing::None,
+            covered: false,
             lever: 0.0,
             initial_overlap: 0.0,
             seen: (0.0, Pose::IDENTITY),
@@ -142,7 +146,7 @@ impl Pair {
     /// Whether there is nothing to remember. From its normals parry begins its search, so that they count.
     pub(crate) fn is_blank(&self) -> bool {
         // Without points no face is known, and no lever.
-        let Pair { key: _, manifold, mean, facing: _, lever: _, initial_overlap, seen: _ } = self;
+        let Pair { key: _, manifold, mean, facing: _, covered: _, lever: _, initial_overlap, seen: _ } = self;
         manifold.points.is_empty()
             && manifold.local_n1 == Vec3::ZERO
             && manifold.local_n2 == Vec3::ZERO
@@ -152,7 +156,16 @@ impl Pair {
 
     /// Whether every number can be one of a pair that was stepped.
     pub(crate) fn is_bounded(&self) -> bool {
-        let Pair { key: _, manifold, mean, facing: _, lever, initial_overlap, seen: (gap, a_from_b) } = self;
+        let Pair {
+            key: _,
+            manifold,
+            mean,
+            facing: _,
+            covered: _,
+            lever,
+            initial_overlap,
+            seen: (gap, a_from_b),
+        } = self;
         let of_point = |point: &TrackedContact<Anchor>| {
             bounded_vector(point.local_p1)
                 && bounded_vector(point.local_p2)
@@ -170,14 +183,15 @@ impl Pair {
 
     pub(crate) fn digest(&self, h: &mut Digest) {
         // Taken apart by name, so that nothing can be forgotten; of convex shapes the rest is empty.
-        let Pair { key, manifold, mean, facing, lever, initial_overlap, seen: (gap, a_from_b) } = self;
+        let Pair { key, manifold, mean, facing, covered, lever, initial_overlap, seen: (gap, a_from_b) } =
+            self;
         let ContactManifold { points, local_n1, local_n2, subshape1, subshape2, subshape_poses: _, data: () } =
             manifold;
         h.word(u64::from(key.0) << 32 | u64::from(key.1));
         h.word(u64::from(*subshape1) << 32 | u64::from(*subshape2));
         h.vector(*local_n1);
         h.vector(*local_n2);
-        h.word(facing.code());
+        h.word(facing.code() << 1 | u64::from(*covered));
         h.float(*lever);
         h.float(*initial_overlap);
         h.float(*gap);

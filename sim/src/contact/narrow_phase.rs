@@ -198,7 +198,7 @@ impl Contacts {
                 pairs.insert(place, Pair::new(key));
             }
             let pair = &mut pairs[place];
-            let first_sight = pair.manifold.points.is_empty();
+            let first_sight = pair.manifold.points.is_empty() || pair.covered;
             let on_furniture = a.owner == Owner::Static || b.owner == Owner::Static;
             let reuse = if on_furniture && (a.is_round || b.is_round) { round } else { flat };
             if !still_valid(pair, a, b, &a_from_b, reuse) {
@@ -233,6 +233,9 @@ impl Contacts {
                 continue;
             }
             pair.seen = (deepest, a_from_b);
+            if pair.covered {
+                continue;
+            }
             let origin = match (a.owner, b.owner) {
                 (_, Owner::Object(k)) | (Owner::Object(k), _) => bodies.objects[k].translation,
                 _ => bodies.dynamics.kin.origin,

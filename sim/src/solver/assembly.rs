@@ -16,13 +16,23 @@ const MANY_OBJECTS: usize = 20;
 /// about its own place r.
 fn add_patch_point(k: &mut SpatialMatrix, point: &Point, hessian: &ConeHessian) {
     let [a1, a2, a3] = point.axes;
-    let [m1, m2, m3] = [point.friction_r.cross(a1), point.friction_r.cross(a2), point.r.cross(a3)];
+    let m3 = point.r.cross(a3);
     let law = &point.law;
     let g = match hessian {
         ConeHessian::Open => return,
-        ConeHessian::Stick => [law.tangential, 0.0, law.tangential, 0.0, 0.0, law.normal],
+        // Alike along both tangents.
+        ConeHessian::Stick => {
+            let across = Mat3::from_diagonal(Vec3::splat(law.tangential)) - outer(a3, a3 * law.tangential);
+            let moments = cross_columns(point.friction_r, &across);
+            let (along, turning) = (a3 * law.normal, m3 * law.normal);
+            k.ll += across + outer(a3, along);
+            k.al += moments + outer(m3, along);
+            k.aa += cross_columns(point.friction_r, &moments.transpose()) + outer(m3, turning);
+            return;
+        }
         ConeHessian::Slip(g) => *g,
     };
+    let [m1, m2] = [a1, a2].map(|axis| point.friction_r.cross(axis));
     let [g11, g12, g22, g13, g23, g33] = g;
     for (a, m, [x, y, z]) in [(a1, m1, [g11, g12, g13]), (a2, m2, [g12, g22, g23]), (a3, m3, [g13, g23, g33])]
     {
@@ -335,19 +345,21 @@ mod tests {
 
     const STIFF: f64 = 1e3;
 
-    /// A pair of bodies with three points about an origin, held so that all stick.
-    fn held(problem: &mut Problem, a: Owner, b: Owner, origin: Vec3) {
+    /// A pair of bodies with three points about an origin, held so that all stick; their friction acts at so much of their way from it.
+    fn held(problem: &mut Problem, a: Owner, b: Owner, origin: Vec3, lever: f64) {
         let first = problem.points.len();
         for r in [Vec3::new(0.1, 0.0, 0.0), Vec3::new(-0.05, 0.1, 0.0), Vec3::new(0.0, -0.1, 0.02)] {
             let law = ConeLaw::new(1e3, 0.5 * STIFF, STIFF, [0.0, 0.0, 10.0]);
-            problem.points.push(Point::new(r, r, [Vec3::X, Vec3::Y, Vec3::Z], law));
+            problem.points.push(Point::new(r, r * lever, [Vec3::X, Vec3::Y, Vec3::Z], law));
         }
         let rolling = RollingLaw::default();
-        problem.pairs.push(PairProblem::new(a, b, origin, rolling, first, first + 3));
+        let mut pair = PairProblem::new(a, b, origin, rolling, first, first + 3);
+        pair.patch = lever != 1.0;
+        problem.pairs.push(pair);
     }
 
     /// Two balls, one on furniture, one on the other, and neither pair's origin in a centre.
-    fn two_on_each_other() -> (Model, Problem, Vec<f64>) {
+    fn two_on_each_other(lever: f64) -> (Model, Problem, Vec<f64>) {
         let mut model = Model::new(Config::default(), None).expect("no hand");
         let mut problem = Problem { fresh: true, ..Problem::default() };
         let mut start = Vec::new();
@@ -361,8 +373,8 @@ mod tests {
             problem.momentum.extend([0.6, -0.4, -2.0, 0.15, 0.02, -0.04]);
             start.extend(velocity);
         }
-        held(&mut problem, Owner::Static, Owner::Object(0), Vec3::ZERO);
-        held(&mut problem, Owner::Object(0), Owner::Object(1), Vec3::new(0.0, 0.02, 0.2));
+        held(&mut problem, Owner::Static, Owner::Object(0), Vec3::ZERO, lever);
+        held(&mut problem, Owner::Object(0), Owner::Object(1), Vec3::new(0.0, 0.02, 0.2), lever);
         (model, problem, start)
     }
 
@@ -370,10 +382,13 @@ mod tests {
     /// the minimum, with any other it is not.
     #[test]
     fn the_matrix_is_that_of_the_quadratic_form() {
-        let (model, mut problem, mut v) = two_on_each_other();
-        let stop = Stop { tolerance: 1e-9, max_iterations: 20, max_work: u64::MAX };
-        let report = Newton::default().solve(&model, &Kinematics::default(), &mut problem, &mut v, &stop);
-        assert!(report.converged && report.iterations == 1, "{report:?}");
-        assert!(problem.points.iter().all(|point| point.impulse[2] > 0.0), "a point has let go");
+        // With friction at the points, and nearer to the middle.
+        for lever in [1.0, 0.6] {
+            let (model, mut problem, mut v) = two_on_each_other(lever);
+            let stop = Stop { tolerance: 1e-9, max_iterations: 20, max_work: u64::MAX };
+            let report = Newton::default().solve(&model, &Kinematics::default(), &mut problem, &mut v, &stop);
+            assert!(report.converged && report.iterations == 1, "{report:?}");
+            assert!(problem.points.iter().all(|point| point.impulse[2] > 0.0), "a point has let go");
+        }
     }
 }

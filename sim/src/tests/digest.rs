@@ -95,7 +95,7 @@ fn every_field_counts_in_the_digest() {
     let mut state = world.state().clone();
     state.earlier.smooth = true;
     type Change = (&'static str, fn(&mut State));
-    let changes: [Change; 49] = [
+    let changes: [Change; 50] = [
         ("step", |s| s.step ^= 1),
         ("base place", |s| nudge(&mut s.base.translation.y)),
         ("base turn", |s| nudge(&mut s.base.rotation.w)),
@@ -132,6 +132,7 @@ fn every_field_counts_in_the_digest() {
         ("mean stretch", |s| nudge(&mut loaded(&mut s.pairs).mean.stretch.y)),
         ("mean slip", |s| nudge(&mut loaded(&mut s.pairs).mean.slip)),
         ("mean force", |s| nudge(&mut loaded(&mut s.pairs).mean.normal_force)),
+        ("covered", |s| loaded(&mut s.pairs).covered ^= true),
         ("lever", |s| nudge(&mut loaded(&mut s.pairs).lever)),
         ("number of points", |s| loaded(&mut s.pairs).manifold.points.truncate(0)),
         ("point on a", |s| nudge(&mut point(s).local_p1.x)),

@@ -50,8 +50,8 @@ pub(super) struct Axis {
 enum Search {
     /// The shapes are farther apart than asked.
     Apart,
-    /// The geometry library has no direction.
-    Unknown,
+    /// The geometry library has no direction, or this one, which is no axis of theirs.
+    Unknown(Vec3),
     Found(Axis),
 }
 
@@ -60,6 +60,9 @@ const FACE_BIAS_M: f64 = 1e-8;
 
 /// ... if they are no farther from each other than this, as a cosine: 8°.
 const NEAR_FACE: f64 = 0.99;
+
+/// Shapes that overlap along a direction by so much more than their nearest points do, m, have other nearest points.
+const UNSOUND_M: f64 = 1e-5;
 
 /// How far B is beyond A along a direction, m.
 pub(super) fn separation(a: &Collider, b: &Collider, a_from_b: &Pose, normal: Vec3) -> f64 {
@@ -93,7 +96,7 @@ pub(super) fn find(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last
     let axis = match found {
         Search::Apart => return None,
         Search::Found(axis) => with_faces(axis, a, b, a_from_b),
-        Search::Unknown => by_trial(a, b, a_from_b),
+        Search::Unknown(direction) => by_trial(direction, a, b, a_from_b),
     };
     (axis.separation <= reach).then_some(axis)
 }
@@ -124,13 +127,13 @@ fn of_boxes(box_a: &Cuboid, box_b: &Cuboid, a_from_b: &Pose, reach: f64) -> Sear
         (separation, normal) = of_edges;
     }
     let axis = Axis { normal, separation, nearest: None, facing: Facing::None };
-    if is_unit(normal) { Search::Found(axis) } else { Search::Unknown }
+    if is_unit(normal) { Search::Found(axis) } else { Search::Unknown(Vec3::ZERO) }
 }
 
 /// Other shapes: by the algorithms of Gilbert, Johnson and Keerthi and the expanding polytope.
 fn of_supports(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last: Vec3) -> Search {
     let (Some(map_a), Some(map_b)) = (a.core.as_support_map(), b.core.as_support_map()) else {
-        return Search::Unknown;
+        return Search::Unknown(Vec3::ZERO);
     };
     let start = last.try_normalize();
     let simplex = &mut VoronoiSimplex::new();
@@ -138,6 +141,10 @@ fn of_supports(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last: Ve
         GJKResult::ClosestPoints(on_a, on_b, normal) if is_unit(normal) => {
             let normal = normal.normalize();
             let separation = (on_b - on_a).dot(normal);
+            // Curved shapes that touch exactly have been told apart along anything.
+            if self::separation(a, b, a_from_b, normal) < separation - UNSOUND_M {
+                return Search::Unknown(normal);
+            }
             let nearest = Some([on_a, on_b]);
             Search::Found(Axis { normal, separation, nearest, facing: Facing::None })
         }
@@ -147,12 +154,12 @@ fn of_supports(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last: Ve
         {
             Search::Apart
         }
-        _ => Search::Unknown,
+        _ => Search::Unknown(Vec3::ZERO),
     }
 }
 
-/// The axis as the normal of the nearest face, if that separates as well: nothing is lost, and a face that rests on a face keeps
-/// its normal from step to step.
+/// The axis as the normal of the nearest face, or across a cylinder, if that separates as well: nothing is lost, and what rests on a face
+/// keeps its normal from step to step.
 fn with_faces(axis: Axis, a: &Collider, b: &Collider, a_from_b: &Pose) -> Axis {
     let mut best = axis;
     let mut least = axis.separation - FACE_BIAS_M;
@@ -171,7 +178,25 @@ fn with_faces(axis: Axis, a: &Collider, b: &Collider, a_from_b: &Pose) -> Axis {
     if let Some((face, normal)) = nearest_face(&b.solid, in_b) {
         offer(a_from_b.rotation * -normal, Facing::Second(face));
     }
+    // A curved side has no face, but a direction that rounding does not move.
+    for (shape, direction) in [a, b].into_iter().zip(beside(a, b, a_from_b)) {
+        let near = |normal: &Vec3| normal.dot(axis.normal) > NEAR_FACE;
+        if let Some(normal) = direction.try_normalize().filter(|n| shape.solid.is_cylinder() && near(n)) {
+            offer(normal, Facing::None);
+        }
+    }
     best
+}
+
+/// From the centre of A to that of B.
+fn between(a: &Collider, b: &Collider, a_from_b: &Pose) -> Vec3 {
+    a_from_b.transform_point(b.local_bounds.center()) - a.local_bounds.center()
+}
+
+/// The same across A's own axis, and across B's: along these the sides of cylinders that lie alike face each other.
+fn beside(a: &Collider, b: &Collider, a_from_b: &Pose) -> [Vec3; 2] {
+    let center = between(a, b, a_from_b);
+    [Vec3::Y, a_from_b.rotation * Vec3::Y].map(|axis| center - axis * center.dot(axis))
 }
 
 /// The face of a shape whose normal is nearest to a direction, if it is near.
@@ -188,8 +213,7 @@ fn nearest_face(solid: &Solid, direction: Vec3) -> Option<(u32, Vec3)> {
 }
 
 /// The best of all axes that shapes without another one can have.
-fn by_trial(a: &Collider, b: &Collider, a_from_b: &Pose) -> Axis {
-    let center = a_from_b.transform_point(b.local_bounds.center()) - a.local_bounds.center();
+fn by_trial(direction: Vec3, a: &Collider, b: &Collider, a_from_b: &Pose) -> Axis {
     let mut best =
         Axis { normal: Vec3::Z, separation: f64::NEG_INFINITY, nearest: None, facing: Facing::None };
     let mut offer = |normal: Vec3, facing: Facing| {
@@ -206,8 +230,9 @@ fn by_trial(a: &Collider, b: &Collider, a_from_b: &Pose) -> Axis {
     }
     // Curved sides face each other along the line between their axes, or their centres.
     let axis_b = a_from_b.rotation * Vec3::Y;
-    let beside = [Vec3::Y, axis_b].map(|axis| center - axis * center.dot(axis));
-    for direction in [beside[0], beside[1], center, Vec3::Y.cross(axis_b), -Vec3::Y.cross(axis_b)] {
+    let [across_a, across_b] = beside(a, b, a_from_b);
+    let crossed = Vec3::Y.cross(axis_b);
+    for direction in [across_a, across_b, between(a, b, a_from_b), crossed, -crossed, direction] {
         if let Some(normal) = direction.try_normalize() {
             offer(normal, Facing::None);
         }
@@ -228,6 +253,6 @@ pub(super) fn nearest(
 ) -> Option<[Vec3; 2]> {
     match of_supports(a, b, a_from_b, reach, normal) {
         Search::Found(axis) => axis.nearest,
-        Search::Apart | Search::Unknown => None,
+        Search::Apart | Search::Unknown(_) => None,
     }
 }

@@ -67,7 +67,7 @@ impl Finder {
             _ => self.between(pair, a, b, a_from_b, margin),
         }
         if pair.manifold.points.is_empty() {
-            (pair.facing, pair.lever) = (Facing::None, 0.0);
+            (pair.facing, pair.covered, pair.lever) = (Facing::None, false, 0.0);
         }
         pair.manifold.match_contacts(&self.before);
     }
@@ -174,8 +174,7 @@ impl Finder {
         if let Some(kept) = kept {
             self.overlap(&kept, a, b, a_from_b, reach);
             if self.deepest() <= kept.separation + ON_FACE_M && kept.separation > -DEEP_M {
-                self.leave_bare(&kept, a, b, a_from_b);
-                return self.put(pair, &kept, a, b, a_from_b, reach);
+                return self.rule(pair, kept, a, b, a_from_b, reach);
             }
         }
         pair.facing = Facing::None;
@@ -188,9 +187,33 @@ impl Finder {
         if self.deepest() > found.separation + NEARER_M {
             self.add_nearest(&found, a, b, a_from_b, reach);
         }
-        let found = self.turned(found, a, b, a_from_b, reach);
-        pair.facing = found.facing;
-        self.leave_bare(&found, a, b, a_from_b);
+        self.rule(pair, found, a, b, a_from_b, reach);
+    }
+
+    /// Hands the overlap along an axis to the manifold, as far as it needs no covered face; if all of it does, as it is, and says so.
+    fn rule(
+        &mut self,
+        pair: &mut Pair,
+        found: Axis,
+        a: &Collider,
+        b: &Collider,
+        a_from_b: &Pose,
+        reach: f64,
+    ) {
+        pair.covered = false;
+        // What was placed deep in several parts is led out of each.
+        let deep = found.separation - a.rounding - b.rounding < -DEEP_M;
+        if deep || a.seams.is_empty() && b.seams.is_empty() {
+            return self.put(pair, &found, a, b, a_from_b, reach);
+        }
+        let seen = [&self.overlap, &self.beside].map(Clone::clone);
+        let axis = self.turned(found, a, b, a_from_b, reach);
+        self.leave_bare(&axis, a, b, a_from_b);
+        pair.covered = self.deepest() > reach;
+        if !pair.covered {
+            return self.put(pair, &axis, a, b, a_from_b, reach);
+        }
+        [self.overlap, self.beside] = seen;
         self.put(pair, &found, a, b, a_from_b, reach);
     }
 
@@ -244,9 +267,7 @@ impl Finder {
             Facing::Second(face) => (1, b, face),
             Facing::None => return,
         };
-        // What was placed deep in several parts is led out of each.
-        let deep = axis.separation - a.rounding - b.rounding < -DEEP_M;
-        if shape.seams.is_empty() || deep {
+        if shape.seams.is_empty() {
             return;
         }
         let across = Across::of(axis.normal);
@@ -314,6 +335,7 @@ impl Finder {
         patch::reduce(kept, a.solid.is_cylinder() || b.solid.is_cylinder());
         pair.lever = patch::lever(overlap, kept);
         kept.extend_from_slice(beside);
+        pair.facing = axis.facing;
         let (normal, across) = (axis.normal, Across::of(axis.normal));
         let manifold = &mut pair.manifold;
         (manifold.local_n1, manifold.local_n2) = (normal, a_from_b.rotation.inverse() * -normal);
