@@ -7,7 +7,7 @@ use palmares_models::Vec3;
 use palmares_sim::actuation::base::shortest_turn;
 use palmares_sim::actuation::motor::wound;
 use palmares_sim::dynamics::crba::Inertias;
-use palmares_sim::dynamics::jacobian::add_point_force;
+use palmares_sim::dynamics::jacobian::{add_link_torque, add_point_force};
 use palmares_sim::dynamics::tree::Kinematics;
 use palmares_sim::{Command, Model, Owner, State, World};
 
@@ -138,6 +138,7 @@ impl Ledger {
                         for (at, force) in contact.parts() {
                             add_point_force(hand, &self.kin, i, at, force, sign, &mut tau);
                         }
+                        add_link_torque(hand, &self.kin, i, contact.torque, sign, &mut tau);
                     }
                     (Owner::Object(k), _) => {
                         let v = &mean[model.object_dofs(k)..];
@@ -146,6 +147,7 @@ impl Ledger {
                             let at = Vec3::new(v[0], v[1], v[2]) + Vec3::new(v[3], v[4], v[5]).cross(r);
                             self.works.contacts += h * sign * force.dot(at);
                         }
+                        self.works.contacts += h * sign * contact.torque.dot(Vec3::new(v[3], v[4], v[5]));
                     }
                     _ => {}
                 }

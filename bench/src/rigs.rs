@@ -79,6 +79,7 @@ pub fn fingers(name: &str, base_geoms: Vec<Geom>, fingers: Vec<Finger>) -> Resul
         no_collision: Vec::new(),
         tactile: Vec::new(),
         sensors: Default::default(),
+        pads: Vec::new(),
         ..Hand::clone(&stock)
     };
     for (i, finger) in fingers.into_iter().enumerate() {

@@ -6,7 +6,8 @@ use crate::camera::{Camera, Stereo};
 use crate::hand::sensors::{Accelerometer, JointEncoders, MotorSensor, Touch};
 use crate::hand::tendon::{TendonElement, TendonPath};
 use crate::hand::{
-    Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Motor, Sensors, TactilePatch, Tendon,
+    Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Motor, Pad, PadOn, Sensors, TactilePatch,
+    Tendon,
 };
 use crate::object::Object;
 use crate::shape::Shape;
@@ -127,6 +128,7 @@ impl Hand {
             no_collision,
             tactile,
             sensors,
+            pads,
         } = self;
         let mut hash = ContentHash::of("palmares hand 1");
         hash.text(name);
@@ -150,6 +152,15 @@ impl Hand {
             taxels.iter().for_each(|n| h.count(*n));
         });
         hash_sensors(&mut hash, sensors);
+        // A hand without pads is the one that it was before there were any.
+        if !pads.is_empty() {
+            hash.list(pads, |h, PadOn { link, geom, pad: Pad { thickness, modulus } }| {
+                h.count(*link);
+                h.count(*geom);
+                h.flag(thickness.is_some());
+                h.floats(&[thickness.unwrap_or(0.0), *modulus]);
+            });
+        }
         hash.to_hex()
     }
 }
@@ -157,7 +168,17 @@ impl Hand {
 impl Object {
     /// Takes in everything that the object's behaviour depends on.
     pub fn digest(&self, hash: &mut ContentHash) {
-        let Object { name, parts, mass, com, inertia, friction, rolling_friction, restitution } = self;
+        let Object {
+            name,
+            parts,
+            mass,
+            com,
+            inertia,
+            friction,
+            rolling_friction,
+            torsional_friction,
+            restitution,
+        } = self;
         hash.text(name);
         hash.list(parts, |h, (pose, shape)| {
             h.pose(pose);
@@ -165,7 +186,7 @@ impl Object {
         });
         hash.vector(*com);
         hash.matrix(inertia);
-        hash.floats(&[*mass, *friction, *rolling_friction, *restitution]);
+        hash.floats(&[*mass, *friction, *rolling_friction, *torsional_friction, *restitution]);
     }
 }
 

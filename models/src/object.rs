@@ -22,6 +22,9 @@ pub struct Object {
     pub friction: f64,
     /// Coefficient of rolling resistance as a length, m: the lever of the resisting torque per normal force.
     pub rolling_friction: f64,
+    /// Coefficient of torsional friction as a length, m: the lever of the largest torque about the normal of a contact, per normal
+    /// force. Of an even pressure on a disc of radius a it is ⅔ μ a.
+    pub torsional_friction: f64,
     /// Coefficient of restitution e of Newton's law of impact; 0 leaves the rebound to the contact's own
     /// spring and damper.
     pub restitution: f64,
@@ -45,7 +48,18 @@ impl Object {
             return Err(inconsistent(&name, "parts", "there are none with a volume".to_owned()));
         };
         let (com, inertia, restitution) = (body.com, body.about_com, 0.0);
-        Ok(Object { name, parts, mass, com, inertia, friction, rolling_friction, restitution })
+        let torsional_friction = 0.0;
+        Ok(Object {
+            name,
+            parts,
+            mass,
+            com,
+            inertia,
+            friction,
+            rolling_friction,
+            torsional_friction,
+            restitution,
+        })
     }
 
     /// An object of stated mass, centre of mass and inertia, all in the object frame.
@@ -72,14 +86,33 @@ impl Object {
             let problem = "a principal moment is not positive; all three must be".to_owned();
             return Err(inconsistent(&name, "inertia", problem));
         }
-        let restitution = 0.0;
-        Ok(Object { name, parts, mass, com, inertia, friction, rolling_friction, restitution })
+        let (torsional_friction, restitution) = (0.0, 0.0);
+        Ok(Object {
+            name,
+            parts,
+            mass,
+            com,
+            inertia,
+            friction,
+            rolling_friction,
+            torsional_friction,
+            restitution,
+        })
     }
 
     /// The same object with a coefficient of restitution, cut to [0, 1].
     #[must_use]
     pub fn with_restitution(self, restitution: f64) -> Object {
         Object { restitution: restitution.clamp(0.0, 1.0), ..self }
+    }
+
+    /// The same object with a coefficient of torsional friction, m.
+    ///
+    /// # Errors
+    /// It is negative or not finite.
+    pub fn with_torsional_friction(self, torsional_friction: f64) -> Result<Object, ModelError> {
+        check_coefficient(&self.name, "torsional_friction", torsional_friction)?;
+        Ok(Object { torsional_friction, ..self })
     }
 
     /// The same object with mass, friction coefficient and all lengths so many times as large.
@@ -97,6 +130,7 @@ impl Object {
             friction: self.friction * friction,
             // A lever is a length, too.
             rolling_friction: self.rolling_friction * size,
+            torsional_friction: self.torsional_friction * size,
             restitution: self.restitution,
         }
     }
@@ -140,10 +174,13 @@ fn check(
     if !(mass.is_finite() && mass > 0.0) {
         return bad("mass", format!("{mass} kg; it must be positive and finite"));
     }
-    for (element, value) in [("friction", friction), ("rolling_friction", rolling_friction)] {
-        if !(value.is_finite() && value >= 0.0) {
-            return bad(element, format!("{value}; it must be finite and at least 0"));
-        }
+    check_coefficient(name, "friction", friction)?;
+    check_coefficient(name, "rolling_friction", rolling_friction)
+}
+
+fn check_coefficient(name: &str, element: &str, value: f64) -> Result<(), ModelError> {
+    if value.is_finite() && value >= 0.0 {
+        return Ok(());
     }
-    Ok(())
+    Err(inconsistent(name, element, format!("{value}; it must be finite and at least 0")))
 }

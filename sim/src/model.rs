@@ -3,7 +3,8 @@
 use crate::config::Config;
 use crate::contact::manifold::seams::Seams;
 use crate::contact::manifold::solid::Solid;
-use palmares_models::hand::Hand;
+use crate::contact::spin::SpinSurface;
+use palmares_models::hand::{Hand, Pad};
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Mat3, Pose, Vec3};
@@ -50,6 +51,8 @@ pub struct Collider {
     pub friction: f64,
     /// Lever of rolling resistance, m.
     pub rolling_friction: f64,
+    /// How it holds spin.
+    pub spin: SpinSurface,
     /// Coefficient of restitution.
     pub restitution: f64,
     /// A ball: its contact is found in closed form, cached manifolds would only make it polygonal.
@@ -65,7 +68,9 @@ const END_M: f64 = 1e9;
 struct Surface {
     friction: f64,
     rolling_friction: f64,
+    torsional_friction: f64,
     restitution: f64,
+    pad: Option<Pad>,
 }
 
 /// A shape's core and the radius that rounds it, m.
@@ -146,7 +151,8 @@ impl Model {
                     return Err(ModelError::BadMass { owner: link.name.clone(), mass });
                 }
                 for (k, geom) in link.geoms.iter().enumerate() {
-                    let surface = Surface { friction: geom.friction, ..Surface::default() };
+                    let pad = hand.pads.iter().find(|on| (on.link, on.geom) == (i, k)).map(|on| on.pad);
+                    let surface = Surface { friction: geom.friction, pad, ..Surface::default() };
                     model.add_collider(
                         Owner::Link(i),
                         &link.name,
@@ -210,6 +216,7 @@ impl Model {
             bounding_radius: f64::INFINITY,
             friction,
             rolling_friction: 0.0,
+            spin: SpinSurface::default(),
             restitution: 0.0,
             is_ball: false,
             is_round: false,
@@ -229,7 +236,9 @@ impl Model {
             let surface = Surface {
                 friction: object.friction,
                 rolling_friction: object.rolling_friction,
+                torsional_friction: object.torsional_friction,
                 restitution: object.restitution,
+                pad: None,
             };
             self.add_collider(Owner::Object(id), &object.name, k, shape, central, surface)?;
         }
@@ -249,7 +258,7 @@ impl Model {
         body_from_geom: Pose,
         surface: Surface,
     ) -> Result<(), ModelError> {
-        let Surface { friction, rolling_friction, restitution } = surface;
+        let Surface { friction, rolling_friction, torsional_friction, restitution, pad } = surface;
         let (parry, geom_from_parry) =
             shape.to_parry().ok_or_else(|| ModelError::FlatShape { owner: name.to_owned(), index })?;
         let local_bounds = parry.compute_local_aabb();
@@ -268,6 +277,7 @@ impl Model {
             shape: parry,
             friction,
             rolling_friction,
+            spin: SpinSurface::new(shape, torsional_friction, pad),
             restitution,
         });
         self.cover_last();

@@ -42,6 +42,8 @@ pub struct ContactForce {
     pub normal: Vec3,
     /// Force on B, N.
     pub force: Vec3,
+    /// Torque on B about the normal, of a point that holds spin like a small disc, N·m.
+    pub torque: Vec3,
     /// Gap at the start of the step, m.
     pub distance: f64,
 }

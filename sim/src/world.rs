@@ -2,7 +2,7 @@
 
 use crate::bounds::Fault;
 use crate::command::Command;
-use crate::dynamics::jacobian::add_point_force;
+use crate::dynamics::jacobian::{add_link_torque, add_point_force};
 use crate::dynamics::tree::Kinematics;
 use crate::model::{Model, Owner};
 use crate::outcome::{ContactForce, Outcome, Probe};
@@ -133,6 +133,7 @@ impl World {
                     for (at, force) in contact.parts() {
                         add_point_force(hand, &kin, i, at, force, sign, &mut tau);
                     }
+                    add_link_torque(hand, &kin, i, contact.torque, sign, &mut tau);
                 }
             }
         }

@@ -117,7 +117,13 @@ fn unsound(task: &Task, placed: &[Placed], built: &Built) -> Option<String> {
             ));
         }
         if !state.sleep[k].asleep {
-            return Some(format!("{} does not come to rest", object.name));
+            let spin = state.v[model.object_dofs(k) + 5].abs();
+            let why = if object.torsional_friction == 0.0 && spin > model.config().sleep_angular {
+                format!("; it spins at {spin:.2} rad/s, which `torsional_friction` brakes")
+            } else {
+                String::new()
+            };
+            return Some(format!("{} does not come to rest{why}", object.name));
         }
     }
     None

@@ -177,6 +177,7 @@ impl Numbers {
             no_collision: Vec::new(),
             tactile: Vec::new(),
             sensors: Default::default(),
+            pads: Vec::new(),
         }
     }
 

@@ -139,7 +139,9 @@ pub fn pressed_fingers(setup: &Setup, recorder: &mut Recorder) -> Result<Finding
     // The palm's back reaches 4 cm behind the base frame.
     add_floor(&mut model, -0.045)?;
     let ball = Shape::Sphere { radius: 0.05 };
-    model.add_object(Arc::new(Object::new("ball", vec![(Pose::IDENTITY, ball)], 5.0, 0.8, 1e-3)?))?;
+    model.add_object(Arc::new(
+        Object::new("ball", vec![(Pose::IDENTITY, ball)], 5.0, 0.8, 1e-3)?.with_torsional_friction(1e-3)?,
+    ))?;
     // Palm normal +x up: fingers +z point along −x of the world.
     let up = Pose::from_rotation(Rotation::from_rotation_y(-FRAC_PI_2));
     let over_fingers = up.transform_point(Vec3::new(0.17, 0.0, 0.22));
@@ -204,7 +206,9 @@ pub fn overlap(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
     let config = Config { gravity: Vec3::ZERO, ..Config::with_step(setup.dt_s) };
     let mut model = Model::new(config, Some(softhand()?))?;
     let ball = Shape::Sphere { radius: 0.05 };
-    model.add_object(Arc::new(Object::new("ball", vec![(Pose::IDENTITY, ball)], 0.5, 0.8, 1e-3)?))?;
+    model.add_object(Arc::new(
+        Object::new("ball", vec![(Pose::IDENTITY, ball)], 0.5, 0.8, 1e-3)?.with_torsional_friction(1e-3)?,
+    ))?;
     let state = State::at_rest(&model, Pose::IDENTITY, &[Pose::translation(0.033, 0.0, 0.16)]);
     let seen = play(setup, recorder, (model, state), 2.0, |_, _| {})?;
     let apart = seen.end.objects[0].translation.x > 0.05;

@@ -53,6 +53,7 @@ pub(crate) fn bare(name: &str, links: Vec<Link>, coordinates: Vec<Coordinate>) -
         no_collision: Vec::new(),
         tactile: Vec::new(),
         sensors: Default::default(),
+        pads: Vec::new(),
     })
 }
 

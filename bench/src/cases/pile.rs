@@ -111,7 +111,10 @@ fn settled(count: usize, seed: u64) -> Result<(Vec<Arc<Object>>, Vec<Pose>)> {
     let (mut objects, mut poses) = (Vec::new(), Vec::new());
     for k in 0..count {
         let mass = random.magnitude(0.05, 1.0);
-        let object = Arc::new(Object::new(format!("object_{k}"), parts(k, &mut random), mass, 0.6, 5e-4)?);
+        let object = Arc::new(
+            Object::new(format!("object_{k}"), parts(k, &mut random), mass, 0.6, 5e-4)?
+                .with_torsional_friction(5e-4)?,
+        );
         // Layers of nine, none of which can touch another.
         let (column, row, layer) = (k % 3, k / 3 % 3, k / 9);
         let at = Vec3::new(column as f64 - 1.0, row as f64 - 1.0, layer as f64 + 0.55) * 0.092;
@@ -177,7 +180,10 @@ pub fn poured(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
             _ => (Shape::Cylinder { radius: 0.8 * r, half_length: 0.8 * r }, 2.0 * PI * (0.8 * r).powi(3)),
         };
         let parts = vec![(Pose::IDENTITY, shape)];
-        model.add_object(Arc::new(Object::new(format!("object_{k}"), parts, 500.0 * volume, 0.6, 5e-4)?))?;
+        model.add_object(Arc::new(
+            Object::new(format!("object_{k}"), parts, 500.0 * volume, 0.6, 5e-4)?
+                .with_torsional_friction(5e-4)?,
+        ))?;
         let (column, row, layer) = (k % 9 % 3, k % 9 / 3, k / 9);
         let grid = Vec3::new(column as f64 - 1.0, row as f64 - 1.0, layer as f64);
         let at = grid * 0.12 + Vec3::new(0.0, 0.0, 0.07) + random.cube() * 0.01;

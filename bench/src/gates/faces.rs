@@ -34,6 +34,7 @@ fn what_begins_slowly_does_not_sleep() {
 #[test]
 fn an_even_pressure_brakes_spin() {
     at_most("patch_spin", &STEPS.map(|dt| (dt, 5.0)));
+    at_most("round_tips", &STEPS.map(|dt| (dt, 5.0)));
     at_most("disc_contensou", &STEPS.map(|dt| (dt, 5.0)));
     for report in at_most("pinch_tilt_torsion", &[(1e-3, 5.0)]) {
         assert!(super::error(&report) >= -5.0);

@@ -12,6 +12,7 @@ pub use self::tendon::Tendon;
 use crate::shape::Shape;
 pub use crate::shape::inertia::Inertia;
 use crate::{Pose, Vec3};
+use serde::Deserialize;
 
 /// A compliant underactuated hand. Shared read-only by every world that simulates it.
 #[derive(Clone, Debug)]
@@ -37,6 +38,8 @@ pub struct Hand {
     pub tactile: Vec<TactilePatch>,
     /// What its sensors are like, and what else it has.
     pub sensors: Sensors,
+    /// Which of its shapes are soft.
+    pub pads: Vec<PadOn>,
 }
 
 impl Hand {
@@ -132,6 +135,27 @@ pub struct Motor {
     pub offset: f64,
     /// Largest |dσ/dt|, 1/s.
     pub speed_limit: f64,
+}
+
+/// A soft surface: pressed against something round, or round itself, it flattens, and holds torque about the normal.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pad {
+    /// Of a layer on something hard, m; left out, the whole body is of one stuff (Hertz).
+    pub thickness: Option<f64>,
+    /// Of a layer its modulus in compression, pressure over strain, of a body `E/(1 − ν²)`, Pa.
+    pub modulus: f64,
+}
+
+/// A shape that is soft.
+#[derive(Clone, Copy, Debug)]
+pub struct PadOn {
+    /// Whose it is: place in [`Hand::links`].
+    pub link: usize,
+    /// Place in [`Link::geoms`].
+    pub geom: usize,
+    /// How soft.
+    pub pad: Pad,
 }
 
 /// A collision shape fixed to a link.

@@ -123,6 +123,7 @@ pub fn from_text(
         no_collision: Vec::new(),
         tactile,
         sensors,
+        pads: reduced.pads,
     };
     hand.validate().map_err(|error| match error {
         // What hand.toml states was looked at where it was read.

@@ -34,6 +34,8 @@ struct Entry {
     friction: f64,
     #[serde(default)]
     rolling_friction: f64,
+    #[serde(default)]
+    torsional_friction: f64,
     color: [f64; 3],
     parts: Vec<Part>,
     #[serde(default)]
@@ -61,7 +63,8 @@ impl Entry {
         if !self.color.iter().all(|c| (0.0..=1.0).contains(c)) {
             return Err(bad("", format!("color = {:?}", self.color), "three numbers from 0 to 1"));
         }
-        let object = Object::new(&self.id, parts, self.mass, self.friction, self.rolling_friction)?;
+        let object = Object::new(&self.id, parts, self.mass, self.friction, self.rolling_friction)?
+            .with_torsional_friction(self.torsional_friction)?;
         let (low, high) = object.bounds();
         let size = (high - low).to_array();
         if size.iter().any(|x| *x > LARGEST_M) {

@@ -39,6 +39,9 @@ pub struct OwnObject {
     /// Lever of rolling resistance, m.
     #[serde(default)]
     rolling_friction: f64,
+    /// Lever of torsional friction, m.
+    #[serde(default)]
+    torsional_friction: f64,
     /// Coefficient of restitution.
     #[serde(default)]
     restitution: f64,
@@ -189,12 +192,14 @@ impl OwnObject {
 
     /// An error names the file.
     fn named(&self, object: Result<Object, ModelError>, at: &Report) -> Result<Object, ModelError> {
-        object.map_err(|error| match error {
-            ModelError::Inconsistent { element, problem, .. } => {
-                let element = format!("objects.own `{}`: {element}", self.name);
-                at.bad(element, problem, "sizes and a mass of more than 0, friction of at least 0")
+        object.and_then(|object| object.with_torsional_friction(self.torsional_friction)).map_err(|error| {
+            match error {
+                ModelError::Inconsistent { element, problem, .. } => {
+                    let element = format!("objects.own `{}`: {element}", self.name);
+                    at.bad(element, problem, "sizes and a mass of more than 0, friction of at least 0")
+                }
+                error => error,
             }
-            error => error,
         })
     }
 }

@@ -8,8 +8,8 @@ use super::limits::Limits;
 use super::options::InertiaPolicy;
 use super::report::Report;
 use crate::error::ModelError;
-use crate::hand::Sensors;
 use crate::hand::tendon::DaVinciGeometry;
+use crate::hand::{Pad, Sensors};
 
 /// The file beside a URDF. All of it is optional.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -85,6 +85,10 @@ impl Settings {
             check("links", name, "rounding", l.rounding, limits.length_m, Sign::NotNegative)?;
             check("links", name, "mesh_rounding", l.mesh_rounding, limits.length_m, Sign::NotNegative)?;
             check("links", name, "friction", l.friction, most, Sign::NotNegative)?;
+            if let Some(Pad { thickness, modulus }) = l.pad {
+                check("links", name, "pad.thickness", thickness, limits.length_m, Sign::Positive)?;
+                check("links", name, "pad.modulus", Some(modulus), MOST_MODULUS, Sign::Positive)?;
+            }
         }
         for patches in &self.tactile {
             for x in patches.lengths() {
@@ -122,6 +126,9 @@ impl Settings {
         stated
     }
 }
+
+/// No stuff is stiffer, Pa: diamond has 1.2e12.
+const MOST_MODULUS: f64 = 1e13;
 
 /// Which finite numbers a field may have.
 #[derive(Clone, Copy)]
@@ -199,6 +206,8 @@ pub(crate) struct LinkSettings {
     /// Edge radius of the hulls of the link's meshes, m; 0 keeps their corners.
     pub(crate) mesh_rounding: Option<f64>,
     pub(crate) friction: Option<f64>,
+    /// How soft its surface is.
+    pub(crate) pad: Option<Pad>,
 }
 
 /// Tactile patches of one size on one flat surface.

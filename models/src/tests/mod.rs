@@ -10,6 +10,7 @@ mod hostile_hands;
 mod inertia;
 mod mesh;
 mod meshes;
+mod pads;
 mod pieces;
 mod pinch;
 mod reference;

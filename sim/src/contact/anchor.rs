@@ -25,6 +25,8 @@ pub struct Anchor {
     pub loaded: bool,
     /// Elastic tangential displacement of body B against A, in the frame of the pair's first shape, m.
     pub stretch: Vec3,
+    /// Elastic turn about the normal of B against A at the arm of spin ([`super::spin`]), m.
+    pub twist: f64,
     /// Speed of slip in the last step, m/s.
     pub slip: f64,
     /// Normal force in the last step, N.
@@ -95,6 +97,7 @@ impl Anchor {
         known: true,
         loaded: false,
         stretch: Vec3::ZERO,
+        twist: 0.0,
         slip: 0.0,
         normal_force: 0.0,
         bearing: 0.0,
@@ -106,14 +109,14 @@ impl Anchor {
     }
 
     fn is_bounded(&self) -> bool {
-        bounded_vector(self.stretch) && bounded(&[self.slip, self.normal_force, self.bearing])
+        bounded_vector(self.stretch) && bounded(&[self.twist, self.slip, self.normal_force, self.bearing])
     }
 
     fn digest(&self, h: &mut Digest) {
-        let Anchor { known, loaded, stretch, slip, normal_force, bearing } = self;
+        let Anchor { known, loaded, stretch, twist, slip, normal_force, bearing } = self;
         h.word(u64::from(*known) << 1 | u64::from(*loaded));
         h.vector(*stretch);
-        h.floats(&[*slip, *normal_force, *bearing]);
+        h.floats(&[*twist, *slip, *normal_force, *bearing]);
     }
 }
 

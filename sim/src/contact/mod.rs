@@ -9,3 +9,4 @@ pub mod impact_sequence;
 pub mod manifold;
 pub mod narrow_phase;
 pub mod restitution;
+pub mod spin;

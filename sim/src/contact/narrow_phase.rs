@@ -5,6 +5,7 @@ use super::broad_phase::separation;
 use super::distance_cache::DistanceCache;
 use super::manifold::Finder;
 use super::restitution::Rebound;
+use super::spin::SpinLaw;
 use crate::bounds::{DISTANCE_WORK, MANIFOLD_WORK, POINT_WORK};
 use crate::config::Config;
 use crate::dynamics::hand::HandDynamics;
@@ -56,6 +57,8 @@ pub struct ContactPair {
     pub friction: f64,
     /// Lever of rolling resistance, m.
     pub rolling_friction: f64,
+    /// How its points hold spin, if they do.
+    pub spin: Option<SpinLaw>,
     /// Coefficient of restitution.
     pub restitution: f64,
     /// Overlap that counts as touching, m.
@@ -252,12 +255,14 @@ impl Contacts {
             self.collect(pair, &poses[i], &poses[j], origin, relative, (from_rest, farthest, config));
             spent += POINT_WORK * pair.manifold.points.len() as u64;
             if self.points.len() > first {
+                let friction = pair_friction(a, b);
                 self.pairs.push(ContactPair {
                     a: a.owner,
                     b: b.owner,
                     origin,
-                    friction: pair_friction(a, b),
+                    friction,
                     rolling_friction: a.rolling_friction.max(b.rolling_friction),
+                    spin: SpinLaw::between(&a.spin, &b.spin, friction),
                     restitution: a.restitution.max(b.restitution),
                     initial_overlap: pair.initial_overlap,
                     points: first..self.points.len(),

@@ -21,6 +21,18 @@ pub fn add_point_force(
     add_link_force(hand, kin, link, Force { moment: r.cross(force), force }, scale, tau);
 }
 
+/// Adds `scale · Jᵀ τ` of a torque on one link.
+pub fn add_link_torque(
+    hand: &Hand,
+    kin: &Kinematics,
+    link: usize,
+    torque: Vec3,
+    scale: f64,
+    tau: &mut [f64],
+) {
+    add_link_force(hand, kin, link, Force { moment: torque, force: Vec3::ZERO }, scale, tau);
+}
+
 /// Adds `scale · Sᵀ f` of a spatial force about the base origin on one link.
 pub fn add_link_force(hand: &Hand, kin: &Kinematics, link: usize, f: Force, scale: f64, tau: &mut [f64]) {
     let parts = [f.force.x, f.force.y, f.force.z, f.moment.x, f.moment.y, f.moment.z];

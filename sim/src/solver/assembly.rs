@@ -28,18 +28,24 @@ fn add_patch_point(k: &mut SpatialMatrix, point: &Point, hessian: &ConeHessian) 
             k.ll += across + outer(a3, along);
             k.al += moments + outer(m3, along);
             k.aa += cross_columns(point.friction_r, &moments.transpose()) + outer(m3, turning);
+            k.aa += outer(a3, a3 * (law.tangential * law.arm * law.arm));
             return;
         }
-        ConeHessian::Slip(g) => *g,
+        ConeHessian::Slip(g, spin) => (*g, *spin),
     };
+    let (g, [g1s, g2s, g3s, gss]) = g;
+    // Spin's row of W is [0, a n].
+    let spin = a3 * law.arm;
+    k.aa += outer(spin, spin * gss);
     let [m1, m2] = [a1, a2].map(|axis| point.friction_r.cross(axis));
     let [g11, g12, g22, g13, g23, g33] = g;
-    for (a, m, [x, y, z]) in [(a1, m1, [g11, g12, g13]), (a2, m2, [g12, g22, g23]), (a3, m3, [g13, g23, g33])]
+    for (a, m, [x, y, z], s) in
+        [(a1, m1, [g11, g12, g13], g1s), (a2, m2, [g12, g22, g23], g2s), (a3, m3, [g13, g23, g33], g3s)]
     {
         let (linear, angular) = (a1 * x + a2 * y + a3 * z, m1 * x + m2 * y + m3 * z);
         k.ll += outer(a, linear);
-        k.al += outer(m, linear);
-        k.aa += outer(m, angular);
+        k.al += outer(m, linear) + outer(spin, a * s);
+        k.aa += outer(m, angular + spin * s) + outer(spin, m * s);
     }
 }
 
@@ -213,7 +219,7 @@ impl Newton {
                     Mat3::from_diagonal(Vec3::splat(law.tangential))
                         + outer(n, n * (law.normal - law.tangential))
                 }
-                ConeHessian::Slip(g) => {
+                ConeHessian::Slip(g, _) => {
                     outer(t1, t1 * g[0] + t2 * g[1] + n * g[3])
                         + outer(t2, t1 * g[1] + t2 * g[2] + n * g[4])
                         + outer(n, t1 * g[3] + t2 * g[4] + n * g[5])
@@ -225,9 +231,10 @@ impl Newton {
             k.aa += cross_columns(point.r, &al.transpose());
         }
         if pair.rolling.limit > 0.0 {
-            let omega = pair.relative.angular;
+            let (omega, normal) = (pair.rolling.rolling(pair.relative.angular), pair.rolling.normal);
             let (_, isotropic, radial) = pair.rolling.impulse(omega);
-            k.aa += Mat3::from_diagonal(Vec3::splat(isotropic)) - outer(omega, omega * radial);
+            let across = Mat3::from_diagonal(Vec3::splat(isotropic)) - outer(normal, normal * isotropic);
+            k.aa += across - outer(omega, omega * radial);
         }
         k.la = k.al.transpose();
         k
@@ -345,21 +352,22 @@ mod tests {
 
     const STIFF: f64 = 1e3;
 
-    /// A pair of bodies with three points about an origin, held so that all stick; their friction acts at so much of their way from it.
-    fn held(problem: &mut Problem, a: Owner, b: Owner, origin: Vec3, lever: f64) {
+    /// A pair of bodies with three points about an origin, held so that all stick; their friction acts at so much of their way from it,
+    /// and against spin at an arm, m.
+    fn held(problem: &mut Problem, a: Owner, b: Owner, origin: Vec3, lever: f64, arm: f64) {
         let first = problem.points.len();
         for r in [Vec3::new(0.1, 0.0, 0.0), Vec3::new(-0.05, 0.1, 0.0), Vec3::new(0.0, -0.1, 0.02)] {
-            let law = ConeLaw::new(1e3, 0.5 * STIFF, STIFF, [0.0, 0.0, 10.0]);
+            let law = ConeLaw::new(1e3, 0.5 * STIFF, STIFF, [0.0, 0.0, 10.0]).with_spin(arm, 0.0);
             problem.points.push(Point::new(r, r * lever, [Vec3::X, Vec3::Y, Vec3::Z], law));
         }
         let rolling = RollingLaw::default();
         let mut pair = PairProblem::new(a, b, origin, rolling, first, first + 3);
-        pair.patch = lever != 1.0;
+        pair.patch = lever != 1.0 || arm > 0.0;
         problem.pairs.push(pair);
     }
 
     /// Two balls, one on furniture, one on the other, and neither pair's origin in a centre.
-    fn two_on_each_other(lever: f64) -> (Model, Problem, Vec<f64>) {
+    fn two_on_each_other(lever: f64, arm: f64) -> (Model, Problem, Vec<f64>) {
         let mut model = Model::new(Config::default(), None).expect("no hand");
         let mut problem = Problem { fresh: true, ..Problem::default() };
         let mut start = Vec::new();
@@ -373,8 +381,8 @@ mod tests {
             problem.momentum.extend([0.6, -0.4, -2.0, 0.15, 0.02, -0.04]);
             start.extend(velocity);
         }
-        held(&mut problem, Owner::Static, Owner::Object(0), Vec3::ZERO, lever);
-        held(&mut problem, Owner::Object(0), Owner::Object(1), Vec3::new(0.0, 0.02, 0.2), lever);
+        held(&mut problem, Owner::Static, Owner::Object(0), Vec3::ZERO, lever, arm);
+        held(&mut problem, Owner::Object(0), Owner::Object(1), Vec3::new(0.0, 0.02, 0.2), lever, arm);
         (model, problem, start)
     }
 
@@ -382,9 +390,9 @@ mod tests {
     /// the minimum, with any other it is not.
     #[test]
     fn the_matrix_is_that_of_the_quadratic_form() {
-        // With friction at the points, and nearer to the middle.
-        for lever in [1.0, 0.6] {
-            let (model, mut problem, mut v) = two_on_each_other(lever);
+        // With friction at the points, nearer to the middle, and against spin.
+        for (lever, arm) in [(1.0, 0.0), (0.6, 0.0), (1.0, 0.05)] {
+            let (model, mut problem, mut v) = two_on_each_other(lever, arm);
             let stop = Stop { tolerance: 1e-9, max_iterations: 20, max_work: u64::MAX };
             let report = Newton::default().solve(&model, &Kinematics::default(), &mut problem, &mut v, &stop);
             assert!(report.converged && report.iterations == 1, "{report:?}");

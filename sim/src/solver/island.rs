@@ -126,6 +126,7 @@ mod tests {
             origin: Vec3::ZERO,
             friction: 0.5,
             rolling_friction: 0.0,
+            spin: None,
             restitution: 0.0,
             initial_overlap: 0.0,
             points: 0..0,

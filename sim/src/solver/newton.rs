@@ -161,7 +161,7 @@ impl Newton {
             pair.relative += pair.direction * step;
         }
         for point in &mut problem.points {
-            for k in 0..3 {
+            for k in 0..4 {
                 point.velocity[k] += step * point.direction[k];
             }
         }
@@ -255,6 +255,7 @@ impl Newton {
                     if pair.patch {
                         let [normal, friction] = point.parts(gamma);
                         let moment = point.r.cross(normal) + point.friction_r.cross(friction);
+                        let moment = moment + point.torque(gamma);
                         wrench += Force { moment, force: normal + friction };
                     } else {
                         let f =
@@ -265,7 +266,7 @@ impl Newton {
                 }
             }
             if pair.rolling.limit > 0.0 {
-                wrench.moment += pair.rolling.impulse(pair.relative.angular).0;
+                wrench.moment += pair.rolling.impulse(pair.rolling.rolling(pair.relative.angular)).0;
                 acts = true;
             }
             if !acts {
@@ -352,14 +353,15 @@ impl Newton {
                         point.velocity[0] + alpha * w[0],
                         point.velocity[1] + alpha * w[1],
                         point.velocity[2] + alpha * w[2],
+                        point.velocity[3] + alpha * w[3],
                     ];
                     let (gamma, hessian) = point.law.impulse(u);
-                    first -= w[0] * gamma[0] + w[1] * gamma[1] + w[2] * gamma[2];
+                    first -= w[0] * gamma[0] + w[1] * gamma[1] + w[2] * gamma[2] + w[3] * gamma[3];
                     second += point.law.curvature(&hessian, w);
                 }
                 if pair.rolling.limit > 0.0 {
-                    let w = pair.direction.angular;
-                    let omega = pair.relative.angular + w * alpha;
+                    let w = pair.rolling.rolling(pair.direction.angular);
+                    let omega = pair.rolling.rolling(pair.relative.angular) + w * alpha;
                     let (torque, isotropic, radial) = pair.rolling.impulse(omega);
                     first -= w.dot(torque);
                     second += isotropic * w.dot(w) - radial * omega.dot(w).powi(2);
@@ -388,7 +390,8 @@ impl Newton {
                     second += point.law.curvature(hessian, point.direction);
                 }
                 if pair.rolling.limit > 0.0 {
-                    let (w, omega) = (pair.direction.angular, pair.relative.angular);
+                    let [w, omega] =
+                        [pair.direction, pair.relative].map(|motion| pair.rolling.rolling(motion.angular));
                     let (_, isotropic, radial) = pair.rolling.impulse(omega);
                     second += isotropic * w.dot(w) - radial * omega.dot(w).powi(2);
                 }
@@ -434,8 +437,8 @@ fn is_rounding(problem: &Problem, slope: f64) -> bool {
         return false;
     }
     let of = |point: &Point| {
-        let [t1, t2, n] = point.impulse;
-        (t1 * t1 + t2 * t2) / point.law.tangential + n * n / point.law.normal
+        let [t1, t2, n, spin] = point.impulse;
+        (t1 * t1 + t2 * t2 + spin * spin) / point.law.tangential + n * n / point.law.normal
     };
     slope.abs() <= ROUNDING * ROUNDING * problem.points.iter().map(of).sum::<f64>()
 }
@@ -488,7 +491,7 @@ mod tests {
         (model, problem)
     }
 
-    fn solved(friction: f64, free: Vec3) -> (Vec<f64>, [f64; 3]) {
+    fn solved(friction: f64, free: Vec3) -> (Vec<f64>, [f64; 4]) {
         let (model, mut problem) = on_a_point(friction, free);
         let mut v = vec![free.x, free.y, free.z, 0.0, 0.0, 0.0];
         let stop = Stop { tolerance: 1e-10, max_iterations: 50, max_work: u64::MAX };
@@ -509,12 +512,12 @@ mod tests {
 
     #[test]
     fn a_point_sticks_within_the_cone_slides_on_it_and_lets_go_beyond() {
-        let size = |gamma: [f64; 3]| (gamma[0] * gamma[0] + gamma[1] * gamma[1]).sqrt();
+        let size = |gamma: [f64; 4]| (gamma[0] * gamma[0] + gamma[1] * gamma[1]).sqrt();
         let (v, stuck) = solved(0.5, Vec3::new(0.1, 0.0, -2.0));
         assert!(size(stuck) < 0.5 * stuck[2] && v[0].abs() < 1e-3);
         let (v, slid) = solved(0.5, Vec3::new(3.0, 0.0, -1.0));
         assert!((size(slid) - 0.5 * slid[2]).abs() < 1e-9 && v[0] > 1.0);
-        assert_eq!(solved(0.5, Vec3::new(0.0, 0.0, 1.0)).1, [0.0; 3]);
+        assert_eq!(solved(0.5, Vec3::new(0.0, 0.0, 1.0)).1, [0.0; 4]);
     }
 
     #[test]

@@ -14,33 +14,42 @@ pub struct Point {
     pub r: Vec3,
     /// Where friction acts, from there, m.
     pub friction_r: Vec3,
-    /// Contact axes: two tangents, normal.
+    /// Contact axes: two tangents, normal; spin is about the normal.
     pub axes: [Vec3; 3],
     /// The law.
     pub law: ConeLaw,
     /// Impulse on body B in contact axes.
-    pub impulse: [f64; 3],
-    /// Contact velocity.
-    pub velocity: [f64; 3],
-    pub(super) direction: [f64; 3],
+    pub impulse: [f64; 4],
+    /// Contact velocity; of spin at the law's arm.
+    pub velocity: [f64; 4],
+    pub(super) direction: [f64; 4],
 }
 
 impl Point {
     /// A point before its first iteration.
     pub fn new(r: Vec3, friction_r: Vec3, axes: [Vec3; 3], law: ConeLaw) -> Self {
-        Point { r, friction_r, axes, law, impulse: [0.0; 3], velocity: [0.0; 3], direction: [0.0; 3] }
+        Point { r, friction_r, axes, law, impulse: [0.0; 4], velocity: [0.0; 4], direction: [0.0; 4] }
     }
 
     #[inline]
-    pub(super) fn project(&self, relative: Motion, patch: bool) -> [f64; 3] {
+    pub(super) fn project(&self, relative: Motion, patch: bool) -> [f64; 4] {
+        let [t1, t2, n] = self.axes;
         let v = relative.at(self.r);
-        let across = if patch { relative.at(self.friction_r) } else { v };
-        [self.axes[0].dot(across), self.axes[1].dot(across), self.axes[2].dot(v)]
+        if !patch {
+            return [t1.dot(v), t2.dot(v), n.dot(v), 0.0];
+        }
+        let across = relative.at(self.friction_r);
+        [t1.dot(across), t2.dot(across), n.dot(v), self.law.arm * n.dot(relative.angular)]
     }
 
     /// Force, N, or impulse on body B in contact axes, as normal part and friction.
-    pub(crate) fn parts(&self, [t1, t2, n]: [f64; 3]) -> [Vec3; 2] {
+    pub(crate) fn parts(&self, [t1, t2, n, _]: [f64; 4]) -> [Vec3; 2] {
         [self.axes[2] * n, self.axes[0] * t1 + self.axes[1] * t2]
+    }
+
+    /// Its torque, N·m, or angular impulse on body B about the normal.
+    pub(crate) fn torque(&self, [_, _, _, spin]: [f64; 4]) -> Vec3 {
+        self.axes[2] * (self.law.arm * spin)
     }
 }
 
@@ -83,7 +92,7 @@ pub struct PairProblem {
     pub first: usize,
     /// One past the last.
     pub end: usize,
-    /// Whether friction acts elsewhere than the normal forces.
+    /// Whether friction acts elsewhere than the normal forces, or against spin.
     pub patch: bool,
     pub(super) bodies: [PairBody; 2],
     pub(super) relative: Motion,

@@ -141,12 +141,19 @@ fn assemble_contacts(model: &Model, contacts: &Contacts, island: &Island, proble
                     ConeLaw::new(pair.friction, rigid, rigid, [0.0, 0.0, lifted])
                 }
             };
+            let law = match (pair.spin, point.rebound) {
+                (Some(spin), None) => {
+                    law.with_spin(spin.arm(point.anchor.bearing), -point.anchor.twist / (h + tau))
+                }
+                _ => law,
+            };
             load += point.anchor.normal_force;
-            patch |= point.friction_r != point.r;
+            patch |= point.friction_r != point.r || law.arm > 0.0;
             problem.points.push(Point::new(point.r, point.friction_r, axes, law));
         }
-        let rolling =
-            RollingLaw { limit: pair.rolling_friction * load * h, deadband: config.rolling_deadband };
+        let normal = contacts.points[pair.points.clone()].first().map_or(Vec3::ZERO, |point| point.normal);
+        let limit = pair.rolling_friction * load * h;
+        let rolling = RollingLaw { limit, deadband: config.rolling_deadband, normal };
         let end = problem.points.len();
         let mut solved = PairProblem::new(pair.a, pair.b, pair.origin, rolling, first, end);
         solved.patch = patch;

@@ -30,8 +30,8 @@ pub(super) fn remember(
         let (mut mean, mut loaded) = (Anchor::default(), 0.0);
         let points = &collision.contacts.points[found.points.clone()];
         for (point, seen) in problem.points[solved.first..solved.end].iter().zip(points) {
-            let [t1, t2, _] = point.axes;
-            let [g1, g2, gn] = point.impulse;
+            let [t1, t2, normal] = point.axes;
+            let [g1, g2, gn, gs] = point.impulse;
             let data = &mut pair.manifold.points[seen.point as usize].data;
             if gn <= 0.0 {
                 *data = Anchor { bearing: seen.anchor.bearing_after(0.0, h), ..Anchor::IDLE };
@@ -53,26 +53,36 @@ pub(super) fn remember(
                 }
                 continue;
             }
-            let friction = t1 * g1 + t2 * g2;
+            let mut friction = t1 * g1 + t2 * g2;
             // The law saw the stretch's projection on the tangent plane.
-            let before = t1 * seen.anchor.stretch.dot(t1) + t2 * seen.anchor.stretch.dot(t2);
+            let mut before = t1 * seen.anchor.stretch.dot(t1) + t2 * seen.anchor.stretch.dot(t2);
+            // Stretch and twist are one vector, as slip and spin are one cone: twist stands along the normal.
+            let spins = point.law.arm > 0.0;
+            if spins {
+                friction += normal * gs;
+                before += normal * seen.anchor.twist;
+            }
             let mut stretch = stretch_after(before, friction, config.anchor_stiffness, tau, h);
             let slip = point.law.slip_speed(point.velocity, point.impulse);
             if slip > 0.0 {
                 stretch = stretch_sliding(stretch, friction, config.anchor_stiffness, h);
             }
+            let twist = if spins { stretch.dot(normal) } else { 0.0 };
+            let stretch = if spins { stretch - normal * twist } else { stretch };
             let normal_force = gn / h;
             let bearing = seen.anchor.bearing_after(normal_force, h);
-            *data =
-                Anchor { known: true, loaded: true, stretch: into_a * stretch, slip, normal_force, bearing };
+            let stretch = into_a * stretch;
+            *data = Anchor { known: true, loaded: true, stretch, twist, slip, normal_force, bearing };
             loaded += 1.0;
             mean.stretch += data.stretch;
+            mean.twist += data.twist;
             mean.slip += slip;
             mean.bearing += bearing;
             forces.contacts.push(contact_force(point, seen, found, pair.key, h));
         }
         if loaded > 0.0 {
             mean.stretch /= loaded;
+            mean.twist /= loaded;
             mean.slip /= loaded;
             mean.bearing /= loaded;
         }
@@ -97,6 +107,7 @@ fn contact_force(
         friction_at: found.origin + point.friction_r,
         normal: point.axes[2],
         force: (friction + normal) / h,
+        torque: point.torque(point.impulse) / h,
         distance: seen.distance,
     }
 }

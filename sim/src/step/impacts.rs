@@ -202,7 +202,7 @@ pub(super) fn keep_sequence(
             if seen.rebound.is_none() {
                 continue;
             }
-            let ([t1, t2, n], [g1, g2, gn], [v1, v2, vn]) = (point.axes, point.impulse, point.velocity);
+            let ([t1, t2, n], [g1, g2, gn, _], [v1, v2, vn, _]) = (point.axes, point.impulse, point.velocity);
             let [start, _] = sequence.velocities(candidate, h);
             // An impulse works with the mean of the velocities before and after; gravity had its part until then.
             let pull = gravity * (falls(pair.b) - falls(pair.a));

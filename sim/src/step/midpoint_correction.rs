@@ -110,7 +110,7 @@ pub(super) fn correction(
                 // It would come nearer to what it does not touch.
                 ConeHessian::Open => sign * dot(&normal, &held.without(wanted)) >= 0.0 || held.hold(normal),
                 _ if !on_furniture || pivots() => false,
-                ConeHessian::Slip(_) => held.hold(normal),
+                ConeHessian::Slip(..) => held.hold(normal),
                 ConeHessian::Stick => {
                     held.hold(normal)
                         && held.hold(row(point.axes[0], friction_arm))

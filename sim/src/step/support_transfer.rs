@@ -31,9 +31,9 @@ pub(crate) struct SupportTransfer {
     /// Points that are hit, by their places in the problem, and their gaps, m.
     hits: Vec<(usize, f64)>,
     /// v̂ of every point, m/s.
-    targets: Vec<[f64; 3]>,
+    targets: Vec<[f64; 4]>,
     /// s γ₀ of every point, N·s.
-    carried: Vec<[f64; 3]>,
+    carried: Vec<[f64; 4]>,
     /// Velocities without the hit.
     unhit: Vec<f64>,
 }
@@ -116,7 +116,7 @@ fn is_due(
 
 /// Adds what the points carry in the first `part` of the step to the momentum of the lone object, and takes it from their
 /// laws.
-fn carry(problem: &mut Problem, part: f64, carried: &mut Vec<[f64; 3]>) {
+fn carry(problem: &mut Problem, part: f64, carried: &mut Vec<[f64; 4]>) {
     carried.clear();
     let Problem { objects, pairs, points, momentum, .. } = problem;
     let center = objects[0].center;
@@ -124,15 +124,17 @@ fn carry(problem: &mut Problem, part: f64, carried: &mut Vec<[f64; 3]>) {
         let sign = if matches!(pair.b, Owner::Object(_)) { 1.0 } else { -1.0 };
         pair.rolling.limit *= 1.0 - part;
         for point in &mut points[pair.first..pair.end] {
-            let [t1, t2, n] = point.impulse.map(|impulse| part * impulse);
-            carried.push([t1, t2, n]);
+            let [t1, t2, n, s] = point.impulse.map(|impulse| part * impulse);
+            carried.push([t1, t2, n, s]);
             let law = &mut point.law;
             law.target[0] -= t1 / law.tangential;
             law.target[1] -= t2 / law.tangential;
             law.target[2] -= n / law.normal;
-            let [normal, friction] = point.parts([t1, t2, n]).map(|part| part * sign);
+            law.target[3] -= s / law.tangential;
+            let [normal, friction] = point.parts([t1, t2, n, s]).map(|part| part * sign);
             let arm = pair.origin - center;
             let moment = (arm + point.r).cross(normal) + (arm + point.friction_r).cross(friction);
+            let moment = moment + point.torque([t1, t2, n, s]) * sign;
             let force = normal + friction;
             let wrench = [force.x, force.y, force.z, moment.x, moment.y, moment.z];
             momentum.iter_mut().zip(wrench).for_each(|(momentum, x)| *momentum += x);

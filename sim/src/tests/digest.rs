@@ -95,7 +95,7 @@ fn every_field_counts_in_the_digest() {
     let mut state = world.state().clone();
     state.earlier.smooth = true;
     type Change = (&'static str, fn(&mut State));
-    let changes: [Change; 50] = [
+    let changes: [Change; 52] = [
         ("step", |s| s.step ^= 1),
         ("base place", |s| nudge(&mut s.base.translation.y)),
         ("base turn", |s| nudge(&mut s.base.rotation.w)),
@@ -130,6 +130,7 @@ fn every_field_counts_in_the_digest() {
         ("mean known", |s| loaded(&mut s.pairs).mean.known ^= true),
         ("mean loaded", |s| loaded(&mut s.pairs).mean.loaded ^= true),
         ("mean stretch", |s| nudge(&mut loaded(&mut s.pairs).mean.stretch.y)),
+        ("mean twist", |s| nudge(&mut loaded(&mut s.pairs).mean.twist)),
         ("mean slip", |s| nudge(&mut loaded(&mut s.pairs).mean.slip)),
         ("mean force", |s| nudge(&mut loaded(&mut s.pairs).mean.normal_force)),
         ("covered", |s| loaded(&mut s.pairs).covered ^= true),
@@ -141,6 +142,7 @@ fn every_field_counts_in_the_digest() {
         ("feature of a", |s| point(s).fid1 = PackedFeatureId(point(s).fid1.0 ^ 1)),
         ("feature of b", |s| point(s).fid2 = PackedFeatureId(point(s).fid2.0 ^ 1)),
         ("stretch", |s| nudge(&mut point(s).data.stretch.x)),
+        ("twist", |s| nudge(&mut point(s).data.twist)),
         ("slip", |s| nudge(&mut point(s).data.slip)),
         ("force", |s| nudge(&mut point(s).data.normal_force)),
         ("bearing", |s| nudge(&mut point(s).data.bearing)),

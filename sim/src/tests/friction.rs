@@ -52,3 +52,29 @@ fn a_frictionless_surface_slides_on_everything() {
     assert!(slides(2.0, 0.0, 5.0, 0.1)[1] > 0.1);
     assert!(slides(0.0, 2.0, 5.0, 0.1)[0] > 0.1);
 }
+
+/// What is left of a ball's spin about the vertical after half a second on a floor.
+fn spin_left(rolling_friction: f64, torsional_friction: f64) -> f64 {
+    let mut model = Model::new(Config { sleeping: false, ..Config::default() }, None).expect("no hand");
+    model.add_ground(0.0, 0.5);
+    let parts = vec![(Pose::IDENTITY, Shape::Sphere { radius: 0.05 })];
+    let ball = Object::new("ball", parts, 1.0, 0.5, rolling_friction).expect("a ball");
+    let ball = ball.with_torsional_friction(torsional_friction).expect("a length");
+    model.add_object(Arc::new(ball)).expect("it fits");
+    let mut state = State::at_rest(&model, Pose::IDENTITY, &[Pose::translation(0.0, 0.0, 0.05)]);
+    let spin = model.object_dofs(0) + 5;
+    state.v[spin] = 20.0;
+    let mut world = World::new(Arc::new(model), state);
+    let stay = Command::stay(world.model(), Pose::IDENTITY);
+    for _ in 0..500 {
+        world.step(&stay);
+    }
+    world.state().v[spin] / 20.0
+}
+
+#[test]
+fn rolling_resistance_brakes_no_spin_and_torsional_friction_does() {
+    assert!((spin_left(2e-3, 0.0) - 1.0).abs() < 1e-6);
+    // m g ρ / (2/5 m R²) = 9.81 rad/s².
+    assert!((spin_left(0.0, 1e-3) - (1.0 - 0.5 * 9.81 / 20.0)).abs() < 2e-3);
+}

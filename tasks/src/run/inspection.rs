@@ -157,7 +157,15 @@ mod tests {
         let touching = run.world().contact_forces()[0];
         let (on, by) = (Owner::Link(thumb.links[1]), Owner::Object(0));
         let at = run.world().state().base.translation + Vec3::new(0.0, 0.0, 0.1);
-        let press = |a, b, force| ContactForce { a, b, force, position: at, ..touching };
+        let press = |a, b, force| ContactForce {
+            a,
+            b,
+            force,
+            position: at,
+            friction_at: at,
+            torque: Vec3::ZERO,
+            ..touching
+        };
         // The force is that on the second of two.
         let readings =
             Readings { contacts: vec![press(by, on, force), press(on, by, -force)], ..run.readings() };

@@ -185,12 +185,15 @@ impl Instruments {
 fn wrench(finger: &Finger, seen: &Readings) -> FingerWrench {
     let (mut force, mut torque) = (Vec3::ZERO, Vec3::ZERO);
     for contact in &seen.contacts {
-        for (owner, on_it) in [(contact.a, -contact.force), (contact.b, contact.force)] {
+        for (owner, sign) in [(contact.a, -1.0), (contact.b, 1.0)] {
             if let Owner::Link(link) = owner
                 && finger.links.contains(&link)
             {
-                force += on_it;
-                torque += (contact.position - seen.base.translation).cross(on_it);
+                force += contact.force * sign;
+                torque += contact.torque * sign;
+                for (at, part) in contact.parts() {
+                    torque += (at - seen.base.translation).cross(part * sign);
+                }
             }
         }
     }

@@ -46,6 +46,9 @@ pub struct Equal {
     pub friction: f64,
     /// Lever of rolling resistance, m.
     pub rolling_friction: f64,
+    /// Lever of torsional friction, m.
+    #[serde(default)]
+    pub torsional_friction: f64,
     /// Coefficient of restitution.
     #[serde(default)]
     pub restitution: f64,
@@ -154,6 +157,7 @@ impl Equal {
     fn kind(&self) -> Result<Kind, String> {
         let parts = vec![(Pose::IDENTITY, self.shape.clone())];
         let object = Object::new(&self.name, parts, self.mass, self.friction, self.rolling_friction)
+            .and_then(|object| object.with_torsional_friction(self.torsional_friction))
             .map_err(|error| format!("objects.equal: {error}"))?;
         if !(0.0..=1.0).contains(&self.restitution) {
             return Err("objects.equal.restitution must be in [0, 1]".to_owned());

@@ -58,14 +58,14 @@ pub(super) struct Document {
 struct Written {
     owner: Owner,
     friction: f64,
-    rolling: f64,
+    levers: Levers,
 }
 
 struct Writer<'a> {
     model: &'a Model,
     settings: &'a Settings,
-    /// Friction of most objects, and the largest rolling resistance.
-    common: Option<(f64, f64)>,
+    /// Friction of most objects, and the largest levers.
+    common: Option<(f64, Levers)>,
     written: Vec<Written>,
     hinges: Vec<HingeDof>,
     masters: Vec<Option<usize>>,
@@ -85,7 +85,7 @@ pub(super) fn notes() -> Vec<String> {
         "rounded boxes and hulls are convex meshes with 26 corners for each rounding; wide furniture is a plane",
         "friction of a pair: the geometric mean, as ours, wherever an object takes part: hand and furniture have \
          priority, with that of theirs and most objects'; objects of another friction have explicit pairs. Hand on \
-         hand and on furniture have the coefficient that they have on objects; rolling resistance by condim 6",
+         hand and on furniture have the coefficient that they have on objects; rolling resistance by condim 6, friction against spin by condim 4",
     ]
     .map(String::from)
     .to_vec()
@@ -204,14 +204,14 @@ impl Writer<'_> {
 
     /// Name and surface of the next shape. MuJoCo takes the larger coefficient of two, or that of the one with
     /// priority: what is no object has the geometric mean with that of most objects.
-    fn surface(&mut self, owner: Owner, friction: f64, rolling: f64) -> String {
+    fn surface(&mut self, owner: Owner, friction: f64, levers: Levers) -> String {
         let name = format!("name='g{}'", self.written.len());
-        self.written.push(Written { owner, friction, rolling });
+        self.written.push(Written { owner, friction, levers });
         match (owner, self.common) {
-            (Owner::Static | Owner::Link(_), Some((of_objects, rolling))) => {
-                format!("{name} priority='1' {}", surface((friction * of_objects).sqrt(), rolling))
+            (Owner::Static | Owner::Link(_), Some((of_objects, levers))) => {
+                format!("{name} priority='1' {}", surface((friction * of_objects).sqrt(), levers))
             }
-            _ => format!("{name} {}", surface(friction, rolling)),
+            _ => format!("{name} {}", surface(friction, levers)),
         }
     }
 
@@ -223,11 +223,12 @@ impl Writer<'_> {
         for (j, b) in self.written.iter().enumerate() {
             for (i, a) in self.written[..j].iter().enumerate() {
                 if a.owner != b.owner && (differs(a) || differs(b)) {
-                    let (mu, rolling) = ((a.friction * b.friction).sqrt(), a.rolling.max(b.rolling));
-                    let condim = if rolling > 0.0 { 6 } else { 3 };
+                    let (mu, levers) = ((a.friction * b.friction).sqrt(), a.levers.larger(b.levers));
+                    let Levers { torsional, rolling } = levers;
+                    let condim = levers.condim();
                     out += &format!(
                         "<pair geom1='g{i}' geom2='g{j}' condim='{condim}' \
-                         friction='{mu:?} {mu:?} {rolling:?} {rolling:?} {rolling:?}'/>"
+                         friction='{mu:?} {mu:?} {torsional:?} {rolling:?} {rolling:?}'/>"
                     );
                 }
             }
@@ -243,7 +244,7 @@ impl Writer<'_> {
             if collider.owner != Owner::Static {
                 continue;
             }
-            let surface = self.surface(Owner::Static, collider.friction, 0.0);
+            let surface = self.surface(Owner::Static, collider.friction, Levers::default());
             let pose = collider.body_from_shape;
             if collider.shape.as_halfspace().is_some() {
                 write!(self.out, "<geom type='plane' size='0 0 1' {} {surface}/>", place(&pose)).ok()?;
@@ -277,7 +278,7 @@ impl Writer<'_> {
         self.out += &inertial(&inertia);
         for (at, shape) in &object.parts {
             let central = Pose::from_parts(at.translation - object.com, at.rotation);
-            let surface = self.surface(Owner::Object(k), object.friction, object.rolling_friction);
+            let surface = self.surface(Owner::Object(k), object.friction, Levers::of(object));
             self.geom(shape, &central, &surface)?;
         }
         self.out += "</body>";
@@ -313,7 +314,7 @@ impl Writer<'_> {
         }
         self.out += &inertial(&link.inertia);
         for geom in &link.geoms {
-            let surface = self.surface(Owner::Link(index), geom.friction, 0.0);
+            let surface = self.surface(Owner::Link(index), geom.friction, Levers::default());
             self.geom(&geom.shape, &geom.link_from_geom, &surface)?;
         }
         for child in 0..hand.links.len() {
@@ -450,20 +451,43 @@ impl Writer<'_> {
     }
 }
 
-/// The friction that most objects have, of several the first, and the largest rolling resistance.
-fn common(objects: &[Arc<Object>]) -> Option<(f64, f64)> {
-    let rolling = objects.iter().fold(0.0, |most: f64, object| most.max(object.rolling_friction));
-    let as_many = |object: &&Arc<Object>| objects.iter().filter(|o| o.friction == object.friction).count();
-    let most = objects.iter().rev().max_by_key(as_many)?;
-    Some((most.friction, rolling))
+/// Levers of friction against spin and of rolling resistance, m.
+#[derive(Clone, Copy, Default)]
+struct Levers {
+    torsional: f64,
+    rolling: f64,
 }
 
-fn surface(friction: f64, rolling: f64) -> String {
-    if rolling > 0.0 {
-        format!("condim='6' friction='{friction:?} {rolling:?} {rolling:?}'")
-    } else {
-        format!("condim='3' friction='{friction:?} 0 0'")
+impl Levers {
+    fn of(object: &Object) -> Self {
+        Levers { torsional: object.torsional_friction, rolling: object.rolling_friction }
     }
+
+    fn larger(self, other: Self) -> Self {
+        Levers { torsional: self.torsional.max(other.torsional), rolling: self.rolling.max(other.rolling) }
+    }
+
+    /// How many directions MuJoCo's contact resists.
+    fn condim(self) -> u32 {
+        match self {
+            Levers { rolling, .. } if rolling > 0.0 => 6,
+            Levers { torsional, .. } if torsional > 0.0 => 4,
+            _ => 3,
+        }
+    }
+}
+
+/// The friction that most objects have, of several the first, and the largest levers.
+fn common(objects: &[Arc<Object>]) -> Option<(f64, Levers)> {
+    let levers = objects.iter().fold(Levers::default(), |most, object| most.larger(Levers::of(object)));
+    let as_many = |object: &&Arc<Object>| objects.iter().filter(|o| o.friction == object.friction).count();
+    let most = objects.iter().rev().max_by_key(as_many)?;
+    Some((most.friction, levers))
+}
+
+fn surface(friction: f64, levers: Levers) -> String {
+    let Levers { torsional, rolling } = levers;
+    format!("condim='{}' friction='{friction:?} {torsional:?} {rolling:?}'", levers.condim())
 }
 
 #[cfg(test)]

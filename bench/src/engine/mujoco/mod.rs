@@ -297,6 +297,7 @@ impl Engine for MuJoCo {
                 friction_at: vector(touch, 2),
                 normal: vector(touch, 5),
                 force: vector(touch, 8),
+                torque: Vec3::ZERO,
                 distance: touch[11],
             })
         };

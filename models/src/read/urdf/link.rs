@@ -4,7 +4,7 @@ use urdf_rs::Geometry;
 
 use super::tree::pose;
 use crate::error::ModelError;
-use crate::hand::{Geom, Inertia};
+use crate::hand::{Geom, Inertia, Pad};
 use crate::read::files::Files;
 use crate::read::hollow::MeshOf;
 use crate::read::mesh::{MeshHull, MeshReader};
@@ -21,6 +21,8 @@ const INERTIA_RATIO: f64 = 10.0;
 pub(crate) struct LinkBody {
     pub(crate) inertia: Inertia,
     pub(crate) geoms: Vec<Geom>,
+    /// How soft they all are.
+    pub(crate) pad: Option<Pad>,
 }
 
 /// Reads the links of one file.
@@ -55,7 +57,7 @@ impl<'a> LinkReader<'a> {
             geoms.push(Geom { link_from_geom: pose(&collision.origin), shape, friction });
         }
         let inertia = self.inertia(link, own, &geoms, &element, report);
-        Ok(LinkBody { inertia, geoms })
+        Ok(LinkBody { inertia, geoms, pad: own.pad })
     }
 
     fn shape(

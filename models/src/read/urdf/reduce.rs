@@ -10,7 +10,7 @@ use super::link::{LinkBody, LinkReader};
 use super::mimic::{Motion, motions};
 use super::tree::{Urdf, pose};
 use crate::error::ModelError;
-use crate::hand::{Geom, Hinge, HingeKind, Inertia, Joint, Link};
+use crate::hand::{Geom, Hinge, HingeKind, Inertia, Joint, Link, PadOn};
 use crate::read::report::Report;
 use crate::{Pose, Vec3};
 
@@ -23,6 +23,8 @@ pub(crate) struct Reduced {
     pub(crate) motions: Vec<Option<Motion>>,
     /// Per URDF link: the link it became part of, and its pose in that link's frame; `None` when it vanished.
     pub(crate) merged_into: Vec<Option<(usize, Pose)>>,
+    /// Which shapes are soft.
+    pub(crate) pads: Vec<PadOn>,
 }
 
 /// Reduces a URDF's tree to the links that move and the coordinates that move them.
@@ -48,7 +50,7 @@ pub(crate) fn reduce(
         inertia: Inertia::ZERO,
         geoms: Vec::new(),
     };
-    let mut links = vec![base];
+    let (mut links, mut pads) = (vec![base], Vec::new());
     // URDF links still to merge: which link they become part of, and their pose in its frame.
     let mut open = vec![(urdf.root, 0, Pose::IDENTITY)];
     let mut merged_into = vec![None; bodies.len()];
@@ -56,6 +58,10 @@ pub(crate) fn reduce(
         let body = &bodies[urdf_link];
         merged_into[urdf_link] = Some((link, link_from_urdf));
         links[link].inertia = links[link].inertia.plus(&body.inertia.moved(&link_from_urdf));
+        if let Some(pad) = body.pad {
+            let first = links[link].geoms.len();
+            pads.extend((first..first + body.geoms.len()).map(|geom| PadOn { link, geom, pad }));
+        }
         links[link].geoms.extend(body.geoms.iter().map(|g| Geom {
             link_from_geom: link_from_urdf * g.link_from_geom,
             shape: g.shape.clone(),
@@ -98,12 +104,12 @@ pub(crate) fn reduce(
         // Depth first in file order: a finger's links stand together.
         open.extend(below.into_iter().rev());
     }
-    let links = depth_first(links, &mut merged_into);
-    Ok(Reduced { links, coordinates, motions, merged_into })
+    let links = depth_first(links, &mut merged_into, &mut pads);
+    Ok(Reduced { links, coordinates, motions, merged_into, pads })
 }
 
 /// Reorders so that each chain is contiguous; links were numbered when their parent was visited.
-fn depth_first(links: Vec<Link>, merged_into: &mut [Option<(usize, Pose)>]) -> Vec<Link> {
+fn depth_first(links: Vec<Link>, merged_into: &mut [Option<(usize, Pose)>], pads: &mut [PadOn]) -> Vec<Link> {
     let mut order = Vec::with_capacity(links.len());
     let mut open = vec![0];
     while let Some(i) = open.pop() {
@@ -116,6 +122,9 @@ fn depth_first(links: Vec<Link>, merged_into: &mut [Option<(usize, Pose)>]) -> V
     }
     for (link, _) in merged_into.iter_mut().flatten() {
         *link = new_index[*link];
+    }
+    for pad in pads {
+        pad.link = new_index[pad.link];
     }
     order
         .iter()
