@@ -27,6 +27,8 @@ pub struct ContactPoint {
     pub r: Vec3,
     /// Where friction acts, from the pair's origin, m: nearer to the middle of a patch than the point itself.
     pub friction_r: Vec3,
+    /// How far from there it acts against spin alone, m: the point's share of a patch.
+    pub arm: f64,
     /// Unit normal from body A to body B.
     pub normal: Vec3,
     /// Unit tangents; `tangents[0] × tangents[1] = normal`.
@@ -320,6 +322,7 @@ impl Contacts {
             self.points.push(ContactPoint {
                 r,
                 friction_r: r,
+                arm: 0.0,
                 normal,
                 tangents: [t1, t2],
                 distance: point.dist,
@@ -334,11 +337,17 @@ impl Contacts {
             // A point that carried nothing has no slip of its own yet: it slips as fast as the surfaces move.
             if !point.anchor.loaded {
                 let velocity = relative.at(point.friction_r);
-                point.anchor.slip = (velocity - normal * velocity.dot(normal)).length();
+                let across = velocity - normal * velocity.dot(normal);
+                let spin = point.arm * relative.angular.dot(normal);
+                point.anchor.slip = (across.length_squared() + spin * spin).sqrt();
             }
         }
     }
 }
+
+/// Of the square of the distance at which a patch's point holds spin, the part by which it stands aside of the middle; the rest is
+/// the arm of its own spin. Points alone would brake the slip of a disc that spins fast a quarter too little.
+const ASIDE: f64 = 0.8;
 
 /// Draws the places where the friction of a patch acts together, about the centre of what its points carried in the last step.
 fn spread_friction(points: &mut [ContactPoint], lever: f64) {
@@ -351,7 +360,9 @@ fn spread_friction(points: &mut [ContactPoint], lever: f64) {
     };
     let center = points.iter().fold(Vec3::ZERO, |sum, point| sum + point.r * weight(point));
     for point in points {
-        point.friction_r = center + (point.r - center) * lever;
+        let aside = (point.r - center) * lever;
+        point.friction_r = center + aside * ASIDE.sqrt();
+        point.arm = ((1.0 - ASIDE) * aside.length_squared()).sqrt();
     }
 }
 

@@ -141,11 +141,12 @@ fn assemble_contacts(model: &Model, contacts: &Contacts, island: &Island, proble
                     ConeLaw::new(pair.friction, rigid, rigid, [0.0, 0.0, lifted])
                 }
             };
-            let law = match (pair.spin, point.rebound) {
-                (Some(spin), None) => {
-                    law.with_spin(spin.arm(point.anchor.bearing), -point.anchor.twist / (h + tau))
-                }
-                _ => law,
+            let flattened = pair.spin.map_or(0.0, |spin| spin.arm(point.anchor.bearing));
+            let law = if point.rebound.is_none() && (point.arm > 0.0 || flattened > 0.0) {
+                let arm = (point.arm * point.arm + flattened * flattened).sqrt();
+                law.with_spin(arm, -point.anchor.twist / (h + tau))
+            } else {
+                law
             };
             load += point.anchor.normal_force;
             patch |= point.friction_r != point.r || law.arm > 0.0;
