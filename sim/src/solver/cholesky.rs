@@ -108,7 +108,7 @@ impl BlockCholesky {
         for k in 0..n {
             let block = self.ordering.order[k];
             self.ranks.clear();
-            self.ranks.extend(self.ordering.below(block).map(|other| self.ordering.rank[other]));
+            self.ordering.below(block).for_each(|other| self.ranks.push(self.ordering.rank[other]));
             self.ranks.sort_unstable();
             let (size, first) = (self.columns[k].size, self.below.len());
             self.columns[k].diagonal = offset;

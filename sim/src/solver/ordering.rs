@@ -49,17 +49,22 @@ impl Ordering {
                 self.left.push(block);
             }
         }
+        // No block left touches fewer rows than this.
+        let mut bound = 0;
         while let Some(all_but_last) = self.left.len().checked_sub(1) {
             let among = if keep_last && all_but_last > 0 { all_but_last } else { all_but_last + 1 };
             let (mut least, mut place) = (u32::MAX, 0);
             for (k, &block) in self.left[..among].iter().enumerate() {
                 if self.degree[block] < least {
                     (least, place) = (self.degree[block], k);
+                    if least == bound {
+                        break;
+                    }
                 }
             }
             let next = self.left.remove(place);
             self.append(next);
-            self.eliminate(next, sizes);
+            bound = self.eliminate(next, sizes).min(least);
         }
     }
 
@@ -69,12 +74,13 @@ impl Ordering {
         self.order.push(block);
     }
 
-    /// Couples the neighbours of a block with each other, and takes it from the graph.
-    fn eliminate(&mut self, block: usize, sizes: &[usize]) {
+    /// Couples the neighbours of a block with each other, and takes it from the graph. Returns the least degree of a neighbour.
+    fn eliminate(&mut self, block: usize, sizes: &[usize]) -> u32 {
         let words = self.words;
         self.row.clear();
         self.row.extend_from_slice(&self.graph[block * words..][..words]);
-        for i in ones(&self.row) {
+        let mut least = u32::MAX;
+        ones(&self.row).for_each(|i| {
             let own = &mut self.graph[i * words..][..words];
             own[block / WORD] &= !(1 << (block % WORD));
             let mut degree = self.degree[i] - sizes[block] as u32;
@@ -90,7 +96,9 @@ impl Ordering {
                 }
             }
             self.degree[i] = degree;
-        }
+            least = least.min(degree);
+        });
+        least
     }
 
     /// The blocks below the diagonal in the column of a block, ascending by name.
