@@ -21,12 +21,8 @@ pub struct BroadPhase {
     boxes: Vec<Aabb>,
     /// Pairs of boxes that share a point, ascending.
     keys: Vec<(u32, u32)>,
-    /// Those of them whose boxes are as they were, while a new list is made.
-    kept: Vec<(u32, u32)>,
-    /// The others.
-    found: Vec<(u32, u32)>,
-    /// Of every shape: whether its box is new.
-    renewed: Vec<bool>,
+    /// The shapes, by where their boxes begin along x: a box shares no point with those that begin beyond it.
+    by_x: Vec<usize>,
     /// The last list, while a new one is made.
     old: Vec<(u32, u32)>,
 }
@@ -48,54 +44,40 @@ impl BroadPhase {
         if known && self.boxes.iter().zip(tight).all(|(outer, inner)| contains(outer, inner)) {
             return false;
         }
-        self.renewed.clear();
         if known {
             for (outer, inner) in self.boxes.iter_mut().zip(tight) {
-                let spent = !contains(outer, &grown(inner, SPENT_M));
-                if spent {
+                if !contains(outer, &grown(inner, SPENT_M)) {
                     *outer = grown(inner, SLACK_M);
                 }
-                self.renewed.push(spent);
             }
         } else {
             self.boxes.clear();
             self.boxes.extend(tight.iter().map(|inner| grown(inner, SLACK_M)));
-            self.renewed.resize(tight.len(), true);
-            self.keys.clear();
         }
         self.old.clone_from(&self.keys);
         self.list(model);
         !known || self.old != self.keys
     }
 
-    /// Lists the near pairs: those of renewed boxes are looked for, the others are as they were.
+    /// Lists the near pairs.
     fn list(&mut self, model: &Model) {
-        let renewed = &self.renewed;
-        let as_was = |&(i, j): &(u32, u32)| !(renewed[i as usize] || renewed[j as usize]);
-        self.kept.clear();
-        self.kept.extend(self.keys.iter().copied().filter(as_was));
-        self.found.clear();
-        for i in (0..self.boxes.len()).filter(|&i| renewed[i]) {
-            for j in 0..self.boxes.len() {
-                // Of two renewed ones the first looks for the second.
-                if j == i || j < i && renewed[j] || separation(&self.boxes[i], &self.boxes[j]) > 0.0 {
-                    continue;
+        self.by_x.clear();
+        self.by_x.extend(0..self.boxes.len());
+        self.by_x.sort_unstable_by(|&i, &j| self.boxes[i].mins.x.total_cmp(&self.boxes[j].mins.x));
+        self.keys.clear();
+        for (k, &i) in self.by_x.iter().enumerate() {
+            let own = &self.boxes[i];
+            for &j in &self.by_x[k + 1..] {
+                let other = &self.boxes[j];
+                if other.mins.x > own.maxs.x {
+                    break;
                 }
-                if may_touch(model, i.min(j), i.max(j)) {
-                    self.found.push((i.min(j) as u32, i.max(j) as u32));
+                if separation(own, other) <= 0.0 && may_touch(model, i.min(j), i.max(j)) {
+                    self.keys.push((i.min(j) as u32, i.max(j) as u32));
                 }
             }
         }
-        self.found.sort_unstable();
-        self.keys.clear();
-        let (mut kept, mut found) = (self.kept.iter().peekable(), self.found.iter().peekable());
-        while let Some(next) = match (kept.peek(), found.peek()) {
-            (Some(a), Some(b)) if a > b => found.next(),
-            (Some(_), _) => kept.next(),
-            (None, _) => found.next(),
-        } {
-            self.keys.push(*next);
-        }
+        self.keys.sort_unstable();
     }
 }
 

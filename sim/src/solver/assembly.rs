@@ -86,13 +86,16 @@ impl Newton {
             self.inverse_diagonal.extend([1.0 / object.mass; 3]);
             self.inverse_diagonal.extend([1.0 / i.x_axis.x, 1.0 / i.y_axis.y, 1.0 / i.z_axis.z]);
         }
+        self.slot.resize(model.objects().len(), usize::MAX);
+        for (k, object) in problem.objects.iter().enumerate() {
+            self.slot[object.object] = k;
+        }
         if self.block_structure.describes(problem) {
             return;
         }
         self.block_structure.describe(problem);
         self.sizes.clear();
         self.dof_block.clear();
-        self.slot.resize(model.objects().len(), usize::MAX);
         let hand_blocks = if problem.hand_dofs > 0 { model.hand_clusters() } else { 0 };
         for (block, cluster) in model.clusters()[..hand_blocks].iter().enumerate() {
             self.sizes.push(cluster.dofs.len());
@@ -101,10 +104,7 @@ impl Newton {
             }
         }
         self.list_joints(model, problem);
-        for (k, object) in problem.objects.iter().enumerate() {
-            self.slot[object.object] = k;
-            self.sizes.push(6);
-        }
+        self.sizes.extend(problem.objects.iter().map(|_| 6));
         if problem.rows > 0 && hand_blocks > 0 {
             self.sizes.push(problem.rows);
         }

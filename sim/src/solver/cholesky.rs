@@ -30,9 +30,8 @@ pub struct BlockCholesky {
     columns: Vec<Column>,
     /// The blocks below the diagonal, column by column, by ascending rank.
     below: Vec<Below>,
-    /// Offset of block (row rank, column rank) in `data`.
-    offset: Vec<u32>,
-    /// Of every two blocks: their offset, and whether it is the transpose that stands there.
+    /// Of every two blocks that are coupled: their offset, and whether it is the transpose that stands there. Of others what
+    /// an earlier pattern left: to fill it anew would take longer than the order of a heap does.
     place: Vec<u32>,
     data: Vec<f64>,
     transposed: Vec<f64>,
@@ -95,8 +94,6 @@ impl BlockCholesky {
     }
 
     fn place_blocks(&mut self, n: usize) {
-        self.offset.clear();
-        self.offset.resize(n * n, NONE);
         self.columns.clear();
         self.below.clear();
         let mut row = 0;
@@ -105,25 +102,22 @@ impl BlockCholesky {
             self.columns.push(Column { size, start: row, diagonal: 0, below: 0..0 });
             row += size;
         }
-        self.place.clear();
-        self.place.resize(n * n, NONE);
+        self.place.resize(self.place.len().max(n * n), NONE);
         let mut offset = 0;
         self.work = (n * n) as u64;
         for k in 0..n {
             let block = self.ordering.order[k];
             self.ranks.clear();
-            self.ranks.extend(self.ordering.below(block).map(|other| self.ordering.rank[other]));
+            self.ordering.below(block).for_each(|other| self.ranks.push(self.ordering.rank[other]));
             self.ranks.sort_unstable();
             let (size, first) = (self.columns[k].size, self.below.len());
             self.columns[k].diagonal = offset;
             self.place[block * n + block] = offset as u32;
-            self.offset[k * n + k] = offset as u32;
             offset += size * size;
             for &rank in &self.ranks {
                 let (column, other) = (&self.columns[rank], self.ordering.order[rank]);
                 let (rows, start) = (column.size, column.start);
                 self.below.push(Below { rank, size: rows, start, offset });
-                self.offset[rank * n + k] = offset as u32;
                 self.place[other * n + block] = offset as u32;
                 self.place[block * n + other] = offset as u32 | TRANSPOSED;
                 offset += rows * size;
@@ -137,7 +131,6 @@ impl BlockCholesky {
             let start = self.columns[self.ordering.rank[block]].start;
             self.row.extend((start..start + self.sizes[block]).map(|row| row as u32));
         }
-        self.data.clear();
         self.data.resize(offset, 0.0);
     }
 
@@ -216,17 +209,23 @@ impl BlockCholesky {
         true
     }
 
+    /// Offset of the block in this row and column, by their ranks, on or below the diagonal.
+    #[inline]
+    fn offset(&self, row: usize, column: usize) -> usize {
+        let order = &self.ordering.order;
+        self.place[order[row] * order.len() + order[column]] as usize
+    }
+
     /// Takes the product of a column's block at place `first` with itself and the blocks after it, up to `end`, from the
     /// rest of the matrix; the block is N x K.
     #[inline]
     fn eliminate<const N: usize, const K: usize>(&mut self, first: usize, end: usize) {
-        let n = self.columns.len();
         let Some((b, rest)) = self.below[first..end].split_first() else { return };
         let by_columns = columns::<N, K>(&self.data[b.offset..b.offset + N * K]);
         let square = self.columns[b.rank].diagonal;
         subtract_square(&mut self.data[square..square + N * N], &by_columns);
         for a in rest {
-            let to = self.offset[a.rank * n + b.rank] as usize;
+            let to = self.offset(a.rank, b.rank);
             let (a, c) = split(&mut self.data, a.offset, a.size * K, to, a.size * N);
             subtract_product(c, a, &by_columns);
         }
@@ -234,14 +233,13 @@ impl BlockCholesky {
 
     /// As [`Self::eliminate`], for a column of any size.
     fn eliminate_any(&mut self, s: usize, first: usize, end: usize) {
-        let n = self.columns.len();
         let Some((b, _)) = self.below[first..end].split_first() else { return };
         self.transposed.clear();
         for column in 0..s {
             self.transposed.extend((0..b.size).map(|row| self.data[b.offset + row * s + column]));
         }
         for a in &self.below[first..end] {
-            let to = self.offset[a.rank * n + b.rank] as usize;
+            let to = self.offset(a.rank, b.rank);
             let (a, c) = split(&mut self.data, a.offset, a.size * s, to, a.size * b.size);
             for (c, a) in c.chunks_exact_mut(b.size).zip(a.chunks_exact(s)) {
                 for (a, b) in a.iter().zip(self.transposed.chunks_exact(b.size)) {

@@ -76,12 +76,16 @@ pub(super) fn factor_diagonal(a: &mut [f64], s: usize) -> bool {
                 c[j][i] = a[i][j];
             }
         }
-        let done = pivot::<S, 0>(&mut c)
-            && pivot::<S, 1>(&mut c)
-            && pivot::<S, 2>(&mut c)
-            && pivot::<S, 3>(&mut c)
-            && pivot::<S, 4>(&mut c)
-            && pivot::<S, 5>(&mut c);
+        let done = if is_diagonal(&c) {
+            (0..S).all(|k| scale_pivot(&mut c[k][k]))
+        } else {
+            pivot::<S, 0>(&mut c)
+                && pivot::<S, 1>(&mut c)
+                && pivot::<S, 2>(&mut c)
+                && pivot::<S, 3>(&mut c)
+                && pivot::<S, 4>(&mut c)
+                && pivot::<S, 5>(&mut c)
+        };
         for j in 0..S {
             for i in j..S {
                 a[i][j] = c[j][i];
@@ -112,6 +116,22 @@ pub(super) fn factor_diagonal(a: &mut [f64], s: usize) -> bool {
     })
 }
 
+/// Whether a matrix given by columns has nothing beside its diagonal, as of a ball that nothing presses on: then no pivot waits
+/// for another.
+#[inline(always)]
+fn is_diagonal<const S: usize>(c: &[[f64; S]; S]) -> bool {
+    // A negative zero would not stay one.
+    (0..S).all(|j| c[j][j + 1..].iter().all(|x| x.to_bits() == 0))
+}
+
+/// Replaces a pivot by its reciprocal root; false if it is not positive.
+#[inline(always)]
+fn scale_pivot(d: &mut f64) -> bool {
+    let positive = *d > 0.0;
+    *d = 1.0 / d.sqrt();
+    positive
+}
+
 /// The K-th pivot of a matrix given by columns: scales its column, and takes the column's square from the rest. What
 /// follows waits for the next pivot alone.
 #[inline(always)]
@@ -119,12 +139,10 @@ fn pivot<const S: usize, const K: usize>(c: &mut [[f64; S]; S]) -> bool {
     if K >= S {
         return true;
     }
-    let d = c[K][K];
-    if d.is_nan() || d <= 0.0 {
+    if !scale_pivot(&mut c[K][K]) {
         return false;
     }
-    let scale = 1.0 / d.sqrt();
-    c[K][K] = scale;
+    let scale = c[K][K];
     for i in K + 1..S {
         c[K][i] *= scale;
     }

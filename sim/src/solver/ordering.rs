@@ -3,9 +3,6 @@
 
 const WORD: usize = u64::BITS as usize;
 
-/// Degree of a block that has been eliminated.
-const GONE: u32 = u32::MAX;
-
 /// Order of elimination, and which blocks each eliminated one couples.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Ordering {
@@ -19,6 +16,8 @@ pub(super) struct Ordering {
     graph: Vec<u64>,
     /// Of every block left: rows that its elimination would touch.
     degree: Vec<u32>,
+    /// The blocks left, ascending.
+    left: Vec<usize>,
     row: Vec<u64>,
 }
 
@@ -41,23 +40,47 @@ impl Ordering {
         self.order.clear();
         self.rank.clear();
         self.rank.resize(n, usize::MAX);
-        for k in 0..n {
-            let among = if keep_last && k + 1 < n { n - 1 } else { n };
-            let least = self.degree[..among].iter().copied().min().unwrap_or(0);
-            let next = self.degree[..among].iter().position(|degree| *degree == least).unwrap_or(0);
-            self.rank[next] = k;
-            self.order.push(next);
-            self.eliminate(next, sizes);
+        self.left.clear();
+        // What is coupled with nothing goes first, as it is: most of a heap that flies apart.
+        for block in 0..n {
+            if self.degree[block] == 0 && !(keep_last && block + 1 == n) {
+                self.append(block);
+            } else {
+                self.left.push(block);
+            }
+        }
+        // No block left touches fewer rows than this.
+        let mut bound = 0;
+        while let Some(all_but_last) = self.left.len().checked_sub(1) {
+            let among = if keep_last && all_but_last > 0 { all_but_last } else { all_but_last + 1 };
+            let (mut least, mut place) = (u32::MAX, 0);
+            for (k, &block) in self.left[..among].iter().enumerate() {
+                if self.degree[block] < least {
+                    (least, place) = (self.degree[block], k);
+                    if least == bound {
+                        break;
+                    }
+                }
+            }
+            let next = self.left.remove(place);
+            self.append(next);
+            bound = self.eliminate(next, sizes).min(least);
         }
     }
 
-    /// Couples the neighbours of a block with each other, and takes it from the graph.
-    fn eliminate(&mut self, block: usize, sizes: &[usize]) {
-        self.degree[block] = GONE;
+    /// Makes a block the next in the order.
+    fn append(&mut self, block: usize) {
+        self.rank[block] = self.order.len();
+        self.order.push(block);
+    }
+
+    /// Couples the neighbours of a block with each other, and takes it from the graph. Returns the least degree of a neighbour.
+    fn eliminate(&mut self, block: usize, sizes: &[usize]) -> u32 {
         let words = self.words;
         self.row.clear();
         self.row.extend_from_slice(&self.graph[block * words..][..words]);
-        for i in ones(&self.row) {
+        let mut least = u32::MAX;
+        ones(&self.row).for_each(|i| {
             let own = &mut self.graph[i * words..][..words];
             own[block / WORD] &= !(1 << (block % WORD));
             let mut degree = self.degree[i] - sizes[block] as u32;
@@ -73,7 +96,9 @@ impl Ordering {
                 }
             }
             self.degree[i] = degree;
-        }
+            least = least.min(degree);
+        });
+        least
     }
 
     /// The blocks below the diagonal in the column of a block, ascending by name.

@@ -17,6 +17,10 @@ pub(super) struct BlockStructure {
 
 impl BlockStructure {
     pub(super) fn describes(&self, problem: &Problem) -> bool {
+        // Lone objects are all alike: what they touch couples nothing.
+        if problem.hand_dofs == 0 && problem.objects.len() == 1 {
+            return self.hand_dofs == 0 && self.objects.len() == 1;
+        }
         self.hand_dofs == problem.hand_dofs
             && self.rows == problem.rows
             && self.objects.iter().eq(problem.objects.iter().map(|object| &object.object))

@@ -35,16 +35,17 @@ pub(super) fn step(
         solve(model, work, problem, newton, v);
     }
     let transferred = support_transfer::transfer(model, work, island, (problem, newton), v, support);
-    let (passes, finer) = slip_correction::passes(config);
     let alone = island.is_lone_object();
-    let most = if alone { passes.max(slip_correction::REBOUND_PASSES) } else { passes };
-    for pass in 0..if transferred { 0 } else { most } {
+    let mut pass = 0;
+    while !transferred {
         // Slip that changes evenly is left to the lag, however hard the contact. Later passes are for rebounds alone.
-        let finer = (pass < passes).then_some(if pass == 0 { 1.0 } else { finer });
-        if !slip_correction::correct(config, &work.collision.contacts, island, problem, finer) {
+        let finer = slip_correction::finer(config, pass);
+        let is_over = finer.is_none() && !(alone && pass < slip_correction::REBOUND_PASSES);
+        if is_over || !slip_correction::correct(config, &work.collision.contacts, island, problem, finer) {
             break;
         }
         solve(model, work, problem, newton, v);
+        pass += 1;
     }
     let Work { collision, impacts, forces, dynamics, drive, .. } = work;
     contact_memory::remember(

@@ -10,8 +10,8 @@ use crate::state::State;
 /// method of higher order: an undamped one by [`cash_karp`], a damped one by [`bdf2`]. All else, and what these decline, is
 /// stepped by implicit [`euler`].
 pub(super) fn step(model: &Model, state: &mut State, scratch: &mut Scratch, island: &Island, slot: usize) {
-    if scratch.solvers.len() == slot {
-        scratch.solvers.push(Default::default());
+    if scratch.solvers.len() <= slot {
+        scratch.solvers.resize_with(slot + 1, Default::default);
     }
     let Scratch { work, solvers, v, support, bdf2: history, cash_karp: stages, .. } = scratch;
     let alone = island.hand && island.objects.is_empty();

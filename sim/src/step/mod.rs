@@ -124,7 +124,7 @@ fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent:
     for point in points {
         work.outcome.penetration_m = work.outcome.penetration_m.max(-point.distance);
     }
-    let mut solved = 0;
+    let (mut solved, mut coupled) = (0, 0);
     for island in islands.list() {
         if let (false, [object]) = (island.hand, island.objects.as_slice())
             && state.sleep[*object].asleep
@@ -137,7 +137,10 @@ fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent:
         if !island.hand && island.pairs.is_empty() {
             ballistic::fly(model, state, &scratch.work.loads, island.objects[0]);
         } else {
-            island::step(model, state, scratch, island, solved);
+            // Alone all have the same ordering: they share the first solver, which stays in the processor's cache.
+            coupled += usize::from(!island.is_lone_object());
+            let slot = if island.is_lone_object() { 0 } else { coupled };
+            island::step(model, state, scratch, island, slot);
             solved += 1;
         }
         sleep::update(model, state, island);

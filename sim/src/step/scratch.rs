@@ -15,7 +15,7 @@ pub(crate) struct Scratch {
     /// What the next step's dynamics and contacts took to compute, if they are known already.
     pub prepared: Option<u64>,
     pub islands: Islands,
-    /// One for each island, so that orderings are re-used.
+    /// One for all lone objects, then one for each other island, so that orderings are re-used.
     pub solvers: Vec<(Problem, Newton)>,
     /// Generalized velocity of the island that is solved.
     pub v: Vec<f64>,

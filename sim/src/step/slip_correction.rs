@@ -34,12 +34,13 @@ const REBOUND_TOLERANCE: f64 = 1e-3;
 /// A surface that is lifted at some speed is off by as much as in this time, s, at any shorter step.
 const LEAST_S: f64 = 1e-3;
 
-/// How often a step is solved again at most, and by how much finer than usual the term's tolerance is from the second
-/// time on.
-pub(super) fn passes(config: &Config) -> (usize, f64) {
+/// By how much finer than usual the term's tolerance is the `pass`-th time that a step is looked at, from 0 on; `None` when it is
+/// not to be solved again for the term.
+pub(super) fn finer(config: &Config, pass: usize) -> Option<f64> {
     let harder = (config.contact_stiffness / SOFT_STIFFNESS).max(1.0);
-    let more = if harder > 1.0 { libm::log10(harder).ceil() as usize } else { 0 };
-    (PASSES + more, harder)
+    // The logarithm only where it is needed: most steps end before.
+    let is_due = pass < PASSES || pass < PASSES + libm::log10(harder).ceil() as usize;
+    is_due.then_some(if pass == 0 { 1.0 } else { harder })
 }
 
 /// Normal velocity at which a contact point that does not slip carries nothing, m/s, and its dissipation time, s.

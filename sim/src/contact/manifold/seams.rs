@@ -55,9 +55,10 @@ impl Other {
 #[derive(Clone, Debug)]
 struct Remainder {
     face: u32,
-    normal: Vec3,
     /// Convex polygons, counterclockwise as seen from outside; none if all is covered.
     pieces: Vec<Vec<Vec3>>,
+    /// Of every piece: a corner of each edge, and the direction out of the piece across it.
+    edges: Vec<Vec<(Vec3, Vec3)>>,
 }
 
 /// What a contact's normal may be at a point.
@@ -126,7 +127,8 @@ impl Seams {
                 continue;
             }
             covers = true;
-            let remainder = Remainder { face, normal, pieces };
+            let edges = pieces.iter().map(|piece| edges(piece, normal)).collect();
+            let remainder = Remainder { face, pieces, edges };
             match known {
                 Some(k) => self.faces[k] = remainder,
                 None => self.faces.push(remainder),
@@ -139,10 +141,11 @@ impl Seams {
 
     /// Whether a point on a face of the core is on what is left of it, or as far beyond as bodies sink in.
     pub(crate) fn is_bare(&self, face: u32, at: Vec3) -> bool {
+        let is_within = |(corner, outward): &(Vec3, Vec3)| outward.dot(at - *corner) <= BEYOND_M;
         self.faces
             .iter()
             .find(|known| known.face == face)
-            .is_none_or(|known| known.pieces.iter().any(|piece| beyond(piece, known.normal, at) <= BEYOND_M))
+            .is_none_or(|known| known.edges.iter().any(|edges| edges.iter().all(is_within)))
     }
 
     /// What the contact normal of a point on the surface of the core may be, where it is not a face's own: it must need no face
@@ -167,16 +170,10 @@ impl Seams {
     }
 }
 
-/// How far a point is beyond the edges of a convex polygon, m; negative within.
-fn beyond(polygon: &[Vec3], normal: Vec3, at: Vec3) -> f64 {
-    let mut most = f64::NEG_INFINITY;
-    for k in 0..polygon.len() {
-        let (p, q) = (polygon[k], polygon[(k + 1) % polygon.len()]);
-        if let Some(outward) = (q - p).cross(normal).try_normalize() {
-            most = most.max(outward.dot(at - p));
-        }
-    }
-    most
+/// A corner of each edge of a convex polygon, and the direction out of the polygon across it.
+fn edges(polygon: &[Vec3], normal: Vec3) -> Vec<(Vec3, Vec3)> {
+    let ends = polygon.iter().zip(polygon.iter().cycle().skip(1));
+    ends.filter_map(|(p, q)| Some((*p, (*q - *p).cross(normal).try_normalize()?))).collect()
 }
 
 /// Adds to `out` what of a polygon is outside of an intersection of half-spaces, moved by `aside` before it is looked at.
