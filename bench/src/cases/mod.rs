@@ -19,6 +19,7 @@ pub mod impact;
 pub mod mechanism;
 pub mod pile;
 pub mod pinch;
+pub mod pour;
 pub mod reflex;
 pub mod residuals;
 pub mod robustness;
@@ -46,6 +47,7 @@ pub const GROUPS: &[&[Case]] = &[
     reflex::CASES,
     balls::CASES,
     pile::CASES,
+    pour::CASES,
     hand_dynamics::CASES,
     tendon::CASES,
     hold::CASES,

@@ -16,6 +16,7 @@ mod mechanism;
 mod peers;
 mod pile;
 mod pinch;
+mod pour;
 mod random;
 mod reflex;
 mod robustness;

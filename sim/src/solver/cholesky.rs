@@ -95,8 +95,9 @@ impl BlockCholesky {
     }
 
     fn place_blocks(&mut self, n: usize) {
-        self.offset.clear();
+        // Of blocks that are not stored nobody asks where they are: what stood there before may stay.
         self.offset.resize(n * n, NONE);
+        self.place.resize(n * n, NONE);
         self.columns.clear();
         self.below.clear();
         let mut row = 0;
@@ -105,8 +106,6 @@ impl BlockCholesky {
             self.columns.push(Column { size, start: row, diagonal: 0, below: 0..0 });
             row += size;
         }
-        self.place.clear();
-        self.place.resize(n * n, NONE);
         let mut offset = 0;
         self.work = (n * n) as u64;
         for k in 0..n {
