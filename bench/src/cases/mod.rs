@@ -29,6 +29,7 @@ mod setup;
 pub mod stacking;
 pub mod synergy;
 pub mod tendon;
+pub mod thin;
 pub mod torsion;
 
 pub use case::{Case, Finding};
@@ -64,6 +65,7 @@ pub const GROUPS: &[&[Case]] = &[
     heaps::CASES,
     torsion::CASES,
     faces::CASES,
+    thin::CASES,
     held::CASES,
 ];
 

@@ -24,6 +24,7 @@ mod rolling;
 mod stacking;
 mod synergy;
 mod tendon;
+mod thin;
 
 use crate::cases::{Setup, run};
 use crate::engine::EngineKind;
