@@ -15,13 +15,14 @@ use crate::contact::broad_phase::separation;
 use crate::model::{Collider, Model, Owner};
 use crate::state::State;
 use palmares_models::{Pose, Vec3};
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Objects may come to overlap by this part of the thinner one's width in a step: beyond it the near side might not be the nearer one
 /// any more.
 const DEEPEST: f64 = 0.5;
 
 /// What goes less far in a step than this part of that is left to its contacts.
-const SLOW: f64 = 1.0 / 32.0;
+const SLOW: f64 = 0.25;
 
 /// What stops may be in the way of others: so often all is looked at again at most.
 const PASSES: usize = 4;
@@ -34,7 +35,7 @@ pub(crate) struct Continuous {
     sweeps: Vec<Sweep>,
     /// Which of them have been stopped.
     stopped: Vec<bool>,
-    /// How far any point of each shape goes, m.
+    /// How far any point of each object goes at most, m.
     ways: Vec<f64>,
     /// Pairs of shapes that have to be looked at.
     due: Vec<(usize, usize)>,
@@ -49,7 +50,15 @@ impl Continuous {
 
 /// Stops the objects that would pass through something; all islands have moved.
 pub(super) fn stop_short(model: &Model, state: &mut State, work: &mut Work) {
-    if !(0..model.objects().len()).any(|k| is_fast(model, state, &work.continuous, k)) {
+    let Continuous { starts, ways, .. } = &mut work.continuous;
+    ways.clear();
+    ways.extend(starts.iter().enumerate().map(|(k, start)| longest_way(model, state, start, k)));
+    let farthest = ways.iter().copied().fold(0.0, f64::max);
+    if !(2.0 * farthest > SLOW * DEEPEST * model.thinnest_m()) {
+        return;
+    }
+    list_due(model, state, work);
+    if work.continuous.due.is_empty() {
         return;
     }
     let h = model.config().step_s;
@@ -65,10 +74,16 @@ pub(super) fn stop_short(model: &Model, state: &mut State, work: &mut Work) {
     stopped.clear();
     stopped.resize(model.objects().len(), false);
     let allowed = step_work(model.objects().len());
-    for _ in 0..PASSES {
-        list_due(model, state, work);
-        if !stop_due(model, work) || work.outcome.work > allowed {
+    for pass in 0..PASSES {
+        if pass > 0 {
+            list_due(model, state, work);
+        }
+        if !stop_due(model, state, work) || work.outcome.work > allowed {
             break;
+        }
+        let Continuous { sweeps, ways, .. } = &mut work.continuous;
+        for (k, (way, sweep)) in ways.iter_mut().zip(sweeps).enumerate() {
+            *way = sweep.way.length() + sweep.turn.length() * model.object_radius(k);
         }
     }
     for (k, sweep) in work.continuous.sweeps.iter().enumerate() {
@@ -83,17 +98,18 @@ pub(super) fn stop_short(model: &Model, state: &mut State, work: &mut Work) {
     }
 }
 
-/// Whether an object goes or turns so far in the step that it could come through something.
-fn is_fast(model: &Model, state: &State, continuous: &Continuous, k: usize) -> bool {
+/// How far any point of an object went at most in the step, m.
+fn longest_way(model: &Model, state: &State, start: &Pose, k: usize) -> f64 {
     if state.sleep[k].asleep {
-        return false;
+        return 0.0;
     }
-    let (from, to) = (&continuous.starts[k], &state.objects[k]);
-    let way = from.translation.distance(to.translation);
+    let end = &state.objects[k];
     let turn = state.object_velocity(model, k).1.length() * model.config().step_s;
-    let cosine = from.rotation.dot(to.rotation);
+    let cosine = start.rotation.dot(end.rotation);
+    // An arc of up to half a turn is at most pi/2 times its chord; of longer turns whole ones are not seen in it.
     let chord = 2.0 * (1.0 - cosine * cosine).max(0.0).sqrt();
-    2.0 * (way + turn.max(chord) * model.object_radius(k)) > SLOW * DEEPEST * model.thinnest_m()
+    let turned = if turn > 1.0 { turn + PI } else { turn.max(FRAC_PI_2 * chord) };
+    start.translation.distance(end.translation) + turned * model.object_radius(k)
 }
 
 /// The overlap that two shapes may come to in a step, m.
@@ -106,19 +122,13 @@ fn takes_part(shape: &Collider) -> bool {
     !matches!(shape.owner, Owner::Link(_)) && shape.bounding_radius.is_finite()
 }
 
-/// Lists the pairs of shapes that their motions could bring through each other.
+/// Lists the pairs of shapes that their motions could bring through each other, by how far they go.
 fn list_due(model: &Model, state: &State, work: &mut Work) {
-    let Work { continuous: Continuous { sweeps, ways, due, .. }, collision, outcome, .. } = work;
+    let Work { continuous: Continuous { ways, due, .. }, collision, outcome, .. } = work;
     let colliders = model.colliders();
-    ways.clear();
-    ways.extend(colliders.iter().map(|shape| match shape.owner {
-        Owner::Object(k) => sweeps[k].longest_way(shape),
+    let way = |shape: &Collider| match shape.owner {
+        Owner::Object(k) => ways[k],
         Owner::Static | Owner::Link(_) => 0.0,
-    }));
-    let still = Sweep::default();
-    let moving = |i: usize| {
-        let sweep = if let Owner::Object(k) = colliders[i].owner { &sweeps[k] } else { &still };
-        Moving { shape: &colliders[i], sweep }
     };
     due.clear();
     let distances = &collision.distances;
@@ -128,26 +138,21 @@ fn list_due(model: &Model, state: &State, work: &mut Work) {
     for index in 0..distances.count() {
         let (i, j) = distances.key(index);
         let (a, b) = (&colliders[i], &colliders[j]);
-        let (way, most) = (ways[i] + ways[j], most(a, b));
-        let slow =
-            !(way > SLOW * most) || distances.slack(index) > 0.0 && way <= distances.slack(index) + most;
+        let (way, most, slack) = (way(a) + way(b), most(a, b), distances.slack(index));
+        let slow = !(way > SLOW * most) || slack > 0.0 && way <= slack + most;
         if slow || !takes_part(a) || !takes_part(b) {
             continue;
         }
         let key = (i as u32, j as u32);
         place += state.pairs[place..].iter().take_while(|pair| pair.key < key).count();
         let known = state.pairs.get(place).filter(|pair| pair.key == key && !pair.manifold.points.is_empty());
-        let apart = known.is_some_and(|pair| {
-            let normal = collision.poses[i].rotation * pair.manifold.local_n1;
-            stays_apart(moving(i), moving(j), normal, pair.seen.0, most)
-        });
-        if !apart {
+        if !known.is_some_and(|pair| way <= pair.seen.0 + most) {
             due.push((i, j));
         }
     }
     // Near pairs are those that the velocities of the start could bring together.
     let (h, margin) = (model.config().step_s, 0.5 * model.config().margin(false));
-    let beyond = |i: usize| (ways[i] - h * collision.speeds[i] - margin).max(0.0);
+    let beyond = |i: usize| (way(&colliders[i]) - h * collision.speeds[i] - margin).max(0.0);
     for i in (0..colliders.len()).filter(|&i| beyond(i) > 0.0) {
         outcome.work += colliders.len() as u64;
         for (j, other) in colliders.iter().enumerate() {
@@ -165,8 +170,8 @@ fn list_due(model: &Model, state: &State, work: &mut Work) {
 }
 
 /// Stops both objects of every listed pair where they would pass through each other; true if there are any.
-fn stop_due(model: &Model, work: &mut Work) -> bool {
-    let Work { continuous: Continuous { sweeps, stopped, due, .. }, outcome, .. } = work;
+fn stop_due(model: &Model, state: &State, work: &mut Work) -> bool {
+    let Work { continuous: Continuous { sweeps, stopped, due, .. }, collision, outcome, .. } = work;
     let mut any = false;
     let allowed = step_work(model.objects().len());
     for &(i, j) in due.iter() {
@@ -174,18 +179,24 @@ fn stop_due(model: &Model, work: &mut Work) -> bool {
             break;
         }
         let [a, b] = [i, j].map(|i| &model.colliders()[i]);
-        let still = Sweep::default();
         let sweep = |shape: &Collider| match shape.owner {
             Owner::Object(k) => sweeps[k],
-            Owner::Static | Owner::Link(_) => still,
+            Owner::Static | Owner::Link(_) => Sweep::default(),
         };
         let (of_a, of_b) = (sweep(a), sweep(b));
-        let part = free_part(
-            Moving { shape: a, sweep: &of_a },
-            Moving { shape: b, sweep: &of_b },
-            most(a, b),
-            &mut outcome.work,
-        );
+        let (moving_a, moving_b) = (Moving { shape: a, sweep: &of_a }, Moving { shape: b, sweep: &of_b });
+        let most = most(a, b);
+        // Along the normal of their contact it is known already how far apart they were.
+        let known = state.pairs.binary_search_by_key(&(i as u32, j as u32), |pair| pair.key);
+        let known = known.ok().map(|place| &state.pairs[place]).filter(|p| !p.manifold.points.is_empty());
+        let apart = known.is_some_and(|pair| {
+            let normal = collision.poses[i].rotation * pair.manifold.local_n1;
+            stays_apart(moving_a, moving_b, normal, pair.seen.0, most)
+        });
+        if apart {
+            continue;
+        }
+        let part = free_part(moving_a, moving_b, most, &mut outcome.work);
         if part >= 1.0 {
             continue;
         }
