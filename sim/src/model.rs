@@ -47,6 +47,9 @@ pub struct Collider {
     pub local_bounds: Aabb,
     /// Largest distance of a point of the shape from its own origin, m; infinite of a ground.
     pub bounding_radius: f64,
+    /// Between the two parallel planes nearest to each other, one of them along a face, that have the shape between them, m; infinite
+    /// of a ground.
+    pub width: f64,
     /// Coulomb friction coefficient.
     pub friction: f64,
     /// Lever of rolling resistance, m.
@@ -121,12 +124,16 @@ pub struct Model {
     hand: Option<Arc<Hand>>,
     objects: Vec<Arc<Object>>,
     object_inertia_inverse: Vec<Mat3>,
+    /// Of every object: no point of it is farther from its centre of mass, m.
+    object_radius: Vec<f64>,
     colliders: Vec<Collider>,
     clusters: Vec<Cluster>,
     /// Collider pairs of the hand with itself, ascending.
     self_pairs: Vec<(u32, u32)>,
     /// The hand has joints and none of them is damped.
     undamped_hand: bool,
+    /// Least width of the shapes of objects and furniture, m.
+    thinnest_m: f64,
 }
 
 impl Model {
@@ -137,12 +144,14 @@ impl Model {
             hand: hand.clone(),
             objects: Vec::new(),
             object_inertia_inverse: Vec::new(),
+            object_radius: Vec::new(),
             colliders: Vec::new(),
             clusters: Vec::new(),
             self_pairs: Vec::new(),
             undamped_hand: hand
                 .as_ref()
                 .is_some_and(|hand| hand.coordinates.iter().all(|c| c.damping == 0.0)),
+            thinnest_m: f64::INFINITY,
         };
         if let Some(hand) = &hand {
             for (i, link) in hand.links.iter().enumerate() {
@@ -180,6 +189,8 @@ impl Model {
             .clusters
             .extend((0..self.objects.len()).map(|k| Cluster { dofs: first + 6 * k..first + 6 * (k + 1) }));
         model.object_inertia_inverse.clone_from(&self.object_inertia_inverse);
+        model.object_radius.clone_from(&self.object_radius);
+        model.thinnest_m = self.thinnest_m;
         model.objects.clone_from(&self.objects);
         Ok(model)
     }
@@ -214,6 +225,7 @@ impl Model {
             rounding: 0.0,
             local_bounds: Aabb { mins: Vec3::splat(-END_M), maxs: below },
             bounding_radius: f64::INFINITY,
+            width: f64::INFINITY,
             friction,
             rolling_friction: 0.0,
             spin: SpinSurface::default(),
@@ -245,6 +257,9 @@ impl Model {
         let first = self.velocity_len();
         self.clusters.push(Cluster { dofs: first..first + 6 });
         self.object_inertia_inverse.push(object.inertia.inverse());
+        let parts = &self.colliders[self.colliders.len() - object.parts.len()..];
+        let reach = |part: &Collider| part.body_from_shape.translation.length() + part.bounding_radius;
+        self.object_radius.push(parts.iter().map(reach).fold(0.0, f64::max));
         self.objects.push(object);
         Ok(id)
     }
@@ -263,8 +278,14 @@ impl Model {
             shape.to_parry().ok_or_else(|| ModelError::FlatShape { owner: name.to_owned(), index })?;
         let local_bounds = parry.compute_local_aabb();
         let (core, rounding) = without_rounding(&parry);
+        let solid = Solid::of(&core);
+        let width = parry.as_ball().map_or_else(|| solid.width() + 2.0 * rounding, |ball| 2.0 * ball.radius);
+        if !matches!(owner, Owner::Link(_)) {
+            self.thinnest_m = self.thinnest_m.min(width);
+        }
         self.colliders.push(Collider {
-            solid: Solid::of(&core),
+            width,
+            solid,
             seams: Seams::default(),
             core,
             rounding,
@@ -320,6 +341,16 @@ impl Model {
     /// Inverse of an object's central inertia, in object axes.
     pub fn object_inertia_inverse(&self, object: usize) -> Mat3 {
         self.object_inertia_inverse[object]
+    }
+
+    /// Farthest that any point of an object is from its centre of mass, m.
+    pub fn object_radius(&self, object: usize) -> f64 {
+        self.object_radius[object]
+    }
+
+    /// Least width of the shapes of objects and furniture, m; infinite without any.
+    pub fn thinnest_m(&self) -> f64 {
+        self.thinnest_m
     }
 
     /// All collision shapes.

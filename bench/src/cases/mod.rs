@@ -19,6 +19,7 @@ pub mod impact;
 pub mod mechanism;
 pub mod pile;
 pub mod pinch;
+pub mod pour;
 pub mod reflex;
 pub mod residuals;
 pub mod robustness;
@@ -28,6 +29,7 @@ mod setup;
 pub mod stacking;
 pub mod synergy;
 pub mod tendon;
+pub mod thin;
 pub mod torsion;
 
 pub use case::{Case, Finding};
@@ -46,6 +48,7 @@ pub const GROUPS: &[&[Case]] = &[
     reflex::CASES,
     balls::CASES,
     pile::CASES,
+    pour::CASES,
     hand_dynamics::CASES,
     tendon::CASES,
     hold::CASES,
@@ -62,6 +65,7 @@ pub const GROUPS: &[&[Case]] = &[
     heaps::CASES,
     torsion::CASES,
     faces::CASES,
+    thin::CASES,
     held::CASES,
 ];
 

@@ -86,7 +86,7 @@ fn parts(kind: usize, random: &mut Random) -> Parts {
 }
 
 /// Walls of a box on a wide floor whose top is z = 0, all of them thick.
-fn add_box(model: &mut Model, (w, height): (f64, f64)) -> Result<()> {
+pub(super) fn add_box(model: &mut Model, (w, height): (f64, f64)) -> Result<()> {
     let t = 0.01;
     let h = 0.5 * height;
     let slabs = [
@@ -210,7 +210,7 @@ pub fn poured(setup: &Setup, recorder: &mut Recorder) -> Result<Finding> {
 
 /// How far the centre of an object got out of a box. What was above the rim once may fall anywhere but through the
 /// floor.
-struct Escape {
+pub(super) struct Escape {
     half_m: f64,
     height_m: f64,
     over_the_rim: Vec<bool>,
@@ -218,11 +218,11 @@ struct Escape {
 }
 
 impl Escape {
-    fn new(count: usize, (half_m, height_m): (f64, f64)) -> Self {
+    pub(super) fn new(count: usize, (half_m, height_m): (f64, f64)) -> Self {
         Escape { half_m, height_m, over_the_rim: vec![false; count], farthest_m: 0.0 }
     }
 
-    fn look(&mut self, poses: &[Pose]) {
+    pub(super) fn look(&mut self, poses: &[Pose]) {
         for (pose, over) in poses.iter().zip(&mut self.over_the_rim) {
             let p = pose.translation;
             *over |= p.z > self.height_m;
@@ -233,7 +233,7 @@ impl Escape {
         }
     }
 
-    fn figure(&self) -> Figure {
+    pub(super) fn figure(&self) -> Figure {
         Figure::bounded("farthest object centre beyond a wall", self.farthest_m.max(0.0) * 1e3, "mm", 0.0)
     }
 }

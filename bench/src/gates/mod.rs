@@ -16,6 +16,7 @@ mod mechanism;
 mod peers;
 mod pile;
 mod pinch;
+mod pour;
 mod random;
 mod reflex;
 mod robustness;
@@ -23,6 +24,7 @@ mod rolling;
 mod stacking;
 mod synergy;
 mod tendon;
+mod thin;
 
 use crate::cases::{Setup, run};
 use crate::engine::EngineKind;

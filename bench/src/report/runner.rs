@@ -63,6 +63,7 @@ fn left_out(name: &str) -> Option<&'static str> {
     match name {
         _ if name.starts_with("self_consistency") => Some("says again, at dt/64, what the other rows say"),
         _ if name.ends_with("_60s") => Some("a minute of holding, for the gates"),
+        _ if name.starts_with("poured_") => Some("many minutes at short steps, for the gates"),
         "grasp_max_dt" => Some("searches the step itself"),
         _ => None,
     }

@@ -18,9 +18,10 @@ pub(crate) struct Collision {
     pub poses: Vec<Pose>,
     pub distances: DistanceCache,
     broad_phase: BroadPhase,
-    bounds: Vec<Aabb>,
-    /// Upper bound of the speed of any point of each shape, m/s.
-    speeds: Vec<f64>,
+    /// Of every shape, grown by half the margin and by what its speed takes it in a step.
+    pub bounds: Vec<Aabb>,
+    /// Upper bound of the speed of any point of each shape at the start of the step, m/s.
+    pub speeds: Vec<f64>,
     /// The same one step earlier; empty when the state was changed from outside.
     speeds_before: Vec<f64>,
     /// Largest way that any point of each shape can have made in the last step, m.

@@ -88,6 +88,11 @@ impl DistanceCache {
         (a as usize, b as usize)
     }
 
+    /// Whether two shapes, the lower place first, are a near pair.
+    pub fn has(&self, key: (u32, u32)) -> bool {
+        self.watches.binary_search_by_key(&key, |watch| watch.key).is_ok()
+    }
+
     /// Neither shape of pair `index` moves: it is not looked at until one of them is roused.
     pub fn rest(&mut self, index: usize) {
         self.watches[index].until = f64::INFINITY;

@@ -1,5 +1,6 @@
 //! Which shapes may touch, and where: broad phase, narrow phase by parry, impacts, and the memory of stiction.
 
+pub mod advancement;
 pub mod anchor;
 pub mod broad_phase;
 pub(crate) mod collide;

@@ -3,7 +3,7 @@
 use super::anchor::{Anchor, Pair};
 use super::broad_phase::separation;
 use super::distance_cache::DistanceCache;
-use super::manifold::Finder;
+use super::manifold::{self, Finder};
 use super::restitution::Rebound;
 use super::spin::SpinLaw;
 use crate::bounds::{DISTANCE_WORK, MANIFOLD_WORK, POINT_WORK};
@@ -405,6 +405,23 @@ fn still_apart(
 fn distance(a: &Collider, b: &Collider, a_from_b: &Pose) -> f64 {
     let found = DefaultQueryDispatcher.distance(a_from_b, &*a.core, &*b.core);
     found.map_or(0.0, |found| (found.distance - a.rounding - b.rounding).max(0.0))
+}
+
+/// As [`manifold::apart`], of any shapes but a ground.
+pub(super) fn apart(
+    a: &Collider,
+    b: &Collider,
+    a_from_b: &Pose,
+    reach: f64,
+    last: Vec3,
+) -> Option<(Vec3, f64)> {
+    if !(a.is_ball || b.is_ball) {
+        return manifold::apart(a, b, a_from_b, reach, last);
+    }
+    let mut found = ContactManifold::new();
+    find_point(&mut found, a, b, a_from_b, reach);
+    let distance = found.points.first()?.dist;
+    Some((found.local_n1.normalize_or(Vec3::Z), distance))
 }
 
 /// Whether the points of a pair can be used again as they are. parry's own re-use of old points (up to 1 mm and 1°) gives a

@@ -5,12 +5,14 @@
 //! 3. Islands: bodies that touch each other are solved together.
 //! 4. For each island, [`island::step`]: assemble the problem, solve it, integrate; or fly, where nothing is touched.
 //! 5. [`sleep::update`]: an island that has been still for long falls asleep.
+//! 6. [`continuous::stop_short`]: what is fast stops before it passes through something.
 
 mod assemble;
 mod ballistic;
 mod bdf2;
 mod cash_karp;
 mod contact_memory;
+mod continuous;
 mod drive;
 mod euler;
 mod forces;
@@ -117,6 +119,7 @@ fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent:
     let mut islands = std::mem::take(&mut scratch.islands);
     let work = &mut scratch.work;
     islands.update(model, &work.collision.contacts);
+    work.continuous.begin(state);
     work.forces.clear();
     work.impacts.of_objects.resize(model.objects().len(), None);
     let points = &work.collision.contacts.points;
@@ -145,6 +148,7 @@ fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent:
         }
         sleep::update(model, state, island);
     }
+    continuous::stop_short(model, state, &mut scratch.work);
     scratch.work.loads.clear();
     scratch.work.outcome.islands = solved;
     scratch.work.outcome.asleep = state.sleep.iter().filter(|sleep| sleep.asleep).count();

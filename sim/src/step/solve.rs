@@ -1,7 +1,7 @@
 //! Solves an island's problem, within what is left of the step's budget.
 
 use super::work::Work;
-use crate::bounds::{Fault, step_work};
+use crate::bounds::{Fault, step_iterations, step_work};
 use crate::model::Model;
 use crate::solver::newton::{Newton, Stop};
 use crate::solver::problem::Problem;
@@ -18,7 +18,7 @@ pub(super) fn solve(
     let Work { outcome, fault, dynamics, .. } = work;
     let stop = Stop {
         tolerance: config.tolerance,
-        max_iterations: config.max_iterations,
+        max_iterations: step_iterations(config.max_iterations, problem.objects.len()),
         max_work: step_work(model.objects().len()).saturating_sub(outcome.work),
     };
     let report = newton.solve(model, &dynamics.kin, problem, v, &stop);

@@ -1,6 +1,7 @@
 //! What all islands of a step read and write.
 
 use super::assemble::Input;
+use super::continuous::Continuous;
 use super::drive::Drive;
 use super::forces::StepForces;
 use super::impacts::Impacts;
@@ -22,6 +23,7 @@ pub(crate) struct Work {
     pub collision: Collision,
     pub drive: Drive,
     pub impacts: Impacts,
+    pub continuous: Continuous,
     /// Of every object: force, N, and torque about its centre of mass, N·m, from outside during the next step; empty for
     /// none.
     pub loads: Vec<(Vec3, Vec3)>,

@@ -37,6 +37,13 @@ const NEARER_M: f64 = 1e-7;
 /// Deeper than this, m, another face may be nearer than that of the last step.
 const DEEP_M: f64 = 1e-3;
 
+/// The direction along which two shapes, neither of them a ball, are farthest apart or overlap least, from A to B in the frame of A,
+/// and how far apart they are along it, m; `None` if they are more than `reach` apart. `last` is where the search begins.
+pub fn apart(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last: Vec3) -> Option<(Vec3, f64)> {
+    let round = a.rounding + b.rounding;
+    axis::find(a, b, a_from_b, reach + round, last).map(|axis| (axis.normal, axis.separation - round))
+}
+
 /// Scratch memory of the search.
 #[derive(Clone, Debug, Default)]
 pub struct Finder {

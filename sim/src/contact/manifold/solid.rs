@@ -126,6 +126,23 @@ impl Solid {
         faces.iter().map(|face| face.normal).chain(caps.iter().copied())
     }
 
+    /// Between the two parallel planes nearest to each other, one of them along a face, that have it between them, m. Of a ball,
+    /// whose radius it does not know, it is 0.
+    pub fn width(&self) -> f64 {
+        match self {
+            Solid::Polytope(polytope) => {
+                let across = |face: &Face| {
+                    let farthest = polytope.vertices.iter().map(|vertex| vertex.dot(face.normal));
+                    face.offset - farthest.fold(f64::INFINITY, f64::min)
+                };
+                polytope.faces.iter().map(across).fold(f64::INFINITY, f64::min)
+            }
+            Solid::Cylinder { radius, half_length } => 2.0 * radius.min(*half_length),
+            Solid::Ball | Solid::Segment { .. } => 0.0,
+            Solid::HalfSpace { .. } => f64::INFINITY,
+        }
+    }
+
     /// Its flat faces: name, unit normal and offset along it.
     pub(super) fn planes(&self) -> impl Iterator<Item = (u32, Vec3, f64)> + '_ {
         let offset = move |k: usize| match self {
@@ -329,5 +346,20 @@ impl Polytope {
             best(&|face: &Face| (face.normal.dot(at) - face.offset).abs() <= 10.0 * self.rounding_m)
         });
         near.or_else(|| best(&|_: &Face| true)).unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hull_is_as_wide_as_between_its_nearest_faces_however_it_lies() {
+        let turn = palmares_models::Rotation::from_scaled_axis(Vec3::new(0.3, 0.7, -0.4));
+        let cuboid = Polytope::cuboid(Vec3::new(0.3, 5e-4, 0.2));
+        assert!((Solid::Polytope(cuboid.clone()).width() - 1e-3).abs() < 1e-15);
+        let turned: Vec<Vec3> = cuboid.vertices.iter().map(|vertex| turn * *vertex).collect();
+        assert!((Solid::Polytope(Polytope::hull(&turned)).width() - 1e-3).abs() < 1e-9);
+        assert_eq!(Solid::Cylinder { radius: 0.01, half_length: 2e-3 }.width(), 4e-3);
     }
 }
