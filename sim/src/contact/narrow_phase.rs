@@ -332,7 +332,7 @@ impl Contacts {
                 rebound: None,
             });
         }
-        spread_friction(&mut self.points[first..], pair.lever);
+        spread_friction(&mut self.points[first..], pair.lever, config);
         for point in &mut self.points[first..] {
             // A point that carried nothing has no slip of its own yet: it slips as fast as the surfaces move.
             if !point.anchor.loaded {
@@ -349,16 +349,27 @@ impl Contacts {
 /// the arm of its own spin. Points alone would brake the slip of a disc that spins fast a quarter too little.
 const ASIDE: f64 = 0.8;
 
-/// Draws the places where the friction of a patch acts together, about the centre of what its points carried in the last step.
-fn spread_friction(points: &mut [ContactPoint], lever: f64) {
+/// Draws the places where the friction of a patch acts together, about the centre of what its points bear: what they did of late, as
+/// far as they still touch, and what the contact's spring will with the depth that the step brings. The first alone would leave the
+/// friction of a body that tips from corner to corner behind, the second alone that of one that chatters.
+fn spread_friction(points: &mut [ContactPoint], lever: f64, config: &Config) {
     if points.len() < 2 {
         return;
     }
-    let carried: f64 = points.iter().map(|point| point.anchor.bearing).sum();
     let weight = |point: &ContactPoint| {
-        if carried > 0.0 { point.anchor.bearing / carried } else { 1.0 / points.len() as f64 }
+        let gap = point.distance + config.step_s * point.approach;
+        let touches = (1.0 - gap / config.contact_onset_m).clamp(0.0, 1.0);
+        point.anchor.bearing * touches + config.contact_stiffness * (-gap).max(0.0)
     };
-    let center = points.iter().fold(Vec3::ZERO, |sum, point| sum + point.r * weight(point));
+    let (sum, whole) = points.iter().fold((Vec3::ZERO, 0.0), |(sum, whole), point| {
+        let weight = weight(point);
+        (sum + point.r * weight, whole + weight)
+    });
+    let center = if whole > 0.0 {
+        sum / whole
+    } else {
+        points.iter().fold(Vec3::ZERO, |sum, point| sum + point.r) / points.len() as f64
+    };
     for point in points {
         let aside = (point.r - center) * lever;
         point.friction_r = center + aside * ASIDE.sqrt();
