@@ -80,5 +80,5 @@ fn both_objects_are_held_wherever_they_lie_in_the_hand() {
     }
     // Boxes at the edge of the reach turn out between two fingers: friction's torque about a contact is that of an even pressure, a
     // half to two thirds of what it was with all pressure at the rim, and with that all of them were kept.
-    assert!(lost.len() <= 4, "{lost:?}");
+    assert!(lost.is_empty(), "{lost:?}");
 }

@@ -332,7 +332,7 @@ impl Contacts {
                 rebound: None,
             });
         }
-        spread_friction(&mut self.points[first..], pair.lever, config);
+        spread_friction(&mut self.points[first..], pair.lever, config.step_s);
         for point in &mut self.points[first..] {
             // A point that carried nothing has no slip of its own yet: it slips as fast as the surfaces move.
             if !point.anchor.loaded {
@@ -349,17 +349,16 @@ impl Contacts {
 /// the arm of its own spin. Points alone would brake the slip of a disc that spins fast a quarter too little.
 const ASIDE: f64 = 0.8;
 
-/// Draws the places where the friction of a patch acts together, about the centre of what its points bear: what they did of late, as
-/// far as they still touch, and what the contact's spring will with the depth that the step brings. The first alone would leave the
-/// friction of a body that tips from corner to corner behind, the second alone that of one that chatters.
-fn spread_friction(points: &mut [ContactPoint], lever: f64, config: &Config) {
+/// Draws the places where the friction of a patch acts together, about the centre of what its points bore of late; where none bore yet,
+/// of the depths that the step brings. With the depths always, what chatters would not come to rest.
+fn spread_friction(points: &mut [ContactPoint], lever: f64, step_s: f64) {
     if points.len() < 2 {
         return;
     }
+    let carried: f64 = points.iter().map(|point| point.anchor.bearing).sum();
     let weight = |point: &ContactPoint| {
-        let gap = point.distance + config.step_s * point.approach;
-        let touches = (1.0 - gap / config.contact_onset_m).clamp(0.0, 1.0);
-        point.anchor.bearing * touches + config.contact_stiffness * (-gap).max(0.0)
+        let depth = -(point.distance + step_s * point.approach);
+        if carried > 0.0 { point.anchor.bearing } else { depth.max(0.0) }
     };
     let (sum, whole) = points.iter().fold((Vec3::ZERO, 0.0), |(sum, whole), point| {
         let weight = weight(point);

@@ -5,12 +5,17 @@
 
 use super::impacts::ObjectImpact;
 use super::midpoint_correction::{Correction, correction};
-use super::torque_free::turned;
+use super::torque_free::{turned, unlike};
 use crate::model::Model;
 use crate::solver::island::Island;
 use crate::solver::problem::Problem;
 use crate::state::State;
-use palmares_models::{Pose, Vec3};
+use palmares_models::{Pose, Rotation, Vec3};
+
+/// A body that contacts turn far in a step takes its angular velocity along: as seen from the body it is that of the solution, whose
+/// energy it has. Kept in the world's axes, part of a needle's turn about its middle would be spin about itself, at a thousand times the
+/// speed. Far is more than this, rad, the turn times how unlike the body's moments of inertia are, 1 of a ball, 550 of a needle.
+const FAR_TURN: f64 = 0.25;
 
 /// Moves joint coordinates by `v · time`; returns where the base comes to.
 fn advanced(base: Pose, q: &mut [f64], v: &[f64], time: f64) -> Pose {
@@ -75,10 +80,15 @@ pub(super) fn move_objects(
         }
         state.v[to..to + 6].copy_from_slice(own);
         // Torque turns the body on from where it comes to without: its angular momentum is kept to rounding.
-        pose.rotation = match solved.turn {
-            None => turned(pose.rotation, angular * h + more.angular),
-            Some((rotation, omega)) => turned(rotation, (angular - omega) * h + more.angular),
+        let (start, by) = match solved.turn {
+            None => (pose.rotation, angular * h + more.angular),
+            Some((rotation, omega)) => (rotation, (angular - omega) * h + more.angular),
         };
+        pose.rotation = turned(start, by);
+        if by.length() * unlike(model.objects()[k].inertia, model.object_inertia_inverse(k)) > FAR_TURN {
+            let with_it = turned(Rotation::IDENTITY, by) * angular;
+            state.v[to + 3..to + 6].copy_from_slice(&with_it.to_array());
+        }
         at += 6;
     }
 }
