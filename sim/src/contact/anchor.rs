@@ -228,7 +228,8 @@ pub fn stretch_after(before: Vec3, impulse: Vec3, stiffness: f64, dissipation_s:
 #[inline]
 pub fn stretch_sliding(stretch: Vec3, impulse: Vec3, stiffness: f64, h: f64) -> Vec3 {
     let size = impulse.length();
-    if size == 0.0 {
+    // Also of a solve that came to no number, whose step is none.
+    if size.is_nan() || size == 0.0 {
         return Vec3::ZERO;
     }
     let along = impulse * (-1.0 / size);

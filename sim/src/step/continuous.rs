@@ -8,10 +8,10 @@
 //!
 //! Links of the hand take no part: they are thick, and a link cannot stop alone. Nor does a ground, which has no far side.
 
-use super::work::Work;
 use crate::bounds::step_work;
 use crate::contact::advancement::{Moving, Sweep, free_part, stays_apart};
 use crate::contact::broad_phase::separation;
+use crate::contact::collide::Collision;
 use crate::model::{Collider, Model, Owner};
 use crate::state::State;
 use palmares_models::{Pose, Vec3};
@@ -48,21 +48,27 @@ impl Continuous {
     }
 }
 
-/// Stops the objects that would pass through something; all islands have moved.
-pub(super) fn stop_short(model: &Model, state: &mut State, work: &mut Work) {
-    let Continuous { starts, ways, .. } = &mut work.continuous;
+/// Stops the objects that would pass through something; all islands have moved. Adds what it takes to `spent`.
+pub(super) fn stop_short(
+    model: &Model,
+    state: &mut State,
+    continuous: &mut Continuous,
+    collision: &Collision,
+    spent: &mut u64,
+) {
+    let Continuous { starts, ways, .. } = continuous;
     ways.clear();
     ways.extend(starts.iter().enumerate().map(|(k, start)| longest_way(model, state, start, k)));
     let farthest = ways.iter().copied().fold(0.0, f64::max);
-    if !(2.0 * farthest > SLOW * DEEPEST * model.thinnest_m()) {
+    if 2.0 * farthest <= SLOW * DEEPEST * model.thinnest_m() || farthest.is_nan() {
         return;
     }
-    list_due(model, state, work);
-    if work.continuous.due.is_empty() {
+    list_due(model, state, continuous, collision, spent);
+    if continuous.due.is_empty() {
         return;
     }
     let h = model.config().step_s;
-    let Continuous { starts, sweeps, stopped, .. } = &mut work.continuous;
+    let Continuous { starts, sweeps, stopped, .. } = &mut *continuous;
     sweeps.clear();
     sweeps.extend(starts.iter().zip(&state.objects).enumerate().map(|(k, (start, end))| {
         // What is at rest has moved by nothing.
@@ -76,18 +82,18 @@ pub(super) fn stop_short(model: &Model, state: &mut State, work: &mut Work) {
     let allowed = step_work(model.objects().len());
     for pass in 0..PASSES {
         if pass > 0 {
-            list_due(model, state, work);
+            list_due(model, state, continuous, collision, spent);
         }
-        if !stop_due(model, state, work) || work.outcome.work > allowed {
+        if !stop_due(model, state, continuous, collision, spent) || *spent > allowed {
             break;
         }
-        let Continuous { sweeps, ways, .. } = &mut work.continuous;
+        let Continuous { sweeps, ways, .. } = &mut *continuous;
         for (k, (way, sweep)) in ways.iter_mut().zip(sweeps).enumerate() {
             *way = sweep.way.length() + sweep.turn.length() * model.object_radius(k);
         }
     }
-    for (k, sweep) in work.continuous.sweeps.iter().enumerate() {
-        if !work.continuous.stopped[k] {
+    for (k, sweep) in continuous.sweeps.iter().enumerate() {
+        if !continuous.stopped[k] {
             continue;
         }
         let (stop, at) = (sweep.at(1.0), model.object_dofs(k) + 3);
@@ -123,8 +129,14 @@ fn takes_part(shape: &Collider) -> bool {
 }
 
 /// Lists the pairs of shapes that their motions could bring through each other, by how far they go.
-fn list_due(model: &Model, state: &State, work: &mut Work) {
-    let Work { continuous: Continuous { ways, due, .. }, collision, outcome, .. } = work;
+fn list_due(
+    model: &Model,
+    state: &State,
+    continuous: &mut Continuous,
+    collision: &Collision,
+    spent: &mut u64,
+) {
+    let Continuous { ways, due, .. } = continuous;
     let colliders = model.colliders();
     let way = |shape: &Collider| match shape.owner {
         Owner::Object(k) => ways[k],
@@ -132,14 +144,14 @@ fn list_due(model: &Model, state: &State, work: &mut Work) {
     };
     due.clear();
     let distances = &collision.distances;
-    outcome.work += distances.count() as u64;
+    *spent += distances.count() as u64;
     // Near pairs and remembered ones ascend alike.
     let mut place = 0;
     for index in 0..distances.count() {
         let (i, j) = distances.key(index);
         let (a, b) = (&colliders[i], &colliders[j]);
         let (way, most, slack) = (way(a) + way(b), most(a, b), distances.slack(index));
-        let slow = !(way > SLOW * most) || slack > 0.0 && way <= slack + most;
+        let slow = way <= SLOW * most || slack > 0.0 && way <= slack + most;
         if slow || !takes_part(a) || !takes_part(b) {
             continue;
         }
@@ -154,7 +166,7 @@ fn list_due(model: &Model, state: &State, work: &mut Work) {
     let (h, margin) = (model.config().step_s, 0.5 * model.config().margin(false));
     let beyond = |i: usize| (way(&colliders[i]) - h * collision.speeds[i] - margin).max(0.0);
     for i in (0..colliders.len()).filter(|&i| beyond(i) > 0.0) {
-        outcome.work += colliders.len() as u64;
+        *spent += colliders.len() as u64;
         for (j, other) in colliders.iter().enumerate() {
             // Of two such shapes the first looks for the second.
             if other.owner == colliders[i].owner || j < i && beyond(j) > 0.0 || !takes_part(other) {
@@ -170,12 +182,18 @@ fn list_due(model: &Model, state: &State, work: &mut Work) {
 }
 
 /// Stops both objects of every listed pair where they would pass through each other; true if there are any.
-fn stop_due(model: &Model, state: &State, work: &mut Work) -> bool {
-    let Work { continuous: Continuous { sweeps, stopped, due, .. }, collision, outcome, .. } = work;
+fn stop_due(
+    model: &Model,
+    state: &State,
+    continuous: &mut Continuous,
+    collision: &Collision,
+    spent: &mut u64,
+) -> bool {
+    let Continuous { sweeps, stopped, due, .. } = continuous;
     let mut any = false;
     let allowed = step_work(model.objects().len());
     for &(i, j) in due.iter() {
-        if outcome.work > allowed {
+        if *spent > allowed {
             break;
         }
         let [a, b] = [i, j].map(|i| &model.colliders()[i]);
@@ -196,7 +214,7 @@ fn stop_due(model: &Model, state: &State, work: &mut Work) -> bool {
         if apart {
             continue;
         }
-        let part = free_part(moving_a, moving_b, most, &mut outcome.work);
+        let part = free_part(moving_a, moving_b, most, spent);
         if part >= 1.0 {
             continue;
         }

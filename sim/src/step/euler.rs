@@ -36,16 +36,15 @@ pub(super) fn step(
     }
     let transferred = support_transfer::transfer(model, work, island, (problem, newton), v, support);
     let alone = island.is_lone_object();
-    let mut pass = 0;
-    while !transferred {
+    // It ends by itself: after the last pass there is no tolerance left.
+    for pass in 0.. {
         // Slip that changes evenly is left to the lag, however hard the contact. Later passes are for rebounds alone.
         let finer = slip_correction::finer(config, pass);
-        let is_over = finer.is_none() && !(alone && pass < slip_correction::REBOUND_PASSES);
+        let is_over = transferred || finer.is_none() && !(alone && pass < slip_correction::REBOUND_PASSES);
         if is_over || !slip_correction::correct(config, &work.collision.contacts, island, problem, finer) {
             break;
         }
         solve(model, work, problem, newton, v);
-        pass += 1;
     }
     let Work { collision, impacts, forces, dynamics, drive, .. } = work;
     contact_memory::remember(

@@ -148,7 +148,8 @@ fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent:
         }
         sleep::update(model, state, island);
     }
-    continuous::stop_short(model, state, &mut scratch.work);
+    let Work { continuous, collision, outcome, .. } = &mut scratch.work;
+    continuous::stop_short(model, state, continuous, collision, &mut outcome.work);
     scratch.work.loads.clear();
     scratch.work.outcome.islands = solved;
     scratch.work.outcome.asleep = state.sleep.iter().filter(|sleep| sleep.asleep).count();
