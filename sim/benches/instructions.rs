@@ -135,7 +135,7 @@ fn cylinder_held(scene: (World, Command)) -> World {
     steps(scene)
 }
 
-#[library_benchmark(config = limit(27_900_000))]
+#[library_benchmark(config = limit(28_900_000))]
 #[bench::run(balls())]
 fn heap_of_balls(scene: (World, Command)) -> World {
     steps(scene)
