@@ -47,19 +47,7 @@ impl Object {
         let Some(body) = inertia::of_shapes(parts.iter().map(|(pose, shape)| (*pose, shape)), mass) else {
             return Err(inconsistent(&name, "parts", "there are none with a volume".to_owned()));
         };
-        let (com, inertia, restitution) = (body.com, body.about_com, 0.0);
-        let torsional_friction = 0.0;
-        Ok(Object {
-            name,
-            parts,
-            mass,
-            com,
-            inertia,
-            friction,
-            rolling_friction,
-            torsional_friction,
-            restitution,
-        })
+        Ok(Object::of(name, parts, &body, friction, rolling_friction))
     }
 
     /// An object of stated mass, centre of mass and inertia, all in the object frame.
@@ -74,8 +62,7 @@ impl Object {
         rolling_friction: f64,
     ) -> Result<Object, ModelError> {
         let name = name.into();
-        let Inertia { mass, com, about_com: inertia } = *body;
-        check(&name, &parts, mass, friction, rolling_friction)?;
+        check(&name, &parts, body.mass, friction, rolling_friction)?;
         if parts.is_empty() {
             return Err(inconsistent(&name, "parts", "there are none".to_owned()));
         }
@@ -86,8 +73,19 @@ impl Object {
             let problem = "a principal moment is not positive; all three must be".to_owned();
             return Err(inconsistent(&name, "inertia", problem));
         }
+        Ok(Object::of(name, parts, body, friction, rolling_friction))
+    }
+
+    fn of(
+        name: String,
+        parts: Vec<(Pose, Shape)>,
+        body: &Inertia,
+        friction: f64,
+        rolling_friction: f64,
+    ) -> Object {
+        let Inertia { mass, com, about_com: inertia } = *body;
         let (torsional_friction, restitution) = (0.0, 0.0);
-        Ok(Object {
+        Object {
             name,
             parts,
             mass,
@@ -97,7 +95,7 @@ impl Object {
             rolling_friction,
             torsional_friction,
             restitution,
-        })
+        }
     }
 
     /// The same object with a coefficient of restitution, cut to [0, 1].
