@@ -228,7 +228,7 @@ impl Model {
             width: f64::INFINITY,
             friction,
             rolling_friction: 0.0,
-            spin: SpinSurface::default(),
+            spin: SpinSurface { reach: f64::INFINITY, ..SpinSurface::default() },
             restitution: 0.0,
             is_ball: false,
             is_round: false,
@@ -277,6 +277,7 @@ impl Model {
         let (parry, geom_from_parry) =
             shape.to_parry().ok_or_else(|| ModelError::FlatShape { owner: name.to_owned(), index })?;
         let local_bounds = parry.compute_local_aabb();
+        let bounding_radius = local_bounds.mins.abs().max(local_bounds.maxs.abs()).length();
         let (core, rounding) = without_rounding(&parry);
         let solid = Solid::of(&core);
         let width = parry.as_ball().map_or_else(|| solid.width() + 2.0 * rounding, |ball| 2.0 * ball.radius);
@@ -290,7 +291,7 @@ impl Model {
             core,
             rounding,
             owner,
-            bounding_radius: local_bounds.mins.abs().max(local_bounds.maxs.abs()).length(),
+            bounding_radius,
             body_from_shape: body_from_geom * geom_from_parry,
             local_bounds,
             is_ball: parry.as_ball().is_some(),
@@ -298,7 +299,7 @@ impl Model {
             shape: parry,
             friction,
             rolling_friction,
-            spin: SpinSurface::new(shape, torsional_friction, pad),
+            spin: SpinSurface::new(shape, bounding_radius, torsional_friction, pad),
             restitution,
         });
         self.cover_last();

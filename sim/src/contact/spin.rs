@@ -8,6 +8,8 @@
 //!   `a⁴ = 4 N R t/(π E)`, pressure `1 − r²/a²`, arm `8/15 a`.
 //! - A stated lever of torsional friction ρ, m: `arm = ρ/μ`.
 //!
+//! No arm is longer than the smaller shape: a patch does not reach beyond it, whatever is stated.
+//!
 //! Shapes that touch with flat faces need none of it: their points lie apart, and hold the torque by themselves.
 
 use palmares_models::hand::Pad;
@@ -25,11 +27,13 @@ pub struct SpinSurface {
     pub bulk: f64,
     /// One over the radius of a ball, cylinder or capsule, 1/m; 0 of what has flat faces.
     pub curvature: f64,
+    /// Farthest that a point of the shape is from its middle, m.
+    pub reach: f64,
 }
 
 impl SpinSurface {
-    /// Of a shape with a stated lever, m, or a pad.
-    pub fn new(shape: &Shape, lever: f64, pad: Option<Pad>) -> Self {
+    /// Of a shape that reaches so far, m, with a stated lever, m, or a pad.
+    pub fn new(shape: &Shape, reach: f64, lever: f64, pad: Option<Pad>) -> Self {
         let curvature = match shape {
             Shape::Sphere { radius } | Shape::Cylinder { radius, .. } | Shape::Capsule { radius, .. } => {
                 1.0 / radius
@@ -41,7 +45,7 @@ impl SpinSurface {
             Some(Pad { thickness: None, modulus }) => (0.0, 1.0 / modulus),
             None => (0.0, 0.0),
         };
-        SpinSurface { lever, layer, bulk, curvature }
+        SpinSurface { lever, layer, bulk, curvature, reach }
     }
 }
 
@@ -54,6 +58,8 @@ pub struct SpinLaw {
     pad: f64,
     /// Of a pad: a layer's arm grows with the fourth root of the load, a body's with the third.
     layered: bool,
+    /// At most, m.
+    most: f64,
 }
 
 impl SpinLaw {
@@ -73,7 +79,8 @@ impl SpinLaw {
             (true, true) => 8.0 / 15.0 * (4.0 * radius * layer / PI).sqrt().sqrt(),
             (true, false) => 3.0 * PI / 16.0 * libm::cbrt(0.75 * radius * bulk),
         };
-        Some(SpinLaw { least: lever / friction, pad, layered: layer > 0.0 })
+        let most = a.reach.min(b.reach);
+        Some(SpinLaw { least: (lever / friction).min(most), pad, layered: layer > 0.0, most })
     }
 
     /// Arm under a normal force, N; m.
@@ -83,7 +90,7 @@ impl SpinLaw {
             return self.least;
         }
         let growth = if self.layered { force.sqrt().sqrt() } else { libm::cbrt(force) };
-        self.least.max(self.pad * growth)
+        self.least.max((self.pad * growth).min(self.most))
     }
 }
 
@@ -107,10 +114,10 @@ mod tests {
 
     #[test]
     fn arms_are_those_of_the_pressures() {
-        let flat = SpinSurface::default();
+        let flat = SpinSurface { reach: 1.0, ..SpinSurface::default() };
         let soft = |thickness| Some(Pad { thickness, modulus: 1e6 });
-        let layer = SpinSurface::new(&BALL, 0.0, soft(Some(2e-3)));
-        let body = SpinSurface::new(&BALL, 0.0, soft(None));
+        let layer = SpinSurface::new(&BALL, 0.01, 0.0, soft(Some(2e-3)));
+        let body = SpinSurface::new(&BALL, 0.01, 0.0, soft(None));
         for force in [0.5, 20.0] {
             // Indentation of the layer by δ: a² = 2 R δ, and the pressure E δ(r)/t adds up to the force.
             let a = (4.0 * force * 0.01 * 2e-3 / (PI * 1e6)).powf(0.25);
@@ -130,7 +137,7 @@ mod tests {
     fn hard_flat_and_slippery_contacts_hold_none() {
         let pad = Some(Pad { thickness: Some(2e-3), modulus: 1e6 });
         let cube = Shape::Box { half_extents: [0.01; 3], rounding: 0.0 };
-        let surface = |shape, lever, pad| SpinSurface::new(shape, lever, pad);
+        let surface = |shape, lever, pad| SpinSurface::new(shape, 0.01, lever, pad);
         let (hard, flat) = (surface(&BALL, 0.0, None), surface(&cube, 0.0, pad));
         assert_eq!(SpinLaw::between(&hard, &hard, 0.5), None);
         assert_eq!(SpinLaw::between(&flat, &flat, 0.5), None);
@@ -139,5 +146,19 @@ mod tests {
         assert!(SpinLaw::between(&hard, &flat, 0.5).is_some_and(|law| law.arm(10.0) > 0.0));
         let stated = SpinLaw::between(&surface(&BALL, 1e-3, None), &hard, 0.5).expect("stated");
         assert!((0.5 * stated.arm(3.0) - 1e-3).abs() < 1e-18);
+    }
+
+    #[test]
+    fn no_arm_is_longer_than_the_smaller_shape() {
+        let soft = Some(Pad { thickness: Some(1.0), modulus: 1e-9 });
+        let large = SpinSurface { reach: 1.0, ..SpinSurface::default() };
+        for (surface, friction) in [
+            (SpinSurface::new(&BALL, 0.01, 1e300, None), 0.5),
+            (SpinSurface::new(&BALL, 0.01, 1e-3, None), 1e-300),
+            (SpinSurface::new(&BALL, 0.01, 0.0, soft), 0.5),
+        ] {
+            let law = SpinLaw::between(&surface, &large, friction).expect("it holds spin");
+            assert_eq!(law.arm(1e3), 0.01);
+        }
     }
 }
