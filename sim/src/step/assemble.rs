@@ -152,7 +152,7 @@ fn assemble_contacts(model: &Model, contacts: &Contacts, island: &Island, proble
             patch |= point.friction_r != point.r || law.arm > 0.0;
             problem.points.push(Point::new(point.r, point.friction_r, axes, law));
         }
-        let normal = contacts.points[pair.points.clone()].first().map_or(Vec3::ZERO, |point| point.normal);
+        let normal = contacts.points[pair.points.start].normal;
         let limit = pair.rolling_friction * load * h;
         let rolling = RollingLaw { limit, deadband: config.rolling_deadband, normal };
         let end = problem.points.len();

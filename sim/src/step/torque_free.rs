@@ -36,7 +36,7 @@ const MOST_GAIN: f64 = 1.01;
 /// The moments of a needle are at least as [`unlike`] as this.
 const NEEDLE: f64 = 10.0;
 
-/// How unlike the moments of an inertia are, by it and its inverse: 1 of a ball, 2 of a slab, 550 of a needle of 1 mm by 60 mm.
+/// How unlike the moments of an inertia are, by it and its inverse: 1 of a ball, 1.1 of a thin disc, 550 of a needle of 1 mm by 60 mm.
 pub(super) fn unlike(inertia: Mat3, inverse: Mat3) -> f64 {
     let trace = |matrix: Mat3| matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z;
     trace(inertia) * trace(inverse) / 9.0
@@ -131,7 +131,7 @@ mod tests {
                 (q, w) = torque_free(q, w, inertia, inertia.inverse(), 1e-2);
             }
             let gain = energy(q, w) / before;
-            assert!(gain < 2.8, "{spin}: {gain}");
+            assert!(gain <= MOST_GAIN.powi(100), "{spin}: {gain}");
         }
     }
 
