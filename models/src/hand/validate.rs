@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Hand, Link, Motor};
+use super::{Hand, Link, Motor, Pad, PadOn};
 use crate::error::ModelError;
 use crate::shape::validate::{not_negative, positive};
 
@@ -26,6 +26,14 @@ impl Hand {
         }
         if self.links.is_empty() {
             return bad("links".to_owned(), "there are none; a hand has at least its base".to_owned());
+        }
+        for PadOn { link, geom, pad: Pad { thickness, modulus } } in &self.pads {
+            if self.links.get(*link).is_none_or(|link| *geom >= link.geoms.len()) {
+                return bad("pads".to_owned(), format!("shape {geom} of link {link} is not there"));
+            }
+            if !positive(*modulus) || thickness.is_some_and(|thickness| !positive(thickness)) {
+                return bad("pads".to_owned(), "a thickness or modulus is not more than 0".to_owned());
+            }
         }
         for (i, c) in self.coordinates.iter().enumerate() {
             let element = format!("coordinate '{}'", c.name);

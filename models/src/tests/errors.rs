@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::ModelError;
-use crate::hand::Hand;
+use crate::hand::{Hand, Pad, PadOn};
 use crate::read::{self, InertiaPolicy, Limits, LoadOptions, Loaded};
 
 use super::softhand;
@@ -230,6 +230,9 @@ fn hands_that_contradict_themselves() {
     broken(|h| h.links.clear(), "");
     broken(|h| h.links[1].inertia.mass = 0.0, "no mass");
     broken(|h| h.links[1].geoms[0].friction = f64::NAN, "friction");
+    let soft = |link, modulus| PadOn { link, geom: 0, pad: Pad { thickness: None, modulus } };
+    broken(|h| h.pads.push(soft(1000, 1e6)), "shape 0 of link 1000 is not there");
+    broken(|h| h.pads.push(soft(1, f64::NAN)), "modulus is not more than 0");
     broken(|h| h.coordinates[0].lower = 9.0, "limits");
     broken(|h| h.tendons[0].motor = 1, "names motor 1");
     broken(|h| h.tendons[0].moment_arms.swap(0, 1), "ascending");
