@@ -14,9 +14,6 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from palmares import rest
-from palmares.codec import CODECS, SUBPROTOCOLS, Codec, Encoding, Message
-from palmares.dial import NoWebSocket, Refused
 from palmares.errors import (
     CapacityError,
     ConnectionLostError,
@@ -27,9 +24,12 @@ from palmares.errors import (
     error_of,
 )
 from palmares.messages import ErrorMessage, LeaderboardRow, Reply, Result, SessionWarning, Welcome
-from palmares.requests import Bye, Hello, Request
+from palmares.net import http
+from palmares.net.codec import CODECS, SUBPROTOCOLS, Codec, Encoding, Message
+from palmares.net.dial import NoWebSocket, Refused
+from palmares.net.requests import Bye, Hello, Request
+from palmares.net.transport import Closed, Transport
 from palmares.training import Training
-from palmares.transport import Closed, Transport
 
 # Delays between attempts to reconnect; the last one repeats. The server refuses a new connection until it has
 # noticed that the old one is dead, which takes up to `Limits.ping_timeout_s`.
@@ -151,20 +151,20 @@ class Link:
 
     def describe_hand(self, name: str) -> dict[str, Any]:
         """Return the server's description of a hand."""
-        return rest.get_object(self._http_url, f"/v1/hands/{name}", self._token)
+        return http.get_object(self._http_url, f"/v1/hands/{name}", self._token)
 
     def save_replay(self, run_id: str, path: str | os.PathLike[str]) -> None:
         """Write the replay of a run to a file."""
-        replay = rest.get(self._http_url, f"/v1/runs/{run_id}/replay", self._token)
+        replay = http.get(self._http_url, f"/v1/runs/{run_id}/replay", self._token)
         Path(path).write_bytes(replay)
 
     def leaderboard(self) -> list[LeaderboardRow]:
         """Return the rows of the leaderboard, best first."""
-        return rest.leaderboard(self._http_url, self._token)
+        return http.leaderboard(self._http_url, self._token)
 
     def result_of(self, run_id: str) -> Result | None:
         """Return the result of a run, if the server has one."""
-        return rest.result_of(self._http_url, run_id, self._token)
+        return http.result_of(self._http_url, run_id, self._token)
 
     def silence_s(self) -> float:
         """How long nothing has come from the server, not even a ping."""
@@ -302,7 +302,7 @@ class Link:
                 # The server does not speak it. Both are not offered at once: of two, the server takes JSON.
                 if refused.status == 400 and count < len(self._offers):
                     continue
-                raise rest.error_of_response(refused.status, refused.body, self._http_url) from None
+                raise http.error_of_response(refused.status, refused.body, self._http_url) from None
             if transport.subprotocol is not None:
                 self._codec = CODECS[SUBPROTOCOLS[offer]]
                 return transport

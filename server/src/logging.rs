@@ -19,7 +19,7 @@ pub(crate) fn start() -> anyhow::Result<()> {
         .with_env_filter(filter)
         .with_writer(std::io::stderr)
         .with_ansi(std::io::stderr().is_terminal())
-        // It would tell on stderr that a line could not be written to stderr, and panic: whoever read the log may be gone.
+        // It reports on stderr that stderr cannot be written, and panics: the reader of the log may have gone.
         .log_internal_errors(false)
         .init();
     Ok(())

@@ -9,12 +9,12 @@ from collections.abc import Sequence
 from typing import Any, NoReturn, TypeVar
 
 from palmares import sim
-from palmares.codec import Encoding
 from palmares.errors import BadRequestError, UnknownHandError, UnknownTaskError, WrongStateError
-from palmares.link import Link
 from palmares.messages import LeaderboardRow, Reply, Result, RunInfo, Time, Welcome
-from palmares.requests import Perturb, Request, Reset, Step, Stop
-from palmares.requests import Time as AskTime
+from palmares.net.codec import Encoding
+from palmares.net.link import Link
+from palmares.net.requests import Perturb, Request, Reset, Step, Stop
+from palmares.net.requests import Time as AskTime
 
 Answer = TypeVar("Answer", bound=Reply)
 
@@ -23,7 +23,7 @@ REPEAT = 100
 
 
 class LocalLink(Link):
-    """Answers the requests of a client in this process, as `palmares.link.Link` does over a connection.
+    """Answers the requests of a client in this process, as `palmares.net.link.Link` does over a connection.
 
     Attributes:
         welcome: What a practice server says in its greeting.

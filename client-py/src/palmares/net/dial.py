@@ -13,7 +13,7 @@ from websockets.protocol import OPEN
 from websockets.proxy import get_proxy, parse_proxy
 from websockets.uri import WebSocketURI
 
-from palmares.rest import is_loopback
+from palmares.net.http import is_loopback
 
 CONNECT_TIMEOUT_S = 10.0
 READ_BYTES = 64 * 1024

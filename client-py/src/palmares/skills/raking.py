@@ -5,43 +5,37 @@ at about 1 m/s lands in the box, and so does what stands in its way. `choose` fi
 fingers down, `rake` does it, `drag` pulls an object forward behind which there is no room yet.
 
 The hand is a number of boxes, palm down and fingers towards +y when it is not turned. Objects are their
-bounding boxes, as `palmares.motion.object_bounds` gives them.
+bounding boxes, as `palmares.skills.objects.object_bounds` gives them.
 """
 
 from __future__ import annotations
 
 import itertools
-import math
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from palmares.arrays import Array, array
-from palmares.motion import Attempt, Mover, ObjectBounds, RunOverError, attempts_here
 from palmares.rotation import quat_of, rot_z
-from palmares.scene import Region, SceneBody
-from palmares.targets import pose
+from palmares.scene import Region
+from palmares.skills.attempts import Attempt, Place, candidates
+from palmares.skills.motion import Mover, fling, press
+from palmares.skills.objects import ObjectBounds, Rolling
 
 __all__ = [
-    "Place",
     "RakePlan",
     "RakeShape",
-    "Rolling",
     "boxes",
     "choose",
     "drag",
-    "fling",
-    "press",
+    "put_down",
     "rake",
-    "rolling",
 ]
 
 Kind = Literal["rake", "drag"]
 """Pull out from behind; draw forward from above, where there is no room behind"""
-Rolling = frozenset[int]
-"""Rows of objects that roll, in `Truth.positions`"""
 
 
 def boxes(*rows: tuple[float, ...]) -> Array:
@@ -97,67 +91,10 @@ class RakeShape:
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where to put the hand down on an object, or behind it."""
-
-    target: ObjectBounds
-    yaw_rad: float
-    rotation: Array
-    """World from hand, (3, 3)"""
-    at: Array
-    """Position of the base when the fingers are down, (3,), m"""
-    score: float
-    """0 where nothing is in the way, else less"""
-
-    @property
-    def into(self) -> Array:
-        """Level direction in which the fingers point, (3,); its y is 1."""
-        return array([-math.tan(self.yaw_rad), 1.0, 0.0])
-
-
-@dataclass(frozen=True)
 class RakePlan(Place):
     """Where to put the hand down, and what for."""
 
     kind: Kind
-
-
-def rolling(bodies: Sequence[SceneBody]) -> Rolling:
-    """Return which of these free bodies roll: those of spheres and capsules alone."""
-    return frozenset(
-        row
-        for row, body in enumerate(bodies)
-        if all(part.shape.type in ("sphere", "capsule") for part in body.parts)
-    )
-
-
-def candidates(
-    objects: Sequence[ObjectBounds],
-    shelf: Region,
-    attempts: Sequence[Attempt],
-    ways: Container[str],
-    tries: int,
-    moved_m: float,
-    only: Container[int] | None = None,
-) -> Iterator[tuple[ObjectBounds, list[ObjectBounds], list[Attempt]]]:
-    """Give each object in the shelf that may be tried, the others there, and what was tried where it stands.
-
-    Args:
-        objects: All of them, in the shelf or not.
-        shelf: The region.
-        attempts: What was tried so far.
-        ways: Which attempts count, by their `grasp`.
-        tries: An object that was tried so often where it stands is left there.
-        moved_m: For an object that has moved farther than this, earlier attempts do not count.
-        only: Rows of the objects that may be taken; all if it is left out.
-
-    """
-    inside = [found for found in objects if shelf.contains(found.com)]
-    for target in inside:
-        tried = attempts_here(attempts, target.index, target.middle, moved_m)
-        here = [attempt for attempt in tried if attempt.grasp in ways]
-        if len(here) < tries and (only is None or target.index in only):
-            yield target, [other for other in inside if other is not target], here
 
 
 def choose(
@@ -307,34 +244,6 @@ def _overlap(low: Array, high: Array, other: ObjectBounds) -> Array:
     return array(deep.min(axis=1))
 
 
-# --- how it is done ---
-
-
-def fling(mover: Mover, position: Array, speed_m_s: float) -> None:
-    """Move the base to `position` (3,), m, as fast as it speeds up and brakes, at most at `speed_m_s`."""
-    start = mover.position
-    way = position - start
-    far = float(np.linalg.norm(way))
-    top = min(speed_m_s, math.sqrt(far * ACCELERATION))
-    speeding_s = top / ACCELERATION
-    total_s = far / top + speeding_s
-    tick_s = mover.client.run.tick_s
-    for tick in range(math.ceil(total_s / tick_s)):
-        t = min((tick + 1) * tick_s, total_s)
-        up, down = min(t, speeding_s), max(0.0, t - (total_s - speeding_s))
-        gone = ACCELERATION * up**2 / 2 + top * max(0.0, t - speeding_s) - ACCELERATION * down**2 / 2
-        mover.obs = mover.client.step(
-            base=pose(start + way * (gone / far), mover.quat_xyzw), hand=mover.command()
-        )
-        if mover.obs.done:
-            raise RunOverError(mover.obs.reason)
-    mover.position = position
-
-
-ACCELERATION = 3.9
-"""Of the base in a fling, m/s²; it can do 4"""
-
-
 def put_down(
     mover: Mover,
     plan: RakePlan,
@@ -376,12 +285,3 @@ def drag(mover: Mover, plan: RakePlan, *, press_n: float = 12.0, far_m: float = 
     press(mover, press_n)
     mover.to(0.8, mover.position - far_m * plan.into)
     mover.to(0.2, mover.position + array([0.0, 0.0, 0.04]))
-
-
-def press(mover: Mover, press_n: float, most: int = 12) -> None:
-    """Sink by 3 mm, at most `most` times, until the wrist feels `press_n` more than before."""
-    idle = mover.wrist_force(0.05)
-    for _ in range(most):
-        if np.linalg.norm(mover.wrist_force(0.02) - idle) > press_n:
-            break
-        mover.to(0.04, mover.position - array([0.0, 0.0, 0.003]))

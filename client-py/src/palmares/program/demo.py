@@ -12,8 +12,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from palmares import rest
 from palmares.errors import PalmaresError
+from palmares.net import http
 from palmares.server import Server
 
 # Controllers of the tasks: their module, the field of their summary that says how many objects are where they
@@ -39,11 +39,11 @@ def main(arguments: list[str]) -> int:
                 file=sys.stderr,
             )
             outcome = play(server.url, options.task, options.seed)
-            rows = rest.get_object(server.url, "/v1/leaderboard")["rows"]
+            rows = http.get_object(server.url, "/v1/leaderboard")["rows"]
             run_id = outcome["run_id"]
             options.replay.mkdir(parents=True, exist_ok=True)
             replay = options.replay / f"{run_id}.mcap"
-            replay.write_bytes(rest.get(server.url, f"/v1/runs/{run_id}/replay"))
+            replay.write_bytes(http.get(server.url, f"/v1/runs/{run_id}/replay"))
             tell = summary if options.json else people
             print(tell(options.task, outcome, rows, replay), flush=True)
             if options.stay:

@@ -13,10 +13,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from palmares.arrays import array
-from palmares.motion import SOFTHAND_PRESHAPED, Attempt, Mover, ObjectBounds
-from palmares.raking import Place, Rolling, candidates, press
 from palmares.rotation import quat_of, rot_z, rot_zyz
 from palmares.scene import Region
+from palmares.skills.attempts import Attempt, Place, candidates
+from palmares.skills.grasps import SOFTHAND_PRESHAPED
+from palmares.skills.motion import Mover, press
+from palmares.skills.objects import ObjectBounds, Rolling
 
 __all__ = ["choose", "tip"]
 

@@ -17,10 +17,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from palmares import fetching, pushing, raking, tipping
-from palmares.motion import Attempt, Mover, ObjectBounds
 from palmares.rotation import rot_zyz
 from palmares.scene import Region
+from palmares.skills import fetching, pushing, raking, tipping
+from palmares.skills.attempts import Attempt
+from palmares.skills.motion import Mover
+from palmares.skills.objects import ObjectBounds, Rolling
 
 __all__ = ["DRAG", "RAKE", "attempt"]
 
@@ -75,7 +77,7 @@ def attempt(
     mover: Mover,
     objects: Sequence[ObjectBounds],
     regions: tuple[Region, Region],
-    rolls: raking.Rolling,
+    rolls: Rolling,
     attempts: Sequence[Attempt],
 ) -> Attempt | None:
     """Do what promises most; return what was tried, `None` if nothing is left to try.
@@ -117,7 +119,7 @@ def attempt(
 
 
 def _rolling_between(
-    objects: Sequence[ObjectBounds], rolls: raking.Rolling, low_m: float, high_m: float
+    objects: Sequence[ObjectBounds], rolls: Rolling, low_m: float, high_m: float
 ) -> set[int]:
     """Return which objects roll and have their middle between two places along y."""
     return {found.index for found in objects if found.index in rolls and low_m < found.middle[1] < high_m}

@@ -13,10 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from palmares.arrays import Array, array
-from palmares.motion import SOFTHAND_PRESHAPED, UP, Attempt, Mover, ObjectBounds, TopGrasp
-from palmares.raking import candidates, fling
 from palmares.rotation import quat_of, rot_z
 from palmares.scene import Region
+from palmares.skills.attempts import Attempt, candidates
+from palmares.skills.grasps import SOFTHAND_PRESHAPED, TopGrasp
+from palmares.skills.motion import UP, Mover, fling
+from palmares.skills.objects import ObjectBounds
 
 __all__ = ["GRASPS", "Plan", "choose", "fetch"]
 

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 
 # Commands that are written in Python, by the module whose `main` takes their arguments.
-COMMANDS = {"demo": "palmares.demo", "evaluate": "palmares.evaluate.command"}
+COMMANDS = {"demo": "palmares.program.demo", "evaluate": "palmares.evaluate.command"}
 
 
 def main() -> int:

@@ -24,7 +24,7 @@ from websockets.frames import DATA_OPCODES, Frame
 from websockets.typing import Subprotocol
 from websockets.uri import parse_uri
 
-from palmares.dial import NoWebSocket, dial, handshake
+from palmares.net.dial import NoWebSocket, dial, handshake
 
 # Timeout of reads and writes while a connection is being closed.
 CLOSE_TIMEOUT_S = 0.5
