@@ -22,8 +22,8 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import palmares
+from palmares.messages import StepRequest
 from palmares.net.codec import Encoding
-from palmares.net.requests import Step
 from palmares.targets import action_of
 
 TASK, HAND = "balls", "softhand"
@@ -148,7 +148,7 @@ def timed(client: palmares.Client, case: Case, ticks: int) -> tuple[dict[str, li
     for count in range(ticks):
         marks = [time.perf_counter()]
         action = action_of(palmares.pose(case.base, PALM_DOWN), target(count), motors)
-        request = codec.encode(Step(id=1_000_000 + count, tick=tick, action=action))
+        request = codec.encode(StepRequest(id=1_000_000 + count, tick=tick, action=action))
         marks.append(time.perf_counter())
         transport.send(request, binary=codec.binary)
         marks.append(time.perf_counter())

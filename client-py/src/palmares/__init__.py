@@ -16,7 +16,7 @@ and property that takes or returns one states its shape. `array` makes one of an
 """
 
 from palmares.arrays import Array, array
-from palmares.cameras import CameraImage, Intrinsics
+from palmares.cameras import Intrinsics
 from palmares.client import Client
 from palmares.clipping import ClippedActionWarning
 from palmares.errors import (
@@ -50,32 +50,40 @@ from palmares.messages import (
     Action,
     Actuator,
     BaseTarget,
+    BodyState,
+    CameraImage,
     CameraInfo,
     Competition,
     Event,
     FieldSpec,
     HandInfo,
     HandState,
+    Joints,
     LeaderboardRow,
     Limits,
     Observation,
     Opened,
+    Region,
     Replay,
     Result,
     RunInfo,
+    Scene,
+    SceneBody,
+    ScenePart,
     ServerInfo,
+    Shape,
     Specs,
     TaskBest,
     TaskInfo,
     Time,
+    Truth,
     Welcome,
     Wrench,
 )
 from palmares.net.codec import Encoding
-from palmares.scene import Region, Scene, SceneBody, ScenePart, Shape
 from palmares.targets import pose, twist
 from palmares.training import Training
-from palmares.truth import BodyState, Contact, Joints, ObjectState, Truth
+from palmares.truth import Contact, ObjectState
 from palmares.version import VERSION as __version__
 
 __all__ = [

@@ -8,9 +8,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from palmares.arrays import Array, array
+from palmares.arrays import Array, Quat, Vec3, array
 from palmares.rotation import matrix_of
-from palmares.scene import Quat, Vec3
 
 
 class Intrinsics(msgspec.Struct, kw_only=True, frozen=True):
@@ -32,12 +31,11 @@ class Intrinsics(msgspec.Struct, kw_only=True, frozen=True):
         return array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
 
-class CameraImage(msgspec.Struct, kw_only=True, dict=True):
-    """What a camera saw. The optical frame has x to the right, y down and z forward."""
+class CameraImageMethods:
+    """Methods of `CameraImage`. The optical frame has x to the right, y down and z forward."""
 
+    __slots__ = ()
     camera: str
-    tick: int
-    """The tick after which it was exposed; with ``noise="real"`` some ticks before that of the observation"""
     width: int
     height: int
     fx: float
@@ -45,14 +43,11 @@ class CameraImage(msgspec.Struct, kw_only=True, dict=True):
     cx: float
     cy: float
     position: Vec3
-    """Origin of the optical frame in the world when it was exposed, m"""
     quat_xyzw: Quat
-    """Orientation of the optical frame in the world"""
     depth_unit: float
-    """A step of the depth as it is sent, m"""
-    _depth: bytes | None = msgspec.field(name="depth", default=None)
-    _rgb: bytes | None = msgspec.field(name="rgb", default=None)
-    _bodies: bytes | None = msgspec.field(name="bodies", default=None)
+    _depth: bytes | None
+    _rgb: bytes | None
+    _bodies: bytes | None
 
     @property
     def intrinsics(self) -> Intrinsics:

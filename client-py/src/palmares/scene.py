@@ -1,19 +1,18 @@
-"""The scene at tick 0: bodies, their shapes, and the regions that the rules refer to."""
+"""Methods of the scene's parts: bodies, their shapes, and the regions that the rules refer to."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar, cast
 
-import msgspec
 import numpy as np
 
 from palmares import views
-from palmares.arrays import Array, array
+from palmares.arrays import Array, Quat, Vec3, array
 from palmares.rotation import matrix_of
 
-Vec3: TypeAlias = tuple[float, float, float]
-Quat: TypeAlias = tuple[float, float, float, float]
+if TYPE_CHECKING:
+    from palmares.messages import Region, Scene, SceneBody, ScenePart
 
 
 class HasName(Protocol):
@@ -35,28 +34,11 @@ def named(kind: str, name: str, entries: Sequence[Named]) -> Named:
     raise KeyError(f"no {kind} {name!r}; there are: {known}")
 
 
-class Shape(msgspec.Struct, kw_only=True):
-    """A convex shape; which fields it has depends on `type`. Cylinders and capsules stand along z."""
+class Placed:
+    """Methods of everything that has a pose."""
 
-    type: str
-    """``sphere``, ``capsule``, ``cylinder``, ``box`` or ``hull``"""
-    radius: float | None = None
-    """m"""
-    half_length: float | None = None
-    """m, without the caps of a capsule"""
-    half_extents: Vec3 | None = None
-    """m, including the rounding"""
-    points: list[Vec3] | None = None
-    """Vertices of a hull, m"""
-    rounding: float = 0.0
-    """Radius of edges and corners, m: inside the extents of a box, added around a hull"""
-
-
-class Placed(msgspec.Struct, kw_only=True):
-    """Pose of a frame in another frame."""
-
+    __slots__ = ()
     position: Vec3
-    """Origin, m."""
     quat_xyzw: Quat
 
     @property
@@ -70,34 +52,14 @@ class Placed(msgspec.Struct, kw_only=True):
         return matrix_of(self.quat_xyzw)
 
 
-class ScenePart(Placed, kw_only=True):
-    """A convex part of a body, placed in the body frame."""
+class SceneBodyMethods:
+    """Methods of `SceneBody`."""
 
-    shape: Shape
-
-
-class SceneBody(msgspec.Struct, kw_only=True):
-    """A body and its shapes, in the world frame at tick 0."""
-
-    id: int
+    __slots__ = ()
     name: str
-    position: Vec3 | None = None
-    """Origin, m; ``None`` of free bodies in a run with ``sensing="sensors"``"""
-    quat_xyzw: Quat | None = None
-    """Orientation; ``None`` where the position is"""
-    free: bool
-    """False for furniture."""
-    mass: float
-    """kg; 0 for furniture"""
-    friction: float
-    """Coulomb coefficient between two such surfaces; two bodies have the geometric mean of theirs"""
-    com: Vec3 = (0.0, 0.0, 0.0)
-    """Centre of mass in the body frame, m"""
-    endless: bool = False
-    """Infinite horizontal ground: its surface is the top of its only part, a box that is for drawing"""
+    position: Vec3 | None
+    quat_xyzw: Quat | None
     parts: list[ScenePart]
-    color: Vec3
-    """sRGB, 0 to 1"""
 
     @property
     def xyz(self) -> Array:
@@ -141,16 +103,12 @@ def _ends(part: ScenePart) -> tuple[Array, Array]:
     return part.xyz - reach, part.xyz + reach
 
 
-class Region(msgspec.Struct, kw_only=True):
-    """An axis-aligned region that the rules refer to, such as the inside of ``box_b``."""
+class RegionMethods:
+    """Methods of `Region`."""
 
-    name: str
+    __slots__ = ()
     min: Vec3
-    """m"""
     max: Vec3
-    """m"""
-    role: str | None = None
-    """Its role in the rules: ``start``, ``goal``; ``None`` for others"""
 
     @property
     def center(self) -> Array:
@@ -167,14 +125,12 @@ class Region(msgspec.Struct, kw_only=True):
         return bool(np.all(point >= self.min) and np.all(point <= self.max))
 
 
-class Scene(msgspec.Struct, kw_only=True):
-    """The world at tick 0."""
+class SceneMethods:
+    """Methods of `Scene`."""
 
+    __slots__ = ()
     bodies: list[SceneBody]
-    """Free ones first, in the order of `Truth.objects`."""
     regions: list[Region]
-    gravity: Vec3
-    """m/s²"""
 
     def region(self, name: str) -> Region:
         """Return the region with this name; `KeyError` lists the names there are."""
@@ -205,7 +161,7 @@ class Scene(msgspec.Struct, kw_only=True):
         return [body for body in self.bodies if not body.free]
 
     def __repr__(self) -> str:
-        return views.text(*views.scene(self))
+        return views.text(*views.scene(cast("Scene", self)))
 
     def _repr_html_(self) -> str:
-        return views.html(*views.scene(self))
+        return views.html(*views.scene(cast("Scene", self)))

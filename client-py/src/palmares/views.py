@@ -7,8 +7,7 @@ from html import escape
 from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
-    from palmares.messages import Event, Observation, Result
-    from palmares.scene import Scene, SceneBody
+    from palmares.messages import Event, Observation, Result, Scene, SceneBody
 
 Rows: TypeAlias = list[tuple[str, str]]
 """Label and value of each line"""

@@ -9,8 +9,7 @@ import numpy as np
 
 from palmares import own_task
 from palmares.client import LOCAL, Client
-from palmares.messages import BaseTarget, HandInfo, Observation, Result, TaskInfo
-from palmares.scene import Scene
+from palmares.messages import BaseTarget, HandInfo, Observation, Result, Scene, TaskInfo
 from palmares.training import Training
 
 Sensing = Literal["sensors", "truth"]

@@ -9,7 +9,6 @@ import msgspec
 
 from palmares.messages import (
     Ack,
-    Envelope,
     ErrorMessage,
     Observation,
     Result,
@@ -22,6 +21,13 @@ Message: TypeAlias = Observation | Ack | Result | Time | Welcome | ErrorMessage 
 """Any message of the server; decoded by its `op` in one pass over the bytes."""
 
 Encoding: TypeAlias = Literal["json", "msgpack"]
+
+
+class Envelope(msgspec.Struct, kw_only=True):
+    """The fields that every message from the server has."""
+
+    op: str
+    id: int | None = None
 
 
 class Codec:

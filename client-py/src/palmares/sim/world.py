@@ -10,10 +10,22 @@ from palmares import _native
 from palmares.arguments import LARGEST_COUNT, LARGEST_SEED, one_of, whole
 from palmares.clipping import Clipping
 from palmares.errors import ProtocolError, WrongStateError, error_of
-from palmares.messages import Ack, ErrorMessage, Observation, Opened, Reply, Result
+from palmares.messages import (
+    Ack,
+    ErrorMessage,
+    Observation,
+    Opened,
+    PerturbRequest,
+    PushWrench,
+    Reply,
+    Request,
+    Result,
+    Scene,
+    StepRequest,
+    StopRequest,
+)
 from palmares.net.codec import CODECS
-from palmares.net.requests import Perturb, Request, Step, Stop, Wrench, names, whole_of
-from palmares.scene import Scene
+from palmares.net.requests import names, whole_of
 from palmares.sim.progress import progress
 from palmares.targets import Base, Hand, Numbers, action_of, vector
 from palmares.training import Training, checked
@@ -105,7 +117,7 @@ class World:
             WorldFaultError: The world failed; its `fault` says of what.
 
         """
-        request = Step(
+        request = StepRequest(
             tick=self.tick,
             action=action_of(base, hand, self._motors),
             repeat=whole_of("repeat", repeat, 1, LARGEST_COUNT),
@@ -134,12 +146,12 @@ class World:
         duration_s: float = 0.1,
     ) -> int:
         """Push a link of the hand; return the tick at which it begins. See `palmares.Client.perturb`."""
-        wrench = Wrench(force=vector("force", force), torque=vector("torque", torque))
-        return self.ask(Perturb(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
+        wrench = PushWrench(force=vector("force", force), torque=vector("torque", torque))
+        return self.ask(PerturbRequest(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
 
     def result(self) -> Result:
         """End the run, let the objects settle and count them; asked again, the same result."""
-        return self.ask(Stop(), Result)
+        return self.ask(StopRequest(), Result)
 
     def snapshot(self) -> _native.Snapshot:
         """Keep the world as it is after this tick.
@@ -241,7 +253,7 @@ class World:
     def ask(self, request: Request, kind: type[Answer]) -> Answer:
         """Answer a request of the protocol: ``step``, ``perturb`` or ``stop``."""
         request.id = 1
-        ticks = request.repeat if isinstance(request, Step) else 0
+        ticks = request.repeat if isinstance(request, StepRequest) else 0
         with progress(ticks, "tick", "step") as told:
             answer = self._native.answer(CODEC.encode(request), told)
         return read(answer, kind)

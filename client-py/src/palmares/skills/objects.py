@@ -9,10 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from palmares.arrays import Array, array
-from palmares.messages import Observation
+from palmares.messages import Observation, Scene, SceneBody, Shape, Truth
 from palmares.rotation import rot_z
-from palmares.scene import Scene, SceneBody, Shape
-from palmares.truth import Truth
 
 __all__ = [
     "ObjectBounds",
