@@ -58,7 +58,10 @@ mod tests {
             let committed = std::fs::read_to_string(folder.join(format!("{name}.json"))).unwrap_or_default();
             let current = text(*what).expect("JSON");
             let line = committed.lines().zip(current.lines()).take_while(|(a, b)| a == b).count() + 1;
-            assert!(committed == current, "docs/schema/{name}.json:{line} is out of date: run `cargo xtask generate`");
+            assert!(
+                committed == current,
+                "docs/schema/{name}.json:{line} is out of date: run `cargo xtask generate`"
+            );
         }
     }
 }

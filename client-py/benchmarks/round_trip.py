@@ -22,9 +22,9 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import palmares
-from palmares.messages import StepRequest
 from palmares.net.codec import Encoding
 from palmares.targets import action_of
+from palmares.wire import StepRequest
 
 TASK, HAND = "balls", "softhand"
 # Ticks with one target, and of one call in the run that is played in long steps.

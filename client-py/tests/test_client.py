@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import palmares
-from palmares.messages import TimeRequest
 from palmares.net import link as link_module
+from palmares.wire import TimeRequest
 from tests.fake_server import BALLS, FakeServer
 
 

@@ -11,9 +11,9 @@ from urllib.parse import urlsplit
 import pytest
 
 import palmares
-from palmares.messages import HelloRequest, TimeRequest
 from palmares.net.codec import CODECS
 from palmares.net.transport import Closed, Transport
+from palmares.wire import HelloRequest, TimeRequest
 from tests.real_server import RealServer, needs_server
 
 pytestmark = needs_server

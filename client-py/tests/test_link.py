@@ -15,8 +15,8 @@ from typing import Any
 import pytest
 
 import palmares
-from palmares.messages import Request, TimeRequest
 from palmares.net import link as link_module
+from palmares.wire import Request, TimeRequest
 from tests.fake_server import FakeServer
 
 

@@ -53,7 +53,9 @@ fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Task::Demo(options) => demo::run(&options).map(|()| true),
         Task::Docker(options) => docker::run(&options).map(|()| true),
-        Task::Generate => cargo::build_server(false).and_then(|program| generate::run(&program)).map(|()| true),
+        Task::Generate => {
+            cargo::build_server(false).and_then(|program| generate::run(&program)).map(|()| true)
+        }
         Task::Pages { wanted } => pages::run(wanted).map(|()| true),
         Task::Report(options) => report::run(&options).map(|()| true),
         Task::Test => check::run(),

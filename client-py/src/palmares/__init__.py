@@ -16,7 +16,7 @@ and property that takes or returns one states its shape. `array` makes one of an
 """
 
 from palmares.arrays import Array, array
-from palmares.cameras import Intrinsics
+from palmares.cameras import CameraImage, Intrinsics
 from palmares.client import Client
 from palmares.clipping import ClippedActionWarning
 from palmares.errors import (
@@ -46,45 +46,34 @@ from palmares.errors import (
     WorldFaultError,
     WrongStateError,
 )
-from palmares.messages import (
+from palmares.messages import FieldSpec, HandState, Observation, Result, Specs, Welcome
+from palmares.net.codec import Encoding
+from palmares.scene import Region, Scene, SceneBody, ScenePart
+from palmares.targets import pose, twist
+from palmares.training import Training
+from palmares.truth import BodyState, Contact, ObjectState, Truth
+from palmares.version import VERSION as __version__
+from palmares.wire import (
     Action,
     Actuator,
     BaseTarget,
-    BodyState,
-    CameraImage,
     CameraInfo,
     Competition,
     Event,
-    FieldSpec,
     HandInfo,
-    HandState,
     Joints,
     LeaderboardRow,
     Limits,
-    Observation,
     Opened,
-    Region,
     Replay,
-    Result,
     RunInfo,
-    Scene,
-    SceneBody,
-    ScenePart,
     ServerInfo,
     Shape,
-    Specs,
     TaskBest,
     TaskInfo,
     Time,
-    Truth,
-    Welcome,
     Wrench,
 )
-from palmares.net.codec import Encoding
-from palmares.targets import pose, twist
-from palmares.training import Training
-from palmares.truth import Contact, ObjectState
-from palmares.version import VERSION as __version__
 
 __all__ = [
     "Action",

@@ -8,7 +8,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from palmares.arrays import Array, Quat, Vec3, array
+from palmares import wire
+from palmares.arrays import Array, Vec3, array
 from palmares.rotation import matrix_of
 
 
@@ -31,23 +32,8 @@ class Intrinsics(msgspec.Struct, kw_only=True, frozen=True):
         return array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
 
-class CameraImageMethods:
-    """Methods of `CameraImage`. The optical frame has x to the right, y down and z forward."""
-
-    __slots__ = ()
-    camera: str
-    width: int
-    height: int
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    position: Vec3
-    quat_xyzw: Quat
-    depth_unit: float
-    _depth: bytes | None
-    _rgb: bytes | None
-    _bodies: bytes | None
+class CameraImage(wire.CameraImage, kw_only=True, dict=True):
+    """An image of a camera. The optical frame has x to the right, y down and z forward."""
 
     @property
     def intrinsics(self) -> Intrinsics:

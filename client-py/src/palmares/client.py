@@ -22,36 +22,34 @@ from palmares.errors import (
     SessionOverError,
     WrongStateError,
 )
-from palmares.messages import (
+from palmares.messages import Observation, Result, Welcome
+from palmares.net.codec import Encoding, Message
+from palmares.net.link import Link, Resumed, raise_if_fatal
+from palmares.net.requests import names, whole_of
+from palmares.net.stream import Stream
+from palmares.net.transport import Closed
+from palmares.scene import Scene
+from palmares.targets import Base, Hand, Numbers, action_of, vector
+from palmares.training import Training, checked
+from palmares.version import VERSION
+from palmares.wire import (
     Ack,
     Action,
     ActRequest,
     Competition,
     HelloRequest,
     LeaderboardRow,
-    Observation,
     Opened,
     PerturbRequest,
     PushWrench,
     Reply,
     Request,
     ResetRequest,
-    Result,
-    Scene,
     StepRequest,
     StopRequest,
     Time,
     TimeRequest,
-    Welcome,
 )
-from palmares.net.codec import Encoding, Message
-from palmares.net.link import Link, Resumed, raise_if_fatal
-from palmares.net.requests import names, whole_of
-from palmares.net.stream import Stream
-from palmares.net.transport import Closed
-from palmares.targets import Base, Hand, Numbers, action_of, vector
-from palmares.training import Training, checked
-from palmares.version import VERSION
 
 if TYPE_CHECKING:
     from palmares.sim import World

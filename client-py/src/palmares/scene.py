@@ -1,18 +1,16 @@
-"""Methods of the scene's parts: bodies, their shapes, and the regions that the rules refer to."""
+"""The scene at tick 0: bodies, their shapes, and the regions that the rules refer to."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol, TypeVar, cast
+from typing import Protocol, TypeVar
 
 import numpy as np
 
-from palmares import views
+from palmares import wire
 from palmares.arrays import Array, Quat, Vec3, array
 from palmares.rotation import matrix_of
-
-if TYPE_CHECKING:
-    from palmares.messages import Region, Scene, SceneBody, ScenePart
+from palmares.views import Rows, Viewed, first, vector
 
 
 class HasName(Protocol):
@@ -35,7 +33,7 @@ def named(kind: str, name: str, entries: Sequence[Named]) -> Named:
 
 
 class Placed:
-    """Methods of everything that has a pose."""
+    """Something with a pose in another frame."""
 
     __slots__ = ()
     position: Vec3
@@ -52,13 +50,13 @@ class Placed:
         return matrix_of(self.quat_xyzw)
 
 
-class SceneBodyMethods:
-    """Methods of `SceneBody`."""
+class ScenePart(Placed, wire.ScenePart, kw_only=True):
+    """A convex part of a body, placed in the body frame."""
 
-    __slots__ = ()
-    name: str
-    position: Vec3 | None
-    quat_xyzw: Quat | None
+
+class SceneBody(wire.SceneBody, kw_only=True):
+    """A body and its shapes, in the world frame at tick 0."""
+
     parts: list[ScenePart]
 
     @property
@@ -103,12 +101,8 @@ def _ends(part: ScenePart) -> tuple[Array, Array]:
     return part.xyz - reach, part.xyz + reach
 
 
-class RegionMethods:
-    """Methods of `Region`."""
-
-    __slots__ = ()
-    min: Vec3
-    max: Vec3
+class Region(wire.Region, kw_only=True):
+    """An axis-aligned region that the rules refer to, such as the inside of ``box_b``."""
 
     @property
     def center(self) -> Array:
@@ -125,10 +119,9 @@ class RegionMethods:
         return bool(np.all(point >= self.min) and np.all(point <= self.max))
 
 
-class SceneMethods:
-    """Methods of `Scene`."""
+class Scene(Viewed, wire.Scene, kw_only=True):
+    """The world at tick 0."""
 
-    __slots__ = ()
     bodies: list[SceneBody]
     regions: list[Region]
 
@@ -160,8 +153,20 @@ class SceneMethods:
         """The bodies that cannot move."""
         return [body for body in self.bodies if not body.free]
 
-    def __repr__(self) -> str:
-        return views.text(*views.scene(cast("Scene", self)))
+    def _lines(self) -> tuple[str, Rows]:
+        """Return what the scene shows when it is printed."""
+        free, fixed = self.free, self.furniture
+        title = f"Scene of {len(free)} objects, {len(fixed)} fixed bodies, {len(self.regions)} regions"
+        rows = first([(body.name, _in_words(body)) for body in free], "objects")
+        rows += [(body.name, "fixed" + (", endless" if body.endless else "")) for body in fixed]
+        for region in self.regions:
+            role = f"{region.role}: " if region.role else ""
+            rows.append((f"region {region.name}", f"{role}{vector(region.min)} to {vector(region.max)} m"))
+        return title, rows
 
-    def _repr_html_(self) -> str:
-        return views.html(*views.scene(cast("Scene", self)))
+
+def _in_words(body: SceneBody) -> str:
+    kind = body.parts[0].shape.type if len(body.parts) == 1 else f"{len(body.parts)} parts"
+    size = " × ".join(f"{2000.0 * half:.0f}" for half in body.half_extents)
+    at = "hidden" if body.position is None else f"at {vector(body.position)} m"
+    return f"{kind}, {size} mm, {1000.0 * body.mass:.0f} g, friction {body.friction:.2g}, {at}"

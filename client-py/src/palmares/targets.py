@@ -11,7 +11,7 @@ import numpy as np
 from palmares.arguments import short
 from palmares.arrays import Array, Vec3
 from palmares.errors import BadActionError
-from palmares.messages import Action, BaseTarget
+from palmares.wire import Action, BaseTarget
 
 Numbers: TypeAlias = Iterable[float] | Array
 """A list, a tuple, an array or another iterable of numbers"""

@@ -1,37 +1,31 @@
-"""Methods of `Truth`, the full state of a world.
+"""The full state of a world, as typed structs. Units are SI; quaternions are x, y, z, w.
 
-An observation has hundreds of numbers, and thousands of observations may come per second. So the numbers are
-kept as the tables that came over the wire, and become arrays when they are first read.
+An observation has hundreds of numbers, and thousands of observations may come per second. So the numbers
+are kept as the tables that came over the wire, and become arrays when they are first read.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import msgspec
 
-from palmares.arrays import Array, Quat, Vec3
+from palmares import wire
+from palmares.arrays import Array, Vec3
 from palmares.scene import Placed, named
 
-if TYPE_CHECKING:
-    from palmares.messages import ContactTables, ObjectTables
+
+class BodyState(Placed, wire.BodyState, kw_only=True):
+    """Pose and velocity of a body in the world frame."""
 
 
-class ObjectState(Placed, msgspec.Struct, kw_only=True, gc=False):
-    """A free object: a row of each table."""
+class ObjectState(BodyState, kw_only=True, gc=False):
+    """A free object."""
 
     id: int
     """Index in the scene."""
     name: str
-    position: Vec3
-    """Origin, m."""
-    quat_xyzw: Quat
-    linear: Vec3
-    """Velocity of the origin, m/s."""
-    angular: Vec3
-    """rad/s"""
 
 
 class Contact(msgspec.Struct, kw_only=True, gc=False):
@@ -43,12 +37,8 @@ class Contact(msgspec.Struct, kw_only=True, gc=False):
     force: Vec3
 
 
-class TruthMethods:
-    """Methods of `Truth`."""
-
-    __slots__ = ()
-    _objects: ObjectTables
-    _contacts: ContactTables
+class Truth(wire.Truth, kw_only=True, dict=True):
+    """The full state; only with ``sensing="truth"``. Each part is decoded when it is first read."""
 
     @cached_property
     def positions(self) -> Array:
@@ -95,7 +85,7 @@ class TruthMethods:
     def contacts(self) -> list[Contact]:
         """All contacts."""
         table = self._contacts
-        positions, forces = (table.position.tolist(), table.force.tolist())
+        positions, forces = table.position.tolist(), table.force.tolist()
         return [
             Contact(a=a, b=b, position=tuple(position), force=tuple(force))
             for a, b, position, force in zip(table.a, table.b, positions, forces, strict=True)

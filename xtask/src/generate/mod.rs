@@ -47,7 +47,7 @@ fn derived(root: &Path) -> Result<[(&'static str, String); 2]> {
     let [control, watch, openapi] = SCHEMAS.map(read);
     let types = Types::of(&control?, &watch?, &openapi?)?;
     Ok([
-        ("client-py/src/palmares/messages.py", python::module(&types)?),
+        ("client-py/src/palmares/wire.py", python::module(&types)?),
         ("viewer/src/wire/messages.ts", typescript::module(&types)),
     ])
 }

@@ -7,30 +7,21 @@ use std::collections::BTreeSet;
 
 const HEAD: &str = r#""""Messages of protocol v1 as typed structs, derived from docs/schema: `cargo xtask generate` writes them.
 
-Units are SI unless a field says otherwise; vectors are in the world frame, quaternions are x, y, z, w.
-Unknown fields are ignored, so that this client works with a newer server. The structs are exempt from Python's
-cyclic garbage collection (``gc=False``): they form no cycles, and thousands of them per second would keep the
-collector busy.
+Units are SI unless a field says otherwise; vectors are in the world frame, quaternions are x, y, z, w. Fields
+that this client does not know are ignored, so that it works with a newer server. The structs are exempt from
+cyclic garbage collection (``gc=False``): they form no cycles, and thousands of them come every second.
+Methods of a struct are in a subclass of the same name, in `palmares.messages` and what that imports.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, Literal
 
 import msgspec
 
 from palmares.arrays import Array, Quat, Table, Vec3, array
-from palmares.cameras import CameraImageMethods
-from palmares.methods import (
-    FieldSpecMethods,
-    ObservationMethods,
-    ResultMethods,
-    SpecsMethods,
-    WelcomeMethods,
-)
-from palmares.scene import Placed, RegionMethods, SceneBodyMethods, SceneMethods
-from palmares.truth import TruthMethods
 
 
 class Request(msgspec.Struct, kw_only=True, omit_defaults=True, gc=False, tag_field="op"):
@@ -60,20 +51,21 @@ const NAMES: [(&str, &str); 11] = [
     ("TimeReport", "Time"),
     ("Warning", "SessionWarning"),
 ];
-/// Types with methods, which are written by hand, and the class that has these.
-const METHODS: [(&str, &str); 12] = [
-    ("BodyState", "Placed"),
-    ("CameraImage", "CameraImageMethods"),
-    ("FieldSpec", "FieldSpecMethods"),
-    ("Observation", "ObservationMethods"),
-    ("Region", "RegionMethods"),
-    ("Result", "ResultMethods"),
-    ("Scene", "SceneMethods"),
-    ("SceneBody", "SceneBodyMethods"),
-    ("ScenePart", "Placed"),
-    ("Specs", "SpecsMethods"),
-    ("Truth", "TruthMethods"),
-    ("Welcome", "WelcomeMethods"),
+/// Types that have subclasses with methods, which are written by hand. A list of them is a `Sequence` here, for which
+/// the list of a subclass may stand.
+const SUBCLASSED: [&str; 12] = [
+    "BodyState",
+    "CameraImage",
+    "FieldSpec",
+    "HandState",
+    "Observation",
+    "Region",
+    "Result",
+    "Scene",
+    "SceneBody",
+    "ScenePart",
+    "Specs",
+    "Truth",
 ];
 /// Fields for which a method of the same name stands.
 const HIDDEN: [(&str, &str); 3] = [("Observation", "cameras"), ("Truth", "objects"), ("Truth", "contacts")];
@@ -119,7 +111,8 @@ impl Module<'_> {
         if !self.written.insert(schema.to_owned()) {
             return Ok(());
         }
-        let fields: Vec<Field> = fields.into_iter().filter(|field| message.is_none() || field.name != "id").collect();
+        let fields: Vec<Field> =
+            fields.into_iter().filter(|field| message.is_none() || field.name != "id").collect();
         for name in fields.iter().flat_map(|field| named(&field.value)) {
             self.class(name, None, sent)?;
         }
@@ -128,9 +121,7 @@ impl Module<'_> {
             _ => found(&NAMES, schema).unwrap_or(schema).to_owned(),
         };
         let base = message.map_or("msgspec.Struct", |(_, base)| base);
-        let methods = found(&METHODS, &name);
-        let mut arguments: Vec<String> = methods.map(str::to_owned).into_iter().collect();
-        arguments.extend([base.to_owned(), "kw_only=True".into()]);
+        let mut arguments = vec![base.to_owned(), "kw_only=True".into()];
         if sent && message.is_none() {
             arguments.push("omit_defaults=True".into());
         }
@@ -163,7 +154,7 @@ impl Module<'_> {
                     Some(columns) => (format!("(n, {columns})"), format!(", -1, {columns}")),
                     None => ("(n,)".into(), String::new()),
                 };
-                let doc = format!("{} Shape {shape}.", sentence(&self.doc_of(field)?));
+                let doc = format!("Shape {shape}; {}", sentence(&self.doc_of(field)?));
                 properties += &format!(
                     "\n    @{}\n    def {1}(self) -> Array:\n{2}        return array(self._{1}{reshaped})\n",
                     if cached { "cached_property" } else { "property" },
@@ -220,7 +211,11 @@ impl Module<'_> {
             Type::Boolean => "bool".into(),
             Type::Bytes => "bytes".into(),
             Type::Table(_) => "Table".into(),
-            Type::List(item) => format!("list[{}]", self.annotation(item, sent)?),
+            Type::List(item) => {
+                let item = self.annotation(item, sent)?;
+                let list = if SUBCLASSED.contains(&item.as_str()) { "Sequence" } else { "list" };
+                format!("{list}[{item}]")
+            }
             Type::Array(item, 3) if **item == Type::Number => "Vec3".into(),
             Type::Array(item, 4) if **item == Type::Number => "Quat".into(),
             Type::Array(item, length) => {
@@ -243,7 +238,9 @@ impl Module<'_> {
                 }
                 (None, _) => "str".into(),
             },
-            Type::Named(name) if self.object(name)?.is_some() => found(&NAMES, name).unwrap_or(name).to_owned(),
+            Type::Named(name) if self.object(name)?.is_some() => {
+                found(&NAMES, name).unwrap_or(name).to_owned()
+            }
             Type::Named(name) => self.annotation(&self.types.get(name)?.value, sent)?,
         })
     }
@@ -302,14 +299,17 @@ fn words(value: &Type) -> Option<Vec<&str>> {
     }
 }
 
-/// A client always sends a word that decides how the server acts, also the default one.
+/// What a field has that is not given, if it may be left out. A client always sends the words that decide how the server
+/// acts; a server may be of an earlier version, without a field that has a default.
 fn default(Field { required, default, value, .. }: &Field, sent: bool) -> Option<String> {
     match (value, default) {
-        (_, Some(Value::Number(number))) if !required => Some(number.to_string()),
         (Type::Nullable(_), _) => Some("None".into()),
-        (Type::List(_) | Type::Table(_), _) if !required => Some("[]".into()),
+        (_, Some(Value::Number(number))) if !(sent && *required) => Some(number.to_string()),
+        (_, Some(Value::String(word))) if !sent => Some(format!("\"{word}\"")),
+        (_, Some(Value::Bool(value))) if !sent => Some(if *value { "True" } else { "False" }.into()),
+        (Type::List(_) | Type::Table(_), default) if !required || default.is_some() => Some("[]".into()),
         (Type::Map(_), _) if !required => Some("{}".into()),
-        (Type::Boolean, _) if !required && !sent => Some("False".into()),
+        (Type::Boolean, _) if !required => Some("False".into()),
         _ => None,
     }
 }
@@ -334,7 +334,8 @@ fn docstring(doc: &str, indent: usize) -> String {
     if fits(doc, 6) {
         return format!("{margin}\"\"\"{doc}\"\"\"\n");
     }
-    let ends = doc.match_indices(['.', ';', ':']).filter(|(at, mark)| doc[at + mark.len()..].starts_with(' '));
+    let ends =
+        doc.match_indices(['.', ';', ':']).filter(|(at, mark)| doc[at + mark.len()..].starts_with(' '));
     let ends = ends.map(|(at, _)| doc.split_at(at)).filter(|(first, _)| fits(first, 4));
     let (first, rest) = ends.last().unwrap_or((doc, ""));
     let rest = wrapped(rest.get(2..).unwrap_or_default(), WIDTH - indent);

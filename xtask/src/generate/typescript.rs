@@ -16,7 +16,8 @@ pub(super) fn module(types: &Types) -> String {
         text += &format!("\n{}", comment("", &declared.doc));
         text += &match &declared.value {
             Type::Object(fields) => {
-                let lines = fields.iter().map(|field| comment("  ", &field.doc) + "  " + &member(field) + ";\n");
+                let lines =
+                    fields.iter().map(|field| comment("  ", &field.doc) + "  " + &member(field) + ";\n");
                 format!("export interface {name} {{\n{}}}\n", lines.collect::<String>())
             }
             Type::Union(variants) if variants.iter().any(|variant| !matches!(variant, Type::Word(_))) => {
@@ -47,7 +48,8 @@ fn object(fields: &[Field]) -> String {
 }
 
 fn printed(value: &Type) -> String {
-    let list = |item: &str| if item.contains(['|', '&']) { format!("({item})[]") } else { format!("{item}[]") };
+    let list =
+        |item: &str| if item.contains(['|', '&']) { format!("({item})[]") } else { format!("{item}[]") };
     match value {
         Type::Any => "unknown".into(),
         Type::Text | Type::Bytes => "string".into(),

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 import palmares
 from palmares.arrays import Array, array
-from palmares.messages import CameraImage
+from palmares.cameras import CameraImage
 from palmares.skills import clearing
 from palmares.skills.attempts import Attempt
 from palmares.skills.motion import Mover, RunOverError

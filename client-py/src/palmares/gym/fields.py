@@ -8,7 +8,8 @@ import numpy as np
 from gymnasium import spaces
 
 from palmares.arrays import Array, array
-from palmares.messages import Observation, Scene, SceneBody
+from palmares.messages import Observation
+from palmares.scene import Scene, SceneBody
 
 Arrays: TypeAlias = dict[str, Array]
 

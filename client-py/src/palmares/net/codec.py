@@ -7,15 +7,8 @@ from typing import Any, Literal, TypeAlias
 
 import msgspec
 
-from palmares.messages import (
-    Ack,
-    ErrorMessage,
-    Observation,
-    Result,
-    SessionWarning,
-    Time,
-    Welcome,
-)
+from palmares.messages import Observation, Result, Welcome
+from palmares.wire import Ack, ErrorMessage, SessionWarning, Time
 
 Message: TypeAlias = Observation | Ack | Result | Time | Welcome | ErrorMessage | SessionWarning
 """Any message of the server; decoded by its `op` in one pass over the bytes."""

@@ -23,22 +23,21 @@ from palmares.errors import (
     SessionTakenError,
     error_of,
 )
-from palmares.messages import (
+from palmares.messages import Result, Welcome
+from palmares.net import http
+from palmares.net.codec import CODECS, SUBPROTOCOLS, Codec, Encoding, Message
+from palmares.net.dial import NoWebSocket, Refused
+from palmares.net.transport import Closed, Transport
+from palmares.training import Training
+from palmares.wire import (
     ByeRequest,
     ErrorMessage,
     HelloRequest,
     LeaderboardRow,
     Reply,
     Request,
-    Result,
     SessionWarning,
-    Welcome,
 )
-from palmares.net import http
-from palmares.net.codec import CODECS, SUBPROTOCOLS, Codec, Encoding, Message
-from palmares.net.dial import NoWebSocket, Refused
-from palmares.net.transport import Closed, Transport
-from palmares.training import Training
 
 # Delays between attempts to reconnect; the last one repeats. The server refuses a new connection until it has
 # noticed that the old one is dead, which takes up to `Limits.ping_timeout_s`.

@@ -11,22 +11,21 @@ from typing import Any, NoReturn, TypeVar
 
 from palmares import sim
 from palmares.errors import BadRequestError, UnknownHandError, UnknownTaskError, WrongStateError
-from palmares.messages import (
+from palmares.messages import Result, Welcome
+from palmares.net.codec import Encoding
+from palmares.net.link import Link
+from palmares.wire import (
     LeaderboardRow,
     PerturbRequest,
     Reply,
     Request,
     ResetRequest,
-    Result,
     RunInfo,
     StepRequest,
     StopRequest,
     Time,
     TimeRequest,
-    Welcome,
 )
-from palmares.net.codec import Encoding
-from palmares.net.link import Link
 
 Answer = TypeVar("Answer", bound=Reply)
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palmares.arrays import Array, array
-from palmares.messages import Region
+from palmares.scene import Region
 from palmares.skills.objects import ObjectBounds
 
 __all__ = [

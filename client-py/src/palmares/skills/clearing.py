@@ -17,8 +17,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from palmares.messages import Region
 from palmares.rotation import rot_zyz
+from palmares.scene import Region
 from palmares.skills import fetching, pushing, raking, tipping
 from palmares.skills.attempts import Attempt
 from palmares.skills.motion import Mover

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from palmares.arrays import Array, array
-from palmares.messages import Region
 from palmares.rotation import quat_of, rot_z
+from palmares.scene import Region
 from palmares.skills.attempts import Attempt, candidates
 from palmares.skills.grasps import SOFTHAND_PRESHAPED, TopGrasp
 from palmares.skills.motion import UP, Mover, fling

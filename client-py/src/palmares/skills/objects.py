@@ -9,8 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from palmares.arrays import Array, array
-from palmares.messages import Observation, Scene, SceneBody, Shape, Truth
+from palmares.messages import Observation
 from palmares.rotation import rot_z
+from palmares.scene import Scene, SceneBody
+from palmares.truth import Truth
+from palmares.wire import Shape
 
 __all__ = [
     "ObjectBounds",

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from palmares.arrays import Array, array
-from palmares.messages import Region
 from palmares.rotation import quat_of, rot_zyz
+from palmares.scene import Region
 from palmares.skills.attempts import Attempt, candidates
 from palmares.skills.motion import Mover
 from palmares.skills.objects import ObjectBounds, Rolling

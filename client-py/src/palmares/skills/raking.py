@@ -18,8 +18,8 @@ from typing import Literal
 import numpy as np
 
 from palmares.arrays import Array, array
-from palmares.messages import Region
 from palmares.rotation import quat_of, rot_z
+from palmares.scene import Region
 from palmares.skills.attempts import Attempt, Place, candidates
 from palmares.skills.motion import Mover, fling, press
 from palmares.skills.objects import ObjectBounds, Rolling

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from palmares.arrays import array
-from palmares.messages import Region
 from palmares.rotation import quat_of, rot_z, rot_zyz
+from palmares.scene import Region
 from palmares.skills.attempts import Attempt, Place, candidates
 from palmares.skills.grasps import SOFTHAND_PRESHAPED
 from palmares.skills.motion import Mover, press
