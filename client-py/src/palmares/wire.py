@@ -514,11 +514,11 @@ class Result(Reply, kw_only=True, gc=False, tag="result"):
     """Identifies the run."""
     task: str
     """Its task."""
-    task_hash: str
+    task_hash: str = ""
     """SHA-256 of everything that the task is, 64 hexadecimal digits."""
     hand: str
     """Its hand."""
-    mode: str
+    mode: str = "lockstep"
     """How time passed in it. ``lockstep`` or ``realtime``."""
     status: str
     """``practice``, or ``voided`` after a fault of the server."""
@@ -535,17 +535,17 @@ class Result(Reply, kw_only=True, gc=False, tag="result"):
     """Ticks played."""
     sim_time_s: float
     """s of simulated time played."""
-    missed_ticks: int
+    missed_ticks: int = 0
     """In real time: ticks for which no new action had come."""
-    late_ticks: int
+    late_ticks: int = 0
     """In real time: ticks that the server began more than half a tick after they were due."""
-    late_max_s: float
+    late_max_s: float = 0.0
     """In real time: the latest beginning of a tick, s."""
-    dropped_obs: int
+    dropped_obs: int = 0
     """In real time: observations that the client did not take in time."""
     state_hash: str
     """Hash of the final state, 16 hexadecimal digits."""
-    events: list[Event]
+    events: list[Event] = []
     """Everything the referee noted."""
     session_left_s: float | None = None
     """s; ``None`` for a session without a limit."""
@@ -567,7 +567,7 @@ class RunInfo(msgspec.Struct, kw_only=True, gc=False):
     """Its task."""
     hand: str
     """Its hand."""
-    mode: str
+    mode: str = "lockstep"
     """How time passes in it. ``lockstep`` or ``realtime``."""
     tick: int
     """The current tick, which the next ``step`` must name."""
@@ -588,13 +588,13 @@ class Time(Reply, kw_only=True, gc=False, tag="time"):
     """Wall-clock time since the first reset, pauses left out, s."""
     simulated_s: float
     """Simulated time of all runs, s."""
-    refunded_s: float
+    refunded_s: float = 0.0
     """Time given back for faults of the server, s; the other times are without it."""
-    paused: bool
+    paused: bool = False
     """Whether an organizer has stopped the clock."""
     run: RunInfo | None = None
     """The session's run, if any."""
-    server_unix_ms: int
+    server_unix_ms: int = 0
     """The server's clock, ms since 1970 UTC."""
 
 
@@ -616,12 +616,12 @@ class Competition(msgspec.Struct, kw_only=True, gc=False):
     """``practice``: no token, own seeds, full state."""
     session_s: float | None = None
     """Length of a session, s; ``None`` for none."""
-    reset_cost_s: float
+    reset_cost_s: float = 0.0
     """What each ``reset`` that opens a run takes from the session, s."""
-    noise: str
+    noise: str = "none"
     """How good the sensors of a run are that does not ask for others; in a competition, of every run.
     ``none`` or ``real``."""
-    sensors_only: list[str]
+    sensors_only: list[str] = []
     """Tasks that are played with ``sensors`` only."""
 
 
@@ -690,9 +690,9 @@ class TaskInfo(msgspec.Struct, kw_only=True, gc=False):
     """Length of a physics step, s."""
     time_limit_s: float
     """Longest run, s of simulated time."""
-    cameras: list[CameraInfo]
+    cameras: list[CameraInfo] = []
     """Its cameras."""
-    hash: str
+    hash: str = ""
     """SHA-256 of everything that it is, 64 hexadecimal digits."""
 
 
@@ -707,11 +707,11 @@ class HandInfo(msgspec.Struct, kw_only=True, gc=False):
     """Names of the motors, in the order of ``action.hand``."""
     joints: list[str]
     """Names of the joint coordinates, in the order of ``truth.joints``."""
-    encoders: list[str]
+    encoders: list[str] = []
     """Names of the joints that have an encoder, in the order of ``hand.joints``."""
-    taxels: list[str]
+    taxels: list[str] = []
     """Names of the taxels, in the order of ``hand.touch``."""
-    cameras: list[CameraInfo]
+    cameras: list[CameraInfo] = []
     """Its cameras."""
 
 

@@ -1,5 +1,5 @@
 /** Session clocks between two readings: one that has moved goes on by the wall clock, one that stood stands. s. */
-import type { Session } from './types';
+import type { Session } from '../wire/messages';
 
 /** A clock as it was read, at a time of performance.now(). */
 export interface ClockReading { at: number; left: number | null; elapsed: number; going: boolean }

@@ -6,7 +6,7 @@ import { confirmAction, type ActionDialog } from './dialog';
 import { type AdminClient, errorText, type Tab } from './admin_client';
 import { KeyedTable } from './keyed_table';
 import { sides } from '../hands/hand_views';
-import type { Hand, ShownHand } from './types';
+import type { HandRow, ShownHand } from '../wire/messages';
 
 const COLOUR: Record<string, string> = { pending: 'warn', approved: 'ok', rejected: 'bad' };
 
@@ -14,7 +14,7 @@ const COLOUR: Record<string, string> = { pending: 'warn', approved: 'ok', reject
 export function handsTab(desk: AdminClient): Tab {
   const looked = el('section', { class: 'panel', tabindex: -1, hidden: true, 'aria-label': 'The hand that is looked at' });
   let at: string | null = null;
-  const table = new KeyedTable<Hand>(
+  const table = new KeyedTable<HandRow>(
     [{ head: 'Hand' }, { head: 'Team' }, { head: 'State' }, { head: 'Came' }, { head: 'Warnings', class: 'wide' }, { head: '', class: 'wide' }],
     (hand) => hand.hand_id,
     (hand) => [
@@ -24,14 +24,14 @@ export function handsTab(desk: AdminClient): Tab {
     ],
     { label: 'Teams’ own hands', empty: 'No team has sent in a hand.' });
 
-  function decide(hand: Hand): Child[] {
+  function decide(hand: HandRow): Child[] {
     return [
       hand.status !== 'approved' && button('Approve…', () => { void confirmAction(question(hand, 'Approve', 'approve')); }, { class: 'small' }),
       hand.status !== 'rejected' && button('Reject…', () => { void confirmAction(question(hand, 'Reject', 'reject')); }, { class: 'small danger' }),
     ];
   }
 
-  function question(hand: Hand, verb: string, path: string): ActionDialog {
+  function question(hand: HandRow, verb: string, path: string): ActionDialog {
     const warned = hand.warnings.length > 0 && path === 'approve' ? ` The check found: ${hand.warnings.join('; ')}.` : '';
     return {
       title: [`${verb} `, name(hand.name), ' of ', name(hand.team)], verb, danger: path === 'reject', needsReason: path === 'reject',
@@ -77,8 +77,8 @@ export function handsTab(desk: AdminClient): Tab {
     id: 'hands', title: 'Hands', period: 10_000,
     element: el('div', { class: 'stack' }, table.element, looked),
     async refresh() {
-      const { hands } = await desk.get<{ hands: Hand[] }>('/v1/admin/hands');
-      const waits = (hand: Hand): number => hand.status === 'pending' ? 0 : 1;
+      const { hands } = await desk.get<{ hands: HandRow[] }>('/v1/admin/hands');
+      const waits = (hand: HandRow): number => hand.status === 'pending' ? 0 : 1;
       table.show([...hands].sort((a, b) => waits(a) - waits(b)));
     },
   };

@@ -1,14 +1,14 @@
 /** What the server tells as it happens, over the watch socket, which is opened again when it breaks. */
-import type { Announcement, BoardRow } from './model';
+import type { Announcement, LeaderboardRow, WatchReply } from '../wire/messages';
 
 /** What is told. */
 export interface FeedListener {
-  ranking(rows: BoardRow[]): void;
+  ranking(rows: LeaderboardRow[]): void;
   announcement?(announcement: Announcement): void;
   /** Whether the server is there. */
   connected(yes: boolean): void;
   /** Messages of the featured world; where this is given, it is subscribed to. */
-  world?(message: Record<string, unknown>): void;
+  world?(message: WatchReply): void;
   /** The token was revoked: the socket is not opened again. */
   revoked?(): void;
 }
@@ -51,13 +51,13 @@ export function openFeed(told: FeedListener, token: string | null = null): () =>
   }
 
   function read(data: string, say: (message: Record<string, unknown>) => void): void {
-    const message = JSON.parse(data) as Record<string, unknown>;
-    switch (message['op']) {
+    const message = JSON.parse(data) as WatchReply;
+    switch (message.op) {
       case 'subscribed': told.connected(true); break;
-      case 'leaderboard': told.ranking(message['rows'] as BoardRow[]); break;
-      case 'announcement': told.announcement?.(message as unknown as Announcement); break;
+      case 'leaderboard': told.ranking(message.rows); break;
+      case 'announcement': told.announcement?.(message); break;
       // A server that has no subscription without a world gives one with it.
-      case 'error': if (message['id'] === 1) say({ op: 'subscribe', id: 2, featured: true }); break;
+      case 'error': if (message.id === 1) say({ op: 'subscribe', id: 2, featured: true }); break;
       default: told.world?.(message); break;
     }
   }

@@ -1,12 +1,12 @@
 /** What a new ranking changed: who went up, who went down, whose total or runs are others. */
-import type { BoardRow } from './model';
 import { ordinal, points } from '../ui/format';
+import type { LeaderboardRow } from '../wire/messages';
 
 /** How a team moved. `places` is positive for up; null for a team that was not there before. `gained` in points. */
 export interface Move { places: number | null; gained: number }
 
 /** Only teams for which something moved. Before the first ranking nothing has. */
-export function movement(before: readonly BoardRow[] | null, now: readonly BoardRow[]): Map<string, Move> {
+export function movement(before: readonly LeaderboardRow[] | null, now: readonly LeaderboardRow[]): Map<string, Move> {
   const moves = new Map<string, Move>();
   if (before === null) return moves;
   const had = new Map(before.map((row) => [row.team, row]));
@@ -21,7 +21,7 @@ export function movement(before: readonly BoardRow[] | null, now: readonly Board
 }
 
 /** Whether anything that is shown differs. */
-export function differs(before: readonly BoardRow[], now: readonly BoardRow[]): boolean {
+export function differs(before: readonly LeaderboardRow[], now: readonly LeaderboardRow[]): boolean {
   return JSON.stringify(before) !== JSON.stringify(now);
 }
 
@@ -45,7 +45,7 @@ export function signed(gained: number): string {
 }
 
 /** One sentence for those who hear the page: who gained, the best of them first, at most three. */
-export function announcementOf(moves: ReadonlyMap<string, Move>, now: readonly BoardRow[]): string {
+export function announcementOf(moves: ReadonlyMap<string, Move>, now: readonly LeaderboardRow[]): string {
   const told = now.filter((row) => {
     const move = moves.get(row.team);
     return move !== undefined && (move.places === null || Math.abs(move.gained) > 1e-9);

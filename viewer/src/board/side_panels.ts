@@ -1,10 +1,10 @@
 /** Beside the ranking: each task's rules in words with a picture, and how to connect. */
-import type { CompetitionInfo, TaskInfo } from './model';
 import { clock } from '../ui/format';
 import { button, copyText, el, name } from '../ui/elements';
 import balls from './pictures/balls.svg';
 import grasp from './pictures/grasp.svg';
 import shelf from './pictures/shelf.svg';
+import type { CompetitionAnswer, TaskInfo } from '../wire/messages';
 
 const PICTURES: Record<string, [string, string]> = {
   balls: [balls, 'Balls in box A, an arrow to box B.'],
@@ -25,7 +25,7 @@ export function taskCards(tasks: readonly TaskInfo[]): HTMLElement[] {
 }
 
 /** How a program gets in. */
-export function connect(info: CompetitionInfo): HTMLElement {
+export function connect(info: CompetitionAnswer): HTMLElement {
   const official = info.mode === 'official';
   const socket = `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/v1/control`;
   const lines = official
@@ -42,7 +42,7 @@ export function connect(info: CompetitionInfo): HTMLElement {
 }
 
 /** What the marks mean. */
-export function legend(info: Pick<CompetitionInfo, 'mode' | 'phase'>): HTMLElement {
+export function legend(info: Pick<CompetitionAnswer, 'mode' | 'phase'>): HTMLElement {
   const official = info.mode === 'official';
   return el('p', {},
     'Best score of each task; equal totals: the earlier first. Sensors: place among the teams that never saw the true state of the world. ',

@@ -1,6 +1,6 @@
 /** What was sent in one run, tick by tick, as changes: enough to send the same again. */
-import type { RunEvent } from '../net/watch';
-import type { Action, RunInfo, Push, Result } from './messages';
+import type { Push } from './messages';
+import type { Action, Event as RunEvent, Opened, RunResult } from '../wire/messages';
 
 /** A change and for how many ticks nothing else changed; a push begins with the tick that follows; a gap was not recorded. */
 export type Entry =
@@ -15,13 +15,13 @@ export class ActionRecording {
   ticks = 0;
   score = 0;
   /** How the run ended; null while it goes on, or when the connection broke. */
-  result: Result | null = null;
+  result: RunResult | null = null;
   /** The targets as they stand. */
   private readonly standing: Action = {};
   private on = true;
 
   /** `team`: the name under which it was driven. */
-  constructor(readonly run: RunInfo, readonly team: string, readonly begun: Date) {}
+  constructor(readonly run: Opened, readonly team: string, readonly begun: Date) {}
 
   get recording(): boolean {
     return this.on;

@@ -1,8 +1,8 @@
 /** How the base is moved: along which axes, how fast, by which keys, and with which gamepad. */
 import { el, setText } from '../ui/elements';
 import { keyList } from './keys';
-import type { Spec } from './messages';
 import type { FrameName } from './motion';
+import type { Field } from '../wire/messages';
 
 /** Keys and sticks go at this share of what the server allows, at first. */
 const SHARE = 0.2;
@@ -35,7 +35,7 @@ export class BasePanel {
   }
 
   /** The server's limits of speed, m/s and rad/s. */
-  limit(linear: Spec | undefined, angular: Spec | undefined): void {
+  limit(linear: Field | undefined, angular: Field | undefined): void {
     this.linearMost = linear?.maximum ?? 0;
     this.angularMost = angular?.maximum ?? 0;
     this.write();

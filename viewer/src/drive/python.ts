@@ -1,7 +1,7 @@
 /** A recording as a controller in Python, which the client of client-py runs: the start of a program of one's own. */
 import { printable } from '../ui/format';
-import type { Action } from './messages';
 import type { Entry, ActionRecording } from './action_recording';
+import type { Action } from '../wire/messages';
 
 /** Text and numbers as Python writes them: JSON is that, for strings and finite numbers. */
 const literal = (value: unknown): string => JSON.stringify(value);

@@ -1,15 +1,15 @@
 /** Pictures out of what the controller is told: the scene of a run, and each observation. */
-import { type HandDescription, forwardKinematics } from '../model/hand';
+import { forwardKinematics } from '../model/hand';
 import { type Moment, POSE } from '../model/moment';
 import type { Body, Quat, SceneInfo, Vec3 } from '../model/scene';
-import type { Observation, ResetScene } from './messages';
+import type { HandDescription, Obs, Scene } from '../wire/messages';
 
 /** The hand's links, as the server's own pictures paint them. */
 const LINK: Vec3 = [0.72, 0.74, 0.78];
 const NOWHERE: Quat = [0, 0, 0, 1];
 
 /** Bodies, links and regions of a run that has just been opened. */
-export function sceneOfReset(scene: ResetScene, hand: HandDescription): SceneInfo {
+export function sceneOfReset(scene: Scene, hand: HandDescription): SceneInfo {
   const bodies = scene.bodies.map((body): Body => ({
     id: body.id,
     name: body.name,
@@ -34,7 +34,7 @@ export function sceneOfReset(scene: ResetScene, hand: HandDescription): SceneInf
 }
 
 /** Where everything is after a step: objects as told, links from the joints. */
-export function momentOf(observation: Observation, hand: HandDescription): Moment {
+export function momentOf(observation: Obs, hand: HandDescription): Moment {
   const { truth } = observation;
   const { position, quat_xyzw: quat } = observation.hand.base;
   const objects = truth?.objects.position ?? [];

@@ -1,5 +1,6 @@
 /** What the hand shall do: targets of base and motors as the driver wants them, and what of it has not been sent. */
-import type { Action, BaseTarget, PoseTarget, Push } from './messages';
+import type { PoseTarget, Push } from './messages';
+import type { Action, BaseTarget } from '../wire/messages';
 
 const same = (a: unknown, b: unknown): boolean => JSON.stringify(a) === JSON.stringify(b);
 

@@ -1,10 +1,10 @@
 /** How the hand closes in the air, by prediction: tensions, law and reasons at some σ, as `hand check` prints them. */
 import { figure } from '../ui/format';
 import { el, name } from '../ui/elements';
-import type { HandDescription } from '../model/hand';
 import type { Access } from './access';
 import { requestEquilibrium } from './access';
 import { equilibriumRequest } from './equilibrium';
+import type { HandDescription } from '../wire/messages';
 
 /** All motors go there together. */
 const SIGMA = [0.25, 0.5, 0.75, 1];

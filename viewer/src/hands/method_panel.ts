@@ -1,7 +1,6 @@
 /** By which law the pose was found, in words, and what the hand's own weight does. */
 import { el, setText } from '../ui/elements';
-import type { HandDescription } from '../model/hand';
-import type { Equilibrium } from './equilibrium';
+import type { Equilibrium, HandDescription } from '../wire/messages';
 
 export class MethodPanel {
   readonly element: HTMLElement;

@@ -1,6 +1,6 @@
 /** A hand in a few numbers, from its description. SI units. */
 import { place, surface } from './outline';
-import type { HandDescription } from '../model/hand';
+import type { HandDescription } from '../wire/messages';
 
 export interface Numbers {
   shapes: number;

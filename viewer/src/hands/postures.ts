@@ -1,8 +1,8 @@
 /** How the base is held: palm up, down, to the side. Which way the palm looks is guessed from how the fingers close. */
 import { Matrix4, Quaternion, Vector3 } from 'three';
-import type { HandDescription } from '../model/hand';
 import { palmOf } from '../model/palm';
 import type { Quat, Vec3 } from '../model/pose';
+import type { HandDescription } from '../wire/messages';
 
 export type Posture = 'model' | 'palm-up' | 'palm-down' | 'palm-side' | 'fingers-down';
 

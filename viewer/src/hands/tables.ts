@@ -1,9 +1,8 @@
 /** The hand's matrices and figures as tables: what it is, and what holds at the pose that is shown. */
 import { figure } from '../ui/format';
 import { button, type Child, el, name, setText } from '../ui/elements';
-import type { HandDescription } from '../model/hand';
-import type { Equilibrium } from './equilibrium';
 import { isAngle } from './numbers';
+import type { Equilibrium, HandDescription } from '../wire/messages';
 
 const DEGREES = 180 / Math.PI;
 type Cell = Child | HTMLElement;

@@ -1,8 +1,8 @@
 /** What the hand does and feels, in figures and bars: motors, tensions, what fingers and skin bear, and how far each joint is from its predicted rest. */
 import { points } from '../ui/format';
 import { el, setText } from '../ui/elements';
-import type { HandDescription } from '../model/hand';
 import type { Telemetry } from '../model/moment';
+import type { HandDescription } from '../wire/messages';
 
 /** Joints that are listed: those farthest from the prediction. */
 const LISTED = 6;

@@ -4,11 +4,12 @@ import { el, facts, name, setText } from '../ui/elements';
 import { eventWords } from '../model/events';
 import type { Moment } from '../model/moment';
 import type { Body, SceneInfo } from '../model/scene';
-import { type WatchListener, type RunOutcome, type RunEvent, type SessionClock, type WatchTarget, type ObjectStatus, WatchSocket } from '../net/watch';
+import { type WatchListener, type WatchTarget, WatchSocket } from '../net/watch';
 import { withVisuals, fetchVisuals } from '../net/visuals';
 import { Stage } from '../render/stage';
 import { showOverlaySwitches, overlaySwitches, viewButtons } from '../render/controls';
 import { Gauges } from './gauges';
+import type { Clock, Event as RunEvent, Final, Verdict } from '../wire/messages';
 
 /** Events that are kept in the log. */
 const KEPT = 100;
@@ -43,7 +44,7 @@ export class LiveView implements WatchListener {
   private readonly stage: Stage;
   private socket: WatchSocket;
   private info: SceneInfo | null = null;
-  private judged: ObjectStatus[] = [];
+  private judged: Verdict[] = [];
   private picked: number | null = null;
   /** The token that is used. */
   private held: string | null = null;
@@ -120,19 +121,19 @@ export class LiveView implements WatchListener {
     while (this.log.children.length > KEPT) this.log.lastElementChild?.remove();
   }
 
-  clock(told: SessionClock): void {
+  clock(told: Clock): void {
     this.clocks.hidden = false;
     setText(this.figures.session, told.paused ? 'paused' : told.session_left_s === null ? 'no limit' : clock(told.session_left_s));
     setText(this.figures.factor, told.real_time_factor === null ? '–' : told.real_time_factor.toFixed(1));
     setText(this.figures.late, told.late_s === null ? 'in lockstep' : `${(1000 * told.late_s).toFixed(1)} ms`);
   }
 
-  verdicts(verdicts: ObjectStatus[]): void {
+  verdicts(verdicts: Verdict[]): void {
     this.judged = verdicts;
     this.explain();
   }
 
-  ended(outcome: RunOutcome | null, fault?: string): void {
+  ended(outcome: Final | null, fault?: string): void {
     const what = outcome ? `The run is over: ${points(outcome.score)} points, ${outcome.in_goal} in the goal (${outcome.reason.replaceAll('_', ' ')}).` : `The run ended by a fault${fault ? ` (${fault.replaceAll('_', ' ')})` : ''}.`;
     this.say(`${what} The next one of this session is shown when it begins.`);
   }

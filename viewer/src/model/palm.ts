@@ -1,6 +1,7 @@
 /** Where a hand's palm looks: guessed from how its fingers close, for hands of any make. */
-import { type HandDescription, forwardKinematics } from './hand';
+import { forwardKinematics } from './hand';
 import type { Vec3 } from './pose';
+import type { HandDescription } from '../wire/messages';
 
 /** In the frame of the base: a point amid the fingers (m), and from where the camera sees into the hand (a unit vector). */
 export interface Palm { middle: Vec3; direction: Vec3 }

@@ -1,11 +1,7 @@
 /** How the links of a hand look, where its own files say more than what they touch with. */
 import { getJson } from './api';
 import type { Mesh, Part, SceneInfo } from '../model/scene';
-import type { Shape } from '../model/shape';
-import type { Quat, Vec3 } from '../model/pose';
-
-type WireShape = Shape | { type: 'mesh'; triangles: string };
-interface WirePart { link: string; position: Vec3; quat_xyzw: Quat; shape: WireShape }
+import type { Shape, VisualPart, Visuals } from '../wire/messages';
 
 /** Numbers out of base64, little endian. */
 function numbers(text: string): Float32Array {
@@ -15,10 +11,10 @@ function numbers(text: string): Float32Array {
 }
 
 /** The parts of each link, by its name. */
-export function partsOf(wire: readonly WirePart[]): Map<string, Part[]> {
+export function partsOf(wire: readonly VisualPart[]): Map<string, Part[]> {
   const links = new Map<string, Part[]>();
   for (const { link, position, quat_xyzw: quat, shape } of wire) {
-    const form: Shape | Mesh = shape.type === 'mesh' ? { type: 'mesh', corners: numbers(shape.triangles) } : shape;
+    const form: Shape | Mesh = 'triangles' in shape ? { type: 'mesh', corners: numbers(shape.triangles) } : shape;
     links.set(link, [...links.get(link) ?? [], { position, quat, shape: form }]);
   }
   return links;
@@ -34,7 +30,7 @@ export function withVisuals(scene: SceneInfo, links: ReadonlyMap<string, Part[]>
 export async function fetchVisuals(hand: string, team: string | null, token: string | null): Promise<Map<string, Part[]>> {
   const whose = team === null ? '' : `?team=${encodeURIComponent(team)}`;
   try {
-    return partsOf((await getJson<{ parts: WirePart[] }>(`/v1/hands/${encodeURIComponent(hand)}/visuals${whose}`, token)).parts);
+    return partsOf((await getJson<Visuals>(`/v1/hands/${encodeURIComponent(hand)}/visuals${whose}`, token)).parts);
   } catch {
     return new Map();
   }

@@ -11,7 +11,7 @@ import { showTabs } from '../admin/tabs';
 import { teamsTab } from '../admin/teams';
 import { getJson, ApiError } from '../net/api';
 import { button, el, mainElement, name, setText } from '../ui/elements';
-import type { CompetitionInfo } from '../board/model';
+import type { CompetitionAnswer } from '../wire/messages';
 
 const app = mainElement();
 
@@ -62,11 +62,11 @@ let stop = (): void => undefined;
 function enter(desk: AdminClient): void {
   const phase = el('span', { class: 'badge info' });
   const title = el('p', { class: 'lead' });
-  const told = (info: CompetitionInfo): void => {
+  const told = (info: CompetitionAnswer): void => {
     setText(phase, info.phase ?? 'practice');
     title.replaceChildren(name(info.name));
   };
-  getJson<CompetitionInfo>('/v1/competition').then(told, () => undefined);
+  getJson<CompetitionAnswer>('/v1/competition').then(told, () => undefined);
   app.replaceChildren(el('div', { class: 'title' }, el('h1', { tabindex: -1 }, 'Organizers'), title, phase,
     button('Log out', () => { desk.leave(); login(); }, { class: 'small end' })));
   const tabs = [sessionsTab(desk), teamsTab(desk), handsTab(desk), runsTab(desk), announceTab(desk), competitionTab(desk, told), auditTab(desk)];

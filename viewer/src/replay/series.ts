@@ -1,8 +1,8 @@
 /** Lines for the charts, out of a recording: each a value that holds from its time on. Times in s, angles in degrees, forces in N, tensions in the hand's own unit. */
-import type { HandDescription } from '../model/hand';
 import type { TelemetryRecord } from './protobuf';
 import type { Recording } from './recording';
 import { type Turn, turns } from './link_angles';
+import type { HandDescription } from '../wire/messages';
 
 /** A quantity over time. Lines of the same record share their `times`. */
 export interface Line {

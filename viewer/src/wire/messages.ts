@@ -115,8 +115,7 @@ export interface BodyState {
 }
 
 /** `bye`: ends the session; an open run is stopped and scored first. */
-export interface Bye {
-}
+export type Bye = Record<string, never>;
 
 /** A depth camera with a colour picture of the same view. Its optical frame has x to the right, y down and z forward. */
 export interface Camera {
@@ -343,6 +342,8 @@ export interface DecidedSession {
 
 /** A part of a tendon whose moment arm depends on a coordinate. */
 export interface ElementDescription {
+  /** Name of the coordinate. */
+  coordinate: string;
   kind: 'da_vinci';
   /** Radius of the pulley on the first joint, which the tendon's length is measured in: s is in rad there. */
   r0: number;
@@ -787,8 +788,7 @@ export interface LinkPose {
 }
 
 /** `list`: which runs are open. */
-export interface List {
-}
+export type List = Record<string, never>;
 
 /** A rule and what was measured. */
 export interface Measured {
@@ -1419,8 +1419,7 @@ export interface Stereo {
 }
 
 /** `stop`: lets the objects settle, counts, closes the run. */
-export interface Stop {
-}
+export type Stop = Record<string, never>;
 
 /** What a team is told of a hand that it sent in. */
 export interface SubmittedHand {
@@ -1566,8 +1565,7 @@ export interface TendonDescription {
 }
 
 /** `time`: how the session's clock stands. */
-export interface Time {
-}
+export type Time = Record<string, never>;
 
 /** `time`: how the session's clock stands. */
 export interface TimeReport {
@@ -1724,8 +1722,7 @@ export interface WatchBody {
 }
 
 /** `bye`: ends the connection. */
-export interface WatchBye {
-}
+export type WatchBye = Record<string, never>;
 
 /** A message to a spectator. */
 export type WatchReply =

@@ -125,7 +125,14 @@ fn read(schema: &Value) -> Result<Type> {
     }
     if let Some(variants) = schema["anyOf"].as_array().or(schema["oneOf"].as_array()) {
         let (null, others): (Vec<_>, Vec<_>) = variants.iter().partition(|variant| variant["type"] == "null");
+        let shared = fields(schema)?;
         let mut others = others.into_iter().map(read).collect::<Result<Vec<Type>>>()?;
+        for other in &mut others {
+            match other {
+                Type::Object(own) => own.splice(..0, shared.iter().cloned()).for_each(drop),
+                _ => ensure!(shared.is_empty(), "fields beside a variant that is no object"),
+            }
+        }
         let value = if others.len() == 1 { others.remove(0) } else { Type::Union(others) };
         return Ok(if null.is_empty() { value } else { Type::Nullable(Box::new(value)) });
     }

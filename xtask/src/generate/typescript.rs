@@ -15,7 +15,7 @@ pub(super) fn module(types: &Types) -> String {
     for (name, declared) in &types.declared {
         text += &format!("\n{}", comment("", &declared.doc));
         text += &match &declared.value {
-            Type::Object(fields) => {
+            Type::Object(fields) if !fields.is_empty() => {
                 let lines =
                     fields.iter().map(|field| comment("  ", &field.doc) + "  " + &member(field) + ";\n");
                 format!("export interface {name} {{\n{}}}\n", lines.collect::<String>())
@@ -64,6 +64,7 @@ fn printed(value: &Type) -> String {
         Type::Nullable(value) => format!("{} | null", printed(value)),
         Type::Union(variants) => variants.iter().map(printed).collect::<Vec<_>>().join(" | "),
         Type::Extended(name, fields) => format!("({} & {name})", object(fields)),
+        Type::Object(fields) if fields.is_empty() => "Record<string, never>".into(),
         Type::Object(fields) => object(fields),
         Type::Named(name) => name.clone(),
     }
