@@ -14,7 +14,7 @@ from palmares.arguments import LARGEST_COUNT, LARGEST_SEED, mask_of, one_of, tab
 from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.messages import Welcome
-from palmares.progress import progress
+from palmares.sim.progress import progress
 from palmares.sim.world import read
 from palmares.training import Training, checked
 

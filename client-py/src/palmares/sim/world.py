@@ -9,12 +9,12 @@ from typing import Literal, Self, TypeVar
 from palmares import _native
 from palmares.arguments import LARGEST_COUNT, LARGEST_SEED, one_of, whole
 from palmares.clipping import Clipping
-from palmares.codec import CODECS
 from palmares.errors import ProtocolError, WrongStateError, error_of
 from palmares.messages import Ack, ErrorMessage, Observation, Opened, Reply, Result
-from palmares.progress import progress
-from palmares.requests import Perturb, Request, Step, Stop, Wrench, names, whole_of
+from palmares.net.codec import CODECS
+from palmares.net.requests import Perturb, Request, Step, Stop, Wrench, names, whole_of
 from palmares.scene import Scene
+from palmares.sim.progress import progress
 from palmares.targets import Base, Hand, Numbers, action_of, vector
 from palmares.training import Training, checked
 
