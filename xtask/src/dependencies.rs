@@ -19,7 +19,8 @@ const WITHOUT_SERVER: &str = "x86_64-pc-windows-msvc";
 pub(crate) fn check_without_server() -> Result<()> {
     let mut tree = cargo();
     tree.args(["tree", "--package", "palmares-native", "--no-default-features", "--target", WITHOUT_SERVER]);
-    let output = tree.args(["--edges", "normal", "--prefix", "none"]).output().context("cannot start cargo")?;
+    let output =
+        tree.args(["--edges", "normal", "--prefix", "none"]).output().context("cannot start cargo")?;
     ensure!(output.status.success(), "cargo tree: {}", String::from_utf8_lossy(&output.stderr));
     let lines = String::from_utf8_lossy(&output.stdout);
     let linked = lines.lines().filter_map(|line| line.split(' ').next());
@@ -37,7 +38,8 @@ pub(crate) fn check_without_server() -> Result<()> {
     folders.sort();
     folders.dedup();
     ensure!(!folders.is_empty(), "cargo tree names no crate of this workspace:\n{lines}");
-    let found = folders.iter().map(|folder| unguarded(Path::new(folder))).collect::<Result<Vec<_>>>()?.concat();
+    let found =
+        folders.iter().map(|folder| unguarded(Path::new(folder))).collect::<Result<Vec<_>>>()?.concat();
     ensure!(found.is_empty(), "without #[cfg(unix)] on the line before:\n{}", found.join("\n"));
     Ok(())
 }
