@@ -1,7 +1,7 @@
 //! What the cameras of a run saw, drawn again from its replay into a file of its own.
 
-use crate::descriptors::{self, TIME, TIMESTAMP, field, file, list, message};
-use crate::frames::{self, FrameTransforms};
+use crate::descriptors::{self, described};
+use crate::frames::FrameTransforms;
 use crate::reader::Replay;
 use crate::verify::verify_watched;
 use crate::verify_error::VerifyError;
@@ -12,8 +12,7 @@ use palmares_tasks::image::{CameraImage, Pixels};
 use palmares_tasks::run::ShotError;
 use palmares_tasks::{Noise, Run, Sensing, Task};
 use prost::Message;
-use prost_types::field_descriptor_proto::Type;
-use prost_types::{FileDescriptorSet, Timestamp};
+use prost_types::Timestamp;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::sync::Arc;
@@ -32,79 +31,53 @@ pub enum FilmError {
     Write(#[from] mcap::McapError),
 }
 
-/// `foxglove.RawImage`
-#[derive(Clone, PartialEq, Message)]
-pub(crate) struct RawImage {
-    #[prost(message, required, tag = "1")]
-    pub(crate) timestamp: Timestamp,
-    #[prost(fixed32, tag = "2")]
-    pub(crate) width: u32,
-    #[prost(fixed32, tag = "3")]
-    pub(crate) height: u32,
-    #[prost(string, tag = "4")]
-    pub(crate) encoding: String,
-    #[prost(fixed32, tag = "5")]
-    pub(crate) step: u32,
-    #[prost(bytes = "vec", tag = "6")]
-    pub(crate) data: Vec<u8>,
-    #[prost(string, tag = "7")]
-    pub(crate) frame_id: String,
+described! {
+    "foxglove", "RawImage":
+    /// `foxglove.RawImage`
+    #[derive(Clone, PartialEq, Message)]
+    pub(crate) struct RawImage {
+        #[prost(message, required, tag = "1")]
+        pub(crate) timestamp: Timestamp,
+        #[prost(fixed32, tag = "2")]
+        pub(crate) width: u32,
+        #[prost(fixed32, tag = "3")]
+        pub(crate) height: u32,
+        #[prost(string, tag = "4")]
+        pub(crate) encoding: String,
+        #[prost(fixed32, tag = "5")]
+        pub(crate) step: u32,
+        #[prost(bytes = "vec", tag = "6")]
+        pub(crate) data: Vec<u8>,
+        #[prost(string, tag = "7")]
+        pub(crate) frame_id: String,
+    }
 }
 
-/// `foxglove.CameraCalibration`
-#[derive(Clone, PartialEq, Message)]
-pub(crate) struct CameraCalibration {
-    #[prost(message, required, tag = "1")]
-    pub(crate) timestamp: Timestamp,
-    #[prost(fixed32, tag = "2")]
-    pub(crate) width: u32,
-    #[prost(fixed32, tag = "3")]
-    pub(crate) height: u32,
-    #[prost(string, tag = "4")]
-    pub(crate) distortion_model: String,
-    #[prost(double, repeated, tag = "5")]
-    pub(crate) d: Vec<f64>,
-    #[prost(double, repeated, tag = "6")]
-    pub(crate) k: Vec<f64>,
-    #[prost(double, repeated, tag = "7")]
-    pub(crate) r: Vec<f64>,
-    #[prost(double, repeated, tag = "8")]
-    pub(crate) p: Vec<f64>,
-    #[prost(string, tag = "9")]
-    pub(crate) frame_id: String,
-}
-
-/// The `FileDescriptorSet`s of both, whose fields are those of the published definitions
-/// (<https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove>).
-fn schemas() -> [Vec<u8>; 2] {
-    let time = || field("timestamp", Type::Message, Some(TIMESTAMP));
-    let number = |name: &str| field(name, Type::Fixed32, None);
-    let text = |name: &str| field(name, Type::String, None);
-    let matrix = |name: &str| list(name, Type::Double, None);
-    let image = vec![
-        time(),
-        number("width"),
-        number("height"),
-        text("encoding"),
-        number("step"),
-        field("data", Type::Bytes, None),
-        text("frame_id"),
-    ];
-    let calibration = vec![
-        time(),
-        number("width"),
-        number("height"),
-        text("distortion_model"),
-        matrix("D"),
-        matrix("K"),
-        matrix("R"),
-        matrix("P"),
-        text("frame_id"),
-    ];
-    [("RawImage", image), ("CameraCalibration", calibration)].map(|(name, fields)| {
-        let described = file(&format!("foxglove/{name}.proto"), "foxglove", &[TIME], message(name, fields));
-        FileDescriptorSet { file: vec![descriptors::time(), described] }.encode_to_vec()
-    })
+described! {
+    "foxglove", "CameraCalibration":
+    /// `foxglove.CameraCalibration`
+    #[allow(non_snake_case, reason = "the names of the published definition")]
+    #[derive(Clone, PartialEq, Message)]
+    pub(crate) struct CameraCalibration {
+        #[prost(message, required, tag = "1")]
+        pub(crate) timestamp: Timestamp,
+        #[prost(fixed32, tag = "2")]
+        pub(crate) width: u32,
+        #[prost(fixed32, tag = "3")]
+        pub(crate) height: u32,
+        #[prost(string, tag = "4")]
+        pub(crate) distortion_model: String,
+        #[prost(double, repeated, tag = "5")]
+        pub(crate) D: Vec<f64>,
+        #[prost(double, repeated, tag = "6")]
+        pub(crate) K: Vec<f64>,
+        #[prost(double, repeated, tag = "7")]
+        pub(crate) R: Vec<f64>,
+        #[prost(double, repeated, tag = "8")]
+        pub(crate) P: Vec<f64>,
+        #[prost(string, tag = "9")]
+        pub(crate) frame_id: String,
+    }
 }
 
 /// A depth in millimetres, as 16UC1 has it (REP 118 of ROS); 0 stays 0.
@@ -173,10 +146,10 @@ impl Film {
             width: *width,
             height: *height,
             distortion_model: String::new(),
-            d: Vec::new(),
-            k: vec![*fx, 0.0, *cx, 0.0, *fy, *cy, 0.0, 0.0, 1.0],
-            r: vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
-            p: vec![*fx, 0.0, *cx, 0.0, 0.0, *fy, *cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+            D: Vec::new(),
+            K: vec![*fx, 0.0, *cx, 0.0, *fy, *cy, 0.0, 0.0, 1.0],
+            R: vec![1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+            P: vec![*fx, 0.0, *cx, 0.0, 0.0, *fy, *cy, 0.0, 0.0, 0.0, 1.0, 0.0],
             frame_id: frame_id.clone(),
         };
         self.write(&format!("/{frame_id}/calibration"), 1, time_ns, &calibration)?;
@@ -200,11 +173,14 @@ pub fn film(
     out: File,
 ) -> Result<u64, FilmError> {
     let mut mcap = WriteOptions::new().create(out)?;
-    let [image, calibration] = schemas();
     let schemas = [
-        mcap.add_schema("foxglove.RawImage", "protobuf", &image)?,
-        mcap.add_schema("foxglove.CameraCalibration", "protobuf", &calibration)?,
-        mcap.add_schema("foxglove.FrameTransforms", "protobuf", &frames::schema())?,
+        mcap.add_schema("foxglove.RawImage", "protobuf", &descriptors::schema::<RawImage>())?,
+        mcap.add_schema(
+            "foxglove.CameraCalibration",
+            "protobuf",
+            &descriptors::schema::<CameraCalibration>(),
+        )?,
+        mcap.add_schema("foxglove.FrameTransforms", "protobuf", &descriptors::schema::<FrameTransforms>())?,
     ];
     let tick_s = replay.header.tick_s;
     let start_ns = replay.header.started_unix_ms.saturating_mul(1_000_000);

@@ -1,13 +1,13 @@
 //! Poses as Foxglove shows them: `foxglove.FrameTransforms`, written as protobuf. They are nine tenths of a replay, and
 //! JSON takes several times as long to write and to pack.
 
-use crate::descriptors::{self, TIME, TIMESTAMP, field, file, list, message};
+use crate::descriptors::{described, timestamp};
 use palmares_models::hand::Link;
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_tasks::Run;
 use prost::{EncodeError, Message};
-use prost_types::field_descriptor_proto::Type;
-use prost_types::{FileDescriptorSet, Timestamp};
+use prost_types::Timestamp;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// The frame everything else stands in.
@@ -27,65 +27,77 @@ fn rounded(x: f64, steps: f64) -> f64 {
     (x * steps).round() / steps + 0.0
 }
 
-/// `foxglove.Vector3`
-#[derive(Clone, Copy, PartialEq, Message, Serialize)]
-pub(crate) struct Xyz {
-    #[prost(double, tag = "1")]
-    x: f64,
-    #[prost(double, tag = "2")]
-    y: f64,
-    #[prost(double, tag = "3")]
-    z: f64,
+described! {
+    "foxglove", "Vector3":
+    /// A vector, m.
+    #[derive(Clone, Copy, PartialEq, Message, Serialize, JsonSchema)]
+    pub(crate) struct Vector3 {
+        #[prost(double, tag = "1")]
+        x: f64,
+        #[prost(double, tag = "2")]
+        y: f64,
+        #[prost(double, tag = "3")]
+        z: f64,
+    }
 }
 
-/// `foxglove.Quaternion`
-#[derive(Clone, Copy, PartialEq, Message, Serialize)]
-pub(crate) struct Xyzw {
-    #[prost(double, tag = "1")]
-    x: f64,
-    #[prost(double, tag = "2")]
-    y: f64,
-    #[prost(double, tag = "3")]
-    z: f64,
-    #[prost(double, tag = "4")]
-    w: f64,
+described! {
+    "foxglove", "Quaternion":
+    /// A unit quaternion.
+    #[derive(Clone, Copy, PartialEq, Message, Serialize, JsonSchema)]
+    pub(crate) struct Quaternion {
+        #[prost(double, tag = "1")]
+        x: f64,
+        #[prost(double, tag = "2")]
+        y: f64,
+        #[prost(double, tag = "3")]
+        z: f64,
+        #[prost(double, tag = "4")]
+        w: f64,
+    }
 }
 
-impl Xyz {
+impl Vector3 {
     /// A vector in such steps.
     pub(crate) fn rounded(v: Vec3, steps: f64) -> Self {
         let [x, y, z] = v.to_array().map(|x| rounded(x, steps));
-        Xyz { x, y, z }
+        Vector3 { x, y, z }
     }
 }
 
-impl Xyzw {
+impl Quaternion {
     /// An orientation in such steps.
     pub(crate) fn rounded(q: Rotation, steps: f64) -> Self {
         let [x, y, z, w] = q.to_array().map(|x| rounded(x, steps));
-        Xyzw { x, y, z, w }
+        Quaternion { x, y, z, w }
     }
 }
 
-#[derive(Clone, PartialEq, Message)]
-struct FrameTransform {
-    #[prost(message, required, tag = "1")]
-    timestamp: Timestamp,
-    #[prost(string, tag = "2")]
-    parent_frame_id: String,
-    #[prost(string, tag = "3")]
-    child_frame_id: String,
-    #[prost(message, required, tag = "4")]
-    translation: Xyz,
-    #[prost(message, required, tag = "5")]
-    rotation: Xyzw,
+described! {
+    "foxglove", "FrameTransform":
+    #[derive(Clone, PartialEq, Message)]
+    struct FrameTransform {
+        #[prost(message, required, tag = "1")]
+        timestamp: Timestamp,
+        #[prost(string, tag = "2")]
+        parent_frame_id: String,
+        #[prost(string, tag = "3")]
+        child_frame_id: String,
+        #[prost(message, required, tag = "4")]
+        translation: Vector3,
+        #[prost(message, required, tag = "5")]
+        rotation: Quaternion,
+    }
 }
 
-/// `foxglove.FrameTransforms`
-#[derive(Clone, PartialEq, Message)]
-pub(crate) struct FrameTransforms {
-    #[prost(message, repeated, tag = "1")]
-    transforms: Vec<FrameTransform>,
+described! {
+    "foxglove", "FrameTransforms":
+    /// `foxglove.FrameTransforms`
+    #[derive(Clone, PartialEq, Message)]
+    pub(crate) struct FrameTransforms {
+        #[prost(message, repeated, tag = "1")]
+        transforms: Vec<FrameTransform>,
+    }
 }
 
 /// The bodies that can move, by their places: links first, then free objects.
@@ -114,12 +126,12 @@ impl Frames {
         poses: &[(usize, Pose)],
         buffer: &mut Vec<u8>,
     ) -> Result<(), EncodeError> {
-        let timestamp = descriptors::timestamp(time_ns);
+        let timestamp = timestamp(time_ns);
         // Names are lent to the message: there are thousands of them a second.
         let lent = poses.iter().map(|(k, pose)| FrameTransform {
             timestamp,
-            translation: Xyz::rounded(pose.translation, STEPS),
-            rotation: Xyzw::rounded(pose.rotation, STEPS),
+            translation: Vector3::rounded(pose.translation, STEPS),
+            rotation: Quaternion::rounded(pose.rotation, STEPS),
             ..std::mem::take(&mut self.0[*k])
         });
         let message = FrameTransforms { transforms: lent.collect() };
@@ -135,11 +147,11 @@ impl FrameTransforms {
     /// Where one frame is in the world, at a time in ns since 1970 UTC.
     pub(crate) fn of(time_ns: u64, name: &str, pose: Pose) -> Self {
         let frame = FrameTransform {
-            timestamp: descriptors::timestamp(time_ns),
+            timestamp: timestamp(time_ns),
             parent_frame_id: WORLD.into(),
             child_frame_id: name.into(),
-            translation: Xyz::rounded(pose.translation, STEPS),
-            rotation: Xyzw::rounded(pose.rotation, STEPS),
+            translation: Vector3::rounded(pose.translation, STEPS),
+            rotation: Quaternion::rounded(pose.rotation, STEPS),
         };
         FrameTransforms { transforms: vec![frame] }
     }
@@ -153,36 +165,4 @@ impl FrameTransforms {
             (frame.parent_frame_id.as_str(), frame.child_frame_id.as_str(), pose)
         })
     }
-}
-
-/// The `FileDescriptorSet` that readers of `foxglove.FrameTransforms` need. Its fields are those of the published
-/// definition (<https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove>).
-pub(crate) fn schema() -> Vec<u8> {
-    let coordinates = |name: &str, axes: &[&str]| {
-        message(name, axes.iter().map(|axis| field(axis, Type::Double, None)).collect())
-    };
-    let transform = vec![
-        field("timestamp", Type::Message, Some(TIMESTAMP)),
-        field("parent_frame_id", Type::String, None),
-        field("child_frame_id", Type::String, None),
-        field("translation", Type::Message, Some(".foxglove.Vector3")),
-        field("rotation", Type::Message, Some(".foxglove.Quaternion")),
-    ];
-    let transforms = list("transforms", Type::Message, Some(".foxglove.FrameTransform"));
-    const VECTOR: &str = "foxglove/Vector3.proto";
-    const QUATERNION: &str = "foxglove/Quaternion.proto";
-    const TRANSFORM: &str = "foxglove/FrameTransform.proto";
-    let files = vec![
-        descriptors::time(),
-        file(VECTOR, "foxglove", &[], coordinates("Vector3", &["x", "y", "z"])),
-        file(QUATERNION, "foxglove", &[], coordinates("Quaternion", &["x", "y", "z", "w"])),
-        file(TRANSFORM, "foxglove", &[TIME, VECTOR, QUATERNION], message("FrameTransform", transform)),
-        file(
-            "foxglove/FrameTransforms.proto",
-            "foxglove",
-            &[TRANSFORM],
-            message("FrameTransforms", vec![transforms]),
-        ),
-    ];
-    FileDescriptorSet { file: files }.encode_to_vec()
 }

@@ -22,7 +22,7 @@ mod poses;
 mod reader;
 mod recorder;
 mod records;
-mod schema;
+pub mod schema;
 mod signature;
 mod signed_file;
 mod telemetry;

@@ -2,11 +2,10 @@
 //!
 //! Where the world is stepped it is copied; predictions and friction are computed here, where nobody waits.
 
-use crate::descriptors::{self, TIME, TIMESTAMP, field, file, list, message};
+use crate::descriptors::{described, timestamp};
 use palmares_tasks::run::{RunSample, TelemetryModel};
 use prost::Message;
-use prost_types::field_descriptor_proto::Type;
-use prost_types::{FileDescriptorSet, Timestamp};
+use prost_types::Timestamp;
 use std::sync::Arc;
 
 /// It is written again after so many pictures, also when nothing has changed.
@@ -21,72 +20,48 @@ const PART: f64 = (1 << 8) as f64;
 /// What is infinite is told as this.
 const MOST: f64 = 1e6;
 
-/// `palmares.Telemetry`
-#[derive(Clone, PartialEq, Message)]
-pub(crate) struct TelemetryMessage {
-    #[prost(message, required, tag = "1")]
-    timestamp: Timestamp,
-    #[prost(uint64, required, tag = "2")]
-    pub(crate) tick: u64,
-    #[prost(double, required, tag = "3")]
-    pub(crate) score: f64,
-    #[prost(float, repeated, tag = "4")]
-    pub(crate) command: Vec<f32>,
-    #[prost(float, repeated, tag = "5")]
-    pub(crate) position: Vec<f32>,
-    #[prost(float, repeated, tag = "6")]
-    pub(crate) motor_tension: Vec<f32>,
-    #[prost(float, repeated, tag = "7")]
-    pub(crate) tension: Vec<f32>,
-    #[prost(float, repeated, tag = "8")]
-    pub(crate) q: Vec<f32>,
-    #[prost(float, repeated, tag = "9")]
-    pub(crate) predicted: Vec<f32>,
-    #[prost(uint32, repeated, tag = "10")]
-    pub(crate) contact_a: Vec<u32>,
-    #[prost(uint32, repeated, tag = "11")]
-    pub(crate) contact_b: Vec<u32>,
-    #[prost(float, repeated, tag = "12")]
-    pub(crate) contact_position: Vec<f32>,
-    #[prost(float, repeated, tag = "13")]
-    pub(crate) contact_force: Vec<f32>,
-    #[prost(float, repeated, tag = "14")]
-    pub(crate) contact_use: Vec<f32>,
-    #[prost(float, repeated, tag = "15")]
-    pub(crate) work: Vec<f32>,
-    #[prost(float, repeated, tag = "16")]
-    pub(crate) finger_force: Vec<f32>,
-    #[prost(float, repeated, tag = "17")]
-    pub(crate) finger_torque: Vec<f32>,
-    #[prost(float, repeated, tag = "18")]
-    pub(crate) touch: Vec<f32>,
-}
-
-/// The `FileDescriptorSet` that readers of `palmares.Telemetry` need.
-pub(crate) fn schema() -> Vec<u8> {
-    let floats = |name: &str| list(name, Type::Float, None);
-    let fields = vec![
-        field("timestamp", Type::Message, Some(TIMESTAMP)),
-        field("tick", Type::Uint64, None),
-        field("score", Type::Double, None),
-        floats("command"),
-        floats("position"),
-        floats("motor_tension"),
-        floats("tension"),
-        floats("q"),
-        floats("predicted"),
-        list("contact_a", Type::Uint32, None),
-        list("contact_b", Type::Uint32, None),
-        floats("contact_position"),
-        floats("contact_force"),
-        floats("contact_use"),
-        floats("work"),
-        floats("finger_force"),
-        floats("finger_torque"),
-        floats("touch"),
-    ];
-    let telemetry = file("palmares/Telemetry.proto", "palmares", &[TIME], message("Telemetry", fields));
-    FileDescriptorSet { file: vec![descriptors::time(), telemetry] }.encode_to_vec()
+described! {
+    "palmares", "Telemetry":
+    /// `palmares.Telemetry`
+    #[derive(Clone, PartialEq, Message)]
+    pub(crate) struct TelemetryMessage {
+        #[prost(message, required, tag = "1")]
+        timestamp: Timestamp,
+        #[prost(uint64, required, tag = "2")]
+        pub(crate) tick: u64,
+        #[prost(double, required, tag = "3")]
+        pub(crate) score: f64,
+        #[prost(float, repeated, tag = "4")]
+        pub(crate) command: Vec<f32>,
+        #[prost(float, repeated, tag = "5")]
+        pub(crate) position: Vec<f32>,
+        #[prost(float, repeated, tag = "6")]
+        pub(crate) motor_tension: Vec<f32>,
+        #[prost(float, repeated, tag = "7")]
+        pub(crate) tension: Vec<f32>,
+        #[prost(float, repeated, tag = "8")]
+        pub(crate) q: Vec<f32>,
+        #[prost(float, repeated, tag = "9")]
+        pub(crate) predicted: Vec<f32>,
+        #[prost(uint32, repeated, tag = "10")]
+        pub(crate) contact_a: Vec<u32>,
+        #[prost(uint32, repeated, tag = "11")]
+        pub(crate) contact_b: Vec<u32>,
+        #[prost(float, repeated, tag = "12")]
+        pub(crate) contact_position: Vec<f32>,
+        #[prost(float, repeated, tag = "13")]
+        pub(crate) contact_force: Vec<f32>,
+        #[prost(float, repeated, tag = "14")]
+        pub(crate) contact_use: Vec<f32>,
+        #[prost(float, repeated, tag = "15")]
+        pub(crate) work: Vec<f32>,
+        #[prost(float, repeated, tag = "16")]
+        pub(crate) finger_force: Vec<f32>,
+        #[prost(float, repeated, tag = "17")]
+        pub(crate) finger_torque: Vec<f32>,
+        #[prost(float, repeated, tag = "18")]
+        pub(crate) touch: Vec<f32>,
+    }
 }
 
 /// In such steps.
@@ -148,6 +123,6 @@ impl Telemeter {
             return None;
         }
         self.last.clone_from(&message);
-        Some(TelemetryMessage { timestamp: descriptors::timestamp(time_ns), tick, ..message })
+        Some(TelemetryMessage { timestamp: timestamp(time_ns), tick, ..message })
     }
 }

@@ -1,26 +1,28 @@
 //! The thread that writes a replay.
 
 use crate::chain::Chain;
+use crate::descriptors;
 use crate::format::{
     ACTION, EVENT, HAND_FILES, HAND_RECORD, HASH, POSES, RESULT_RECORD, RUN_RECORD, SCENE, SCENE_RECORD,
     SIGNATURE_DIGITS, SIGNATURE_RECORD, TELEMETRY,
 };
 use crate::foxglove::{SceneUpdate, Time, scene};
-use crate::frames::{self, Frames};
+use crate::frames::{FrameTransforms, Frames};
 use crate::header::Header;
 use crate::item::Item;
-use crate::messages::HashMessage;
+use crate::messages::{ActionMessage, HashMessage};
 use crate::poses::{Picture, Shown};
-use crate::schema;
+use crate::schema::channel;
 use crate::signature::Signer;
 use crate::signed_file::{Sealed, Written};
-use crate::telemetry::{self, Telemeter};
+use crate::telemetry::{Telemeter, TelemetryMessage};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, WriteOptions};
-use palmares_tasks::{Outcome, Run};
+use palmares_tasks::{Event, Outcome, Run};
 use prost::Message;
 use serde::Serialize;
+use serde_json::Value;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -174,15 +176,26 @@ impl Log {
             Ok::<_, Error>(())
         };
         for (topic, name, schema) in [
-            (ACTION, "palmares.Action", schema::action()),
-            (EVENT, "palmares.Event", schema::event()),
-            (HASH, "palmares.Hash", schema::hash()),
-            (SCENE, "foxglove.SceneUpdate", schema::scene_update()),
-        ] {
-            open(topic, name, ["jsonschema", "json"], schema.to_string().as_bytes())?;
+            (ACTION, "palmares.Action", channel::<ActionMessage>),
+            (EVENT, "palmares.Event", channel::<Event>),
+            (HASH, "palmares.Hash", channel::<HashMessage>),
+            (SCENE, "foxglove.SceneUpdate", channel::<SceneUpdate>),
+        ] as [(&str, &str, fn(&str) -> Value); 4]
+        {
+            open(topic, name, ["jsonschema", "json"], schema(name).to_string().as_bytes())?;
         }
-        open(POSES, "foxglove.FrameTransforms", ["protobuf", "protobuf"], &frames::schema())?;
-        open(TELEMETRY, "palmares.Telemetry", ["protobuf", "protobuf"], &telemetry::schema())?;
+        open(
+            POSES,
+            "foxglove.FrameTransforms",
+            ["protobuf", "protobuf"],
+            &descriptors::schema::<FrameTransforms>(),
+        )?;
+        open(
+            TELEMETRY,
+            "palmares.Telemetry",
+            ["protobuf", "protobuf"],
+            &descriptors::schema::<TelemetryMessage>(),
+        )?;
         // A file that a crash cuts off tells whose it was.
         mcap.flush().map_err(Error::other)?;
         let tick_s = header.tick_s;

@@ -72,7 +72,7 @@ fn a_film_has_what_the_run_s_cameras_saw() {
     assert!(filmed.iter().any(|z| *z > 0.0));
     let (_, calibration) = all["/camera/wrist/calibration"].last().expect("one");
     let calibration = CameraCalibration::decode(&calibration[..]).expect("a calibration");
-    assert_eq!(calibration.k, [live.fx, 0.0, live.cx, 0.0, live.fy, live.cy, 0.0, 0.0, 1.0]);
+    assert_eq!(calibration.K, [live.fx, 0.0, live.cx, 0.0, live.fy, live.cy, 0.0, 0.0, 1.0]);
 }
 
 #[test]
