@@ -1,7 +1,7 @@
 //! `palmares schema`.
 
+use crate::server;
 use clap::ValueEnum;
-use palmares_server::schema;
 use serde_json::{Map, Value};
 use std::io::Write;
 
@@ -22,13 +22,8 @@ pub(crate) fn schema(what: What) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn text(what: What) -> serde_json::Result<String> {
-    let all = match what {
-        What::Control => schema::control(),
-        What::Watch => schema::watch(),
-        What::Openapi => schema::openapi(),
-    };
-    Ok(serde_json::to_string_pretty(&sorted(all))? + "\n")
+fn text(what: What) -> anyhow::Result<String> {
+    Ok(serde_json::to_string_pretty(&sorted(server::schema(what)?))? + "\n")
 }
 
 /// With fields in the order of their names, however serde_json was built.
@@ -45,7 +40,7 @@ fn sorted(value: Value) -> Value {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "server"))]
 mod tests {
     use super::*;
     use std::path::Path;
@@ -56,12 +51,10 @@ mod tests {
         for what in What::value_variants() {
             let name = what.to_possible_value().expect("no variant is hidden").get_name().to_owned();
             let committed = std::fs::read_to_string(folder.join(format!("{name}.json"))).unwrap_or_default();
-            let current = text(*what).expect("JSON");
+            let current = text(*what).expect("a description");
             let line = committed.lines().zip(current.lines()).take_while(|(a, b)| a == b).count() + 1;
-            assert!(
-                committed == current,
-                "docs/schema/{name}.json:{line} is out of date: run `cargo xtask generate`"
-            );
+            let stale = format!("docs/schema/{name}.json:{line} is out of date: run `cargo xtask generate`");
+            assert!(committed == current, "{stale}");
         }
     }
 }
