@@ -14,6 +14,8 @@ pub(crate) enum What {
     Watch,
     /// The HTTP addresses, as OpenAPI 3.1
     Openapi,
+    /// The JSON messages of a replay, as JSON Schema
+    Replay,
 }
 
 /// Prints a description.

@@ -18,6 +18,7 @@ mod linked {
             What::Control => schema::control(),
             What::Watch => schema::watch(),
             What::Openapi => schema::openapi(),
+            What::Replay => palmares_replay::schema::document(),
         })
     }
 }

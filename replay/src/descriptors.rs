@@ -131,8 +131,8 @@ pub(crate) use described;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{CameraCalibration, RawImage};
     use crate::frames::FrameTransforms;
+    use crate::image_export::{CameraCalibration, RawImage};
     use crate::telemetry::TelemetryMessage;
     use sha2::{Digest, Sha256};
 
@@ -146,6 +146,6 @@ mod tests {
             schema::<CameraCalibration>(),
         ];
         let digests = digests.map(|bytes| hex::encode(Sha256::digest(bytes))[..16].to_owned());
-        assert_eq!(digests, ["DIGEST0", "DIGEST1", "DIGEST2", "DIGEST3"]);
+        assert_eq!(digests, ["2578406d1856811b", "7322df3e564d406c", "3f7f3e34541ec2d1", "42d7321e58c9d756"]);
     }
 }

@@ -1,5 +1,6 @@
-//! Poses as Foxglove shows them: `foxglove.FrameTransforms`, written as protobuf. They are nine tenths of a replay, and
-//! JSON takes several times as long to write and to pack.
+//! Poses as `foxglove.FrameTransforms`, in protobuf. They are nine tenths of a replay, and JSON takes several times as long to
+//! write and to compress. The fields are those of the published definitions
+//! (<https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove>).
 
 use crate::descriptors::{described, timestamp};
 use palmares_models::hand::Link;
@@ -10,7 +11,7 @@ use prost_types::Timestamp;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// The frame everything else stands in.
+/// The root of all frames.
 pub(crate) const WORLD: &str = "world";
 
 /// The frame of a link of the hand.
@@ -18,12 +19,12 @@ pub(crate) fn link_frame(link: &Link) -> String {
     format!("hand/{}", link.name)
 }
 
-/// To 2⁻¹⁷, less than a hundredth of a millimetre: finer is not seen, and most bytes of such a number are zero.
+/// Steps of 2⁻¹⁷, less than 0.01 mm: finer ones are invisible, and most bytes of a rounded number are zero.
 const STEPS: f64 = (1 << 17) as f64;
 
-/// The nearest of so many steps to one.
+/// The nearest multiple of `1 / steps`.
 fn rounded(x: f64, steps: f64) -> f64 {
-    // Adding zero makes -0 a 0.
+    // Adding zero turns -0 into 0.
     (x * steps).round() / steps + 0.0
 }
 
@@ -58,7 +59,7 @@ described! {
 }
 
 impl Vector3 {
-    /// A vector in such steps.
+    /// A vector, rounded to multiples of `1 / steps`.
     pub(crate) fn rounded(v: Vec3, steps: f64) -> Self {
         let [x, y, z] = v.to_array().map(|x| rounded(x, steps));
         Vector3 { x, y, z }
@@ -66,7 +67,7 @@ impl Vector3 {
 }
 
 impl Quaternion {
-    /// An orientation in such steps.
+    /// An orientation, rounded to multiples of `1 / steps`.
     pub(crate) fn rounded(q: Rotation, steps: f64) -> Self {
         let [x, y, z, w] = q.to_array().map(|x| rounded(x, steps));
         Quaternion { x, y, z, w }
@@ -100,12 +101,12 @@ described! {
     }
 }
 
-/// The bodies that can move, by their places: links first, then free objects.
+/// Frames of the bodies that can move: links first, then free objects.
 #[derive(Debug)]
 pub(crate) struct Frames(Vec<FrameTransform>);
 
 impl Frames {
-    /// Those of a run: a link in the link before, the base and the objects in the world.
+    /// The frames of a run. The parent of a link's frame is that of its parent link; the base and objects are in the world.
     pub(crate) fn of(run: &Run) -> Self {
         let frame = |child: String, parent: String| FrameTransform {
             parent_frame_id: parent,
@@ -119,7 +120,7 @@ impl Frames {
         Frames(links.chain(objects.map(|body| frame(body.name.clone(), WORLD.into()))).collect())
     }
 
-    /// Writes where the bodies of these places are at a time, ns since 1970 UTC: a `foxglove.FrameTransforms`.
+    /// Writes a `foxglove.FrameTransforms` with these poses, each with the index of its frame; the time is ns since 1970 UTC.
     pub(crate) fn write(
         &mut self,
         time_ns: u64,
@@ -127,7 +128,7 @@ impl Frames {
         buffer: &mut Vec<u8>,
     ) -> Result<(), EncodeError> {
         let timestamp = timestamp(time_ns);
-        // Names are lent to the message: there are thousands of them a second.
+        // The message borrows the names: there are thousands of them per second.
         let lent = poses.iter().map(|(k, pose)| FrameTransform {
             timestamp,
             translation: Vector3::rounded(pose.translation, STEPS),
@@ -144,7 +145,7 @@ impl Frames {
 }
 
 impl FrameTransforms {
-    /// Where one frame is in the world, at a time in ns since 1970 UTC.
+    /// The pose of one frame in the world, at a time in ns since 1970 UTC.
     pub(crate) fn of(time_ns: u64, name: &str, pose: Pose) -> Self {
         let frame = FrameTransform {
             timestamp: timestamp(time_ns),

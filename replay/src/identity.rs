@@ -1,13 +1,13 @@
-//! Names for what a run's bits depend on, beside the task and the hand, which hash themselves.
+//! Identities of the engine and of the physical constants, which a run's bits depend on. Task and hand have hashes of their own.
 
 use palmares_sim::Config;
 use palmares_tasks::Task;
 
-/// What the reference run of five seconds comes to. Every change of the physics that alters bits changes it, which
-/// makes it the engine's true version.
+/// State hash of the reference run of five seconds. It changes whenever a change of the physics alters bits: it is the engine's
+/// version.
 const FINGERPRINT: &str = include_str!("../../bench/golden/balls_5s.txt");
 
-/// The engine: its version and what its reference run comes to.
+/// The engine: version, and state hash of the reference run.
 pub(crate) fn engine() -> String {
     format!("{}+{}", env!("CARGO_PKG_VERSION"), FINGERPRINT.trim())
 }

@@ -1,4 +1,7 @@
-//! What the cameras of a run saw, drawn again from its replay into a file of its own.
+//! Renders the camera images of a recorded run, and writes them into another file.
+//!
+//! The fields of the messages are those of the published definitions
+//! (<https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove>).
 
 use crate::descriptors::{self, described};
 use crate::frames::FrameTransforms;
@@ -17,17 +20,17 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::sync::Arc;
 
-/// Why there is no film.
+/// Why images cannot be exported.
 #[derive(Debug, thiserror::Error)]
-pub enum FilmError {
+pub enum ExportError {
     /// There are no such cameras.
     #[error(transparent)]
     Cameras(#[from] ShotError),
-    /// The run does not come to what was recorded.
+    /// The simulation differs from the recording.
     #[error("refused: {name}: {0}", name = .0.name())]
     Replay(#[from] VerifyError),
     /// The file cannot be written.
-    #[error("cannot write the pictures: {0}")]
+    #[error("cannot write the images: {0}")]
     Write(#[from] mcap::McapError),
 }
 
@@ -86,20 +89,20 @@ fn millimetres(depth: &Pixels, unit: f64) -> Vec<u8> {
     Pixels::of_words(&pixels.map(|steps| (1e3 * unit * f64::from(steps) + 0.5) as u16).collect::<Vec<_>>()).0
 }
 
-struct Film {
+struct ImageFile {
     mcap: mcap::Writer<File>,
-    /// Ids of the schemas of pictures, calibrations and frames.
+    /// Ids of the schemas of images, calibrations and frames.
     schemas: [u16; 3],
-    /// By topic: id and number of messages so far.
+    /// By topic: id, and number of messages.
     channels: BTreeMap<String, (u16, u32)>,
     start_ns: u64,
     tick_s: f64,
-    /// The last picture of each camera, by its tick.
+    /// Tick of the last image of each camera.
     last: BTreeMap<String, u64>,
-    pictures: u64,
+    images: u64,
 }
 
-impl Film {
+impl ImageFile {
     fn write(
         &mut self,
         topic: &str,
@@ -116,7 +119,7 @@ impl Film {
         self.mcap.write_to_known_channel(&header, &message.encode_to_vec())
     }
 
-    /// Writes a picture that is newer than the last one of its camera.
+    /// Writes an image that is newer than the last one of its camera.
     fn add(&mut self, image: &CameraImage) -> mcap::McapResult<()> {
         if self.last.insert(image.camera.clone(), image.tick) == Some(image.tick) {
             return Ok(());
@@ -139,7 +142,7 @@ impl Film {
         let bodies = image.bodies.as_ref().map(|bodies| ("bodies", "16UC1", 2, bodies.0.clone()));
         for (channel, encoding, pixel, data) in [depth, rgb, bodies].into_iter().flatten() {
             self.write(&format!("/{frame_id}/{channel}"), 0, time_ns, &raw(encoding, pixel, data))?;
-            self.pictures += 1;
+            self.images += 1;
         }
         let calibration = CameraCalibration {
             timestamp,
@@ -159,19 +162,19 @@ impl Film {
     }
 }
 
-/// Simulates a run again and writes what `cameras` saw (`name` or `name.channel`, as a controller asks for them): those with
-/// noise at their own rate, others `rate_hz` times a second. `own` are tasks beside those of the program. Returns how many
-/// pictures there are.
+/// Simulates a run again and writes the images of `cameras` (`name` or `name.channel`, as in a controller's request): of cameras
+/// with noise at their own rate, of others `rate_hz` times per second. `own`: tasks that are not built in. Returns the number
+/// of images.
 ///
 /// # Errors
 /// There is no such camera, the replay is refused, or the file cannot be written.
-pub fn film(
+pub fn export_images(
     replay: &Replay,
     own: &[Arc<Task>],
     cameras: &[String],
     rate_hz: f64,
     out: File,
-) -> Result<u64, FilmError> {
+) -> Result<u64, ExportError> {
     let mut mcap = WriteOptions::new().create(out)?;
     let schemas = [
         mcap.add_schema("foxglove.RawImage", "protobuf", &descriptors::schema::<RawImage>())?,
@@ -185,28 +188,28 @@ pub fn film(
     let tick_s = replay.header.tick_s;
     let start_ns = replay.header.started_unix_ms.saturating_mul(1_000_000);
     let (channels, last) = (BTreeMap::new(), BTreeMap::new());
-    let mut film = Film { mcap, schemas, channels, start_ns, tick_s, last, pictures: 0 };
+    let mut images = ImageFile { mcap, schemas, channels, start_ns, tick_s, last, images: 0 };
     let (mut failure, real) = (None, replay.header.noise == Noise::Real);
-    let mut look = |run: &mut Run| {
+    let mut observe = |run: &mut Run| {
         let number = |tick: u64| (tick as f64 * tick_s * rate_hz + 1e-9) as u64;
         let tick = run.tick();
-        // Real cameras have pictures when they have them; one that was there before is left out.
+        // A camera with noise has its own rate; `add` skips an image that it has already.
         let between = !real && tick > 0 && number(tick) == number(tick - 1);
         if failure.is_some() || between {
             return;
         }
-        let mut take = || -> Result<(), FilmError> {
-            // The run is over: everything may be seen.
+        let mut take = || -> Result<(), ExportError> {
+            // The run is over, so every camera may be used.
             let shots = run.shots(cameras, Sensing::Truth)?;
-            run.expose(&shots).iter().try_for_each(|exposure| Ok(film.add(exposure.render())?))
+            run.expose(&shots).iter().try_for_each(|exposure| Ok(images.add(exposure.render())?))
         };
         failure = take().err();
     };
-    let verified = verify_watched(replay, own, Some(&mut look));
+    let verified = verify_watched(replay, own, Some(&mut observe));
     if let Some(error) = failure {
         return Err(error);
     }
     verified?;
-    film.mcap.finish()?;
-    Ok(film.pictures)
+    images.mcap.finish()?;
+    Ok(images.images)
 }
