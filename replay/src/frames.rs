@@ -1,5 +1,5 @@
-//! Poses as `foxglove.FrameTransforms`, in protobuf. They are nine tenths of a replay, and JSON takes several times as long to
-//! write and to compress. The fields are those of the published definitions
+//! Poses as `foxglove.FrameTransforms`, in protobuf. They are nine tenths of a replay, and JSON takes several times
+//! as long to write and to compress. The fields are those of the published definitions
 //! (<https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove>).
 
 use crate::descriptors::{described, timestamp};
@@ -106,7 +106,8 @@ described! {
 pub(crate) struct Frames(Vec<FrameTransform>);
 
 impl Frames {
-    /// The frames of a run. The parent of a link's frame is that of its parent link; the base and objects are in the world.
+    /// The frames of a run. The parent of a link's frame is that of its parent link; the base and objects are in the
+    /// world.
     pub(crate) fn of(run: &Run) -> Self {
         let frame = |child: String, parent: String| FrameTransform {
             parent_frame_id: parent,
@@ -120,7 +121,8 @@ impl Frames {
         Frames(links.chain(objects.map(|body| frame(body.name.clone(), WORLD.into()))).collect())
     }
 
-    /// Writes a `foxglove.FrameTransforms` with these poses, each with the index of its frame; the time is ns since 1970 UTC.
+    /// Writes a `foxglove.FrameTransforms` with these poses, each with the index of its frame; the time is ns since
+    /// 1970 UTC.
     pub(crate) fn write(
         &mut self,
         time_ns: u64,

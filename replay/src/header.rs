@@ -80,7 +80,8 @@ pub struct Header {
 }
 
 impl Header {
-    /// The header of a practice run in lockstep that starts at `started_unix_ms`; the caller changes the fields that differ.
+    /// The header of a practice run in lockstep that starts at `started_unix_ms`; the caller changes the fields that
+    /// differ.
     pub fn new(run_id: &str, team: &str, task: &Task, hand: &Hand, seed: Seed, started_unix_ms: u64) -> Self {
         Header {
             run_id: run_id.into(),

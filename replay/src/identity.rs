@@ -1,10 +1,11 @@
-//! Identities of the engine and of the physical constants, which a run's bits depend on. Task and hand have hashes of their own.
+//! Identities of the engine and of the physical constants, which a run's bits depend on. Task and hand have hashes of
+//! their own.
 
 use palmares_sim::Config;
 use palmares_tasks::Task;
 
-/// State hash of the reference run of five seconds. It changes whenever a change of the physics alters bits: it is the engine's
-/// version.
+/// State hash of the reference run of five seconds. It changes whenever a change of the physics alters bits: it is
+/// the engine's version.
 const FINGERPRINT: &str = include_str!("../../bench/golden/balls_5s.txt");
 
 /// The engine: version, and state hash of the reference run.

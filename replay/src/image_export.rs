@@ -162,9 +162,9 @@ impl ImageFile {
     }
 }
 
-/// Simulates a run again and writes the images of `cameras` (`name` or `name.channel`, as in a controller's request): of cameras
-/// with noise at their own rate, of others `rate_hz` times per second. `own`: tasks that are not built in. Returns the number
-/// of images.
+/// Simulates a run again and writes the images of `cameras` (`name` or `name.channel`, as in a controller's request):
+/// of cameras with noise at their own rate, of others `rate_hz` times per second. `own`: tasks that are not built in.
+/// Returns the number of images.
 ///
 /// # Errors
 /// There is no such camera, the replay is refused, or the file cannot be written.

@@ -1,4 +1,5 @@
-//! Replays: files from which a run can be simulated again, bit for bit, and which prove that nobody changed the recording.
+//! Replays: files from which a run can be simulated again, bit for bit, and which prove that nobody changed the
+//! recording.
 //!
 //! A [`Recorder`] writes during the run; [`read`] reads a file without trusting a byte of it; [`verify()`] simulates it
 //! again. `docs/replays.md` describes the format.

@@ -15,7 +15,8 @@ pub(crate) struct ActionMessage {
     pub(crate) tick: u64,
     /// As applied: clipped and complete.
     pub(crate) action: Action,
-    /// Digest of every bit of the state at `tick + 1`, 16 hexadecimal digits. Early files have it only every hundred ticks.
+    /// Digest of every bit of the state at `tick + 1`, 16 hexadecimal digits. Early files have it only every hundred
+    /// ticks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) state: Option<StateHash>,
     /// External wrenches that begin with this step.

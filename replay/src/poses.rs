@@ -42,8 +42,8 @@ impl ChangedPoses {
         ChangedPoses { hand, poses: Vec::new(), frames: 0 }
     }
 
-    /// The poses that changed, each with the index of its body: links first, then objects. A link's pose is in its parent's
-    /// frame: of a hand that keeps its shape, only the base changes.
+    /// The poses that changed, each with the index of its body: links first, then objects. A link's pose is in its
+    /// parent's frame: of a hand that keeps its shape, only the base changes.
     pub(crate) fn changes(&mut self, frame: &PoseFrame) -> Vec<(usize, Pose)> {
         let key_frame = self.frames.is_multiple_of(KEY_FRAME_PERIOD);
         self.frames += 1;

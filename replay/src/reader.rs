@@ -1,7 +1,7 @@
 //! Reads a replay without trusting a byte of it.
 //!
-//! The file may come from anybody: sizes are checked before memory is allocated, counts are bounded, and the signature is
-//! checked over every byte before a tick is simulated.
+//! The file may come from anybody: sizes are checked before memory is allocated, counts are bounded, and the
+//! signature is checked over every byte before a tick is simulated.
 
 use crate::chain::Chain;
 use crate::format::{

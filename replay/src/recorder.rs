@@ -1,4 +1,5 @@
-//! The part of a recording that runs on the thread of the world: it copies, and sends the copies to a thread that writes.
+//! The part of a recording that runs on the thread of the world: it copies, and sends the copies to a thread that
+//! writes.
 
 use crate::format::HASH_EVERY;
 use crate::header::Header;
@@ -134,8 +135,8 @@ impl Recorder {
         }
     }
 
-    /// Sends the collected items, unless the queue is full: then they stay until the next call. The world never waits for
-    /// the disk.
+    /// Sends the collected items, unless the queue is full: then they stay until the next call. The world never waits
+    /// for the disk.
     fn send(&mut self) {
         let Some(channel) = &self.channel else { return };
         match channel.try_send(std::mem::take(&mut self.items)) {

@@ -55,7 +55,8 @@ impl fmt::Debug for Signer {
 }
 
 impl Signer {
-    /// Reads the key of a file; if the file is missing, creates it with a new key, readable by its owner only. Only Unix files have such a mode.
+    /// Reads the key of a file; if the file is missing, creates it with a new key, readable by its owner only. Only
+    /// Unix files have such a mode.
     ///
     /// # Errors
     /// The file cannot be read or written, holds something else, or others may read it.

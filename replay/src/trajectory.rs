@@ -21,8 +21,8 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// Reads the next message: the bytes of a `foxglove.FrameTransforms`. Returns name and world pose of every body that moved,
-    /// by itself or with its parent.
+    /// Reads the next message: the bytes of a `foxglove.FrameTransforms`. Returns name and world pose of every body
+    /// that moved, by itself or with its parent.
     ///
     /// # Errors
     /// The bytes are not a `foxglove.FrameTransforms`.

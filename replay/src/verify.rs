@@ -151,7 +151,8 @@ impl Simulation<'_, '_> {
         }
     }
 
-    /// Compares the present state with the recorded digests: `of_action`, that of the action, and that of the hash message, if any.
+    /// Compares the present state with the recorded digests: `of_action`, that of the action, and that of the hash
+    /// message, if any.
     fn compare(&mut self, of_action: Option<StateHash>) -> Result<(), VerifyError> {
         let tick = self.run.tick();
         let of_message = match self.hashes.as_slice().first() {
