@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 
 # Commands that are written in Python, by the module whose `main` takes their arguments.
-COMMANDS = {"demo": "palmares.program.demo", "evaluate": "palmares.evaluate.command"}
+COMMANDS = {"demo": "palmares.program.demo", "evaluate": "palmares.program.evaluate"}
 
 
 def main() -> int:
@@ -17,7 +17,7 @@ def main() -> int:
     if len(sys.argv) > 1 and sys.argv[1] in COMMANDS:
         return _until_nobody_reads(importlib.import_module(COMMANDS[sys.argv[1]]).main)
     try:
-        from palmares import _native
+        from palmares._native import main as native_main
     except ImportError:
         print(
             "palmares: this package was installed without its compiled part, which has the program; "
@@ -27,7 +27,7 @@ def main() -> int:
         return 1
     # The program has its own way to end.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    return _native.main(["palmares", *sys.argv[1:]])
+    return native_main(["palmares", *sys.argv[1:]])
 
 
 def _until_nobody_reads(command: Callable[[list[str]], int]) -> int:

@@ -2,10 +2,10 @@
 
 /// What every pixel shows, row by row from the top left.
 #[derive(Clone, Debug, Default)]
-pub struct Picture {
+pub struct GBuffer {
     /// Distance along the optical axis, m; infinite where nothing is in range.
     pub depth: Vec<f64>,
-    /// Index of the body; [`Picture::NOTHING`] where there is none.
+    /// Index of the body; [`GBuffer::NOTHING`] where there is none.
     pub body: Vec<u16>,
     /// Unit normal of the surface in the optical frame, zero where there is none; if wanted.
     pub normal: Option<Vec<[f32; 3]>>,
@@ -14,7 +14,7 @@ pub struct Picture {
     pub(super) piece: Vec<u32>,
 }
 
-impl Picture {
+impl GBuffer {
     /// No body.
     pub const NOTHING: u16 = u16::MAX;
 
