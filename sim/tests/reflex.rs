@@ -43,7 +43,7 @@ fn largest(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// The same hand with the arms it has at q = 0, for ever.
+/// The same hand with constant moment arms, those at q = 0.
 fn with_constant_arms(hand: &Hand) -> Hand {
     let mut constant = hand.clone();
     let rows = hand.moment_arms(&vec![0.0; hand.coordinates.len()]);
@@ -154,9 +154,10 @@ fn a_pushed_fingertip_ends_in_the_exact_equilibrium_too() {
     }
 }
 
-/// Wound far beyond where the free hand ends, a finger stands at its proximal stop with its distal joint where the
-/// arm shrinks as it bends: the cable adds a multiple of the joint's own stiffness (`geometric_stiffness`; without it
-/// these fingers whirl, with the stock limit from 16 ms on, with four times as much from 4 ms on).
+/// A finger that is wound far beyond the end of the free hand rests at its proximal stop with its distal
+/// joint where the arm shrinks as it bends. The cable adds a multiple of the joint's own stiffness
+/// (`geometric_stiffness`; without it these fingers whirl, with the stock limit from 16 ms on, with four
+/// times as much from 4 ms on).
 #[test]
 fn a_saturated_finger_comes_to_rest_at_every_step() {
     let mut hand = Hand::clone(&reflex());
@@ -203,7 +204,7 @@ fn kinetic(hand: &Hand, state: &State) -> f64 {
 /// conservative, so both vanish with the step.
 fn swing(hand: &Arc<Hand>, dt: f64) -> (f64, f64) {
     let (mut world, mut command) = world_of(hand, dt);
-    // The motors are where they stay, the fingers are not.
+    // The motors are at their set points, the fingers are not.
     command.sigma = vec![0.5, 0.6, 0.7, 0.0];
     for (motor, sigma) in world.state_mut().motors.iter_mut().zip(&command.sigma) {
         motor.position = *sigma;
@@ -239,7 +240,7 @@ fn without_dampers_energy_is_kept_as_the_step_shrinks() {
         tendon.stiffness = 5.0;
         tendon.damping = 0.0;
     }
-    // A base that recoil does not move, or its servo would take part.
+    // A heavy base that does not recoil; otherwise its servo would act.
     hand.links[0].inertia.mass = 1e9;
     hand.links[0].inertia.about_com = Mat3::from_diagonal(Vec3::splat(1e9));
     let hand = Arc::new(hand);

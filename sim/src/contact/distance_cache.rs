@@ -1,38 +1,38 @@
-//! Distances of near pairs: which of them have to be looked at in a step.
+//! Distances of near pairs: selects the pairs that a step has to check.
 //!
-//! Every shape has an odometer: an upper bound of the way that any of its points has made. A pair that is known to be
-//! some distance apart is not looked at before the odometers could have used that distance up, so that most pairs
-//! cost one comparison. A cache: no result depends on it.
+//! Every shape has an odometer: an upper bound of the distance that any of its points has travelled. A pair
+//! with a known gap is not checked before the odometers could have used up that gap, so that most pairs cost
+//! one comparison. This is a cache: no result depends on it.
 
 use palmares_models::Pose;
 
-/// A pair and when to look at it.
+/// A pair and the odometer value at which it is due.
 #[derive(Clone, Copy, Debug)]
 struct Watch {
     key: (u32, u32),
-    /// The sum of both odometers that uses up what is known of the pair's distance.
+    /// Sum of both odometers that uses up the known gap of the pair.
     until: f64,
 }
 
-/// Odometers, and what is known of the distances of the near pairs.
+/// Odometers, and the known gaps of the near pairs.
 #[derive(Clone, Debug, Default)]
 pub struct DistanceCache {
     /// In the order of the near pairs.
     watches: Vec<Watch>,
     /// The same before the list of pairs changed.
     old: Vec<Watch>,
-    /// Of every pair: the distance that its shapes were found to have, m, and where B then stood in A's frame.
+    /// Per pair: the gap that was found, m, and the pose of B in A's frame then.
     gaps: Vec<(f64, Pose)>,
     /// The same before the list of pairs changed.
     old_gaps: Vec<(f64, Pose)>,
-    /// Of every shape: the way so far, m.
+    /// Per shape: distance travelled since the cache began, m.
     odometer: Vec<f64>,
-    /// ... and with it what may count against a distance in this step.
+    /// The same plus the distance that may count against a gap in this step.
     ahead: Vec<f64>,
 }
 
 impl DistanceCache {
-    /// Forgets all distances: the state has been changed from outside.
+    /// Discards all gaps: the state has been changed from outside.
     pub fn forget(&mut self, shapes: usize) {
         self.odometer.clear();
         self.odometer.resize(shapes, 0.0);
@@ -41,7 +41,7 @@ impl DistanceCache {
         }
     }
 
-    /// Counts the last step's `paths`; `reach` of a shape is how much of a pair's distance it can use up in this step.
+    /// Adds the last step's `paths`; `reach` of a shape is the part of a gap that it can use up in this step.
     pub fn travel(&mut self, paths: &[f64], reach: impl Iterator<Item = f64>) {
         for (odometer, path) in self.odometer.iter_mut().zip(paths) {
             *odometer += path;
@@ -88,17 +88,17 @@ impl DistanceCache {
         (a as usize, b as usize)
     }
 
-    /// Whether two shapes, the lower place first, are a near pair.
+    /// Whether two shapes, lower index first, are a near pair.
     pub fn has(&self, key: (u32, u32)) -> bool {
         self.watches.binary_search_by_key(&key, |watch| watch.key).is_ok()
     }
 
-    /// Neither shape of pair `index` moves: it is not looked at until one of them is roused.
+    /// Neither shape of pair `index` moves: the pair is not checked until one of them is reactivated.
     pub fn rest(&mut self, index: usize) {
         self.watches[index].until = f64::INFINITY;
     }
 
-    /// Looks at the pairs at rest again in which a shape `is_awake`.
+    /// Checks the pairs at rest again in which a shape `is_awake`.
     pub fn rouse(&mut self, is_awake: impl Fn(usize) -> bool) {
         for Watch { key: (a, b), until } in &mut self.watches {
             if *until == f64::INFINITY && (is_awake(*a as usize) || is_awake(*b as usize)) {
@@ -107,22 +107,22 @@ impl DistanceCache {
         }
     }
 
-    /// What is left of the distance of pair `index`, m.
+    /// Remaining gap of pair `index`, m.
     pub fn slack(&self, index: usize) -> f64 {
         self.watches[index].until - self.ways(index)
     }
 
-    /// The shapes of pair `index` are this far apart, m.
+    /// Stores a lower bound of the gap of pair `index`, m.
     pub fn learn(&mut self, index: usize, distance: f64) {
         self.watches[index].until = distance + self.ways(index);
     }
 
-    /// What is known of the distance of pair `index`, m, and where B then stood in A's frame; 0 if nothing is.
+    /// Known gap of pair `index`, m, and the pose of B in A's frame when it was found; 0 if unknown.
     pub fn gap(&self, index: usize) -> (f64, Pose) {
         self.gaps[index]
     }
 
-    /// The shapes of pair `index` have this distance, m, where B stands there in A's frame.
+    /// Stores the gap of pair `index`, m, at this pose of B in A's frame.
     pub fn remember(&mut self, index: usize, gap: f64, a_from_b: Pose) {
         self.gaps[index] = (gap, a_from_b);
     }
@@ -151,7 +151,7 @@ mod tests {
         cache.travel(&[0.25, 0.5, 0.5], reach.into_iter());
         // 0.75 of 2 m are used up, and 0.5 and 1.5 m of reach.
         assert_eq!((cache.next(0), cache.slack(0)), (Some(1), 1.25));
-        // What is known survives a new list; what is new is looked at.
+        // Known gaps survive a new list; new pairs are checked.
         cache.follow(&[(0, 1), (0, 3)]);
         assert_eq!(cache.slack(0), 1.25);
         cache.forget(3);
@@ -169,7 +169,7 @@ mod tests {
         assert_eq!(cache.next(0), None);
         cache.rouse(|shape| shape == 2);
         assert_eq!((cache.next(0), cache.key(1)), (Some(1), (1, 2)));
-        // A new list does not wake what is at rest.
+        // A new list does not wake pairs at rest.
         cache.follow(&[(0, 1), (0, 2), (1, 2)]);
         assert_eq!((cache.next(0), cache.next(2)), (Some(1), Some(2)));
     }

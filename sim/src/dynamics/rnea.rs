@@ -18,9 +18,9 @@ pub struct Recursion {
 impl Recursion {
     /// Writes c so that `M v̇ + c = τ`: Coriolis, centrifugal and gravity forces.
     ///
-    /// Where the inertias are those of the moving links alone, the base rests, and its rows are left out. So is gravity
-    /// where the hand compensates it: the compensating torque is the exact G(q) of the hand's own links (Rocchi & Hauser
-    /// 2016, eq. 6), so the two cancel identically.
+    /// If the inertias are those of the moving links alone, the base rests, and its rows are skipped. Gravity
+    /// is skipped if the hand compensates it: the compensating torque is the exact G(q) of the hand's own
+    /// links (Rocchi & Hauser 2016, eq. 6), so the two cancel identically.
     pub fn bias(
         &mut self,
         hand: &Hand,

@@ -131,7 +131,7 @@ pub fn cross_columns(a: Vec3, m: &Mat3) -> Mat3 {
     Mat3::from_cols(a.cross(m.x_axis), a.cross(m.y_axis), a.cross(m.z_axis))
 }
 
-/// `m [a]×ᵀ`: what [`cross_columns`] does to columns, done to rows.
+/// `m [a]×ᵀ`: [`cross_columns`] for rows.
 #[inline]
 pub fn cross_rows(a: Vec3, m: &Mat3) -> Mat3 {
     Mat3::from_cols(
@@ -212,7 +212,7 @@ impl SpatialMatrix {
         }
     }
 
-    /// Rows re-expressed about an origin that lies at `−d` from the present one.
+    /// Rows about an origin at `−d` from the present one.
     #[inline]
     pub fn rows_moved(&self, d: Vec3) -> SpatialMatrix {
         SpatialMatrix {
@@ -223,7 +223,7 @@ impl SpatialMatrix {
         }
     }
 
-    /// Columns re-expressed about an origin that lies at `−d` from the present one.
+    /// Columns about an origin at `−d` from the present one.
     #[inline]
     pub fn columns_moved(&self, d: Vec3) -> SpatialMatrix {
         SpatialMatrix {
@@ -291,7 +291,7 @@ mod tests {
             ll: Mat3::from_diagonal(Vec3::new(4.0, 5.0, 6.0)),
         };
         let d = Vec3::new(0.3, -0.2, 0.5);
-        // `moved(d)` puts the origin at +d, `rows_moved(d)` at −d: they undo each other.
+        // `moved(d)` puts the origin at +d, `rows_moved(d)` at −d: they cancel.
         let v = Motion { angular: Vec3::new(0.4, 1.0, -0.6), linear: Vec3::new(1.0, 2.0, -0.5) };
         let about_here = v.dot(k.mul(v));
         let w = v.moved(-d);

@@ -4,7 +4,7 @@ use super::spatial::Motion;
 use palmares_models::hand::{Hand, Hinge, HingeKind};
 use palmares_models::{Mat3, Pose, Rotation, Vec3};
 
-/// What follows from the hand's configuration; rebuilt in every step.
+/// Quantities that follow from the hand's configuration; rebuilt in every step.
 #[derive(Clone, Debug, Default)]
 pub struct Kinematics {
     /// World pose of every link.
@@ -39,7 +39,7 @@ impl Kinematics {
         self.update_joints(hand, q);
     }
 
-    /// The same where the base is where it was.
+    /// The same for an unmoved base.
     pub fn update_joints(&mut self, hand: &Hand, q: &[f64]) {
         for (i, link) in hand.links.iter().enumerate().skip(1) {
             let (Some(parent), Some(joint)) = (link.parent, &link.joint) else { continue };
@@ -91,7 +91,7 @@ impl Kinematics {
     }
 }
 
-/// Motion per unit of the coordinate, about the base origin; `at` is the hinge's place from there.
+/// Motion per unit of the coordinate, about the base origin; `at` is the hinge's position from there.
 #[inline]
 fn hinge_screw(hinge: &Hinge, axis: Vec3, at: Vec3) -> Motion {
     match hinge.kind {

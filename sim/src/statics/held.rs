@@ -1,9 +1,9 @@
-//! Where a hand rests some points of which are held at places in the world, as by contacts that do not slip.
+//! Equilibrium of a hand with some points held at positions in the world, as by contacts that do not slip.
 //!
-//! All that acts derives from an energy: springs, tendons at wound lengths, the springs that joint limits are, weight,
-//! pushes that keep their direction, and for each held point a stiff spring to its place whose force is bounded. Newton's
-//! method finds the minimum of it. A place that cannot be reached does no harm: the point comes as near as the bound on the
-//! force lets it.
+//! All forces derive from an energy: springs, tendons at wound lengths, the springs of joint limits, weight,
+//! pushes with a constant direction, and for each held point a stiff spring to its target whose force is
+//! bounded. Newton's method finds its minimum. An unreachable target does no harm: the point comes as near as
+//! the bound on the force allows.
 
 use crate::command::Push;
 use crate::config::Config;
@@ -16,43 +16,43 @@ use nalgebra::{DMatrix, DVector};
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Vec3};
 
-/// Stiffness of what holds a point, N/m: at 1 N the point is 0.01 mm off.
+/// Stiffness of the spring that holds a point, N/m: at 1 N the point is 0.01 mm off.
 const STIFFNESS: f64 = 1e5;
-/// The most that holds a point, N: more than any hand here closes with.
+/// Largest force that holds a point, N: more than the closing force of any hand here.
 const MOST_FORCE: f64 = 100.0;
-/// Newton's method ends when the torques balance to this part of their sizes.
+/// Newton's method ends when the torques balance to this part of their magnitudes.
 const BALANCE: f64 = 1e-11;
-/// What is left unbalanced is no more than this part of them.
+/// Largest accepted unbalanced part of them.
 const BALANCED: f64 = 1e-7;
-/// The most that a search may compute, in the unit of [`crate::bounds`]: a second or two. Hands within the default limits
-/// take less, however many steps they need.
+/// Largest computing of a search, in the unit of [`crate::bounds`]: a second or two. Hands within the default
+/// limits need less, for any number of steps.
 const MOST_WORK: u64 = 2_000_000_000;
-/// Newton's method takes at most so many steps, each of as many evaluations as twice the coordinates.
+/// Largest number of Newton steps, each with as many evaluations as twice the coordinates.
 const STEPS: usize = 200;
 /// Half the difference of two evaluations for a derivative, rad or m.
 const DIFFERENCE: f64 = 1e-6;
 
-/// A point of a link that is held at a place.
+/// A point of a link that is held at a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hold {
-    /// Which link.
+    /// Index of the link.
     pub link: usize,
-    /// Where on it, in the link frame, m.
+    /// Point in the link frame, m.
     pub point: Vec3,
-    /// Where that point is held, in the world frame, m.
+    /// Target in the world frame, m.
     pub place: Vec3,
 }
 
-/// What holds a point at rest.
+/// Reaction that holds a point at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reaction {
     /// Force on the link, in the world frame, N.
     pub force: Vec3,
-    /// How far the point is from its place, m.
+    /// Distance of the point from its target, m.
     pub gap: f64,
 }
 
-/// A hand at rest with points of it held.
+/// A hand at rest with some points held.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Held {
     /// Coordinates and tensions.
@@ -61,7 +61,7 @@ pub struct Held {
     pub reactions: Vec<Reaction>,
 }
 
-/// All that acts on a hand but the springs and tendons in it.
+/// Everything that acts on a hand except its springs and tendons.
 struct Scene<'a> {
     config: &'a Config,
     hand: &'a Hand,
@@ -71,11 +71,11 @@ struct Scene<'a> {
     holds: &'a [Hold],
 }
 
-/// The equilibrium at motor positions σ under pushes and, where the hand does not cancel it, under its own weight, with
-/// points held.
+/// The equilibrium at motor positions σ under pushes and, if the hand does not cancel it, its own weight,
+/// with points held.
 ///
 /// # Errors
-/// No balance was reached, or a joint that nothing holds.
+/// No balance was reached, or a joint is unconstrained.
 pub fn held(
     config: &Config,
     hand: &Hand,
@@ -99,13 +99,13 @@ pub fn held(
 }
 
 impl Hold {
-    /// What holds the point, as a push.
+    /// The holding force, as a push.
     pub fn as_push(&self, reaction: &Reaction) -> Push {
         Push { link: self.link, point: self.point, force: reaction.force }
     }
 }
 
-/// Energy of a spring whose force is bounded: a parabola, straight on where it is.
+/// Energy of a spring with bounded force: a parabola, continued linearly beyond the bound.
 fn spring_energy(gap: f64) -> f64 {
     let most = MOST_FORCE / STIFFNESS;
     if gap <= most { 0.5 * STIFFNESS * gap * gap } else { MOST_FORCE * (gap - 0.5 * most) }
@@ -128,7 +128,7 @@ impl Scene<'_> {
         self.holds.iter().map(of).collect()
     }
 
-    /// How far each coordinate is beyond a limit, with its sign.
+    /// Signed distance of each coordinate beyond a limit.
     fn excess(&self, q: &[f64]) -> Vec<f64> {
         let beyond = |(c, q): (&palmares_models::hand::Coordinate, &f64)| q - q.clamp(c.lower, c.upper);
         self.hand.coordinates.iter().zip(q).map(beyond).collect()
@@ -166,7 +166,7 @@ impl Scene<'_> {
         energy + self.reactions(&kin).iter().map(|reaction| spring_energy(reaction.gap)).sum::<f64>()
     }
 
-    /// Derivative of the energy: the unbalanced torque on each coordinate; and the largest torque that takes part.
+    /// Derivative of the energy: the unbalanced torque on each coordinate; and the largest torque in it.
     fn gradient(&self, q: &[f64]) -> (DVector<f64>, f64) {
         let n = q.len();
         let reactions = self.reactions(&self.kinematics(q));
@@ -209,7 +209,7 @@ impl Scene<'_> {
         (hessian + transposed) * 0.5
     }
 
-    /// The minimum of the energy that lies downhill from where the springs rest.
+    /// The minimum of the energy downhill from the rest position of the springs.
     fn minimum(&self) -> Result<Vec<f64>, NoPrediction> {
         let mut q: Vec<f64> = self.hand.coordinates.iter().map(|c| c.rest.clamp(c.lower, c.upper)).collect();
         let (mut gradient, mut size) = self.gradient(&q);
@@ -232,7 +232,7 @@ impl Scene<'_> {
                 spend(&mut left, evaluation)?;
                 let there: Vec<f64> = q.iter().zip(step.iter()).map(|(q, d)| q - part * d).collect();
                 let next = self.energy(&there);
-                // Near the minimum the energy is all rounding; the torques still tell.
+                // Near the minimum the energy is all rounding; the torques still decide.
                 if next <= energy - 1e-4 * part * slope {
                     break Some((there, next));
                 }
@@ -253,8 +253,8 @@ impl Scene<'_> {
     }
 }
 
-/// `H⁻¹ g`, with H stiffened until it is positive definite, and how many factorisations that took; none when no stiffening
-/// helps.
+/// `H⁻¹ g`, with H stiffened until it is positive definite, and the number of factorisations; `None` when no
+/// stiffening helps.
 fn downhill(hessian: DMatrix<f64>, gradient: &DVector<f64>) -> (Option<DVector<f64>>, u64) {
     let (mut stiffening, mut factors) = (0.0, 0);
     while stiffening < 1e9 {
@@ -302,7 +302,7 @@ mod tests {
         }
     }
 
-    /// Every hand, pushed and held: each coordinate's torques balance, and the point is where it is held.
+    /// Every hand, pushed and held: each coordinate's torques balance, and the point is at its target.
     #[test]
     fn what_holds_a_point_balances_what_moves_it() {
         let config = Config::default();
@@ -311,7 +311,7 @@ mod tests {
             let free = held(&config, hand, Pose::IDENTITY, &sigma, &[], &[]).expect("a rest");
             let (link, point) = (tip(hand), Vec3::new(0.0, 0.005, 0.01));
             let mut kin = Kinematics::default();
-            // Somewhere it can be: where it is at another closure.
+            // A reachable target: the point's position at another closure.
             let other = held(&config, hand, Pose::IDENTITY, &closed(hand, 0.2), &[], &[]).expect("a rest");
             kin.update(hand, Pose::IDENTITY, &other.equilibrium.q);
             let place = kin.pose[link].transform_point(point);

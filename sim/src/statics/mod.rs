@@ -1,4 +1,4 @@
-//! Where a hand rests, without stepping it.
+//! Statics: equilibria of a hand without stepping it.
 
 pub mod equilibrium;
 pub mod held;

@@ -1,4 +1,4 @@
-//! Where a hand should come to rest, without simulating it.
+//! Predicted equilibrium of a hand at limits and under pushes, without simulation.
 
 use crate::actuation::motor::wound;
 use crate::bounds::LINK_WORK;
@@ -11,24 +11,24 @@ use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_models::measure::LOOSE;
 
-/// The most that a prediction may compute, in the unit of [`crate::bounds`]: a second. For the hands that come with the
-/// program a thousandth is enough.
+/// Largest computing of a prediction, in the unit of [`crate::bounds`]: a second. The built-in hands need a
+/// thousandth of it.
 const MOST_WORK: u64 = 1_000_000_000;
-/// The fixed point is iterated at most so often.
+/// Largest number of iterations of the fixed point.
 const ITERATIONS: usize = 500;
 /// Coordinates that change less than this are at rest, rad.
 const SETTLED: f64 = 1e-14;
-/// ... or less than this, when rounding lets them settle no further.
+/// The same limit, when rounding prevents a smaller change.
 const NEARLY_SETTLED: f64 = 1e-9;
-/// A joint is at a limit when its springs and tendons want it this far beyond, rad.
+/// A joint is at a limit if its springs and tendons pull it this far beyond, rad.
 const BEYOND: f64 = 1e-12;
 
-/// How an equilibrium was found.
+/// Method by which an equilibrium was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Law {
-    /// By the closed form of adaptive synergies.
+    /// Closed form of adaptive synergies.
     ClosedForm,
-    /// By Newton's method, where the closed form does not hold.
+    /// Newton's method, where the closed form does not hold.
     Newton,
 }
 
@@ -39,30 +39,30 @@ pub struct Equilibrium {
     pub q: Vec<f64>,
     /// One per tendon, in its own unit.
     pub tension: Vec<f64>,
-    /// How it was found.
+    /// Method.
     pub law: Law,
-    /// What the closed form does not know of: joints at limits, tendons slack or at limits, varying moment arms.
+    /// Features outside the closed form: joints at limits, tendons slack or at limits, varying moment arms.
     pub beyond_closed_form: Vec<String>,
 }
 
-/// Why there is no prediction.
+/// Reason why there is no prediction.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoPrediction {
     /// There is no stable equilibrium, or none was found.
     #[error(transparent)]
     NoRest(#[from] NoRest),
-    /// Nothing holds a joint anywhere.
+    /// A joint is unconstrained: nothing determines its position.
     #[error("joint '{0}' has no spring: where it rests depends on how it got there")]
     Loose(String),
-    /// The search was ended.
+    /// The search exceeded its budget.
     #[error("where it rests needs more computing to find than it may")]
     WorkExhausted,
-    /// The torques of weight and pushes lead around in a circle.
+    /// The torques of weight and pushes lead to a cycle.
     #[error("weight and pushes leave no equilibrium to iterate to")]
     Unsettled,
 }
 
-/// The equilibrium at wound lengths `s_ref`, one per tendon, under joint torques `tau`: by the closed form where
+/// The equilibrium at wound lengths `s_ref`, one per tendon, under joint torques `tau`: by the closed form if
 /// every tendon is taut and below its limit and no joint is at one, else by Newton's method.
 pub fn predicted_equilibrium(
     hand: &Hand,
@@ -73,7 +73,7 @@ pub fn predicted_equilibrium(
     predicted_within(hand, limit_stiffness, s_ref, tau, &mut { MOST_WORK })
 }
 
-/// The same within the work that is left, of which it takes what it needs.
+/// The same within the remaining computing, from which its own is subtracted.
 fn predicted_within(
     hand: &Hand,
     limit_stiffness: f64,
@@ -107,13 +107,13 @@ fn predicted_within(
     Ok(found)
 }
 
-/// Takes work from what is left of it.
+/// Subtracts work from the remaining budget.
 pub(super) fn spend(left: &mut u64, work: u64) -> Result<(), NoPrediction> {
     *left = left.checked_sub(work).ok_or(NoPrediction::WorkExhausted)?;
     Ok(())
 }
 
-/// Which tendons are slack or at their limits.
+/// The tendons that are slack or at their limits.
 pub(super) fn beyond_tendons(hand: &Hand, tension: &[f64]) -> impl Iterator<Item = String> {
     hand.tendons.iter().zip(tension).filter_map(|(t, &f)| {
         if f.abs() >= t.force_limit {
@@ -126,7 +126,7 @@ pub(super) fn beyond_tendons(hand: &Hand, tension: &[f64]) -> impl Iterator<Item
     })
 }
 
-/// The first joint that neither a spring holds nor a drive of its own, which pushes and pulls.
+/// The first joint that neither a spring nor a drive of its own holds; a drive pushes and pulls.
 pub(super) fn loose(hand: &Hand) -> Option<&str> {
     let springless = |i: usize| hand.coordinates[i].stiffness < LOOSE;
     let driven = |i: usize| {
@@ -140,8 +140,8 @@ pub(super) fn loose(hand: &Hand) -> Option<&str> {
         .map(|i| hand.coordinates[i].name.as_str())
 }
 
-/// The equilibrium with joints that want to go beyond a limit held there, by the spring that a limit is in a
-/// simulation; and which they are. Which joints these are is guessed and corrected.
+/// The equilibrium with joints held at limits that they would exceed, by the spring of a limit in a
+/// simulation; and these joints. The search guesses them and corrects the guess.
 fn held_at_limits(
     hand: &Hand,
     limit_stiffness: f64,
@@ -151,7 +151,7 @@ fn held_at_limits(
 ) -> Result<Equilibrium, NoPrediction> {
     let mut held: Vec<Option<f64>> = vec![None; hand.coordinates.len()];
     let mut start: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
-    // Joints come to limits one after the other at worst, and may leave them again.
+    // At worst joints reach limits one after the other, and may leave them again.
     for _ in 0..4 * (1 + held.len()) {
         spend(left, LINK_WORK * hand.links.len() as u64)?;
         let mut stiffer = hand.clone();
@@ -193,13 +193,13 @@ fn held_at_limits(
     Err(NoPrediction::Unsettled)
 }
 
-/// Length that every tendon is wound to at motor positions σ.
+/// Wound length of every tendon at motor positions σ.
 pub fn wound_lengths(hand: &Hand, sigma: &[f64]) -> Vec<f64> {
     hand.tendons.iter().map(|t| wound(&hand.motors[t.motor], sigma[t.motor])).collect()
 }
 
-/// The equilibrium at σ under pushes and, where the hand does not cancel it, under its own weight. Their torques
-/// depend on where the links are: q = equilibrium(τ(q)) is iterated to its fixed point.
+/// The equilibrium at σ under pushes and, if the hand does not cancel it, its own weight. Their torques
+/// depend on the links' poses: q = equilibrium(τ(q)) is iterated to its fixed point.
 pub fn settled(
     config: &Config,
     hand: &Hand,
@@ -223,7 +223,7 @@ pub fn settled(
     for _ in 0..ITERATIONS {
         let next = predict(&torques(config, hand, base, &found.q, pushes))?;
         let change = largest_difference(&next.q, &found.q);
-        // A strong push on a soft finger swings about its fixed point: take smaller steps then.
+        // A strong push on a soft finger oscillates about its fixed point: take smaller steps then.
         if change >= last {
             weight *= 0.7;
         }
@@ -256,7 +256,7 @@ pub fn torques(config: &Config, hand: &Hand, base: Pose, q: &[f64], pushes: &[Pu
     tau.split_off(6)
 }
 
-/// What [`torques`] computes at most: every force goes down the tree to the base.
+/// Largest computing of [`torques`]: every force goes down the tree to the base.
 pub(super) fn torque_work(hand: &Hand, pushes: usize) -> u64 {
     let forces = (hand.links.len() + pushes) as u64;
     LINK_WORK * hand.links.len() as u64 + 10 * forces * hand.coordinates.len() as u64
@@ -320,7 +320,7 @@ mod tests {
         assert_eq!(slack.beyond_closed_form, ["tendon 'tendon' is slack"]);
     }
 
-    /// As many fingers of two joints as a file may hold links, and more.
+    /// Fingers of two joints: as many as a file may have links, and more.
     fn hand_of_many_links(fingers: usize) -> Hand {
         let mut hand = Hand::clone(&Hand::builtin("pinch").expect("it is built in"));
         let (links, coordinates) = (hand.links[1..3].to_vec(), hand.coordinates[..2].to_vec());
