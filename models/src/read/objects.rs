@@ -1,4 +1,5 @@
-//! The files of the catalogue, `objects/*.toml`: each object's parts become shapes, and both are checked.
+//! Reads the files of the catalogue, `objects/*.toml`: each object's parts become shapes, and both are
+//! checked.
 
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
@@ -86,7 +87,7 @@ impl Catalogue {
     /// Reads one file's objects.
     ///
     /// # Errors
-    /// The file, the object and what would be valid.
+    /// The file, the object and the valid values.
     pub fn parse(file: &str, text: &str) -> Result<Catalogue, ModelError> {
         let at = Report::new(Path::new(file));
         let read: File = toml::from_str(text).map_err(|error| at.syntax("TOML", error))?;
@@ -98,7 +99,7 @@ impl Catalogue {
         Ok(catalogue)
     }
 
-    /// The objects that come with the program, loaded once.
+    /// The built-in objects, loaded once.
     ///
     /// # Panics
     /// Never in a build whose tests pass: the files are part of the program, and a test loads them all.

@@ -1,4 +1,4 @@
-//! The parts of an object as a file writes them, and the convex shapes they stand for.
+//! The parts of an object in a file, and their convex shapes.
 
 use serde::Deserialize;
 
@@ -7,14 +7,14 @@ use crate::{Pose, Rotation, Vec3, rotation};
 
 /// Largest extent of an object, m.
 pub(super) const LARGEST_M: f64 = 1.0;
-/// No object has a larger friction coefficient: as for furniture.
+/// Largest friction coefficient of an object: as for furniture.
 pub(super) const MOST_FRICTION: f64 = 1e3;
-/// Heaviest object, kg.
+/// Largest mass of an object, kg.
 pub(super) const HEAVIEST_KG: f64 = 20.0;
-/// Most convex parts of an object.
+/// Largest number of convex parts of an object.
 pub(super) const MOST_PARTS: usize = 64;
 
-/// A part as written: full sizes, m; angles, rad.
+/// A part in a file: full sizes, m; angles, rad.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "shape", rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum Part {
@@ -40,7 +40,8 @@ pub(super) enum Part {
     },
     /// All points within `radius` of the segment between two ends.
     Capsule { radius: f64, ends: [[f64; 3]; 2] },
-    /// The wall of a vessel: a ring of slabs that stands on `at`, with outer radii at the bottom and at the top.
+    /// The wall of a vessel: a ring of slabs whose bottom is at `at`, with outer radii at the bottom and at
+    /// the top.
     Wall {
         sides: usize,
         bottom: f64,
@@ -58,7 +59,7 @@ pub(super) enum Part {
         #[serde(default)]
         rpy: [f64; 3],
     },
-    /// The convex hull of an STL file beside the task, its edges rounded.
+    /// The convex hull of an STL file next to the task, its edges rounded.
     Mesh {
         file: String,
         #[serde(default = "one")]
@@ -80,7 +81,7 @@ fn finite(numbers: &[f64]) -> bool {
     numbers.iter().all(|x| x.is_finite() && x.abs() <= LARGEST_M * 10.0)
 }
 
-/// Where a part is in the object's frame.
+/// Pose of a part in the object's frame.
 pub(super) fn place(at: &[f64; 3], rpy: &[f64; 3]) -> Result<Pose, String> {
     if finite(at) && finite(rpy) {
         Ok(Pose::from_parts(Vec3::from_array(*at), rotation::from_rpy(*rpy)))
@@ -90,7 +91,7 @@ pub(super) fn place(at: &[f64; 3], rpy: &[f64; 3]) -> Result<Pose, String> {
 }
 
 impl Part {
-    /// As poses and shapes, or what is wrong. A mesh has no file here.
+    /// Poses and shapes, or the problem. A mesh is not allowed here.
     pub(super) fn solids(&self) -> Result<Vec<(Pose, Shape)>, String> {
         Ok(match self {
             Part::Sphere { radius, at } => vec![(place(at, &[0.0; 3])?, Shape::Sphere { radius: *radius })],
@@ -138,7 +139,7 @@ impl Part {
     }
 }
 
-/// Most points of a hull.
+/// Largest number of points of a hull.
 const MOST_POINTS: usize = 256;
 
 /// The shortest turn of z to a unit vector.

@@ -4,7 +4,7 @@
 //! 2. `actuate`: motors and the base's set point follow the command; external forces act.
 //! 3. Islands: bodies that touch each other are solved together.
 //! 4. For each island, [`island::step`]: assemble the problem, solve it, integrate; or free flight without
-//! contact.
+//!    contact.
 //! 5. [`sleep::update`]: an island that has been still for long enough falls asleep.
 //! 6. [`continuous::stop_short`]: fast bodies stop before they pass through others.
 

@@ -4,7 +4,6 @@
 //! 2. [`solid`]: the facing features along it: faces with all corners, or a line or rim of a curved side.
 //! 3. [`clip`]: the corners of their overlap, seen along the axis.
 //! 4. [`patch`]: a few of these corners that represent the area, and the lever of friction.
-//!
 //! 5. [`seams`]: parts of a surface that other parts of the same body cover are no face and no edge.
 //!
 //! A face that rests on a face keeps its normal: the search tries the face of the last step first, and keeps
