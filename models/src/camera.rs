@@ -55,7 +55,7 @@ pub struct Stereo {
 }
 
 /// Largest number of pixels of an image that a client may request.
-pub const MOST_PIXELS: u64 = 1280 * 720;
+pub const MAX_PIXELS: u64 = 1280 * 720;
 
 impl Camera {
     /// Pose of the optical frame in the frame of its link, or of the world.
@@ -103,7 +103,7 @@ impl Camera {
         within("depth_unit", *depth_unit, 1e-5, 0.1)?;
         within("far / depth_unit", far / depth_unit, 1.0, 65_535.0)?;
         let pixels = u64::from(*width) * u64::from(*height);
-        if pixels == 0 || pixels > MOST_PIXELS {
+        if pixels == 0 || pixels > MAX_PIXELS {
             return Err(format!(
                 "camera `{name}`: {width} x {height} pixels: at least one, at most 1280 x 720"
             ));

@@ -29,14 +29,14 @@ pub(crate) fn step_iterations(most: usize, objects: usize) -> usize {
 }
 
 /// Largest number of substeps into which the step of an undamped hand is divided.
-pub(crate) const MOST_SUBSTEPS: u32 = 1024;
+pub(crate) const MAX_SUBSTEPS: u32 = 1024;
 
 /// Largest distance from the origin, m, and largest joint coordinate, m or rad. At this distance contacts are
 /// still exact to a nanometre.
-pub const FARTHEST: f64 = 1e6;
+pub const MAX_DISTANCE: f64 = 1e6;
 
 /// Largest component of a velocity, m/s or rad/s.
-pub const FASTEST: f64 = 1e5;
+pub const MAX_SPEED: f64 = 1e5;
 
 /// Distance between two shapes.
 pub(crate) const DISTANCE_WORK: u64 = 1_000;
@@ -73,13 +73,13 @@ pub enum Fault {
     #[error("a number of the state is not finite")]
     NotFinite,
     /// A body is too fast or too far away.
-    #[error("something is faster than {FASTEST:e} m/s or rad/s, or farther than {FARTHEST:e} m or rad")]
+    #[error("something is faster than {MAX_SPEED:e} m/s or rad/s, or farther than {MAX_DISTANCE:e} m or rad")]
     OutOfBounds,
     /// The matrix of a step is not positive definite, so that the step has no solution.
     #[error("a step has no solution: its matrix is not positive definite")]
     Unsolvable,
     /// A step needs more computing than its budget.
-    #[error("a step needs more computing than it may")]
+    #[error("a step exceeded its computing budget")]
     WorkExhausted,
     /// The program itself failed. No step returns this: the code that catches the panic reports it.
     #[error("the program that computes the world failed")]

@@ -64,7 +64,7 @@ pub struct Collider {
     pub is_round: bool,
 }
 
-/// Bounds of a ground, m: beyond every position that [`crate::bounds::FARTHEST`] allows.
+/// Bounds of a ground, m: beyond every position that [`crate::bounds::MAX_DISTANCE`] allows.
 const END_M: f64 = 1e9;
 
 #[derive(Clone, Copy, Default)]

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Statistics of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Outcome {
+pub struct StepOutcome {
     /// Newton iterations of the island that needed the most.
     pub iterations: usize,
     /// Line search evaluations over all islands.
@@ -59,7 +59,7 @@ impl ContactForce {
 
 /// Phases of a step, for timing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
+pub enum StepPhase {
     /// Kinematics, mass matrix, bias.
     Dynamics,
     /// Broad and narrow phase.
@@ -69,11 +69,11 @@ pub enum Phase {
 }
 
 /// Observer of the phases of a step; this crate has no clock.
-pub trait Probe {
+pub trait PhaseTimer {
     /// Called when `phase` has ended.
-    fn ended(&mut self, phase: Phase);
+    fn ended(&mut self, phase: StepPhase);
 }
 
-impl Probe for () {
-    fn ended(&mut self, _: Phase) {}
+impl PhaseTimer for () {
+    fn ended(&mut self, _: StepPhase) {}
 }

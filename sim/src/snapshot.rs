@@ -2,7 +2,7 @@
 
 use crate::bounds::Fault;
 use crate::model::Model;
-use crate::outcome::Outcome;
+use crate::outcome::StepOutcome;
 use crate::state::State;
 use crate::step::StepForces;
 use crate::world::World;
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 pub struct Snapshot {
     state: State,
     forces: StepForces,
-    outcome: Outcome,
+    outcome: StepOutcome,
     fault: Option<Fault>,
 }
 
@@ -47,7 +47,7 @@ impl World {
     /// Continues from a snapshot. Pushes for the next step are dropped.
     pub fn resume(&mut self, from: &Snapshot) {
         self.state.take_over(&from.state);
-        self.forget();
+        self.discard_caches();
         let work = &mut self.scratch.work;
         work.forces.clone_from(&from.forces);
         (work.outcome, work.fault) = (from.outcome, from.fault);

@@ -1,6 +1,6 @@
 //! Variable part of a world. A clone is a snapshot; a world given a clone continues bit for bit.
 
-use crate::bounds::{FARTHEST, FASTEST, Fault, MOST_SUBSTEPS};
+use crate::bounds::{Fault, MAX_DISTANCE, MAX_SPEED, MAX_SUBSTEPS};
 use crate::contact::anchor::Pair;
 use crate::digest::Digest;
 use crate::model::Model;
@@ -8,7 +8,7 @@ use palmares_models::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Upper bound of the number of steps of any world.
-const MOST_STEPS: u64 = 1 << 48;
+const MAX_STEPS: u64 = 1 << 48;
 
 /// The state of a world between two steps.
 #[derive(Clone, Serialize, Deserialize)]
@@ -163,8 +163,8 @@ impl State {
         let before = (self.earlier.q.len(), self.earlier.v.len());
         let objects = model.objects().len();
         let shapes = model.colliders().len() as u32;
-        self.step < MOST_STEPS
-            && self.substeps <= MOST_SUBSTEPS
+        self.step < MAX_STEPS
+            && self.substeps <= MAX_SUBSTEPS
             && (self.q.len(), self.v.len()) == (joints, model.velocity_len())
             && (before == whole || (before == (0, 0) && !self.earlier.smooth))
             && (self.objects.len(), self.sleep.len()) == (objects, objects)
@@ -177,7 +177,7 @@ impl State {
     /// Whether every number with which the next step begins is within its bounds: the numbers that
     /// [`State::fault`] checks, and those that contacts, motors, base and the step before have left.
     pub(crate) fn is_bounded(&self) -> bool {
-        let near = |x: &f64| x.abs() <= FARTHEST;
+        let near = |x: &f64| x.abs() <= MAX_DISTANCE;
         let is_pose = |pose: &Pose| pose.is_finite() && pose.translation.to_array().iter().all(near);
         let is_motor = |motor: &MotorState| [motor.command, motor.position, motor.velocity].iter().all(near);
         let BaseReference { pose, linear, angular } = &self.reference;
@@ -210,8 +210,8 @@ impl State {
 
     /// The fault of the state, if any: a number is not finite, or beyond its bound.
     pub fn fault(&self) -> Option<Fault> {
-        let within = |x: &f64| x.abs() <= FARTHEST;
-        let slow = self.v.iter().all(|v| v.abs() <= FASTEST);
+        let within = |x: &f64| x.abs() <= MAX_DISTANCE;
+        let slow = self.v.iter().all(|v| v.abs() <= MAX_SPEED);
         let near = |pose: &Pose| pose.translation.to_array().iter().all(within) && pose.rotation.is_finite();
         let tensions = self.tension.iter().all(|f| f.is_finite());
         if slow && tensions && self.q.iter().all(within) && near(&self.base) && self.objects.iter().all(near)

@@ -5,9 +5,9 @@ use crate::command::Command;
 use crate::dynamics::jacobian::{add_link_torque, add_point_force};
 use crate::dynamics::tree::Kinematics;
 use crate::model::{Model, Owner};
-use crate::outcome::{ContactForce, Outcome, Probe};
+use crate::outcome::{ContactForce, PhaseTimer, StepOutcome};
 use crate::state::{Sleep, State};
-use crate::step::{self, Scratch, Workspace};
+use crate::step::{self, Scratch, SharedScratch};
 use palmares_models::Vec3;
 use std::sync::Arc;
 
@@ -46,11 +46,11 @@ impl World {
     /// Restores a snapshot of this world, or another state.
     pub fn restore(&mut self, state: State) {
         self.state = state;
-        self.forget();
+        self.discard_caches();
     }
 
     /// Discards everything that the last step cached for the next: the state is another.
-    pub(crate) fn forget(&mut self) {
+    pub(crate) fn discard_caches(&mut self) {
         self.scratch.invalidate();
         self.scratch.work.impacts.of_objects.clear();
         self.scratch.work.forces.clear();
@@ -65,20 +65,20 @@ impl World {
     }
 
     /// Advances the world by one step.
-    pub fn step(&mut self, command: &Command) -> &Outcome {
-        self.step_probed(command, &mut ())
+    pub fn step(&mut self, command: &Command) -> &StepOutcome {
+        self.step_timed(command, &mut ())
     }
 
-    /// Advances the world by one step and notifies `probe` at the end of each phase. A world with a [`Fault`]
+    /// Advances the world by one step and notifies `timer` at the end of each phase. A world with a [`Fault`]
     /// does not move.
-    pub fn step_probed(&mut self, command: &Command, probe: &mut impl Probe) -> &Outcome {
-        step::step(&self.model, &mut self.state, &mut self.scratch, command, probe);
+    pub fn step_timed(&mut self, command: &Command, timer: &mut impl PhaseTimer) -> &StepOutcome {
+        step::step(&self.model, &mut self.state, &mut self.scratch, command, timer);
         self.outcome()
     }
 
     /// Exchanges a part of its scratch memory with the lent one, for the steps until the exchange back. Not
     /// between [`World::prepare`] and the step that it prepares.
-    pub fn exchange(&mut self, lent: &mut Workspace) {
+    pub fn exchange(&mut self, lent: &mut SharedScratch) {
         self.scratch.exchange(&self.model, lent);
     }
 
@@ -106,7 +106,7 @@ impl World {
     }
 
     /// Statistics of the last step.
-    pub fn outcome(&self) -> &Outcome {
+    pub fn outcome(&self) -> &StepOutcome {
         &self.scratch.work.outcome
     }
 

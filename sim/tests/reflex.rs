@@ -7,7 +7,9 @@ use palmares_sim::actuation::motor::wound;
 use palmares_sim::dynamics::crba::Inertias;
 use palmares_sim::dynamics::jacobian::add_point_force;
 use palmares_sim::dynamics::tree::Kinematics;
-use palmares_sim::statics::equilibrium::{ClosedForm, NoClosedForm, Rest, elastic_energy, rest};
+use palmares_sim::statics::equilibrium::{
+    ClosedForm, FreeEquilibrium, NoClosedForm, elastic_energy, solve_free,
+};
 use palmares_sim::{Command, Config, Model, State, World};
 use std::sync::Arc;
 
@@ -35,8 +37,9 @@ fn open(hand: &Hand) -> Vec<f64> {
 }
 
 /// The equilibrium of the free hand at motor positions σ.
-fn free(hand: &Hand, sigma: &[f64]) -> Rest {
-    rest(hand, &wound_by(hand, sigma), &vec![0.0; hand.coordinates.len()], &open(hand)).expect("it has one")
+fn free(hand: &Hand, sigma: &[f64]) -> FreeEquilibrium {
+    solve_free(hand, &wound_by(hand, sigma), &vec![0.0; hand.coordinates.len()], &open(hand))
+        .expect("it has one")
 }
 
 fn largest(a: &[f64], b: &[f64]) -> f64 {
@@ -62,7 +65,7 @@ fn newtons_equilibrium_is_the_closed_form_where_there_is_one() {
         let s = wound_by(&hand, &[sigma]);
         let tau: Vec<f64> = (0..hand.coordinates.len()).map(|i| 0.01 * (i as f64).cos()).collect();
         let (q, f) = form.solve(&s, &tau);
-        let found = rest(&hand, &s, &tau, &open(&hand)).expect("it has one");
+        let found = solve_free(&hand, &s, &tau, &open(&hand)).expect("it has one");
         assert!(largest(&found.q, &q) < 1e-12, "{}", largest(&found.q, &q));
         assert!(largest(&found.tension, &f) < 1e-10);
     }
@@ -85,16 +88,16 @@ fn tensions_of_the_equilibrium_stay_within_their_bounds() {
     let s = wound_by(&hand, &[0.0; 4]);
     let mut tau = [0.0; 7];
     tau[2] = -0.05;
-    let pulled = rest(&hand, &s, &tau, &open(&hand)).expect("it has one");
+    let pulled = solve_free(&hand, &s, &tau, &open(&hand)).expect("it has one");
     assert!(pulled.tension[0] > 1e-3 && pulled.tension[1].abs() < 1e-12, "{:?}", pulled.tension);
     tau[2] = 0.05;
-    let loose = rest(&hand, &s, &tau, &open(&hand)).expect("it has one");
+    let loose = solve_free(&hand, &s, &tau, &open(&hand)).expect("it has one");
     assert_eq!(loose.tension[0], 0.0);
     assert!((loose.q[2] - 0.05 / 0.30).abs() < 1e-12);
     // Held open against a fully wound motor: the tension is the motor's limit.
     tau = [0.0; 7];
     tau[1] = -3.0;
-    let held = rest(&hand, &wound_by(&hand, &[1.0; 4]), &tau, &open(&hand)).expect("it has one");
+    let held = solve_free(&hand, &wound_by(&hand, &[1.0; 4]), &tau, &open(&hand)).expect("it has one");
     assert_eq!(held.tension[0], 1.5);
     assert!(held.beyond_limits.contains(&1));
 }
@@ -146,7 +149,7 @@ fn a_pushed_fingertip_ends_in_the_exact_equilibrium_too() {
         let mut tau = vec![0.0; 6 + hand.coordinates.len()];
         add_point_force(&hand, &kin, link, at, push.force, 1.0, &mut tau);
         let s = wound_by(&hand, &command.sigma);
-        let expected = rest(&hand, &s, &tau[6..], &world.state().q).expect("it has one");
+        let expected = solve_free(&hand, &s, &tau[6..], &world.state().q).expect("it has one");
         let bent = largest(&free(&hand, &command.sigma).q, &expected.q);
         assert!(bent > 0.1, "the push bends the finger, by {bent}");
         let error = largest(&world.state().q, &expected.q);

@@ -23,8 +23,8 @@ pub struct Fit {
     pub overlap_volume: f64,
     /// The point of the mesh that is farthest outside of all pieces.
     pub uncovered: Farthest,
-    /// The point of the pieces' common surface that lies farthest outside of the mesh; of one that is not closed, farthest
-    /// from it.
+    /// The point of the pieces' common surface that is farthest outside of the mesh; if the mesh is not closed,
+    /// farthest from it.
     pub beyond: Farthest,
     /// Distance of neighbouring sample points, m.
     pub spacing: f64,

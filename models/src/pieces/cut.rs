@@ -17,7 +17,7 @@ const CONCAVITY: f64 = 5e-4;
 /// Parts per requested piece: `merge.rs` joins those that belong together.
 const PARTS_PER_PIECE: u32 = 4;
 /// Largest number of parts: joining them takes time.
-const MOST_PARTS: u32 = 128;
+const MAX_PARTS: u32 = 128;
 
 /// Points of each part of a mesh, m, and the edge of the voxels. The parts cover the mesh, including its
 /// closed cavities.
@@ -45,7 +45,7 @@ pub(super) fn cut(
         concavity: CONCAVITY,
         resolution,
         fill_mode: fill,
-        max_convex_hulls: pieces.saturating_mul(PARTS_PER_PIECE).clamp(32, MOST_PARTS),
+        max_convex_hulls: pieces.saturating_mul(PARTS_PER_PIECE).clamp(32, MAX_PARTS),
         ..VHACDParameters::default()
     };
     // The library's hulls panic on some point sets; other voxels give others.

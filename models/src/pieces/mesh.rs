@@ -44,7 +44,7 @@ pub enum Surface {
 
 /// Largest number of triangles checked to distinguish cavities from parts that are inside out, some tenths of
 /// a second; further parts count as inside out.
-const MOST_LOOKED_AT: usize = 5_000_000;
+const MAX_CHECKED: usize = 5_000_000;
 
 /// A connected part of a mesh.
 struct Part {
@@ -127,7 +127,7 @@ impl TriangleMesh {
             // Unchanged if the largest part faces outward.
             let faces_inward = volumes[k] * largest < 0.0;
             looked_at += if faces_inward { self.triangles.len() } else { 0 };
-            let cavity = faces_inward && looked_at <= MOST_LOOKED_AT && self.within_others(&parts, k);
+            let cavity = faces_inward && looked_at <= MAX_CHECKED && self.within_others(&parts, k);
             let turn_over = (volumes[k] < 0.0) != cavity;
             inward |= turn_over;
             cavities += if cavity { volumes[k].abs() } else { 0.0 };

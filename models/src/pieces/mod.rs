@@ -39,7 +39,7 @@ pub enum Stage {
 }
 
 /// Largest number of points of a piece: the same as for a mesh of an object.
-pub const MOST_POINTS: usize = 64;
+pub const MAX_POINTS: usize = 64;
 /// Points that stand out from the others by no more than this part of the mesh's longest side are dropped.
 const TOLERANCE: f64 = 3e-3;
 
@@ -100,8 +100,8 @@ pub fn decompose(
 
 /// The points of a piece: few, and in single precision. `None` if that flattens it.
 fn single(points: &[Vec3], size: f64) -> Option<Vec<Vec3>> {
-    let points = few_points(points, MOST_POINTS, TOLERANCE * size)?;
+    let points = few_points(points, MAX_POINTS, TOLERANCE * size)?;
     let single = |p: &Vec3| Vec3::from_array(p.to_array().map(|x| f64::from(x as f32)));
     let points: Vec<Vec3> = points.iter().map(single).collect();
-    few_points(&points, MOST_POINTS, 0.0).filter(|points| points.len() >= 4)
+    few_points(&points, MAX_POINTS, 0.0).filter(|points| points.len() >= 4)
 }

@@ -158,12 +158,12 @@ pub fn visuals(mut files: Files, options: &LoadOptions) -> Result<Vec<Visual>, M
 
 /// A hand's name is part of URLs, pages and file names.
 fn check_name(name: &str, at: &Report) -> Result<(), ModelError> {
-    const LONGEST: usize = 64;
+    const MAX_LENGTH: usize = 64;
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
-    if (1..=LONGEST).contains(&name.len()) && name.chars().all(plain) && !name.starts_with('.') {
+    if (1..=MAX_LENGTH).contains(&name.len()) && name.chars().all(plain) && !name.starts_with('.') {
         return Ok(());
     }
-    let shown: String = name.chars().take(LONGEST).collect();
+    let shown: String = name.chars().take(MAX_LENGTH).collect();
     Err(at.bad(
         "name of the hand",
         format!("is '{}'", shown.escape_debug()),

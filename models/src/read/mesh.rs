@@ -16,7 +16,7 @@ use crate::shape::Shape;
 use crate::shape::hull::{rounded_hull, sharp_hull};
 
 /// Largest edge radius of a mesh's hull, m.
-const MOST_ROUNDING: f64 = 0.1;
+const MAX_ROUNDING: f64 = 0.1;
 
 /// Result of reading a mesh.
 #[derive(Clone)]
@@ -60,8 +60,8 @@ impl<'a> MeshReader<'a> {
         report: &Report,
     ) -> Result<MeshHull, ModelError> {
         let relative = mesh_path(name, element, report)?;
-        if let Some(rounding) = rounding.filter(|r| !(0.0..=MOST_ROUNDING).contains(r)) {
-            let valid = format!("0 to {MOST_ROUNDING} m; 0 keeps edges as they are");
+        if let Some(rounding) = rounding.filter(|r| !(0.0..=MAX_ROUNDING).contains(r)) {
+            let valid = format!("0 to {MAX_ROUNDING} m; 0 keeps edges as they are");
             return Err(report.bad(element, format!("mesh '{name}' has rounding {rounding}"), valid));
         }
         let bits = rounding.map_or(u64::MAX, f64::to_bits);

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use serde::Deserialize;
 
-use super::parts::{HEAVIEST_KG, LARGEST_M, MOST_PARTS, Part};
+use super::parts::{MAX_EXTENT_M, MAX_MASS_KG, MAX_PARTS, Part};
 use super::report::Report;
 use crate::catalogue::{Catalogue, Item};
 use crate::error::ModelError;
@@ -54,11 +54,11 @@ impl Entry {
             let valid = "finite sizes in m, angles in rad, points that span a volume; a mesh only in a task's own object";
             parts.extend(part.solids().map_err(|problem| bad(&element, problem, valid))?);
         }
-        if parts.len() > MOST_PARTS {
-            let valid = format!("at most {MOST_PARTS}, a wall's slabs counted one by one");
+        if parts.len() > MAX_PARTS {
+            let valid = format!("at most {MAX_PARTS}, a wall's slabs counted one by one");
             return Err(bad("", format!("has {} convex parts", parts.len()), &valid));
         }
-        if self.mass > HEAVIEST_KG {
+        if self.mass > MAX_MASS_KG {
             return Err(bad("", format!("mass = {}", self.mass), "at most 20 kg"));
         }
         if !self.color.iter().all(|c| (0.0..=1.0).contains(c)) {
@@ -68,7 +68,7 @@ impl Entry {
             .with_torsional_friction(self.torsional_friction)?;
         let (low, high) = object.bounds();
         let size = (high - low).to_array();
-        if size.iter().any(|x| *x > LARGEST_M) {
+        if size.iter().any(|x| *x > MAX_EXTENT_M) {
             return Err(bad("", format!("measures {size:?} m"), "at most 1 m along each axis"));
         }
         Ok(Item {

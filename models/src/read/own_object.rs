@@ -8,7 +8,7 @@ use super::files::Files;
 use super::hollow::MeshOf;
 use super::mesh::MeshReader;
 use super::options::LoadOptions;
-use super::parts::{HEAVIEST_KG, LARGEST_M, MOST_FRICTION, MOST_PARTS, Part, place};
+use super::parts::{MAX_EXTENT_M, MAX_FRICTION, MAX_MASS_KG, MAX_PARTS, Part, place};
 use super::report::Report;
 use super::settings::{LinkSettings, Settings};
 use super::urdf::link::LinkReader;
@@ -99,15 +99,15 @@ impl OwnObject {
                 return Err(bad("mass", "is missing".to_owned(), "kg, for `parts`"));
             }
         };
-        if self.friction > MOST_FRICTION {
+        if self.friction > MAX_FRICTION {
             return Err(bad("friction", format!("is {}", self.friction), "at most 1000"));
         }
-        if object.mass > HEAVIEST_KG {
+        if object.mass > MAX_MASS_KG {
             return Err(bad("mass", format!("is {} kg", object.mass), "at most 20 kg"));
         }
         let (low, high) = object.bounds();
         let size = (high - low).to_array();
-        if size.iter().any(|x| *x > LARGEST_M) {
+        if size.iter().any(|x| *x > MAX_EXTENT_M) {
             return Err(bad("parts", format!("measure {size:.3?} m"), "at most 1 m along each axis"));
         }
         Ok((object.with_restitution(self.restitution), warnings))
@@ -139,9 +139,9 @@ impl OwnObject {
                 part => parts.extend(part.solids().map_err(bad)?),
             }
         }
-        if parts.len() > MOST_PARTS {
+        if parts.len() > MAX_PARTS {
             let element = format!("objects.own `{}`: parts", self.name);
-            let valid = format!("at most {MOST_PARTS}, a wall's slabs counted one by one");
+            let valid = format!("at most {MAX_PARTS}, a wall's slabs counted one by one");
             return Err(at.bad(element, format!("are {}", parts.len()), valid));
         }
         let object = Object::new(&self.name, parts, mass, self.friction, self.rolling_friction);

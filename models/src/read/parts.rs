@@ -6,13 +6,13 @@ use crate::shape::Shape;
 use crate::{Pose, Rotation, Vec3, rotation};
 
 /// Largest extent of an object, m.
-pub(super) const LARGEST_M: f64 = 1.0;
+pub(super) const MAX_EXTENT_M: f64 = 1.0;
 /// Largest friction coefficient of an object: as for furniture.
-pub(super) const MOST_FRICTION: f64 = 1e3;
+pub(super) const MAX_FRICTION: f64 = 1e3;
 /// Largest mass of an object, kg.
-pub(super) const HEAVIEST_KG: f64 = 20.0;
+pub(super) const MAX_MASS_KG: f64 = 20.0;
 /// Largest number of convex parts of an object.
-pub(super) const MOST_PARTS: usize = 64;
+pub(super) const MAX_PARTS: usize = 64;
 
 /// A part in a file: full sizes, m; angles, rad.
 #[derive(Clone, Debug, Deserialize)]
@@ -78,7 +78,7 @@ fn one() -> [f64; 3] {
 }
 
 fn finite(numbers: &[f64]) -> bool {
-    numbers.iter().all(|x| x.is_finite() && x.abs() <= LARGEST_M * 10.0)
+    numbers.iter().all(|x| x.is_finite() && x.abs() <= MAX_EXTENT_M * 10.0)
 }
 
 /// Pose of a part in the object's frame.
@@ -115,8 +115,8 @@ impl Part {
                 vec![(Pose::from_parts((a + b) * 0.5, from_z_to(along / length)), shape)]
             }
             Part::Wall { sides, bottom, top, height, thickness, at } => {
-                if !(3..=MOST_PARTS).contains(sides) {
-                    return Err(format!("sides = {sides}; 3 to {MOST_PARTS} are possible"));
+                if !(3..=MAX_PARTS).contains(sides) {
+                    return Err(format!("sides = {sides}; 3 to {MAX_PARTS} are possible"));
                 }
                 if !(*height > 0.0 && *thickness > 0.0 && bottom.min(*top) > *thickness) {
                     return Err(
@@ -126,9 +126,9 @@ impl Part {
                 wall(*sides, *bottom, *top, *height, *thickness, place(at, &[0.0; 3])?)
             }
             Part::Hull { points, at, rpy } => {
-                if !(4..=MOST_POINTS).contains(&points.len()) || !points.iter().all(|p| finite(p)) {
+                if !(4..=MAX_POINTS).contains(&points.len()) || !points.iter().all(|p| finite(p)) {
                     return Err(format!(
-                        "it has {} points; 4 to {MOST_POINTS} finite ones are possible",
+                        "it has {} points; 4 to {MAX_POINTS} finite ones are possible",
                         points.len()
                     ));
                 }
@@ -140,7 +140,7 @@ impl Part {
 }
 
 /// Largest number of points of a hull.
-const MOST_POINTS: usize = 256;
+const MAX_POINTS: usize = 256;
 
 /// The shortest turn of z to a unit vector.
 fn from_z_to(d: Vec3) -> Rotation {

@@ -88,7 +88,7 @@ impl Settings {
             check("links", name, "friction", l.friction, most, Sign::NotNegative)?;
             if let Some(Pad { thickness, modulus }) = l.pad {
                 check("links", name, "pad.thickness", thickness, limits.length_m, Sign::Positive)?;
-                check("links", name, "pad.modulus", Some(modulus), MOST_MODULUS, Sign::Positive)?;
+                check("links", name, "pad.modulus", Some(modulus), MAX_MODULUS, Sign::Positive)?;
             }
         }
         for patches in &self.tactile {
@@ -129,7 +129,7 @@ impl Settings {
 }
 
 /// Largest modulus, Pa: diamond has 1.2e12.
-const MOST_MODULUS: f64 = 1e13;
+const MAX_MODULUS: f64 = 1e13;
 
 /// Valid range of a field.
 #[derive(Clone, Copy)]

@@ -14,7 +14,7 @@ use crate::shape::Shape;
 use crate::{Pose, Vec3};
 
 /// Largest number of triangles of all meshes together; the rest is skipped.
-const MOST_TRIANGLES: usize = 200_000;
+const MAX_TRIANGLES: usize = 200_000;
 
 /// Appearance of a part of a link.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,7 +43,7 @@ pub(super) fn visuals(
     files: &Files,
     limits: &Limits,
 ) -> Vec<Visual> {
-    let mut left = MOST_TRIANGLES;
+    let mut left = MAX_TRIANGLES;
     let mut seen = Vec::new();
     for (link, into) in urdf.robot.links.iter().zip(merged_into) {
         let Some((index, link_from_urdf)) = *into else { continue };

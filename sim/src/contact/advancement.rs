@@ -16,13 +16,13 @@ use crate::model::Collider;
 use palmares_models::{Pose, Rotation, Vec3};
 
 /// Largest number of directions computed for a pair; then the search stops at the part it has reached.
-const MOST: usize = 128;
+const MAX_DIRECTIONS: usize = 128;
 
 /// Shapes whose overlap could exceed the limit stop at this part of it.
-const STOP: f64 = 0.5;
+const STOP_AT: f64 = 0.5;
 
 /// Each advance covers at least this part of the limit.
-const NEAR: f64 = 1.0 / 32.0;
+const MIN_ADVANCE: f64 = 1.0 / 32.0;
 
 /// The motion of a body in a step.
 #[derive(Clone, Copy, Debug, Default)]
@@ -36,7 +36,7 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// Motion from one pose to another. If several turns lead there, the one nearest to `about` is taken,
+    /// SpatialVelocity from one pose to another. If several turns lead there, the one nearest to `about` is taken,
     /// rad.
     pub fn between(start: Pose, end: Pose, about: Vec3) -> Self {
         let turn = end.rotation * start.rotation.inverse();
@@ -142,10 +142,10 @@ pub fn stays_apart(a: Moving<'_>, b: Moving<'_>, normal: Vec3, apart: f64, most:
 pub fn free_part(a: Moving<'_>, b: Moving<'_>, most: f64, spent: &mut u64) -> f64 {
     let rate = Rate::of(a, b);
     let reach = rate.at_most();
-    let near = NEAR * most;
-    let (mut part, mut before, mut least) = (0.0, 0.0, -STOP * most);
+    let near = MIN_ADVANCE * most;
+    let (mut part, mut before, mut least) = (0.0, 0.0, -STOP_AT * most);
     let mut direction = Vec3::ZERO;
-    for k in 0..MOST {
+    for k in 0..MAX_DIRECTIONS {
         *spent += MANIFOLD_WORK;
         let (at_a, at_b) = (a.at(part), b.at(part));
         let a_from_b = at_a.inv_mul(&at_b);
@@ -223,10 +223,10 @@ mod tests {
                 let part = free_part(a, b, most, &mut spent);
                 let reaches = meets && libm::sin(angle.min(1.57)) * 0.03 > -x;
                 assert_eq!(part < 1.0, reaches, "{angle} {x}: {part}");
-                assert!(spent <= MOST as u64 * MANIFOLD_WORK);
+                assert!(spent <= MAX_DIRECTIONS as u64 * MANIFOLD_WORK);
                 let stops = b.at(part);
                 let (_, apart) = apart(a.shape, b.shape, &stops, 1.0, Vec3::ZERO).expect("they are near");
-                assert!(!reaches || apart > -STOP * most && apart < 0.0, "{angle} {x}: {apart}");
+                assert!(!reaches || apart > -STOP_AT * most && apart < 0.0, "{angle} {x}: {apart}");
             }
         }
     }

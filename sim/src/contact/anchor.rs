@@ -124,10 +124,10 @@ impl Anchor {
 
 /// Largest magnitude of a number in a contact's memory, m, m/s or N: its square times any stiffness is still
 /// finite.
-const LARGEST: f64 = 1e15;
+const MAX_MAGNITUDE: f64 = 1e15;
 
 fn bounded(numbers: &[f64]) -> bool {
-    numbers.iter().all(|x| x.abs() <= LARGEST)
+    numbers.iter().all(|x| x.abs() <= MAX_MAGNITUDE)
 }
 
 fn bounded_vector(v: Vec3) -> bool {

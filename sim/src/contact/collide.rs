@@ -65,7 +65,7 @@ pub(crate) fn collide(
     let known = speeds_before.len() == speeds.len();
     update_paths(model, speeds, speeds_before, paths);
     if !known {
-        distances.forget(speeds.len());
+        distances.clear(speeds.len());
     }
     let h = model.config().step_s;
     let from_rest = model.config().from_rest(false);
@@ -76,7 +76,7 @@ pub(crate) fn collide(
     loop {
         let bodies = Bodies { model, dynamics, v: &state.v, objects: &state.objects, sleep: &state.sleep };
         if asleep.iter().zip(&state.sleep).any(|(slept, sleep)| *slept && !sleep.asleep) {
-            distances.rouse(|shape| bodies.is_awake(model.colliders()[shape].owner));
+            distances.reactivate(|shape| bodies.is_awake(model.colliders()[shape].owner));
         }
         asleep.clear();
         asleep.extend(state.sleep.iter().map(|sleep| sleep.asleep));

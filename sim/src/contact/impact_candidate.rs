@@ -69,7 +69,7 @@ pub struct ImpactCandidate {
     /// Change of the bodies' angular velocities per impulse.
     pub(super) turns: [Vec3; 2],
     /// Change of the normal velocity per impulse, 1/kg.
-    pub(super) yielding: f64,
+    pub(super) inverse_effective_mass: f64,
     /// Impulse up to now, N s.
     pub(super) impulse: f64,
     /// Sum of its parts times their times.
@@ -79,9 +79,9 @@ pub struct ImpactCandidate {
     /// Whether it would if the step were longer.
     pub(super) misses: bool,
     /// Normal velocity that the present impact has to reach, m/s.
-    pub(super) wanted: f64,
+    pub(super) target_velocity: f64,
     /// Impulse that reaches it, N s.
-    pub(super) given: f64,
+    pub(super) added_impulse: f64,
 }
 
 impl ImpactCandidate {
@@ -97,13 +97,13 @@ impl ImpactCandidate {
             load: 0.0,
             place,
             turns: [Vec3::ZERO; 2],
-            yielding: 0.0,
+            inverse_effective_mass: 0.0,
             impulse: 0.0,
             timed: 0.0,
             due: false,
             misses: false,
-            wanted: 0.0,
-            given: 0.0,
+            target_velocity: 0.0,
+            added_impulse: 0.0,
         }
     }
 
@@ -141,7 +141,7 @@ impl ImpactCandidate {
     /// this is within the step.
     pub(super) fn meets(&self, bodies: &[ImpactBody], time: f64, h: f64, least: f64) -> Option<(f64, bool)> {
         let (velocity, rest) = (self.velocity(bodies, time), h - time);
-        if velocity >= -least || self.load * self.yielding > -velocity * NO_LOAD {
+        if velocity >= -least || self.load * self.inverse_effective_mass > -velocity * NO_LOAD {
             return None;
         }
         let within = self.gap + rest * (velocity + rest * self.gravity.dot(self.normal)) < 0.0;

@@ -14,13 +14,13 @@ use palmares_models::Vec3;
 use std::ops::Range;
 
 /// Largest number of impacts per pair of bodies; beyond it the sequence is abandoned (rattling).
-const MOST: usize = 16;
+const MAX_IMPACTS: usize = 16;
 
 /// Largest computing of a sequence, in the unit of [`crate::bounds`]; beyond it the sequence is abandoned.
-const MOST_WORK: u64 = STEP_WORK / 20;
+const MAX_WORK: u64 = STEP_WORK / 20;
 
 /// Largest number of sweeps over the points between two bodies.
-const SWEEPS: usize = 200;
+const MAX_SWEEPS: usize = 200;
 
 /// Sweeps end when no point changes its velocity by more than this part of the fastest.
 const SETTLED: f64 = 1e-12;
@@ -72,7 +72,7 @@ impl ImpactSequence {
         }
         let mut impacts = 0;
         while let Some((next, time)) = self.earliest() {
-            if impacts == MOST * self.events.len() || self.work > MOST_WORK {
+            if impacts == MAX_IMPACTS * self.events.len() || self.work > MAX_WORK {
                 return false;
             }
             impacts += 1;
@@ -97,7 +97,7 @@ impl ImpactSequence {
                 if let Some(body) = self.bodies.get(body) {
                     let moment = candidate.arms[side].cross(candidate.normal);
                     candidate.turns[side] = body.inverse_inertia * moment;
-                    candidate.yielding += body.inverse_mass + moment.dot(candidate.turns[side]);
+                    candidate.inverse_effective_mass += body.inverse_mass + moment.dot(candidate.turns[side]);
                 }
             }
             let (a, b, _) = candidate.key();
@@ -166,18 +166,18 @@ impl ImpactSequence {
         let (mut fastest, mut together): (f64, usize) = (0.0, 0);
         for candidate in candidates.iter_mut().filter(|candidate| candidate.due) {
             let velocity = candidate.velocity(bodies, time);
-            (candidate.wanted, candidate.given) = (-candidate.restitution * velocity, 0.0);
+            (candidate.target_velocity, candidate.added_impulse) = (-candidate.restitution * velocity, 0.0);
             fastest = fastest.max(-velocity);
             together += 1;
         }
-        for _ in 0..if together == 1 { 1 } else { SWEEPS } {
+        for _ in 0..if together == 1 { 1 } else { MAX_SWEEPS } {
             let mut change: f64 = 0.0;
             for candidate in candidates.iter_mut().filter(|candidate| candidate.due) {
-                let missing = candidate.wanted - candidate.velocity(bodies, time);
-                let more = (missing / candidate.yielding).max(-candidate.given);
+                let missing = candidate.target_velocity - candidate.velocity(bodies, time);
+                let more = (missing / candidate.inverse_effective_mass).max(-candidate.added_impulse);
                 candidate.push(bodies, more);
-                candidate.given += more;
-                change = change.max((more * candidate.yielding).abs());
+                candidate.added_impulse += more;
+                change = change.max((more * candidate.inverse_effective_mass).abs());
                 self.work += POINT_WORK / 2;
             }
             if change <= SETTLED * fastest {
@@ -185,8 +185,8 @@ impl ImpactSequence {
             }
         }
         for candidate in candidates.iter_mut().filter(|candidate| candidate.due) {
-            candidate.impulse += candidate.given;
-            candidate.timed += candidate.given * time;
+            candidate.impulse += candidate.added_impulse;
+            candidate.timed += candidate.added_impulse * time;
         }
     }
 }

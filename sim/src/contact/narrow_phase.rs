@@ -9,7 +9,7 @@ use super::spin::SpinLaw;
 use crate::bounds::{DISTANCE_WORK, MANIFOLD_WORK, POINT_WORK};
 use crate::config::Config;
 use crate::dynamics::hand::HandDynamics;
-use crate::dynamics::spatial::Motion;
+use crate::dynamics::spatial::SpatialVelocity;
 use crate::model::{Collider, Model, Owner, pair_friction};
 use crate::state::Sleep;
 use palmares_models::{Pose, Vec3};
@@ -100,16 +100,18 @@ pub struct Bodies<'a> {
 }
 
 impl Bodies<'_> {
-    /// Motion of a body about a point of the world.
+    /// SpatialVelocity of a body about a point of the world.
     #[inline(always)]
-    pub fn velocity(&self, owner: Owner, at: Vec3) -> Motion {
+    pub fn velocity(&self, owner: Owner, at: Vec3) -> SpatialVelocity {
         match owner {
-            Owner::Static => Motion::ZERO,
+            Owner::Static => SpatialVelocity::ZERO,
             Owner::Link(i) => self.dynamics.recursion.velocity[i].moved(at - self.dynamics.kin.origin),
             Owner::Object(k) => {
                 let v = &self.v[self.model.object_dofs(k)..];
-                let motion =
-                    Motion { linear: Vec3::new(v[0], v[1], v[2]), angular: Vec3::new(v[3], v[4], v[5]) };
+                let motion = SpatialVelocity {
+                    linear: Vec3::new(v[0], v[1], v[2]),
+                    angular: Vec3::new(v[3], v[4], v[5]),
+                };
                 motion.moved(at - self.objects[k].translation)
             }
         }
@@ -167,7 +169,7 @@ impl Contacts {
             let (i, j) = distances.key(index);
             let (a, b) = (&model.colliders()[i], &model.colliders()[j]);
             if !bodies.is_awake(a.owner) && !bodies.is_awake(b.owner) {
-                distances.rest(index);
+                distances.deactivate(index);
                 continue;
             }
             // At most twice the present approach speed, and the speed that a step may add from rest.
@@ -188,7 +190,7 @@ impl Contacts {
                     pairs.remove(place);
                 }
                 // The bounds exceed the shapes by the margin and their motion in a step.
-                distances.learn(index, parted + approach + config.margin(false));
+                distances.set_bound(index, parted + approach + config.margin(false));
                 continue;
             }
             spent += DISTANCE_WORK;
@@ -198,10 +200,10 @@ impl Contacts {
                 if is_known {
                     pairs.remove(place);
                 }
-                distances.learn(index, apart);
+                distances.set_bound(index, apart);
                 continue;
             }
-            distances.learn(index, 0.0);
+            distances.set_bound(index, 0.0);
             if !is_known {
                 pairs.insert(place, Pair::new(key));
             }
@@ -233,7 +235,7 @@ impl Contacts {
             pair.initial_overlap = pair.initial_overlap.min(-deepest).max(0.0);
             pair.seen = (0.0, Pose::IDENTITY);
             if pair.manifold.points.is_empty() {
-                distances.remember(index, 0.0, a_from_b);
+                distances.set_gap(index, 0.0, a_from_b);
                 pair.mean = Anchor::default();
                 if pair.is_blank() {
                     pairs.remove(place);
@@ -285,7 +287,7 @@ impl Contacts {
         pose_a: &Pose,
         pose_b: &Pose,
         origin: Vec3,
-        relative: Motion,
+        relative: SpatialVelocity,
         (from_rest, farthest, config): (f64, f64, &Config),
     ) {
         if !pair.manifold.points.iter().any(|point| point.data.loaded) {
@@ -413,7 +415,7 @@ fn still_apart(
         return None;
     }
     let gap = distance(a, b, a_from_b);
-    distances.remember(index, gap, *a_from_b);
+    distances.set_gap(index, gap, *a_from_b);
     (gap > reachable).then_some(gap)
 }
 

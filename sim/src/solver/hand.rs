@@ -2,7 +2,7 @@
 
 use super::problem::Problem;
 use super::workspace::{Joint, Newton};
-use crate::dynamics::spatial::{Force, Motion, SpatialMatrix};
+use crate::dynamics::spatial::{Force, SpatialMatrix, SpatialVelocity};
 use crate::dynamics::tree::Kinematics;
 use crate::model::Model;
 
@@ -92,7 +92,7 @@ impl Newton {
 
     /// The joints between a link and the base: their index in the block and screws; and the block, which is
     /// the same for all.
-    fn chain(&self, kin: &Kinematics, mut link: usize, out: &mut Vec<(usize, Motion)>) -> usize {
+    fn chain(&self, kin: &Kinematics, mut link: usize, out: &mut Vec<(usize, SpatialVelocity)>) -> usize {
         out.clear();
         let mut of = 0;
         while let Some(Joint { parent, block, row }) = self.joints[link] {

@@ -30,18 +30,18 @@ pub struct Islands {
     islands: Vec<Island>,
     len: usize,
     /// Whether all islands have one body.
-    apart: bool,
+    all_singletons: bool,
 }
 
 impl Islands {
     /// Partitions the bodies by the step's contact pairs.
     pub fn update(&mut self, model: &Model, contacts: &Contacts) {
         let nodes = model.objects().len() + 1;
-        let apart = contacts.pairs.is_empty();
-        if apart && self.apart && self.parent.len() == nodes {
+        let all_singletons = contacts.pairs.is_empty();
+        if all_singletons && self.all_singletons && self.parent.len() == nodes {
             return;
         }
-        self.apart = apart;
+        self.all_singletons = all_singletons;
         self.parent.clear();
         self.parent.extend(0..nodes);
         for pair in &contacts.pairs {

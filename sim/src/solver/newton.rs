@@ -9,7 +9,7 @@ use super::friction_cone::ConeHessian;
 use super::problem::{PairBody, Point, Problem, multiply};
 pub use super::workspace::Newton;
 use crate::bounds::{POINT_WORK, hand_work};
-use crate::dynamics::spatial::{Force, Motion};
+use crate::dynamics::spatial::{Force, SpatialVelocity};
 use crate::dynamics::tree::Kinematics;
 use crate::model::Model;
 use palmares_models::Vec3;
@@ -205,11 +205,11 @@ impl Newton {
         let (objects, _) = x[*hand_dofs..].as_chunks::<6>();
         let object = |slot: usize| {
             let v = objects[slot];
-            Motion { linear: Vec3::new(v[0], v[1], v[2]), angular: Vec3::new(v[3], v[4], v[5]) }
+            SpatialVelocity { linear: Vec3::new(v[0], v[1], v[2]), angular: Vec3::new(v[3], v[4], v[5]) }
         };
         for pair in pairs {
             let velocity = |body: PairBody| match body {
-                PairBody::Fixed => Motion::ZERO,
+                PairBody::Fixed => SpatialVelocity::ZERO,
                 PairBody::Link(i, lever) => self.link_velocity[i].moved(lever),
                 PairBody::Centre(slot) => object(slot),
                 PairBody::Object(slot, lever) => object(slot).moved(lever),

@@ -3,7 +3,7 @@
 use super::friction_cone::{ConeLaw, RollingLaw};
 use super::terms::{AxisTerm, RowTerm};
 use crate::dynamics::pattern::{columns, row_sum_abreast};
-use crate::dynamics::spatial::Motion;
+use crate::dynamics::spatial::SpatialVelocity;
 use crate::model::{Model, Owner};
 use palmares_models::{Mat3, Rotation, Vec3};
 
@@ -32,7 +32,7 @@ impl Point {
     }
 
     #[inline]
-    pub(super) fn project(&self, relative: Motion, patch: bool) -> [f64; 4] {
+    pub(super) fn project(&self, relative: SpatialVelocity, patch: bool) -> [f64; 4] {
         let [t1, t2, n] = self.axes;
         let v = relative.at(self.r);
         if !patch {
@@ -95,14 +95,14 @@ pub struct PairProblem {
     /// Whether friction acts at another point than the normal forces, or against spin.
     pub patch: bool,
     pub(super) bodies: [PairBody; 2],
-    pub(super) relative: Motion,
-    pub(super) direction: Motion,
+    pub(super) relative: SpatialVelocity,
+    pub(super) direction: SpatialVelocity,
 }
 
 impl PairProblem {
     /// A pair before its first iteration.
     pub fn new(a: Owner, b: Owner, origin: Vec3, rolling: RollingLaw, first: usize, end: usize) -> Self {
-        let (bodies, still) = ([PairBody::Fixed; 2], Motion::ZERO);
+        let (bodies, still) = ([PairBody::Fixed; 2], SpatialVelocity::ZERO);
         PairProblem {
             a,
             b,

@@ -3,7 +3,7 @@
 use super::cholesky::BlockCholesky;
 use super::friction_cone::ConeHessian;
 use super::problem::Problem;
-use crate::dynamics::spatial::{Force, Motion, SpatialMatrix};
+use crate::dynamics::spatial::{Force, SpatialMatrix, SpatialVelocity};
 use crate::model::Owner;
 
 /// Inputs that determine the blocks and their couplings.
@@ -63,7 +63,7 @@ pub struct Newton {
     pub(super) slot: Vec<usize>,
     /// Per link: position of its joint; `None` for the base.
     pub(super) joints: Vec<Option<Joint>>,
-    pub(super) link_velocity: Vec<Motion>,
+    pub(super) link_velocity: Vec<SpatialVelocity>,
     pub(super) link_force: Vec<Force>,
     pub(super) link_stiffness: Vec<SpatialMatrix>,
     /// Whether each is not zero.
@@ -84,5 +84,5 @@ pub struct Newton {
     pub(super) row_curvature: Vec<f64>,
     pub(super) row_velocity: Vec<f64>,
     pub(super) row_direction: Vec<f64>,
-    pub(super) columns: [Vec<(usize, Motion)>; 2],
+    pub(super) columns: [Vec<(usize, SpatialVelocity)>; 2],
 }

@@ -36,7 +36,7 @@ pub enum NoClosedForm {
         /// Stiffness of the coordinate.
         stiffness: f64,
     },
-    /// A tendon's moment arms depend on the configuration; [`rest`] finds the equilibrium.
+    /// A tendon's moment arms depend on the configuration; [`solve_free`] finds the equilibrium.
     #[error("tendon `{tendon}` has no constant moment arms, which the closed form needs")]
     VaryingArms {
         /// Name of the tendon.
@@ -100,7 +100,7 @@ impl ClosedForm {
 
 /// An equilibrium of a free hand.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rest {
+pub struct FreeEquilibrium {
     /// Coordinates q.
     pub q: Vec<f64>,
     /// Tension of every tendon.
@@ -114,14 +114,14 @@ pub struct Rest {
 /// Error: no equilibrium was found from a starting point.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("no equilibrium found: {residual} N·m are left unbalanced")]
-pub struct NoRest {
+pub struct NoEquilibrium {
     /// Largest unbalanced torque where the search ended.
     pub residual: f64,
 }
 
 /// Largest computing of a search, in the unit of [`crate::bounds`]; the built-in hands need a thousandth of
 /// it.
-const MOST_WORK: u64 = 50_000_000;
+const MAX_WORK: u64 = 50_000_000;
 
 /// Newton's method ends when the torques balance to this part of their magnitudes.
 const BALANCE: f64 = 1e-13;
@@ -146,26 +146,37 @@ enum Pull {
 /// # Errors
 /// No balance within the computing budget, for instance for a coordinate with a torque but neither spring nor
 /// taut tendon.
-pub fn rest(hand: &Hand, s: &[f64], tau: &[f64], start: &[f64]) -> Result<Rest, NoRest> {
-    rest_within(hand, s, tau, start, &mut { MOST_WORK })
+pub fn solve_free(
+    hand: &Hand,
+    s: &[f64],
+    tau: &[f64],
+    start: &[f64],
+) -> Result<FreeEquilibrium, NoEquilibrium> {
+    solve_free_within(hand, s, tau, start, &mut { MAX_WORK })
 }
 
 /// The same within the remaining computing, from which its own is subtracted.
-pub(super) fn rest_within(
+pub(super) fn solve_free_within(
     hand: &Hand,
     s: &[f64],
     tau: &[f64],
     start: &[f64],
     budget: &mut u64,
-) -> Result<Rest, NoRest> {
-    let mut left = MOST_WORK.min(*budget);
+) -> Result<FreeEquilibrium, NoEquilibrium> {
+    let mut left = MAX_WORK.min(*budget);
     let before = left;
     let found = search(hand, s, tau, start, &mut left);
     *budget -= before - left;
     found
 }
 
-fn search(hand: &Hand, s: &[f64], tau: &[f64], start: &[f64], left: &mut u64) -> Result<Rest, NoRest> {
+fn search(
+    hand: &Hand,
+    s: &[f64],
+    tau: &[f64],
+    start: &[f64],
+    left: &mut u64,
+) -> Result<FreeEquilibrium, NoEquilibrium> {
     let mut pulls = vec![Pull::Taut; hand.tendons.len()];
     let mut q = start.to_vec();
     // Each tendon may come loose, saturate and tighten again; more than that is a cycle.
@@ -184,15 +195,20 @@ fn search(hand: &Hand, s: &[f64], tau: &[f64], start: &[f64], left: &mut u64) ->
         }
         if right {
             if found.residual > 1e-9 * found.size.max(1e-3) || q.iter().any(|q| q.is_nan()) {
-                return Err(NoRest { residual: found.residual });
+                return Err(NoEquilibrium { residual: found.residual });
             }
             let coordinates = hand.coordinates.iter().zip(&q).enumerate();
             let beyond_limits =
                 coordinates.filter(|(_, (c, q))| **q < c.lower || **q > c.upper).map(|(i, _)| i).collect();
-            return Ok(Rest { q, tension: found.tension, residual: found.residual, beyond_limits });
+            return Ok(FreeEquilibrium {
+                q,
+                tension: found.tension,
+                residual: found.residual,
+                beyond_limits,
+            });
         }
     }
-    Err(NoRest { residual: Balance::at(hand, s, tau, &pulls, &q).residual })
+    Err(NoEquilibrium { residual: Balance::at(hand, s, tau, &pulls, &q).residual })
 }
 
 /// Elastic energy of a free hand, J: springs, and tendons with prescribed wound lengths s.

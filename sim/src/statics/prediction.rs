@@ -6,14 +6,14 @@ use crate::command::Push;
 use crate::config::Config;
 use crate::dynamics::jacobian::add_point_force;
 use crate::dynamics::tree::Kinematics;
-use crate::statics::equilibrium::{ClosedForm, NoClosedForm, NoRest, rest_within};
+use crate::statics::equilibrium::{ClosedForm, NoClosedForm, NoEquilibrium, solve_free_within};
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_models::measure::LOOSE;
 
 /// Largest computing of a prediction, in the unit of [`crate::bounds`]: a second. The built-in hands need a
 /// thousandth of it.
-const MOST_WORK: u64 = 1_000_000_000;
+const MAX_WORK: u64 = 1_000_000_000;
 /// Largest number of iterations of the fixed point.
 const ITERATIONS: usize = 500;
 /// Coordinates that change less than this are at rest, rad.
@@ -25,7 +25,7 @@ const BEYOND: f64 = 1e-12;
 
 /// Method by which an equilibrium was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Law {
+pub enum Method {
     /// Closed form of adaptive synergies.
     ClosedForm,
     /// Newton's method, where the closed form does not hold.
@@ -40,7 +40,7 @@ pub struct Equilibrium {
     /// One per tendon, in its own unit.
     pub tension: Vec<f64>,
     /// Method.
-    pub law: Law,
+    pub method: Method,
     /// Features outside the closed form: joints at limits, tendons slack or at limits, varying moment arms.
     pub beyond_closed_form: Vec<String>,
 }
@@ -50,12 +50,12 @@ pub struct Equilibrium {
 pub enum NoPrediction {
     /// There is no stable equilibrium, or none was found.
     #[error(transparent)]
-    NoRest(#[from] NoRest),
+    NoEquilibrium(#[from] NoEquilibrium),
     /// A joint is unconstrained: nothing determines its position.
     #[error("joint '{0}' has no spring: where it rests depends on how it got there")]
     Loose(String),
     /// The search exceeded its budget.
-    #[error("where it rests needs more computing to find than it may")]
+    #[error("the search for the equilibrium exceeded its computing budget")]
     WorkExhausted,
     /// The torques of weight and pushes lead to a cycle.
     #[error("weight and pushes leave no equilibrium to iterate to")]
@@ -64,17 +64,17 @@ pub enum NoPrediction {
 
 /// The equilibrium at wound lengths `s_ref`, one per tendon, under joint torques `tau`: by the closed form if
 /// every tendon is taut and below its limit and no joint is at one, else by Newton's method.
-pub fn predicted_equilibrium(
+pub fn solve_limited(
     hand: &Hand,
     limit_stiffness: f64,
     s_ref: &[f64],
     tau: &[f64],
 ) -> Result<Equilibrium, NoPrediction> {
-    predicted_within(hand, limit_stiffness, s_ref, tau, &mut { MOST_WORK })
+    solve_limited_within(hand, limit_stiffness, s_ref, tau, &mut { MAX_WORK })
 }
 
 /// The same within the remaining computing, from which its own is subtracted.
-fn predicted_within(
+fn solve_limited_within(
     hand: &Hand,
     limit_stiffness: f64,
     s_ref: &[f64],
@@ -94,7 +94,12 @@ fn predicted_within(
             (least..=t.force_limit).contains(f)
         });
         if inside && taut {
-            return Ok(Equilibrium { q, tension, law: Law::ClosedForm, beyond_closed_form: Vec::new() });
+            return Ok(Equilibrium {
+                q,
+                tension,
+                method: Method::ClosedForm,
+                beyond_closed_form: Vec::new(),
+            });
         }
     }
     let mut found = held_at_limits(hand, limit_stiffness, s_ref, tau, left)?;
@@ -161,7 +166,7 @@ fn held_at_limits(
                 c.stiffness += limit_stiffness;
             }
         }
-        let found = match rest_within(&stiffer, s_ref, tau, &start, left) {
+        let found = match solve_free_within(&stiffer, s_ref, tau, &start, left) {
             Err(_) if *left == 0 => return Err(NoPrediction::WorkExhausted),
             found => found?,
         };
@@ -186,7 +191,7 @@ fn held_at_limits(
             };
             let why = hand.coordinates.iter().zip(&held).filter_map(at).collect();
             let (q, tension) = (found.q, found.tension);
-            return Ok(Equilibrium { q, tension, law: Law::Newton, beyond_closed_form: why });
+            return Ok(Equilibrium { q, tension, method: Method::Newton, beyond_closed_form: why });
         }
         start = found.q;
     }
@@ -200,7 +205,7 @@ pub fn wound_lengths(hand: &Hand, sigma: &[f64]) -> Vec<f64> {
 
 /// The equilibrium at σ under pushes and, if the hand does not cancel it, its own weight. Their torques
 /// depend on the links' poses: q = equilibrium(τ(q)) is iterated to its fixed point.
-pub fn settled(
+pub fn solve_loaded(
     config: &Config,
     hand: &Hand,
     base: Pose,
@@ -208,11 +213,11 @@ pub fn settled(
     pushes: &[Push],
 ) -> Result<Equilibrium, NoPrediction> {
     let s_ref = wound_lengths(hand, sigma);
-    let mut left = MOST_WORK;
+    let mut left = MAX_WORK;
     let torque_work = torque_work(hand, pushes.len());
     let mut predict = |tau: &[f64]| {
         spend(&mut left, torque_work)?;
-        predicted_within(hand, config.limit_stiffness, &s_ref, tau, &mut left)
+        solve_limited_within(hand, config.limit_stiffness, &s_ref, tau, &mut left)
     };
     let mut found = predict(&vec![0.0; hand.coordinates.len()])?;
     if pushes.is_empty() && hand.gravity_compensation {
@@ -291,7 +296,7 @@ mod tests {
     fn a_joint_that_nothing_holds_has_no_place() {
         let mut hand = Hand::clone(&Hand::builtin("pinch").expect("it is built in"));
         hand.coordinates[2].stiffness = 1e-30;
-        let why = predicted_equilibrium(&hand, 1e3, &[0.0, 0.0], &[0.0; 4]).expect_err("it is loose");
+        let why = solve_limited(&hand, 1e3, &[0.0, 0.0], &[0.0; 4]).expect_err("it is loose");
         assert!(why.to_string().contains("joint 'right_base' has no spring"), "{why}");
         assert_eq!(loose(&Hand::builtin("reflex").expect("it is built in")), None, "its preshape is a drive");
     }
@@ -300,22 +305,22 @@ mod tests {
     fn limits_and_saturation_are_held_where_the_closed_form_ends() {
         let hand = Hand::builtin("softhand").expect("it is built in");
         let tau = vec![0.0; 19];
-        let free = predicted_equilibrium(&hand, 1e3, &[6.0], &tau).expect("a rest");
-        assert_eq!((free.law, free.beyond_closed_form.len()), (Law::ClosedForm, 0));
+        let free = solve_limited(&hand, 1e3, &[6.0], &tau).expect("a rest");
+        assert_eq!((free.method, free.beyond_closed_form.len()), (Method::ClosedForm, 0));
         assert!(residual(&hand, 1e3, &free, &tau) < 1e-12);
 
         // σ = 0.75: the four long fingers' inner joints are at their limits.
-        let limited = predicted_equilibrium(&hand, 1e3, &[9.375], &tau).expect("a rest");
-        assert_eq!((limited.law, limited.beyond_closed_form.len()), (Law::Newton, 4));
+        let limited = solve_limited(&hand, 1e3, &[9.375], &tau).expect("a rest");
+        assert_eq!((limited.method, limited.beyond_closed_form.len()), (Method::Newton, 4));
         assert!(limited.beyond_closed_form[0].contains("joint 'index_inner' is at its upper limit"));
         assert!(residual(&hand, 1e3, &limited, &tau) < 1e-12);
         let most = hand.coordinates.iter().zip(&limited.q).map(|(c, q)| q - c.upper).fold(0.0, f64::max);
         assert!(most > 0.0 && most < 1e-3, "{most}");
 
-        let strong = predicted_equilibrium(&hand, 1e3, &[40.0], &tau).expect("a rest");
+        let strong = solve_limited(&hand, 1e3, &[40.0], &tau).expect("a rest");
         assert_eq!(strong.tension, [2.0]);
         assert!(strong.beyond_closed_form.iter().any(|w| w == "tendon 'tendon' is at its limit of 2"));
-        let slack = predicted_equilibrium(&hand, 1e3, &[-1.0], &tau).expect("a rest");
+        let slack = solve_limited(&hand, 1e3, &[-1.0], &tau).expect("a rest");
         assert_eq!(slack.tension, [0.0]);
         assert_eq!(slack.beyond_closed_form, ["tendon 'tendon' is slack"]);
     }
@@ -351,14 +356,15 @@ mod tests {
         let link = hand.links.len() - 1;
         let far = Push { link, point: palmares_models::Vec3::ZERO, force: palmares_models::Vec3::splat(1e3) };
         for pushes in [vec![], vec![far]] {
-            let found = settled(&config, &hand, Pose::IDENTITY, &[0.5, 0.5], &pushes);
+            let found = solve_loaded(&config, &hand, Pose::IDENTITY, &[0.5, 0.5], &pushes);
             assert!(
-                found.is_ok() || matches!(found, Err(NoPrediction::WorkExhausted | NoPrediction::NoRest(_))),
+                found.is_ok()
+                    || matches!(found, Err(NoPrediction::WorkExhausted | NoPrediction::NoEquilibrium(_))),
                 "{found:?}"
             );
         }
         let tau = vec![0.0; hand.coordinates.len()];
-        let found = predicted_within(&hand, 1e3, &[1.0, 1.0], &tau, &mut 1_000);
+        let found = solve_limited_within(&hand, 1e3, &[1.0, 1.0], &tau, &mut 1_000);
         assert_eq!(found, Err(NoPrediction::WorkExhausted));
     }
 }

@@ -9,7 +9,7 @@ use super::torque_free::{rate, turned};
 use super::work::Work;
 use crate::actuation::base;
 use crate::actuation::motor::wound;
-use crate::bounds::{MOST_SUBSTEPS, STEP_WORK, hand_work};
+use crate::bounds::{MAX_SUBSTEPS, STEP_WORK, hand_work};
 use crate::dynamics::forward::accelerations;
 use crate::dynamics::hand::HandDynamics;
 use crate::model::Model;
@@ -68,9 +68,9 @@ const AMPLE: f64 = 1.0 / 64.0;
 /// Distance, m or rad, and speed from its set point up to which a bolted base is at rest there.
 const STANDS: f64 = 1e-12;
 
-/// A motion that needs more than [`MOST_SUBSTEPS`], or more computing than this, is stiff, and implicit Euler
+/// A motion that needs more than [`MAX_SUBSTEPS`], or more computing than this, is stiff, and implicit Euler
 /// takes it.
-const MOST_WORK: u64 = STEP_WORK / 10;
+const MAX_WORK: u64 = STEP_WORK / 10;
 
 /// Memory of the method.
 #[derive(Default)]
@@ -173,7 +173,7 @@ fn substeps(model: &Model, hand: &Hand, state: &mut State, work: &mut Work, stag
         for stage in 1..STAGES {
             stages.go(&COUPLINGS[stage][..stage], part, bolted);
             work.outcome.work += hand_work(hand.links.len(), n) + (n * n * n / 6) as u64;
-            if work.outcome.work > MOST_WORK {
+            if work.outcome.work > MAX_WORK {
                 return false;
             }
             stage_dynamics(model, work, &stages.at);
@@ -188,7 +188,7 @@ fn substeps(model: &Model, hand: &Hand, state: &mut State, work: &mut Work, stag
         let difference = stages.difference(differences, part, bolted);
         if difference > 1.0 {
             (parts, done, known) = (2 * parts, 2 * done, true);
-            if parts > MOST_SUBSTEPS {
+            if parts > MAX_SUBSTEPS {
                 return false;
             }
             continue;

@@ -20,7 +20,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Allowed overlap of objects in a step, as a part of the thinner one's width: beyond it the near side might
 /// no longer be the nearer one.
-const DEEPEST: f64 = 0.5;
+const MAX_OVERLAP: f64 = 0.5;
 
 /// An object that moves less than this part of the limit in a step is left to its contacts.
 const SLOW: f64 = 0.25;
@@ -62,7 +62,7 @@ pub(super) fn stop_short(
     ways.clear();
     ways.extend(starts.iter().enumerate().map(|(k, start)| longest_way(model, state, start, k)));
     let farthest = ways.iter().copied().fold(0.0, f64::max);
-    if 2.0 * farthest <= SLOW * DEEPEST * model.thinnest_m() || farthest.is_nan() {
+    if 2.0 * farthest <= SLOW * MAX_OVERLAP * model.thinnest_m() || farthest.is_nan() {
         return;
     }
     list_due(model, state, continuous, collision, spent);
@@ -122,7 +122,7 @@ fn longest_way(model: &Model, state: &State, start: &Pose, k: usize) -> f64 {
 
 /// The allowed overlap of two shapes in a step, m.
 fn most(a: &Collider, b: &Collider) -> f64 {
-    DEEPEST * a.width.min(b.width)
+    MAX_OVERLAP * a.width.min(b.width)
 }
 
 /// Whether a shape takes part.

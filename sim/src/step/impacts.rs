@@ -21,7 +21,7 @@ const GAIN: f64 = 1e-5;
 const DETOUR: f64 = 0.01;
 
 /// The spring of the contact stops a body that turns by more than this in a step, rad.
-const LARGEST_TURN: f64 = 0.01;
+const MAX_TURN: f64 = 0.01;
 
 /// Rebound of an object within a step.
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +67,7 @@ pub(super) fn find(
 ) -> bool {
     let (mut due, mut able) = (false, 0);
     // A body that turns far within a step does not reach the surface where its velocity predicts.
-    let turns = |k: usize| state.object_velocity(model, k).1.length() * model.config().step_s > LARGEST_TURN;
+    let turns = |k: usize| state.object_velocity(model, k).1.length() * model.config().step_s > MAX_TURN;
     // A body that already rests on a support tips onto the next: see `support_transfer`.
     let stands = || {
         let points = |&index: &usize| &contacts.points[contacts.pairs[index].points.clone()];
@@ -231,7 +231,7 @@ pub(super) fn keep_sequence(
     }
     // Cached gaps rely on no body moving farther than the faster of its velocities allows.
     if astray {
-        collision.distances.forget(model.colliders().len());
+        collision.distances.clear(model.colliders().len());
     }
     true
 }

@@ -10,7 +10,7 @@ use crate::solver::problem::Problem;
 use palmares_models::Vec3;
 
 /// Displacements below this, m, are not corrected: a body at rest is not worth the search.
-const LEAST_M: f64 = 1e-9;
+const MIN_M: f64 = 1e-9;
 
 /// Largest distance, m, by which a body that turns about a contact may lift it off its tangent. A body that
 /// pivots faster keeps the dissipation of the end velocity; otherwise the lift would add energy.
@@ -89,7 +89,7 @@ pub(super) fn correction(
     let mut wanted = [0.0; 6];
     wanted[..3].copy_from_slice(&linear.to_array());
     wanted[3..].copy_from_slice(&(angular * gyration).to_array());
-    if dot(&wanted, &wanted) < LEAST_M * LEAST_M {
+    if dot(&wanted, &wanted) < MIN_M * MIN_M {
         return Correction::default();
     }
     let mut held = Held::default();

@@ -33,7 +33,7 @@ mod workspace;
 
 pub(crate) use forces::StepForces;
 pub(crate) use scratch::Scratch;
-pub use workspace::Workspace;
+pub use workspace::SharedScratch;
 
 use crate::actuation::base::{self, BaseCommand};
 use crate::actuation::motor;
@@ -41,25 +41,25 @@ use crate::bounds::{Fault, hand_work, step_work};
 use crate::command::Command;
 use crate::contact::collide::collide;
 use crate::model::Model;
-use crate::outcome::{Outcome, Phase, Probe};
+use crate::outcome::{PhaseTimer, StepOutcome, StepPhase};
 use crate::state::{BaseReference, State};
 use drive::Drive;
 use palmares_models::Vec3;
 use work::Work;
 
-/// Advances `state` by one step and notifies `probe` at the end of each phase. With a fault the state stays
+/// Advances `state` by one step and notifies `timer` at the end of each phase. With a fault the state stays
 /// unchanged, unless the fault is found while the step is solved.
 pub(crate) fn step(
     model: &Model,
     state: &mut State,
     scratch: &mut Scratch,
     command: &Command,
-    probe: &mut impl Probe,
+    timer: &mut impl PhaseTimer,
 ) {
-    prepare(model, state, scratch, probe);
+    prepare(model, state, scratch, timer);
     let spent = scratch.prepared.take().unwrap_or_default();
     let work = &mut scratch.work;
-    work.outcome = Outcome::default();
+    work.outcome = StepOutcome::default();
     if work.fault.is_some() {
         return;
     }
@@ -70,12 +70,12 @@ pub(crate) fn step(
         scratch.work.fault = Some(Fault::WorkExhausted);
     }
     state.step += 1;
-    probe.ended(Phase::Solver);
+    timer.ended(StepPhase::Solver);
 }
 
 /// The part of a step that does not depend on its command: the hand's dynamics and the search for contacts.
 /// Does nothing if already done.
-pub(crate) fn prepare(model: &Model, state: &mut State, scratch: &mut Scratch, probe: &mut impl Probe) {
+pub(crate) fn prepare(model: &Model, state: &mut State, scratch: &mut Scratch, timer: &mut impl PhaseTimer) {
     if scratch.prepared.is_some() {
         return;
     }
@@ -87,13 +87,13 @@ pub(crate) fn prepare(model: &Model, state: &mut State, scratch: &mut Scratch, p
     }
     let links = model.hand().map_or(0, |hand| hand.links.len());
     dynamics.update(model, false, state.base, &state.q, &state.v);
-    probe.ended(Phase::Dynamics);
+    timer.ended(StepPhase::Dynamics);
     let spent = collide(model, state, dynamics, collision, hand_work(links, model.hand_dofs()));
     scratch.prepared = Some(spent);
     if spent > step_work(model.objects().len()) {
         *fault = Some(Fault::WorkExhausted);
     }
-    probe.ended(Phase::Collision);
+    timer.ended(StepPhase::Collision);
 }
 
 /// Motors and the base's set point follow the command.
@@ -124,7 +124,8 @@ fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent:
     work.forces.clear();
     work.impacts.of_objects.resize(model.objects().len(), None);
     let points = &work.collision.contacts.points;
-    work.outcome = Outcome { converged: true, points: points.len(), work: spent, ..Outcome::default() };
+    work.outcome =
+        StepOutcome { converged: true, points: points.len(), work: spent, ..StepOutcome::default() };
     for point in points {
         work.outcome.penetration_m = work.outcome.penetration_m.max(-point.distance);
     }

@@ -34,7 +34,7 @@ pub(super) const REBOUND_PASSES: usize = 6;
 const REBOUND_TOLERANCE: f64 = 1e-3;
 
 /// Time, s, over which the lift of a surface counts even with shorter steps.
-const LEAST_S: f64 = 1e-3;
+const MIN_S: f64 = 1e-3;
 
 /// Divisor of the term's tolerance in the `pass`-th check of a step, from 0 on; `None` if the step is not to
 /// be solved again for the term.
@@ -102,7 +102,7 @@ pub(super) fn correct(
             let target = rest - de_saxce(config, pair, slip);
             // The law lifts a surface over the step and the dissipation time. The next step recovers the loss
             // of a lone object on the ground; solving it again would move the point where slip ends.
-            let over_s = if island.hand { config.step_s + tau_n } else { config.step_s.max(LEAST_S) };
+            let over_s = if island.hand { config.step_s + tau_n } else { config.step_s.max(MIN_S) };
             if (target - point.law.target[2]).abs() * over_s > tolerance {
                 point.law.target[2] = target;
                 any = true;

@@ -24,14 +24,14 @@ pub(super) fn rate(rotation: Rotation, omega: Vec3) -> Rotation {
 }
 
 /// Largest turn of a substep, rad: for larger turns fourth order brings little.
-const LARGEST_TURN: f64 = 0.2;
+const MAX_TURN: f64 = 0.2;
 
 /// Largest number of substeps: a body that turns twice in a step gets larger substeps, without its exact
 /// orientation but with its angular momentum.
-const MOST_PARTS: f64 = 64.0;
+const MAX_PARTS: f64 = 64.0;
 
 /// Largest factor by which the energy of a freely turning needle may grow: beyond it its attitude is unknown.
-const MOST_GAIN: f64 = 1.01;
+const MAX_GAIN: f64 = 1.01;
 
 /// Smallest [`unlike`] of a needle.
 const NEEDLE: f64 = 10.0;
@@ -84,7 +84,7 @@ pub(super) fn torque_free(
         let half = rotation + slope(rotation) * (0.5 * h);
         next = (rotation + slope(half) * h).normalize();
     } else {
-        let parts = (turn / LARGEST_TURN).ceil().min(MOST_PARTS);
+        let parts = (turn / MAX_TURN).ceil().min(MAX_PARTS);
         let h = h / parts;
         for _ in 0..parts as u32 {
             let k1 = slope(next);
@@ -97,7 +97,7 @@ pub(super) fn torque_free(
     let after = omega_at(next, inverse, momentum);
     // For a needle that spins about its axis, rounding of its attitude is a large spin: it turns about its
     // present axis instead.
-    if after.dot(momentum) > MOST_GAIN * omega.dot(momentum) && unlike(inertia, inverse) > NEEDLE {
+    if after.dot(momentum) > MAX_GAIN * omega.dot(momentum) && unlike(inertia, inverse) > NEEDLE {
         return (turned(rotation, omega * h), omega);
     }
     (next, after)
@@ -133,7 +133,7 @@ mod tests {
                 (q, w) = torque_free(q, w, inertia, inertia.inverse(), 1e-2);
             }
             let gain = energy(q, w) / before;
-            assert!(gain <= MOST_GAIN.powi(100), "{spin}: {gain}");
+            assert!(gain <= MAX_GAIN.powi(100), "{spin}: {gain}");
         }
     }
 

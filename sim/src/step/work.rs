@@ -9,14 +9,14 @@ use crate::bounds::Fault;
 use crate::contact::collide::Collision;
 use crate::dynamics::hand::HandDynamics;
 use crate::model::Model;
-use crate::outcome::Outcome;
+use crate::outcome::StepOutcome;
 use crate::state::State;
 use palmares_models::Vec3;
 
 /// Dynamics, contacts and loads of a step, and its results.
 #[derive(Default)]
 pub(crate) struct Work {
-    pub outcome: Outcome,
+    pub outcome: StepOutcome,
     pub fault: Option<Fault>,
     pub forces: StepForces,
     pub dynamics: HandDynamics,

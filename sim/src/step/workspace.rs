@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// to world. Its matrices have the pattern of one hand, that of the first world that borrows it: a world of
 /// another hand, or with another number of objects, uses its own.
 #[derive(Default)]
-pub struct Workspace {
+pub struct SharedScratch {
     lent_to: Option<(Arc<Hand>, usize)>,
     dynamics: HandDynamics,
     solvers: Vec<(Problem, Newton)>,
@@ -26,7 +26,7 @@ pub struct Workspace {
 
 impl Scratch {
     /// Exchanges it with that of a world of `model`; not between preparing a step and the step itself.
-    pub(crate) fn exchange(&mut self, model: &Model, lent: &mut Workspace) {
+    pub(crate) fn exchange(&mut self, model: &Model, lent: &mut SharedScratch) {
         debug_assert!(self.prepared.is_none(), "the dynamics are those of a step that has been prepared");
         let Some(hand) = model.hand() else { return };
         let (first, objects) = lent.lent_to.get_or_insert_with(|| (hand.clone(), model.objects().len()));

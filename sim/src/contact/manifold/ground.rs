@@ -8,7 +8,7 @@ use palmares_models::Vec3;
 use parry3d_f64::shape::PackedFeatureId;
 
 /// Largest number of corners besides those of the flattest face, the deepest first.
-const MOST_BESIDE: usize = 8;
+const MAX_OTHER_CORNERS: usize = 8;
 
 /// Finds the corners of `solid` that are within `reach` of the plane. The plane's `normal` points out of the
 /// ground, in the solid's frame, from the point `on_plane`. Positions are in the solid's frame; heights are
@@ -38,7 +38,7 @@ pub(super) fn corners(
         let mut beside: Vec<Overlap> =
             others.map(|(k, at)| place(*at, k)).filter(|corner| corner.distance() <= reach).collect();
         beside.sort_by(|a, b| a.distance().total_cmp(&b.distance()));
-        beside.truncate(MOST_BESIDE);
+        beside.truncate(MAX_OTHER_CORNERS);
         near.extend(beside);
     }
     if let Some((at, sine)) = solid.rim(-normal) {

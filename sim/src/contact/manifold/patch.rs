@@ -11,11 +11,11 @@
 use super::clip::Overlap;
 
 /// Largest number of points of a patch, not counting a deepest corner that is another.
-const MOST: usize = 8;
+const MAX_POINTS: usize = 8;
 
 /// The same for a disc, where a rim also bears as soon as the disc tilts: its own lowest point is a further
 /// point.
-const MOST_OF_DISC: usize = 4;
+const MAX_POINTS_OF_DISC: usize = 4;
 
 /// A dropped corner counts if it is deeper than all others by more than this, m.
 const DEEPER_M: f64 = 1e-6;
@@ -34,7 +34,7 @@ const THIN: f64 = 1e-5;
 /// Keeps as many corners of a polygon as a patch may have: the corner whose loss costs the least area goes
 /// first. Corners with the same cost go in order, so that a regular polygon stays regular.
 pub(super) fn reduce(corners: &mut Vec<Overlap>, of_disc: bool) {
-    let most = if of_disc { MOST_OF_DISC } else { MOST };
+    let most = if of_disc { MAX_POINTS_OF_DISC } else { MAX_POINTS };
     if corners.len() <= most {
         return;
     }

@@ -8,9 +8,9 @@
 use crate::command::Push;
 use crate::config::Config;
 use crate::dynamics::tree::Kinematics;
-use crate::statics::equilibrium::{NoRest, elastic_energy};
+use crate::statics::equilibrium::{NoEquilibrium, elastic_energy};
 use crate::statics::prediction::{
-    Equilibrium, Law, NoPrediction, beyond_tendons, loose, spend, torque_work, torques, wound_lengths,
+    Equilibrium, Method, NoPrediction, beyond_tendons, loose, spend, torque_work, torques, wound_lengths,
 };
 use nalgebra::{DMatrix, DVector};
 use palmares_models::hand::Hand;
@@ -19,14 +19,14 @@ use palmares_models::{Pose, Vec3};
 /// Stiffness of the spring that holds a point, N/m: at 1 N the point is 0.01 mm off.
 const STIFFNESS: f64 = 1e5;
 /// Largest force that holds a point, N: more than the closing force of any hand here.
-const MOST_FORCE: f64 = 100.0;
+const MAX_FORCE: f64 = 100.0;
 /// Newton's method ends when the torques balance to this part of their magnitudes.
 const BALANCE: f64 = 1e-11;
 /// Largest accepted unbalanced part of them.
 const BALANCED: f64 = 1e-7;
 /// Largest computing of a search, in the unit of [`crate::bounds`]: a second or two. Hands within the default
 /// limits need less, for any number of steps.
-const MOST_WORK: u64 = 2_000_000_000;
+const MAX_WORK: u64 = 2_000_000_000;
 /// Largest number of Newton steps, each with as many evaluations as twice the coordinates.
 const STEPS: usize = 200;
 /// Half the difference of two evaluations for a derivative, rad or m.
@@ -34,7 +34,7 @@ const DIFFERENCE: f64 = 1e-6;
 
 /// A point of a link that is held at a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hold {
+pub struct PointConstraint {
     /// Index of the link.
     pub link: usize,
     /// Point in the link frame, m.
@@ -54,7 +54,7 @@ pub struct Reaction {
 
 /// A hand at rest with some points held.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Held {
+pub struct ConstrainedEquilibrium {
     /// Coordinates and tensions.
     pub equilibrium: Equilibrium,
     /// One per hold.
@@ -68,7 +68,7 @@ struct Scene<'a> {
     base: Pose,
     s_ref: Vec<f64>,
     pushes: &'a [Push],
-    holds: &'a [Hold],
+    holds: &'a [PointConstraint],
 }
 
 /// The equilibrium at motor positions σ under pushes and, if the hand does not cancel it, its own weight,
@@ -76,14 +76,14 @@ struct Scene<'a> {
 ///
 /// # Errors
 /// No balance was reached, or a joint is unconstrained.
-pub fn held(
+pub fn solve_constrained(
     config: &Config,
     hand: &Hand,
     base: Pose,
     sigma: &[f64],
     pushes: &[Push],
-    holds: &[Hold],
-) -> Result<Held, NoPrediction> {
+    holds: &[PointConstraint],
+) -> Result<ConstrainedEquilibrium, NoPrediction> {
     if let Some(loose) = loose(hand) {
         return Err(NoPrediction::Loose(loose.to_owned()));
     }
@@ -94,11 +94,11 @@ pub fn held(
     why.extend(beyond_tendons(hand, &tension));
     why.extend(holds.iter().map(|hold| format!("link '{}' is held", hand.links[hold.link].name)));
     let reactions = scene.reactions(&scene.kinematics(&q));
-    let equilibrium = Equilibrium { q, tension, law: Law::Newton, beyond_closed_form: why };
-    Ok(Held { equilibrium, reactions })
+    let equilibrium = Equilibrium { q, tension, method: Method::Newton, beyond_closed_form: why };
+    Ok(ConstrainedEquilibrium { equilibrium, reactions })
 }
 
-impl Hold {
+impl PointConstraint {
     /// The holding force, as a push.
     pub fn as_push(&self, reaction: &Reaction) -> Push {
         Push { link: self.link, point: self.point, force: reaction.force }
@@ -107,8 +107,8 @@ impl Hold {
 
 /// Energy of a spring with bounded force: a parabola, continued linearly beyond the bound.
 fn spring_energy(gap: f64) -> f64 {
-    let most = MOST_FORCE / STIFFNESS;
-    if gap <= most { 0.5 * STIFFNESS * gap * gap } else { MOST_FORCE * (gap - 0.5 * most) }
+    let most = MAX_FORCE / STIFFNESS;
+    if gap <= most { 0.5 * STIFFNESS * gap * gap } else { MAX_FORCE * (gap - 0.5 * most) }
 }
 
 impl Scene<'_> {
@@ -119,10 +119,10 @@ impl Scene<'_> {
     }
 
     fn reactions(&self, kin: &Kinematics) -> Vec<Reaction> {
-        let of = |hold: &Hold| {
+        let of = |hold: &PointConstraint| {
             let off = hold.place - kin.pose[hold.link].transform_point(hold.point);
             let gap = off.length();
-            let stiffness = if gap * STIFFNESS > MOST_FORCE { MOST_FORCE / gap } else { STIFFNESS };
+            let stiffness = if gap * STIFFNESS > MAX_FORCE { MAX_FORCE / gap } else { STIFFNESS };
             Reaction { force: off * stiffness, gap }
         };
         self.holds.iter().map(of).collect()
@@ -217,7 +217,7 @@ impl Scene<'_> {
         let n = q.len() as u64;
         let evaluation =
             torque_work(self.hand, self.pushes.len() + self.holds.len()) + n * self.hand.tendons.len() as u64;
-        let mut left = MOST_WORK;
+        let mut left = MAX_WORK;
         for _ in 0..STEPS {
             if gradient.amax() <= BALANCE * size {
                 break;
@@ -249,7 +249,7 @@ impl Scene<'_> {
             (gradient, size) = self.gradient(&q);
         }
         let residual = gradient.amax();
-        if residual <= BALANCED * size.max(1e-3) { Ok(q) } else { Err(NoRest { residual }.into()) }
+        if residual <= BALANCED * size.max(1e-3) { Ok(q) } else { Err(NoEquilibrium { residual }.into()) }
     }
 }
 
@@ -274,7 +274,7 @@ fn downhill(hessian: DMatrix<f64>, gradient: &DVector<f64>) -> (Option<DVector<f
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::statics::prediction::settled;
+    use crate::statics::prediction::solve_loaded;
     use std::sync::Arc;
 
     fn hand(name: &str) -> Arc<Hand> {
@@ -294,9 +294,10 @@ mod tests {
     fn nothing_held_is_the_closed_form() {
         let (config, hand) = (Config::default(), hand("softhand"));
         let sigma = closed(&hand, 0.4);
-        let expected = settled(&config, &hand, Pose::IDENTITY, &sigma, &[]).expect("a rest");
-        assert_eq!(expected.law, Law::ClosedForm);
-        let found = held(&config, &hand, Pose::IDENTITY, &sigma, &[], &[]).expect("a rest").equilibrium;
+        let expected = solve_loaded(&config, &hand, Pose::IDENTITY, &sigma, &[]).expect("a rest");
+        assert_eq!(expected.method, Method::ClosedForm);
+        let found =
+            solve_constrained(&config, &hand, Pose::IDENTITY, &sigma, &[], &[]).expect("a rest").equilibrium;
         for (a, b) in found.q.iter().zip(&expected.q).chain(found.tension.iter().zip(&expected.tension)) {
             assert!((a - b).abs() < 1e-8, "{a} {b}");
         }
@@ -308,16 +309,18 @@ mod tests {
         let config = Config::default();
         for hand in palmares_models::builtin::builtin_hands() {
             let sigma = closed(hand, 0.3);
-            let free = held(&config, hand, Pose::IDENTITY, &sigma, &[], &[]).expect("a rest");
+            let free = solve_constrained(&config, hand, Pose::IDENTITY, &sigma, &[], &[]).expect("a rest");
             let (link, point) = (tip(hand), Vec3::new(0.0, 0.005, 0.01));
             let mut kin = Kinematics::default();
             // A reachable target: the point's position at another closure.
-            let other = held(&config, hand, Pose::IDENTITY, &closed(hand, 0.2), &[], &[]).expect("a rest");
+            let other = solve_constrained(&config, hand, Pose::IDENTITY, &closed(hand, 0.2), &[], &[])
+                .expect("a rest");
             kin.update(hand, Pose::IDENTITY, &other.equilibrium.q);
             let place = kin.pose[link].transform_point(point);
-            let holds = [Hold { link, point, place }];
+            let holds = [PointConstraint { link, point, place }];
             let pushes = [Push { link, point: Vec3::ZERO, force: Vec3::new(0.0, 0.05, -0.05) }];
-            let found = held(&config, hand, Pose::IDENTITY, &sigma, &pushes, &holds).expect("a rest");
+            let found =
+                solve_constrained(&config, hand, Pose::IDENTITY, &sigma, &pushes, &holds).expect("a rest");
             let reaction = found.reactions[0];
             assert!(reaction.gap < 5e-4, "{}: {reaction:?}", hand.name);
             assert!((reaction.force.length() - STIFFNESS * reaction.gap).abs() < 1e-9);
@@ -348,9 +351,10 @@ mod tests {
     fn a_place_out_of_reach_pulls_with_a_bounded_force() {
         let (config, hand) = (Config::default(), hand("softhand"));
         let link = tip(&hand);
-        let hold = Hold { link, point: Vec3::ZERO, place: Vec3::new(5.0, 0.0, 0.0) };
-        let found = held(&config, &hand, Pose::IDENTITY, &closed(&hand, 0.3), &[], &[hold]).expect("a rest");
+        let hold = PointConstraint { link, point: Vec3::ZERO, place: Vec3::new(5.0, 0.0, 0.0) };
+        let found = solve_constrained(&config, &hand, Pose::IDENTITY, &closed(&hand, 0.3), &[], &[hold])
+            .expect("a rest");
         let reaction = found.reactions[0];
-        assert!((reaction.force.length() - MOST_FORCE).abs() < 1e-9 && reaction.gap > 4.0, "{reaction:?}");
+        assert!((reaction.force.length() - MAX_FORCE).abs() < 1e-9 && reaction.gap > 4.0, "{reaction:?}");
     }
 }
