@@ -18,7 +18,11 @@ from pathlib import Path
 import numpy as np
 
 import palmares
-from palmares.motion import UP, Array, Mover, TopGrasp, object_bounds, quat_of
+from palmares.arrays import Array
+from palmares.rotation import quat_of
+from palmares.skills.grasps import TopGrasp
+from palmares.skills.motion import UP, Mover
+from palmares.skills.objects import object_bounds
 
 # name, pitch, roll, above, aside, along, σ open, σ closed, sink
 GRASP = TopGrasp("flat", 1.6182, 0.3491, 0.0068, 0.0264, 0.1876, 0.0212, 0.9, 0.12)

@@ -13,9 +13,9 @@ import pytest
 
 import palmares
 from palmares.evaluate import MOST_SEEDS, ControllerError, evaluate, processes
-from palmares.evaluate.command import main, parser, seeds, separated
 from palmares.evaluate.controller import loaded
 from palmares.evaluate.statistics import Comparison, Spread
+from palmares.program.evaluate import main, parser, seeds, separated
 from tests.real_server import RealServer, needs_server
 
 # Drops the ball from where the hand begins: a short run whose final state depends on the seed.

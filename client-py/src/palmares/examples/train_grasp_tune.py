@@ -19,7 +19,7 @@ from typing import Any
 
 import palmares
 from palmares.examples.grasp_softhand import ACROSS, NARROW, run
-from palmares.motion import TopGrasp
+from palmares.skills.grasps import TopGrasp
 
 RANGES = {
     "pitch_rad": (1.4, 1.8),

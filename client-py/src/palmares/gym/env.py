@@ -17,7 +17,7 @@ from palmares.gym.fields import Arrays, action_space, arrays_of, arrays_of_scene
 from palmares.gym.player import Player
 from palmares.gym.training import Shaping, training_of
 from palmares.messages import Observation
-from palmares.requests import names
+from palmares.net.requests import names
 from palmares.targets import twist
 
 if TYPE_CHECKING:

@@ -9,12 +9,14 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palmares import _native
+from palmares._native import Batch as NativeBatch
+from palmares._native import Snapshot
+from palmares._native import welcome as native_welcome
 from palmares.arguments import LARGEST_COUNT, LARGEST_SEED, mask_of, one_of, table, whole
 from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.messages import Welcome
-from palmares.progress import progress
+from palmares.sim.progress import progress
 from palmares.sim.world import read
 from palmares.training import Training, checked
 
@@ -97,9 +99,9 @@ class Batch:
         one_of("sensing", sensing, ("sensors", "truth"))
         one_of("noise", noise, ("none", "real"))
         checked(training, str(task))
-        self._native = _native.Batch(str(task), str(hand), count, sensing, noise, threads, training)
+        self._native = NativeBatch(str(task), str(hand), count, sensing, noise, threads, training)
         self._training = training or Training()
-        specs = read(_native.welcome("", [], []), Welcome).specs
+        specs = read(native_welcome("", [], []), Welcome).specs
         limits = [specs.action_field(name).range[1] for name in ("base.linear", "base.angular")]
         self._limits = (limits[0] * (1.0 + 1e-9), limits[1] * (1.0 + 1e-9))
         self.clipping = Clipping()
@@ -244,14 +246,14 @@ class Batch:
         """
         return self._native.result(self._world(world))
 
-    def snapshot(self, world: int) -> _native.Snapshot:
+    def snapshot(self, world: int) -> Snapshot:
         """Keep a world as it is; see `World.snapshot`."""
         return self._native.snapshot(self._world(world))
 
-    def restore(self, world: int, snapshot: _native.Snapshot | bytes) -> None:
+    def restore(self, world: int, snapshot: Snapshot | bytes) -> None:
         """Let a world go on from a snapshot of the same task, hand, seed and noise."""
         if isinstance(snapshot, bytes | bytearray | memoryview):
-            snapshot = _native.Snapshot(bytes(snapshot))
+            snapshot = Snapshot(bytes(snapshot))
         self._native.restore(self._world(world), snapshot)
 
     def __repr__(self) -> str:
