@@ -2,6 +2,7 @@
 
 use crate::apt;
 use crate::cargo::{build_extension, build_server, cargo};
+use crate::dependencies;
 use crate::docker;
 use crate::instructions;
 use crate::python::Environment;
@@ -71,6 +72,10 @@ pub(crate) fn run() -> Result<bool> {
         }),
         step("Rust tests", || counted(cargo().args(["test", "--workspace", "--no-fail-fast"]), rust_tests)),
     ]);
+    steps.push(step("licences and sources of crates", || match dependencies::prepare_deny()? {
+        Ok(mut deny) => whole(&mut deny),
+        Err(reason) => or_skipped(Err(reason)),
+    }));
     steps.push(step("instruction counts", || match instructions::prepare()? {
         Ok(mut bench) => whole(&mut bench),
         Err(reason) => or_skipped(Err(reason)),
@@ -108,7 +113,11 @@ pub(crate) fn run() -> Result<bool> {
             command.args(["-m"]).args(arguments);
             command
         };
-        steps.push(step("Python lints", || whole(&mut python(&["ruff", "check"]))));
+        steps.push(step("Python lints", || {
+            let mut imports = environment.tool("lint-imports");
+            let imports = imports.args(["--no-cache", "--no-logo"]);
+            Ok(whole(&mut python(&["ruff", "check"]))?.plus(whole(imports)?))
+        }));
         steps.push(step("Python formatting", || whole(&mut python(&["ruff", "format", "--check"]))));
         steps.push(step("Python types", || whole(&mut python(&["mypy"]))));
         steps.push(step("Python tests", || {
