@@ -1,9 +1,9 @@
 import { expect, test } from 'vitest';
+import type { BoardRow } from './model';
 import { columns, replayIsOpen } from './model';
 import { differs, moveMark, movement, announcementOf } from './movement';
-import type { LeaderboardRow } from '../wire/messages';
 
-function row(rank: number, team: string, total: number): LeaderboardRow {
+function row(rank: number, team: string, total: number): BoardRow {
   const best = { score: total, run_id: `run_${team}`, status: 'verified', ended_unix_ms: 0 };
   return { rank, team, total, runs: 1, reached_unix_ms: 0, sensors_only: false, sensors_rank: null, tasks: { balls: best } };
 }
@@ -23,7 +23,7 @@ test('who overtakes goes up, who is overtaken goes down, others stand', () => {
   expect(announcementOf(moves, now)).toBe('c is 1st with 4.0 points');
 });
 
-test('a new team is new, whose total falls is told so', () => {
+test('a new team is new, a falling total has a mark', () => {
   const moves = movement([row(1, 'a', 3)], [row(1, 'a', 2), row(2, 'b', 1)]);
   expect(moves.get('b')).toEqual({ places: null, gained: 1 });
   expect(moves.get('a')).toEqual({ places: 0, gained: -1 });

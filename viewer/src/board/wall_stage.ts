@@ -1,37 +1,36 @@
-/** The stage as the wall uses it: loaded when there is a world, so that the ranking stands before it. */
+/** The wall's stage. It is loaded with the first run, so that the ranking appears without waiting for it. */
 import { type Moment, POSE } from '../model/moment';
-import { sceneOf } from '../model/scene';
+import { sceneOf, type WireScene } from '../model/scene';
 import type { Stage } from '../render/stage';
-import type { Poses, WatchScene } from '../wire/messages';
 
-/** Draws messages of the watch socket. */
-export interface StageLike { scene(message: WatchScene): void; poses(message: Poses, at: number): void }
+/** Shows messages of the watch socket. */
+export interface StageLike { scene(message: Record<string, unknown>): void; poses(message: Record<string, unknown>, at: number): void }
 
-/** A stage in a place, or null where none can be drawn: without WebGL. `stage` is told when it is there. */
-export async function stageFor(place: HTMLElement, told: (stage: Stage) => void = () => undefined): Promise<StageLike | null> {
+/** Creates the stage, or null if that fails. `created` gets the stage. */
+export async function stageFor(place: HTMLElement, created: (stage: Stage) => void = () => undefined): Promise<StageLike | null> {
   let stage: Stage;
   try {
     const { Stage: Drawn } = await import('../render/stage');
     stage = new Drawn(place);
   } catch (error) {
-    console.warn('no world can be drawn here', error);
+    console.warn('the 3D view could not be created', error);
     return null;
   }
   stage.setOverlay('regions', true);
-  told(stage);
+  created(stage);
   return {
     scene(message) {
-      stage.setScene(sceneOf(message));
+      stage.setScene(sceneOf(message as unknown as WireScene));
       stage.view('front');
     },
     poses(message, at) { stage.push(momentOf(message), at); },
   };
 }
 
-/** The message `poses`, whose poses are lists of seven, as a moment. */
-export function momentOf(message: Poses): Moment {
-  const lists = message.poses;
+/** Converts the message `poses`, whose poses are lists of seven numbers. */
+export function momentOf(message: Record<string, unknown>): Moment {
+  const lists = message['poses'] as number[][];
   const poses = new Float32Array(lists.length * POSE);
   lists.forEach((list, row) => { poses.set(list, row * POSE); });
-  return { tick: message.tick, time: message.sim_time_s, score: null, poses };
+  return { tick: message['tick'] as number, time: message['sim_time_s'] as number, score: null, poses };
 }

@@ -1,10 +1,10 @@
 import { describe, expect, it } from 'vitest';
+import type { HandDescription } from './hand';
 import { palmOf } from './palm';
 import softhand from './testdata/softhand.json';
-import type { HandDescription } from '../wire/messages';
 
 describe('the palm', () => {
-  it('of the anthropomorphic hand looks along x, as its model says', () => {
+  it('of the anthropomorphic hand faces +x, as in its model', () => {
     const hand = softhand as unknown as HandDescription;
     const coordinates = hand.coordinates.map((c) => ({ ...c, minimum: 0, maximum: 1.5 }));
     const { direction, middle } = palmOf({ ...hand, coordinates });

@@ -1,36 +1,52 @@
-/** The watch socket: what spectators are told of a run, opened again when it breaks. docs/protocol.md describes it. */
+/** The watch socket: messages about a run for spectators. It reconnects by itself. docs/protocol.md describes it. */
 import { type Moment, POSE } from '../model/moment';
-import { type SceneInfo, sceneOf } from '../model/scene';
-import type { Clock, ErrorReply, Event as RunEvent, Final, Poses, Verdict, WatchReply, WatchRun } from '../wire/messages';
+import { type RunInfo, type SceneInfo, type WireScene, sceneOf } from '../model/scene';
 import { FrameReader } from './decode';
 
-/** What to show. */
+/** The run to watch. */
 export type WatchTarget = { session_id: string } | { run_id: string } | { featured: true };
 
-/** What happens; all are called in the order in which the server tells it. */
+export interface SessionClock {
+  session_left_s: number | null;
+  elapsed_s: number | null;
+  paused: boolean;
+  real_time_factor: number | null;
+  late_s: number | null;
+}
+export interface RunEvent { tick: number; kind: string; object?: number }
+export interface RunOutcome { score: number; in_goal: number; outside: number; reason: string; ticks: number; sim_time_s: number }
+
+/** The result of one rule of the referee for one object. */
+export interface RuleResult { rule: string; holds: boolean; value: number | null; limit: number | null; unit: string }
+export interface ObjectStatus { object: number; counts: boolean; place: string; reasons: RuleResult[] }
+
+/** Callbacks, in the order of the server's messages. */
 export interface WatchListener {
   scene(scene: SceneInfo): void;
   moment(moment: Moment, at: number): void;
   score(score: number): void;
   events(events: RunEvent[]): void;
-  clock(clock: Clock): void;
-  verdicts(verdicts: Verdict[]): void;
-  /** `fault`: what the world failed of, if it did. */
-  ended(outcome: Final | null, fault?: string): void;
-  /** An organizer told everybody something; an empty text takes it away. */
+  clock(clock: SessionClock): void;
+  verdicts(verdicts: ObjectStatus[]): void;
+  /** `fault`: the failure of the world, if it failed. */
+  ended(outcome: RunOutcome | null, fault?: string): void;
+  /** An organizer's announcement; an empty text removes it. */
   announcement?(text: string): void;
-  runs(runs: WatchRun[]): void;
-  /** `waiting`: nothing is played there now. */
+  runs(runs: RunInfo[]): void;
+  /** `waiting`: no run is being played. */
   state(state: 'connecting' | 'watching' | 'waiting'): void;
-  /** Refused, and not tried again: what the server says, and its code. */
+  /** The server refused, with its message and code; there is no further attempt. */
   refused(message: string, code: string): void;
 }
 
-const LONGEST_WAIT_MS = 10_000;
+interface WirePoses { tick: number; sim_time_s: number; poses: number[][] }
+type Message = Record<string, unknown> & { op?: string; id?: number };
+
+const MAX_WAIT_MS = 10_000;
 const SUBSCRIBE = 1;
 const LIST = 2;
-/** Codes after which trying again changes nothing. */
-const FINAL = new Set<string>(['not_authorized', 'forbidden', 'not_found']);
+/** Codes after which another attempt would fail too. */
+const FINAL = new Set(['not_authorized', 'forbidden', 'not_found']);
 
 export class WatchSocket {
   private socket: WebSocket | null = null;
@@ -39,14 +55,14 @@ export class WatchSocket {
   private wait = 500;
   private timer = 0;
   private over = false;
-  /** Bytes that have come, for those who measure. */
+  /** Received bytes, for measurements. */
   received = 0;
 
   constructor(private readonly target: WatchTarget | null, private readonly listener: WatchListener, private token: string | null = null) {
     this.open();
   }
 
-  /** Asks for the open runs; the answer goes to `runs`. */
+  /** Requests the open runs; the reply goes to `runs`. */
   list(): void {
     this.send({ op: 'list', id: LIST });
   }
@@ -72,14 +88,14 @@ export class WatchSocket {
       opened = true;
       this.wait = 500;
       if (!this.target) return this.list();
-      // The text protocol of older servers knows no overlays.
+      // Older servers have only the text protocol, which has no overlays.
       const overlays = socket.protocol === 'palmares.v1.bin' ? { overlays: ['telemetry', 'contacts', 'verdicts'] } : {};
       this.send({ op: 'subscribe', id: SUBSCRIBE, ...this.target, ...overlays });
     };
     socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => {
       if (typeof event.data === 'string') {
         this.received += event.data.length;
-        this.take(JSON.parse(event.data) as WatchReply);
+        this.take(JSON.parse(event.data) as Message);
       } else {
         this.received += event.data.byteLength;
         this.frame(event.data);
@@ -88,20 +104,20 @@ export class WatchSocket {
     socket.onclose = (event) => {
       if (this.over) return;
       if (event.code === 4401) return this.giveUp('The token was revoked.', 'not_authorized');
-      // A browser does not tell why a handshake was refused: the token may be no good.
-      if (this.token && !opened) void this.examine(this.token);
+      // A browser does not report why a handshake was refused: perhaps the token is invalid.
+      if (this.token && !opened) void this.checkToken(this.token);
       this.listener.state('connecting');
       this.timer = window.setTimeout(() => { this.open(); }, this.wait * (0.75 + Math.random() / 2));
-      this.wait = Math.min(2 * this.wait, LONGEST_WAIT_MS);
+      this.wait = Math.min(2 * this.wait, MAX_WAIT_MS);
     };
   }
 
-  /** Asks over HTTP whether the server knows the token at all. */
-  private async examine(token: string): Promise<void> {
+  /** Checks over HTTP whether the server accepts the token. */
+  private async checkToken(token: string): Promise<void> {
     try {
       const answer = await fetch('/v1/sessions', { headers: { Authorization: `Bearer ${token}` }, cache: 'no-store', credentials: 'omit' });
-      if (answer.status === 401 && !this.over) this.giveUp('The server does not know this token, or it was revoked.', 'not_authorized');
-    } catch { /* Nobody answers: the socket is tried again. */ }
+      if (answer.status === 401 && !this.over) this.giveUp('This token is unknown or was revoked.', 'not_authorized');
+    } catch { /* No answer: the socket reconnects. */ }
   }
 
   private giveUp(message: string, code: string): void {
@@ -122,36 +138,37 @@ export class WatchSocket {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
-  private take(message: WatchReply): void {
+  private take(message: Message): void {
     const { listener } = this;
     switch (message.op) {
-      case 'subscribed': listener.state(message.run_id === null ? 'waiting' : 'watching'); break;
-      case 'runs': listener.runs(message.runs); break;
+      case 'subscribed': listener.state(message['run_id'] === null ? 'waiting' : 'watching'); break;
+      case 'runs': listener.runs(message['runs'] as RunInfo[]); break;
       case 'scene':
-        this.scene = sceneOf(message);
+        this.scene = sceneOf(message as unknown as WireScene);
         this.frames = new FrameReader(this.scene.moving.length, this.scene.run?.tick_s ?? 0.01);
         listener.state('watching');
         listener.scene(this.scene);
         break;
-      case 'poses': this.poses(message); break;
-      case 'score': listener.score(message.score); break;
-      case 'events': listener.events(message.events); break;
-      case 'clock': listener.clock(message); break;
-      case 'verdicts': listener.verdicts(message.objects); break;
-      case 'ended': listener.ended(message.outcome, message.fault); break;
-      case 'announcement': listener.announcement?.(message.text); break;
+      case 'poses': this.poses(message as unknown as WirePoses); break;
+      case 'score': listener.score(message['score'] as number); break;
+      case 'events': listener.events(message['events'] as RunEvent[]); break;
+      case 'clock': listener.clock(message as unknown as SessionClock); break;
+      case 'verdicts': listener.verdicts(message['objects'] as ObjectStatus[]); break;
+      case 'ended': listener.ended(message['outcome'] as RunOutcome | null, message['fault'] as string | undefined); break;
+      case 'announcement': listener.announcement?.(message['text'] as string); break;
       case 'error': this.refused(message); break;
     }
   }
 
-  private poses(message: Poses): void {
+  private poses(message: WirePoses): void {
     const poses = new Float32Array(POSE * message.poses.length);
     message.poses.forEach((pose, row) => { poses.set(pose, POSE * row); });
     this.listener.moment({ tick: message.tick, time: message.sim_time_s, score: null, poses }, performance.now());
   }
 
-  private refused({ code, message }: ErrorReply): void {
-    if (FINAL.has(code)) this.giveUp(message, code);
-    else this.listener.refused(message, code);
+  private refused(message: Message): void {
+    const code = String(message['code']);
+    if (FINAL.has(code)) this.giveUp(String(message['message']), code);
+    else this.listener.refused(String(message['message']), code);
   }
 }

@@ -1,13 +1,13 @@
-/** `/hands`: the hands; `/hands/NAME`: one of them. Going from one to another keeps the page, so that a token stays in its memory. */
+/** `/hands`: the hands; `/hands/NAME`: one of them. Links between them stay in this document, which keeps the token in memory. */
 import '../style/base.css';
 import '../style/hands.css';
 import { getJson } from '../net/api';
 import { el, mainElement, name } from '../ui/elements';
-import { type Access, describeHand, ANONYMOUS } from '../hands/access';
+import { type Access, describeHand, ANONYMOUS, type OwnHand } from '../hands/access';
 import { HandListView, type Opener } from '../hands/list';
 import type { HandView } from '../hands/view';
 import { teamForm } from '../hands/team_form';
-import type { HandDescription, SubmittedHand } from '../wire/messages';
+import type { HandDescription } from '../model/hand';
 
 class Page implements Opener {
   access: Access = ANONYMOUS;
@@ -24,7 +24,7 @@ class Page implements Opener {
       return;
     }
     window.addEventListener('popstate', () => { this.show(handOf(location.pathname), null); });
-    // The address of the list is followed in this page, too.
+    // The link to the list stays in this document, too.
     this.app.addEventListener('click', (event) => {
       const link = event.target instanceof Element ? event.target.closest('a') : null;
       if (link?.getAttribute('href') !== '/hands' || event.ctrlKey || event.metaKey || event.shiftKey) return;
@@ -35,12 +35,12 @@ class Page implements Opener {
     this.show(hand, null);
   }
 
-  open(hand: string, check?: SubmittedHand): void {
+  open(hand: string, check?: OwnHand): void {
     history.pushState(null, '', `/hands/${encodeURIComponent(hand)}`);
     this.show(hand, check ?? null);
   }
 
-  private show(hand: string, check: SubmittedHand | null): void {
+  private show(hand: string, check: OwnHand | null): void {
     this.view?.dispose();
     this.view = null;
     this.app.classList.remove('stage-page', 'hand-page');
@@ -52,7 +52,7 @@ class Page implements Opener {
     }
   }
 
-  private async look(hand: string, check: SubmittedHand | null): Promise<void> {
+  private async look(hand: string, check: OwnHand | null): Promise<void> {
     this.app.replaceChildren(el('p', { role: 'status' }, 'Loading …'));
     let description: HandDescription;
     let module: typeof import('../hands/view');
@@ -60,10 +60,10 @@ class Page implements Opener {
       [description, module] = await Promise.all([describeHand(hand, this.access), import('../hands/view')]);
     } catch (error) {
       this.fail(hand, error);
-      this.app.append(el('section', { class: 'panel' }, el('h2', {}, 'Is it your team’s own?'), teamForm(this.official, this.access, (access) => { this.access = access; this.show(hand, null); })));
+      this.app.append(el('section', { class: 'panel' }, el('h2', {}, 'Is it your team’s own hand?'), teamForm(this.official, this.access, (access) => { this.access = access; this.show(hand, null); })));
       return;
     }
-    // Somebody has gone on meanwhile.
+    // The person has opened another page meanwhile.
     if (handOf(location.pathname) !== hand) return;
     document.title = `${description.name} \u2013 Palmares`;
     this.view = new module.HandView(this.app, description, this, check, el('h1', {}, name(description.name)));
@@ -75,7 +75,7 @@ class Page implements Opener {
   }
 }
 
-/** The hand that an address names. */
+/** The hand in an address. */
 function handOf(path: string): string {
   return decodeURIComponent(/^\/hands\/([^/]+)$/.exec(path)?.[1] ?? '');
 }
