@@ -14,7 +14,7 @@ pub(crate) enum What {
     Watch,
     /// The HTTP addresses, as OpenAPI 3.1
     Openapi,
-    /// The JSON messages of a replay, as JSON Schema
+    /// The messages of a replay: JSON Schema, and the fields of the protobuf messages
     Replay,
 }
 

@@ -1,17 +1,22 @@
 //! JSON Schemas of the channels.
 
+use crate::descriptors::Described;
 use crate::format::{ACTION, EVENT, HASH, SCENE};
 use crate::foxglove::SceneUpdate;
+use crate::frames::FrameTransforms;
 use crate::messages::{ActionMessage, HashMessage};
+use crate::telemetry::TelemetryMessage;
 use palmares_tasks::Event;
+use prost_types::DescriptorProto;
+use prost_types::field_descriptor_proto::Label;
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 /// Keywords of the schemas in a file.
 const KEYWORDS: [&str; 7] = ["title", "description", "type", "properties", "items", "minimum", "maximum"];
 
-/// The JSON messages of a replay, by topic.
+/// The JSON messages of a replay by topic, and the fields of its protobuf messages.
 pub fn document() -> Value {
     let mut generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
     let messages = json!({
@@ -20,7 +25,30 @@ pub fn document() -> Value {
         HASH: generator.subschema_for::<HashMessage>(),
         SCENE: generator.subschema_for::<SceneUpdate>(),
     });
-    json!({"messages": messages, "$defs": generator.take_definitions(true)})
+    let mut files = Vec::new();
+    FrameTransforms::describe(&mut files);
+    TelemetryMessage::describe(&mut files);
+    let protobuf = files.iter().flat_map(|file| {
+        file.message_type
+            .iter()
+            .map(|message| (format!("{}.{}", file.package(), message.name()), fields(message)))
+    });
+    json!({
+        "messages": messages,
+        "$defs": generator.take_definitions(true),
+        "protobuf": protobuf.collect::<Map<_, _>>(),
+    })
+}
+
+/// Number, name and type of each field.
+fn fields(message: &DescriptorProto) -> Value {
+    let fields = message.field.iter().map(|field| {
+        let scalar = field.r#type().as_str_name().trim_start_matches("TYPE_").to_lowercase();
+        let kind = field.type_name.as_deref().map_or(scalar, |name| name.trim_start_matches('.').to_owned());
+        let repeated = field.label() == Label::Repeated;
+        json!({"number": field.number(), "name": field.name(), "type": kind, "repeated": repeated})
+    });
+    fields.collect()
 }
 
 /// The schema of a channel as the file has it: in the simple form that Foxglove reads, without references and unions.
@@ -61,6 +89,6 @@ fn simple(schema: Value) -> Value {
     fields.into()
 }
 
-fn object(value: Value) -> Option<serde_json::Map<String, Value>> {
+fn object(value: Value) -> Option<Map<String, Value>> {
     if let Value::Object(fields) = value { Some(fields) } else { None }
 }

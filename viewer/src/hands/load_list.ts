@@ -1,9 +1,9 @@
 /** Forces and held points as a list of numbers, so that everything the pointer does is also possible by keyboard. */
 import { button, el, name, setText } from '../ui/elements';
-import type { HandDescription } from '../model/hand';
-import { type Load, MAX_FORCE, reactionOf, type Equilibrium } from './equilibrium';
+import { type Load, MAX_FORCE, reactionOf } from './equilibrium';
 import { formatNewtons } from './load_marks';
 import { fixed } from './tables';
+import type { Equilibrium, HandDescription } from '../wire/messages';
 
 const AXES = ['x', 'y', 'z'] as const;
 type Vector = 'point' | 'force' | 'place';

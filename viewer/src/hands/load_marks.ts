@@ -3,7 +3,8 @@ import { ConeGeometry, CylinderGeometry, Group, LineBasicMaterial, Mesh, MeshBas
 import type { Pose } from '../model/pose';
 import type { Vec3 } from '../model/scene';
 import type { Stage } from '../render/stage';
-import { inWorld, type Load, reactionOf, type Equilibrium } from './equilibrium';
+import { inWorld, type Load, reactionOf } from './equilibrium';
+import type { Equilibrium } from '../wire/messages';
 
 /** Pushes vermilion, pins blue, reactions at pins purple. */
 const COLOURS = { force: '#d55e00', hold: '#0072b2', reaction: '#cc79a7', chosen: '#f0e442' } as const;

@@ -1,7 +1,6 @@
 /** Explains how the pose was computed, and the effect of the hand's own weight. */
 import { el, setText } from '../ui/elements';
-import type { HandDescription } from '../model/hand';
-import type { Equilibrium } from './equilibrium';
+import type { Equilibrium, HandDescription } from '../wire/messages';
 
 export class MethodPanel {
   readonly element: HTMLElement;

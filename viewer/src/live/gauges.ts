@@ -1,8 +1,8 @@
 /** The hand's telemetry as bars: motors, tensions, contact forces on fingers and patches, deviation of joints from the prediction. */
 import { points } from '../ui/format';
 import { el, setText } from '../ui/elements';
-import type { HandDescription } from '../model/hand';
 import type { Telemetry } from '../model/moment';
+import type { HandDescription } from '../wire/messages';
 
 /** Number of listed joints: those farthest from the prediction. */
 const LISTED = 6;

@@ -1,8 +1,8 @@
 /** Lines of the charts, from a recording. Each value holds until the next. Times in s, angles in degrees, forces in N, tensions in the hand's own unit. */
-import type { HandDescription } from '../model/hand';
 import type { TelemetryRecord } from './protobuf';
 import type { Recording } from './recording';
 import { type Turn, turns } from './link_angles';
+import type { HandDescription } from '../wire/messages';
 
 /** A quantity over time. Lines of the same record share their `times`. */
 export interface Line {

@@ -1,6 +1,8 @@
 //! The types of the pages, in TypeScript.
 
 use super::schema::{Field, Type, Types};
+use anyhow::{Context, Result};
+use serde_json::Value;
 
 const HEAD: &str = "\
 /**
@@ -72,4 +74,43 @@ fn printed(value: &Type) -> String {
 
 fn tuple(item: &str, length: u64) -> String {
     format!("[{}]", (0..length).map(|_| item).collect::<Vec<_>>().join(", "))
+}
+
+/// The text of a file with the fields of a replay's protobuf messages.
+pub(super) fn protobuf(replay: &Value) -> Result<String> {
+    let mut text = String::from(
+        "/**\n * Protobuf messages of a replay, derived from docs/schema: `cargo xtask generate` writes them.\n */\n\n\
+         /** A field of a message. */\n\
+         export interface ProtobufField { name: string; type: string; repeated: boolean }\n",
+    );
+    for (name, fields) in replay["protobuf"].as_object().context("docs/schema/replay.json has no protobuf")? {
+        let (mut members, mut table) = (String::new(), String::new());
+        for field in fields.as_array().into_iter().flatten() {
+            let text = |key: &str| field[key].as_str().unwrap_or_default();
+            let (number, repeated) = (&field["number"], field["repeated"] == true);
+            let value = match text("type") {
+                "string" => "string".to_owned(),
+                message if message.contains('.') => identifier(message),
+                _ => "number".into(),
+            };
+            let list = if repeated { "[]" } else { "" };
+            members += &format!("  {}: {value}{list};\n", text("name"));
+            table += &format!(
+                "  {number}: {{ name: '{}', type: '{}', repeated: {repeated} }},\n",
+                text("name"),
+                text("type")
+            );
+        }
+        let identifier = identifier(name);
+        text += &format!("\n/** `{name}` */\nexport interface {identifier} {{\n{members}}}\n");
+        text += &format!("/** The fields of `{name}` by number. */\nexport const {identifier}Fields");
+        text += &format!(": Readonly<Record<number, ProtobufField>> = {{\n{table}}};\n");
+    }
+    Ok(text)
+}
+
+/// `foxglove.Vector3` is called FoxgloveVector3.
+fn identifier(name: &str) -> String {
+    let capital = |word: &str| word[..1].to_uppercase() + &word[1..];
+    name.split('.').map(capital).collect()
 }
