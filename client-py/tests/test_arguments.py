@@ -126,7 +126,7 @@ def test_training_is_checked_where_it_is_given() -> None:
     for make in made:
         with pytest.raises(ValueError, match=r"training: found 5; wanted a palmares\.Training, or None"):
             make()
-    with FakeServer() as server, pytest.raises(ValueError, match="no server offers it"):
+    with FakeServer() as server, pytest.raises(ValueError, match="servers do not offer it"):
         palmares.Client(server.url, training=Training())
 
 
@@ -204,5 +204,5 @@ def test_environments_check_their_arguments_when_they_are_made() -> None:
     env = gymnasium.make("palmares/Grasp-SoftHand-v1", cameras="table")
     assert "depth.table" in env.reset(seed=1)[0]
     for single in ({"cameras": ["wrist"]}, {"url": "http://127.0.0.1:8080"}, {"render_mode": "rgb_array"}):
-        with pytest.raises(TypeError, match=rf"many worlds at once have no {next(iter(single))}; .*make"):
+        with pytest.raises(TypeError, match=rf"a vector environment has no {next(iter(single))}; .*make"):
             gymnasium.make_vec("palmares/Balls-SoftHand-v1", num_envs=1, **single)

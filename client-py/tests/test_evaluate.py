@@ -191,7 +191,7 @@ def test_ctrl_c_ends_it_with_the_runs_so_far(tmp_path: Path) -> None:
         os.killpg(child.pid, signal.SIGINT)
         out, err = child.communicate(timeout=20)
     assert child.returncode == 130
-    assert f"interrupted after 2 of 4 runs\nbeing played: {slow} seed 3\n" in err
+    assert f"interrupted after 2 of 4 runs\nopen: {slow} seed 3\n" in err
     assert "Traceback" not in err
     assert [run["seed"] for run in json.loads(out)["rows"][0]["runs"]] == [1, 2]
 

@@ -20,6 +20,7 @@ import pytest
 import palmares
 from palmares.arrays import Array
 from tests.real_server import PROGRAM, RealServer, needs_server
+from tests.short_task import short_grasp
 
 sim = pytest.importorskip("palmares.sim", reason="the compiled part of the package is not installed")
 
@@ -167,11 +168,13 @@ def test_a_batch_resets_and_steps_those_it_is_told_to() -> None:
         batch.restore(1, kept)
 
 
-def test_a_run_in_a_batch_ends_with_its_count() -> None:
-    batch = sim.Batch("grasp", "softhand", 2)
+def test_a_run_in_a_batch_ends_with_its_count(tmp_path: Path) -> None:
+    short = short_grasp(tmp_path, 3.0)
+    batch = sim.Batch(short, "softhand", 2)
     batch.reset([1, 2])
-    world = sim.World("grasp", "softhand", 2)
-    limit = int(world.run.time_limit_s / world.run.tick_s)
+    world = sim.World(short, "softhand", 2)
+    limit = round(world.run.time_limit_s / world.run.tick_s)
+    assert limit == 300
     stepped = batch.step(np.zeros((2, 7)), limit + 50)
     assert list(stepped.truncated) == [True, True]
     assert batch.ticks == [limit, limit] or min(batch.ticks) >= limit

@@ -213,7 +213,7 @@ def test_a_task_declares_what_learners_have_as_the_documents_say(tmp_path: Path)
 
 
 def test_what_cannot_be_is_refused() -> None:
-    with FakeServer() as server, pytest.raises(ValueError, match="no server offers it"):
+    with FakeServer() as server, pytest.raises(ValueError, match="servers do not offer it"):
         palmares.Client(server.url, training=Training(shaping=True))
     for wrong, message in (
         ({"discount": 1.5}, "discount: found 1.5"),
