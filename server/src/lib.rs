@@ -27,5 +27,4 @@ mod world;
 pub use app::serve;
 pub use config::{ServeOptions, hand_limits};
 pub use restore::restore;
-pub use store::utc;
 pub use version::own as version;
