@@ -1,4 +1,4 @@
-"""The environments that gymnasium makes of an id: in this process, many at once, and on a server."""
+"""Environments by their ids of gymnasium: in this process, many at once, and on a server."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ HALF = 60
 
 
 def same(a: dict[str, Any], b: dict[str, Any]) -> bool:
-    """Bit for bit, but for what a client computes of the scene's shapes itself."""
+    """Return whether two observations are equal; half extents, which clients compute, to rounding."""
     rounded = "object_half_extents"
     if rounded in a and not np.allclose(a[rounded], b[rounded], rtol=0.0, atol=1e-15):
         return False

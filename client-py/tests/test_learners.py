@@ -1,4 +1,4 @@
-"""The learners among the examples: their machinery, in trainings too short to learn anything."""
+"""The examples that learn, in trainings too short for a result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The engine in this process: the same bits as through a server, whatever is asked of it."""
+"""The engine in this process: the same bits as through a server, for every way to play."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tests.short_task import short_grasp
 sim = pytest.importorskip("palmares.sim", reason="the compiled part of the package is not installed")
 
 PAIRS = list(itertools.product(["balls", "shelf", "grasp"], ["softhand", "reflex"]))
-# Of the test that compares all ways to play; `PALMARES_EPISODES=1000 pytest tests/test_sim.py` plays many.
+# Episodes of the test that compares all ways to play; `PALMARES_EPISODES=1000` plays many.
 EPISODES = int(os.environ.get("PALMARES_EPISODES", "12"))
 # Ticks under each action of an episode.
 TICKS = [1, 7, 20, 40, 3, 30, 60, 15]
@@ -240,7 +240,7 @@ LONG = """
 import signal, sys
 import numpy as np
 from palmares import sim
-# What a shell starts in the background ignores Ctrl-C, and so would this.
+# A shell makes background processes ignore Ctrl-C; undo that.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 world = sim.World("balls", "softhand", 1)
 batch = sim.Batch("balls", "softhand", 4)
