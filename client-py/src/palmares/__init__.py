@@ -1,9 +1,11 @@
 """Control a simulated compliant hand, on a Palmares server or in this process.
 
->>> with palmares.Client("local") as client:          # or "http://127.0.0.1:8080"; doctest: +SKIP
+>>> with palmares.Client("local") as client:      # doctest: +SKIP
 ...     obs = client.reset("balls", "softhand", seed=1)
 ...     obs = client.step(hand=[1.0], repeat=100)
 ...     print(client.stop().score)
+
+With the address of a server, such as ``http://127.0.0.1:8080``, the same lines play there.
 
 Units are SI. A scalar's name ends in its unit (``tick_s``, ``distance_m``, ``yaw_rad``, ``speed_m_s``). Names
 of the protocol have these units: ``position`` m, ``linear`` m/s, ``angular`` rad/s, ``force`` N, ``torque``
