@@ -42,12 +42,18 @@ NODE = ("node", "--experimental-websocket")
 HEAD = """\
 # Scores of the example controllers
 
-Each controller played each scene once; a run with an error counts with its score at that moment. The seeds
-{seeds} were not used to write the controllers, except for earlier versions of shelf_softhand and
-shelf_sensors, the first of them with a mean of 40.60; these were then tuned on other seeds.
-`client-py/benchmarks/controllers.py` plays and writes this table; `palmares evaluate --markdown` writes one
-for your own controller. *95 %* is an interval of the mean, by bootstrap over the scenes. The maximum is 10
-points in balls and grasp, 50 in shelf.
+Scores over held-out scenes, one run each. Measure your own controller with
+
+```
+palmares evaluate my_controller.py --seeds {seeds} --markdown FILE
+```
+
+At most there are 10 points in balls and in grasp, 50 in the shelf. *95 %* is an interval of the mean, by
+bootstrap over the scenes. If a controller fails, the referee scores the objects where they are.
+`client-py/benchmarks/controllers.py` plays and writes the table.
+
+The authors did not use the seeds {seeds}, with one exception. They saw the rows of earlier versions of
+shelf_softhand and shelf_sensors, the first with a mean of 40.60, and then tuned both on other seeds.
 
 """
 

@@ -34,13 +34,15 @@ HELD = 6.0
 """From this score on, of 10 points, the object was lifted and held through the shake, or nearly"""
 DOCUMENT = ROOT / "docs/grasped.md"
 HEAD = """\
-# Objects that the SoftHand can grasp
+# Which objects the SoftHand can grasp
 
-`client-py/benchmarks/grasped_objects.py` played `grasp_softhand.py` with every object of the catalogue on the
-table of the task grasp, in {runs} scenes each (seeds from {first} on). The maximum is 10 points; with
-{held:g} or more the hand lifted the object, held it for two seconds and kept it through the shake. *size* is
-that of the smallest upright box around the object at the start: longer side, shorter side, height; *tries* is
-the mean number of attempts in a run.
+`client-py/benchmarks/grasped_objects.py` ran `grasp_softhand.py` with every object of the catalogue on
+the table of the task grasp, in {runs} scenes each (seeds from {first} on). At most there are 10 points.
+{held:g} and more mean that the hand lifted the object, held it for two seconds and kept it through the
+shake.
+
+*size* is the smallest upright box around the object at the start: longer side, shorter side, height.
+*tries* is the mean number of attempts in a run.
 
 """
 
