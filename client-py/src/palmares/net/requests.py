@@ -10,7 +10,7 @@ from palmares.errors import BadRequestError
 
 
 def names(cameras: Iterable[str]) -> list[str]:
-    """Return the names as a list; a single name may come alone."""
+    """Return the names as a list; a single name may be a string."""
     return [cameras] if isinstance(cameras, str) else list(cameras)
 
 
@@ -18,7 +18,7 @@ def whole_of(field: str, value: Any, least: int, most: int) -> int:
     """Return a whole number of a request, within these limits.
 
     Raises:
-        BadRequestError: It is something else.
+        BadRequestError: The value is no such number.
 
     """
     try:
