@@ -50,7 +50,7 @@ fn derived(root: &Path) -> Result<[(&'static str, String); 3]> {
     Ok([
         ("client-py/src/palmares/wire.py", python::module(&types)?),
         ("viewer/src/wire/messages.ts", typescript::module(&types)),
-        ("viewer/src/wire/protobuf.ts", typescript::protobuf(&replay)?),
+        ("viewer/src/wire/telemetry.ts", typescript::protobuf(&replay)?),
     ])
 }
 

@@ -76,41 +76,21 @@ fn tuple(item: &str, length: u64) -> String {
     format!("[{}]", (0..length).map(|_| item).collect::<Vec<_>>().join(", "))
 }
 
-/// The text of a file with the fields of a replay's protobuf messages.
+/// The text of a file with the fields of the telemetry in a replay. The time is that of the record, and left out.
 pub(super) fn protobuf(replay: &Value) -> Result<String> {
-    let mut text = String::from(
-        "/**\n * Protobuf messages of a replay, derived from docs/schema: `cargo xtask generate` writes them.\n */\n\n\
-         /** A field of a message. */\n\
-         export interface ProtobufField { name: string; type: string; repeated: boolean }\n",
-    );
-    for (name, fields) in replay["protobuf"].as_object().context("docs/schema/replay.json has no protobuf")? {
-        let (mut members, mut table) = (String::new(), String::new());
-        for field in fields.as_array().into_iter().flatten() {
-            let text = |key: &str| field[key].as_str().unwrap_or_default();
-            let (number, repeated) = (&field["number"], field["repeated"] == true);
-            let value = match text("type") {
-                "string" => "string".to_owned(),
-                message if message.contains('.') => identifier(message),
-                _ => "number".into(),
-            };
-            let list = if repeated { "[]" } else { "" };
-            members += &format!("  {}: {value}{list};\n", text("name"));
-            table += &format!(
-                "  {number}: {{ name: '{}', type: '{}', repeated: {repeated} }},\n",
-                text("name"),
-                text("type")
-            );
-        }
-        let identifier = identifier(name);
-        text += &format!("\n/** `{name}` */\nexport interface {identifier} {{\n{members}}}\n");
-        text += &format!("/** The fields of `{name}` by number. */\nexport const {identifier}Fields");
-        text += &format!(": Readonly<Record<number, ProtobufField>> = {{\n{table}}};\n");
+    let fields = replay["protobuf"]["palmares.Telemetry"].as_array().context("no palmares.Telemetry")?;
+    let (mut members, mut table) = (String::new(), String::new());
+    for field in fields.iter().filter(|field| field["name"] != "timestamp") {
+        let name = field["name"].as_str().context("a name")?;
+        let kind = field["type"].as_str().context("a type")?;
+        let repeated = field["repeated"] == true;
+        members += &format!("  {name}: {};\n", if repeated { "number[]" } else { "number" });
+        table += &format!("  {}: {{ name: '{name}', type: '{kind}', repeated: {repeated} }},\n", field["number"]);
     }
-    Ok(text)
-}
-
-/// `foxglove.Vector3` is called FoxgloveVector3.
-fn identifier(name: &str) -> String {
-    let capital = |word: &str| word[..1].to_uppercase() + &word[1..];
-    name.split('.').map(capital).collect()
+    Ok(format!(
+        "/** `palmares.Telemetry`, derived from docs/schema: `cargo xtask generate` writes it. */\n\
+         export interface TelemetryRecord {{\n{members}}}\n\n\
+         /** Its fields by number. */\n\
+         export const TELEMETRY_FIELDS = {{\n{table}}} as const;\n"
+    ))
 }
