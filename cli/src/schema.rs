@@ -14,17 +14,24 @@ pub(crate) enum What {
     Watch,
     /// The HTTP addresses, as OpenAPI 3.1
     Openapi,
+    /// The channels of hands, as a table in Markdown
+    Channels,
+    /// The images of cameras, as a table in Markdown
+    Images,
 }
 
 /// Prints a description.
 pub(crate) fn schema(what: What) -> anyhow::Result<()> {
-    let all = match what {
-        What::Control => schema::control(),
-        What::Watch => schema::watch(),
-        What::Openapi => schema::openapi(),
+    let json = |all| serde_json::to_string_pretty(&sorted(all));
+    let text = match what {
+        What::Control => json(schema::control())?,
+        What::Watch => json(schema::watch())?,
+        What::Openapi => json(schema::openapi())?,
+        What::Channels => palmares_senses::document(),
+        What::Images => palmares_senses::image_document(),
     };
     let mut out = std::io::stdout().lock();
-    writeln!(out, "{}", serde_json::to_string_pretty(&sorted(all))?)?;
+    writeln!(out, "{}", text.trim_end())?;
     Ok(())
 }
 

@@ -13,6 +13,7 @@ import msgspec
 
 from palmares.arrays import Array, array
 from palmares.cameras import CameraImage
+from palmares.channels import Channel, ImageInfo, early_channels
 from palmares.scene import Quat, Scene, Vec3, named
 from palmares.truth import BodyState, Table, Truth
 from palmares.views import Rows, Viewed, first, vector
@@ -174,6 +175,8 @@ class Observation(Viewed, Reply, kw_only=True, tag="obs"):
             pressed = hand.touch[:, 2]
             taxels = f"{int((pressed > 0.0).sum())} of {pressed.size} taxels"
             rows.append(("touch", f"{taxels}, {pressed.sum():.3g} N in all"))
+        if hand.acceleration is not None:
+            rows.append(("acceleration", f"{vector(hand.acceleration)} m/s²"))
         for name, image in self.cameras.items():
             rows.append((f"camera {name}", f"{image.width} × {image.height}"))
         if self.truth is not None:
@@ -315,6 +318,17 @@ class CameraInfo(msgspec.Struct, kw_only=True):
     """What is nearer gives no reading, m"""
     far: float
     """What is farther gives no reading, m"""
+    images: list[ImageInfo] = []
+    """The images that it takes; empty from a server that does not list them"""
+
+    @property
+    def depth(self) -> ImageInfo:
+        """Its depth image."""
+        found = [image for image in self.images if image.name == "depth"]
+        if found:
+            return found[0]
+        shape = [self.height, self.width]
+        return ImageInfo(name="depth", shape=shape, unit="m", minimum=0.0, maximum=self.far)
 
 
 class TaskInfo(msgspec.Struct, kw_only=True):
@@ -349,6 +363,12 @@ class HandInfo(msgspec.Struct, kw_only=True):
     """In the order of `HandState.touch`"""
     cameras: list[CameraInfo] = []
     """Cameras on it"""
+    _channels: list[Channel] = msgspec.field(name="channels", default_factory=list)
+
+    @property
+    def channels(self) -> list[Channel]:
+        """The channels of its observations, each with shape, units and ranges."""
+        return self._channels or early_channels(len(self.motors), len(self.encoders), len(self.taxels))
 
 
 class Limits(msgspec.Struct, kw_only=True):

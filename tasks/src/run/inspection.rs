@@ -22,6 +22,7 @@ impl Run {
             base: state.base,
             q: state.q.clone(),
             contacts: self.world.contact_forces().to_vec(),
+            readings: self.sensors.ideal(&self.world),
         }
     }
 
@@ -100,11 +101,10 @@ mod tests {
         let truth = seen.truth.expect("the truth");
         let told = run.telemetry();
         assert_eq!((&told.q, &told.predicted), (&truth.joints.position.0, &truth.predicted_equilibrium.0));
-        for (motor, seen) in told.motors.iter().zip(&seen.hand.actuators) {
-            assert_eq!(
-                (motor.command, motor.position, motor.tension),
-                (seen.command, seen.position, seen.tension)
-            );
+        for (motor, [command, position, _, tension]) in
+            told.motors.iter().zip(seen.hand.of("motors").as_chunks().0)
+        {
+            assert_eq!((motor.command, motor.position, motor.tension), (*command, *position, *tension));
         }
         let names: Vec<String> = run
             .scene()

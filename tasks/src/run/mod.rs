@@ -45,7 +45,7 @@ use driven::{Pushing, Target};
 use origin::Origin;
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
-use palmares_senses::Senses;
+use palmares_senses::Sensors;
 use palmares_sim::{Fault, Workspace, World};
 use std::sync::{Arc, OnceLock};
 
@@ -64,7 +64,7 @@ pub struct Run {
     body_names: Arc<[String]>,
     world: World,
     telemetry_model: Arc<TelemetryModel>,
-    senses: Senses,
+    sensors: Sensors,
     cameras: Arc<Cameras>,
     pose_history: PoseHistory,
     image_cache: ImageCache,
@@ -103,9 +103,9 @@ impl Run {
         let sightings = sightings(&built.world);
         let telemetry_model =
             TelemetryModel::new(hand.clone(), built.world.model(), &built.scene, &built.body_names);
-        let senses = Senses::new(hand.clone(), &built.world, task.tick_s, None);
+        let sensors = Sensors::new(hand.clone(), &built.world, task.tick_s, None);
         let run = Run {
-            senses,
+            sensors,
             cameras: Arc::default(),
             pose_history: PoseHistory::default(),
             image_cache: ImageCache::default(),
@@ -141,7 +141,7 @@ impl Run {
             let factor = self.task.variation().map_or(1.0, Variation::sensor_noise);
             palmares_senses::noise::Noise::new(&self.seed.0).scaled(factor)
         });
-        self.senses = Senses::new(self.hand.clone(), &self.world, self.task.tick_s, noise.as_ref());
+        self.sensors = Sensors::new(self.hand.clone(), &self.world, self.task.tick_s, noise.as_ref());
         self.cameras =
             Arc::new(Cameras::new(&self.task, &self.scene, (&self.hand, self.hand_bodies()), noise.as_ref()));
         (self.pose_history, self.image_cache) = (PoseHistory::default(), ImageCache::default());

@@ -19,7 +19,7 @@ impl Run {
             taken_here: true,
             origin: Arc::clone(self.origin()),
             world: self.world.snapshot(),
-            senses: self.senses.state(),
+            sensors: self.sensors.state(),
             referee: self.referee.state(),
             pose_history: self.pose_history.clone(),
             tick: self.tick,
@@ -50,7 +50,7 @@ impl Run {
             return Err(SnapshotError::Unfit { what });
         }
         self.world.resume(&from.world);
-        self.senses.restore(&from.senses);
+        self.sensors.restore(&from.sensors);
         self.referee.restore(&from.referee);
         self.pose_history.clone_from(&from.pose_history);
         self.image_cache = ImageCache::default();
@@ -78,7 +78,7 @@ impl Run {
             body_names: Arc::clone(&self.body_names),
             world,
             telemetry_model: Arc::clone(&self.telemetry_model),
-            senses: self.senses.clone(),
+            sensors: self.sensors.clone(),
             cameras: Arc::clone(&self.cameras),
             pose_history: self.pose_history.clone(),
             image_cache: ImageCache::default(),
@@ -104,7 +104,7 @@ impl Run {
         let pushed = |push: &Pushing| push.link < links && push.is_within(Run::PUSH_LIMITS);
         let parts = [
             ("world", from.world.fits(self.world.model())),
-            ("sensors", self.senses.fits(&from.senses)),
+            ("sensors", self.sensors.fits(&from.sensors)),
             ("referee", self.referee.fits(&from.referee)),
             ("camera pictures", from.pose_history.fits(self.body_names.len())),
             ("tick", from.tick < MOST_TICKS),

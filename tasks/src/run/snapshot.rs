@@ -30,7 +30,7 @@ pub struct Snapshot {
     pub(super) taken_here: bool,
     pub(super) origin: Arc<Origin>,
     pub(super) world: palmares_sim::Snapshot,
-    pub(super) senses: palmares_senses::SensorState,
+    pub(super) sensors: palmares_senses::SensorState,
     pub(super) referee: referee::RefereeState,
     pub(super) pose_history: PoseHistory,
     pub(super) tick: u64,

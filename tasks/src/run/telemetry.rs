@@ -8,7 +8,7 @@ use crate::scene::Scene;
 use palmares_models::hand::Hand;
 use palmares_models::hand::fingers::Finger;
 use palmares_models::{Pose, Vec3};
-use palmares_senses::touch;
+use palmares_senses::channels::touch;
 use palmares_sim::state::MotorState;
 use palmares_sim::{ContactForce, Model, Owner};
 use schemars::JsonSchema;
@@ -25,6 +25,7 @@ pub struct RunSample {
     pub(super) base: Pose,
     pub(super) q: Vec<f64>,
     pub(super) contacts: Vec<ContactForce>,
+    pub(super) readings: Vec<f64>,
 }
 
 /// What a motor is told and does.
@@ -66,6 +67,8 @@ pub struct Telemetry {
     pub fingers: Vec<FingerWrench>,
     /// Force on every taxel without the errors of a sensor, N: along x and y of its patch, and into it.
     pub touch: Vec<[f64; 3]>,
+    /// Readings without the errors of sensors: the channels that the scene's `readings` lists, one after the other.
+    pub readings: Vec<f64>,
 }
 
 /// A touching contact.
@@ -146,6 +149,7 @@ impl TelemetryModel {
             predicted: self.predict(&seen.motors),
             fingers: self.fingers.iter().map(|finger| wrench(finger, seen)).collect(),
             touch: self.touch(seen),
+            readings: seen.readings.clone(),
         }
     }
 

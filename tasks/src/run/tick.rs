@@ -26,7 +26,7 @@ impl Run {
         self.computed = self.advance();
         self.tick += 1;
         self.count_work(&before);
-        self.senses.tick(&self.world, self.tick);
+        self.sensors.tick(&self.world, self.tick);
         self.remember_poses();
         self.push_on();
         self.news = self.referee.watch(self.tick, &self.sightings());

@@ -1,4 +1,5 @@
 /** What stands in a world: bodies with their shapes, and the regions that the rules speak of. SI units. */
+import type { Channel } from './channel';
 import type { HandDescription } from './hand';
 import type { Quat, Vec3 } from './pose';
 import type { Shape } from './shape';
@@ -38,7 +39,7 @@ export interface RunInfo {
 }
 
 /** Everything that is drawn. `moving` names the bodies of a moment's poses, in their order. */
-export interface SceneInfo { run?: RunInfo; bodies: Body[]; moving: number[]; regions: Region[]; hand?: HandDescription }
+export interface SceneInfo { run?: RunInfo; bodies: Body[]; moving: number[]; regions: Region[]; hand?: HandDescription; readings?: Channel[] }
 
 /** A body as the server writes it. */
 interface WireBody extends Omit<Body, 'quat' | 'parts'> {
@@ -47,7 +48,7 @@ interface WireBody extends Omit<Body, 'quat' | 'parts'> {
 }
 
 /** The message `scene` of the watch socket. */
-export interface WireScene { run: RunInfo; bodies: WireBody[]; moving: number[]; regions: Region[]; hand?: HandDescription }
+export interface WireScene { run: RunInfo; bodies: WireBody[]; moving: number[]; regions: Region[]; hand?: HandDescription; readings?: Channel[] }
 
 /** The scene out of its message. */
 export function sceneOf(wire: WireScene): SceneInfo {

@@ -22,8 +22,9 @@ class Player:
 
     Attributes:
         client: The session.
-        shapes: Lengths of the hand's fields: ``motors``, ``joints``, ``encoders``, ``taxels``.
-        cameras: Height, width and range (m) of each camera.
+        hand: The hand.
+        channels: The channels of its observations.
+        cameras: The cameras of task and hand by name.
         limits: Largest speed (m/s) and angular speed (rad/s) of the base.
         time_limit_s: Longest run.
 
@@ -44,17 +45,12 @@ class Player:
         self.client.clipping.mute()
         welcome = self.client.welcome
         played, told = self._hand_info(hand), self._task_info(task)
-        self.shapes = {
-            "motors": len(played.motors),
-            "joints": len(played.joints),
-            "encoders": len(played.encoders),
-            "taxels": len(played.taxels),
-        }
-        taken = {camera.name for camera in told.cameras}
-        self.cameras = {camera.name: (camera.height, camera.width, camera.far) for camera in told.cameras}
+        self.hand = played
+        self.channels = [channel for channel in played.channels if sensing == "truth" or not channel.truth]
+        self.cameras = {camera.name: camera for camera in told.cameras}
         for camera in played.cameras:
-            name = f"hand_{camera.name}" if camera.name in taken else camera.name
-            self.cameras[name] = (camera.height, camera.width, camera.far)
+            name = f"hand_{camera.name}" if camera.name in self.cameras else camera.name
+            self.cameras[name] = camera
         ranges = [welcome.specs.action_field(name).range for name in ("base.linear", "base.angular")]
         self.limits = (ranges[0][1], ranges[1][1])
         self.time_limit_s = told.time_limit_s
