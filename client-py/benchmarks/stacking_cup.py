@@ -2,7 +2,7 @@
 
     palmares serve &
     pip install matplotlib
-    python stacking_cup.py --out ../../docs/pictures/stacking_cup.svg
+    python stacking_cup.py --output ../../docs/pictures/stacking_cup.svg
 
 The protocol is that of an experiment of Rocchi and Hauser (2016). What is drawn is the simulation's, without
 the errors of sensors.
@@ -92,7 +92,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--url", default="http://127.0.0.1:8080")
-    parser.add_argument("--out", type=Path, default=Path("stacking_cup.svg"))
+    parser.add_argument("--output", type=Path, default=Path("stacking_cup.svg"))
     args = parser.parse_args()
     with palmares.Client(args.url, team="stacking-cup") as client:
         seed = seed_with_cup(client)
@@ -112,7 +112,7 @@ def main() -> None:
         client.stop()
     rows = {name: np.asarray(values) for name, values in hand.rows.items()}
     rows["t"] -= begin_s
-    draw(rows, args.out)
+    draw(rows, args.output)
     lifted_m = rows["cup"][-1] - rows["cup"][rows["t"] < 0.0][-1]
     print(f"seed {seed}: the cup is {lifted_m:.3f} m higher, the wrist bears {rows['weight'][-1]:.2f} N")
 

@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 from msgspec import structs
 
 from palmares import own_task
-from palmares.arguments import LARGEST_SEED
+from palmares.arguments import MAX_SEED
 from palmares.clipping import Clipping
 from palmares.errors import (
     ConnectionLostError,
@@ -165,7 +165,7 @@ class Client:
         A run that is still open must be stopped first.
 
         """
-        seed = None if seed is None else whole_of("seed", seed, 0, LARGEST_SEED)
+        seed = None if seed is None else whole_of("seed", seed, 0, MAX_SEED)
         self._stop_earlier_run()
         if not self.is_local:
             task = own_task.name_of(task, [known.name for known in self.welcome.tasks])

@@ -11,9 +11,9 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from palmares.arguments import LARGEST_SEED
+from palmares.arguments import MAX_SEED
 from palmares.errors import PalmaresError
-from palmares.evaluate import MOST_SEEDS, ControllerError, Played, Pool, Report, evaluate, processes
+from palmares.evaluate import MAX_SEEDS, ControllerError, Played, Pool, Report, evaluate, processes
 
 EXAMPLES = """\
 A controller is a Python file, or a module, with a function run(client, seed), which opens a run with
@@ -23,7 +23,7 @@ and hand, they are given.
 examples:
   palmares evaluate my_controller.py
   palmares evaluate my_controller.py --tasks balls,shelf --hands softhand --seeds 5001-5100
-  palmares evaluate new.py old.py --seeds 200                    compares them over the same seeds
+  palmares evaluate new.py old.py --scenes 200                   compares them in the same scenes
   palmares evaluate palmares.examples.balls_softhand --replays worst/
   palmares evaluate my_controller.py --url http://127.0.0.1:8080   over the socket
   palmares evaluate my_controller.py --ray            on the machines of a Ray cluster
@@ -115,12 +115,21 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument(
         "--hands", type=words, default=[], metavar="A,B", help="hands (default: the controller's own)"
     )
-    made.add_argument(
+    scenes = made.add_mutually_exclusive_group()
+    scenes.add_argument(
+        "--scenes",
+        type=count_of_seeds,
+        dest="seeds",
+        default=range(1, 101),
+        metavar="N",
+        help="how many scenes, with the seeds from 1 to N (default 100)",
+    )
+    # A single number is the old way to write --scenes.
+    scenes.add_argument(
         "--seeds",
         type=seeds,
-        default=seeds("100"),
         metavar="WHICH",
-        help="so many, from 1 on; or a range, 5001-5100; or a list, 3,5,8 (default 100)",
+        help="seeds of the scenes: a range, 5001-5100, or a list, 3,5,8",
     )
     made.add_argument("--url", default="local", help="a server (default: local, without one)")
     where = made.add_mutually_exclusive_group()
@@ -181,8 +190,16 @@ def seconds(text: str) -> float:
     return number
 
 
+def count_of_seeds(text: str) -> range:
+    """Read a number of scenes; return their seeds."""
+    count = positive(text)
+    if count > MAX_SEEDS:
+        raise argparse.ArgumentTypeError(f"found {count} scenes; wanted at most {MAX_SEEDS}")
+    return range(1, count + 1)
+
+
 def seeds(text: str) -> Sequence[int]:
-    """Read ``100``, ``5001-5100`` or ``3,5,8``."""
+    """Read ``5001-5100`` or ``3,5,8``; a single number N stands for ``1-N``."""
     found: Sequence[int]
     try:
         if "," in text:
@@ -194,9 +211,9 @@ def seeds(text: str) -> Sequence[int]:
             found = _range(1, int(text))
     except ValueError:
         found = []
-    if len(found) > MOST_SEEDS:
-        raise argparse.ArgumentTypeError(f"found {len(found)} seeds; wanted at most {MOST_SEEDS}")
-    if not found or min(found) < 0 or max(found) > LARGEST_SEED:
+    if len(found) > MAX_SEEDS:
+        raise argparse.ArgumentTypeError(f"found {len(found)} seeds; wanted at most {MAX_SEEDS}")
+    if not found or min(found) < 0 or max(found) > MAX_SEED:
         raise argparse.ArgumentTypeError(
             f"found {text!r}; wanted a number, a range as 5001-5100, or a list as 3,5,8"
         )
@@ -204,6 +221,6 @@ def seeds(text: str) -> Sequence[int]:
 
 
 def _range(first: int, last: int) -> range:
-    if last > LARGEST_SEED:
+    if last > MAX_SEED:
         raise ValueError("no seed is so large")
     return range(first, last + 1)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from palmares._native import Batch as NativeBatch
 from palmares._native import Snapshot
 from palmares._native import welcome as native_welcome
-from palmares.arguments import LARGEST_COUNT, LARGEST_SEED, mask_of, one_of, table, whole
+from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, one_of, table, whole
 from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.messages import Welcome
@@ -122,7 +122,7 @@ class Batch:
         if len(seeds) != self.count:
             raise ValueError(f"seeds: found {len(seeds)}; wanted one for each of {self.count} worlds")
         numbers = [
-            whole(f"seeds[{k}]", seed, 0, LARGEST_SEED) if wanted else 0
+            whole(f"seeds[{k}]", seed, 0, MAX_SEED) if wanted else 0
             for k, (seed, wanted) in enumerate(zip(seeds, chosen, strict=True))
         ]
         with progress(sum(chosen), "world", "reset") as told:
@@ -150,7 +150,7 @@ class Batch:
             ValueError: Another shape, or a number that is not finite; nothing has changed.
 
         """
-        ticks = whole("ticks", ticks, 1, LARGEST_COUNT)
+        ticks = whole("ticks", ticks, 1, MAX_COUNT)
         numbers, chosen = table("actions", actions, self.count, self.action_len), self._mask(mask)
         self._look(numbers)
         with progress(ticks, "tick", "step") as told:

@@ -8,7 +8,7 @@ from typing import Literal, Self, TypeVar
 
 from palmares._native import Snapshot, welcome
 from palmares._native import World as NativeWorld
-from palmares.arguments import LARGEST_COUNT, LARGEST_SEED, one_of, whole
+from palmares.arguments import MAX_COUNT, MAX_SEED, one_of, whole
 from palmares.clipping import Clipping
 from palmares.errors import ProtocolError, WrongStateError, error_of
 from palmares.messages import Ack, ErrorMessage, Observation, Opened, Reply, Result, Welcome
@@ -69,7 +69,7 @@ class World:
         self._noise: Literal["none", "real"] = noise
         self._training = training
         self._clipping = Clipping()
-        self._seed = whole("seed", seed, 0, LARGEST_SEED)
+        self._seed = whole("seed", seed, 0, MAX_SEED)
         self.reset(cameras=cameras)
 
     def reset(self, seed: int | None = None, cameras: Iterable[str] = ()) -> Observation:
@@ -80,7 +80,7 @@ class World:
             UnknownCameraError: There is no such camera; nothing has changed.
 
         """
-        seed = self._seed if seed is None else whole("seed", seed, 0, LARGEST_SEED)
+        seed = self._seed if seed is None else whole("seed", seed, 0, MAX_SEED)
         native = NativeWorld(self._task, self._hand, seed, self._sensing, self._noise, self._training)
         obs = read(native.opened(names(cameras)), Observation)
         if obs.run is None or obs.scene is None:
@@ -112,7 +112,7 @@ class World:
         request = Step(
             tick=self.tick,
             action=action_of(base, hand, self._motors),
-            repeat=whole_of("repeat", repeat, 1, LARGEST_COUNT),
+            repeat=whole_of("repeat", repeat, 1, MAX_COUNT),
             cameras=names(cameras),
         )
         try:

@@ -34,7 +34,7 @@ FINGERS_M, TIPS_M = 0.2, 0.255
 """From so far along the hand on there are fingers, and their ends"""
 OVER_M, ROOM_M = 0.003, 0.003
 """Room above the object, and at the walls"""
-MOST_CLASH_M = 0.03
+MAX_CLASH_M = 0.03
 """A hand that overlaps others by more does not go in"""
 TRIES, MOVED_M = 4, 0.015
 PRESS_N, PRESSES = 8.0, 14
@@ -71,7 +71,7 @@ def choose(
                 plan = _place(target, others, shelf, yaw_rad, aside, again)
                 if plan is not None and (best is None or plan.score > best.score):
                     best = plan
-    return best if best is not None and best.score > -MOST_CLASH_M else None
+    return best if best is not None and best.score > -MAX_CLASH_M else None
 
 
 def _place(
