@@ -54,7 +54,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     settings = folder / "hand.toml"
     link = json.loads(palmares.sim.describe_hand("reflex"))["links"][0]["name"]
     sensor = f'\n[sensors.accelerometer]\nlink = "{link}"\nrange = 40.0\nnoise = 0.05\nbias = 0.02\n'
-    settings.write_text(settings.read_text() + sensor)
+    text = settings.read_text().replace('name = "reflex"', f'name = "{HAND}"', 1)
+    settings.write_text(text + sensor)
     return folder
 
 

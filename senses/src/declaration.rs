@@ -149,7 +149,7 @@ impl Channel {
     /// Shape of the array for a hand.
     pub fn shape(&self, hand: &Hand) -> Vec<usize> {
         match (&self.rows, self.width()) {
-            (Rows::One | Rows::If(_), width) => vec![width],
+            (Rows::One | Rows::If(_), width) => vec![self.count(hand) * width],
             (Rows::Each(index), 1) => vec![(index.count)(hand)],
             (Rows::Each(index), width) => vec![(index.count)(hand), width],
         }
