@@ -1,7 +1,7 @@
 //! `palmares schema`.
 
+use crate::server;
 use clap::ValueEnum;
-use palmares_server::schema;
 use serde_json::{Map, Value};
 use std::io::Write;
 
@@ -14,24 +14,12 @@ pub(crate) enum What {
     Watch,
     /// The HTTP addresses, as OpenAPI 3.1
     Openapi,
-    /// The channels of hands, as a table in Markdown
-    Channels,
-    /// The images of cameras, as a table in Markdown
-    Images,
 }
 
 /// Prints a description.
 pub(crate) fn schema(what: What) -> anyhow::Result<()> {
-    let json = |all| serde_json::to_string_pretty(&sorted(all));
-    let text = match what {
-        What::Control => json(schema::control())?,
-        What::Watch => json(schema::watch())?,
-        What::Openapi => json(schema::openapi())?,
-        What::Channels => palmares_senses::document(),
-        What::Images => palmares_senses::image_document(),
-    };
     let mut out = std::io::stdout().lock();
-    writeln!(out, "{}", text.trim_end())?;
+    writeln!(out, "{}", serde_json::to_string_pretty(&sorted(server::schema(what)?))?)?;
     Ok(())
 }
 

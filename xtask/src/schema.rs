@@ -1,5 +1,4 @@
-//! `cargo xtask schema`: the descriptions of messages and addresses in docs/schema, and the tables of channels in
-//! docs/senses.md.
+//! `cargo xtask schema`: the descriptions of messages and addresses that stand in docs/schema.
 
 use crate::workspace;
 use anyhow::{Context, Result, ensure};
@@ -10,38 +9,20 @@ use std::process::Command;
 /// What `palmares schema` can print.
 const KINDS: [&str; 3] = ["control", "watch", "openapi"];
 
-/// Tables that `palmares schema` can print. In docs/senses.md each is between `<!-- KIND -->` and `<!-- /KIND -->`.
-const TABLES: [&str; 2] = ["channels", "images"];
-
 /// Every file with the text that it should have.
 fn files(program: &Path) -> Result<Vec<(PathBuf, String)>> {
-    let docs = workspace::root().join("docs");
-    let mut files = Vec::new();
-    for kind in KINDS {
-        files.push((docs.join("schema").join(format!("{kind}.json")), printed(program, kind)?));
-    }
-    let senses = docs.join("senses.md");
-    let mut text =
-        fs::read_to_string(&senses).with_context(|| format!("cannot read {}", senses.display()))?;
-    for kind in TABLES {
-        let [begin, end] = [format!("<!-- {kind} -->\n"), format!("<!-- /{kind} -->")];
-        let from = text.find(&begin).map(|at| at + begin.len());
-        let to = text.find(&end);
-        let (Some(from), Some(to)) = (from, to) else {
-            anyhow::bail!("{}: no lines {} and {end}", senses.display(), begin.trim_end());
-        };
-        text.replace_range(from..to, &printed(program, kind)?);
-    }
-    files.push((senses, text));
-    Ok(files)
-}
-
-/// The output of `palmares schema KIND`.
-fn printed(program: &Path, kind: &str) -> Result<String> {
-    let output = Command::new(program).args(["schema", kind]).output();
-    let output = output.with_context(|| format!("cannot start {}", program.display()))?;
-    ensure!(output.status.success(), "palmares schema {kind}: {}", String::from_utf8_lossy(&output.stderr));
-    Ok(String::from_utf8(output.stdout)?)
+    let write = |kind: &str| {
+        let output = Command::new(program).args(["schema", kind]).output();
+        let output = output.with_context(|| format!("cannot start {}", program.display()))?;
+        ensure!(
+            output.status.success(),
+            "palmares schema {kind}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        let path = workspace::root().join("docs/schema").join(format!("{kind}.json"));
+        Ok((path, String::from_utf8(output.stdout)?))
+    };
+    KINDS.into_iter().map(write).collect()
 }
 
 /// Writes the files.
