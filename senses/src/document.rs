@@ -8,7 +8,7 @@ use std::fmt::Write;
 /// Every channel: its path in an observation, its array, units, and which hands have it.
 pub fn document() -> String {
     let mut text =
-        "| in `obs.hand` | array | shape | unit | what it is | who has it |\n|---|---|---|---|---|---|\n"
+        "| field of `obs.hand` | array | shape | units | reading | hands |\n|---|---|---|---|---|---|\n"
             .to_owned();
     for channel in CHANNELS {
         let Channel { name, key, doc, hands, .. } = channel;
@@ -27,7 +27,7 @@ pub fn document() -> String {
 
 /// Every kind of image of a camera.
 pub fn image_document() -> String {
-    let mut text = "| image | on the wire | what it is | with `sensors` |\n|---|---|---|---|\n".to_owned();
+    let mut text = "| image | on the wire | content | with `sensors` |\n|---|---|---|---|\n".to_owned();
     for image in IMAGES {
         let numbers = if image.width > 1 { format!("{} × ", image.width) } else { String::new() };
         let sensors = if image.truth { "no" } else { "yes" };
