@@ -2,7 +2,7 @@
 //! declarations of their channels.
 
 use crate::observation::Sensing;
-use crate::table::Written;
+use crate::table::{BINARY, Written};
 use palmares_senses::{CHANNELS, Channel, Column, Entry, Record, Rows, SensorReadings};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::ser::{Serialize, SerializeStruct, Serializer};
@@ -161,8 +161,17 @@ fn schema(channel: &Channel, generator: &mut SchemaGenerator) -> Map<String, Val
         }
     };
     let whole = match &channel.rows {
+        Rows::Each(_) if channel.record.is_none() => {
+            json!({"type": "array", "items": row, "x-msgpack": BINARY})
+        }
         Rows::Each(_) => json!({"type": "array", "items": row}),
-        Rows::One | Rows::If(_) => row,
+        Rows::One => row,
+        // Clients read null where the channel is absent.
+        Rows::If(_) => {
+            let mut row = row;
+            row["type"] = json!(["array", "null"]);
+            row
+        }
     };
     // Each of them is an object.
     whole.as_object().cloned().unwrap_or_default()

@@ -5,6 +5,9 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 use std::borrow::Cow;
 
+/// The schema's word for the form that a table has in MessagePack.
+pub(crate) const BINARY: &str = "float64-le";
+
 /// Rows of `width` numbers, as they are written. Rows of one number are the numbers themselves.
 pub(crate) struct Written<'a> {
     pub(crate) width: usize,
@@ -54,7 +57,8 @@ impl<const N: usize> JsonSchema for Table<N> {
         let number = json_schema!({"type": "number", "format": "double"});
         json_schema!({
             "type": "array",
-            "items": {"type": "array", "items": number, "minItems": N, "maxItems": N}
+            "items": {"type": "array", "items": number, "minItems": N, "maxItems": N},
+            "x-msgpack": BINARY,
         })
     }
 }
@@ -83,8 +87,8 @@ impl JsonSchema for Numbers {
     fn schema_name() -> Cow<'static, str> {
         "Numbers".into()
     }
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        Vec::<f64>::json_schema(generator)
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"type": "array", "items": {"type": "number", "format": "double"}, "x-msgpack": BINARY})
     }
 }
 

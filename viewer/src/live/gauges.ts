@@ -1,14 +1,14 @@
-/** Motors, tensions, loads and sensors of a hand in figures and bars, and the distance of each joint from its predicted rest. */
+/** The hand's telemetry as bars and figures: motors, tensions, contact forces on fingers and patches, sensors, deviation of joints from the prediction. */
 import { points } from '../ui/format';
 import { el, setText } from '../ui/elements';
 import { type Channel, readingsOf } from '../model/channel';
 import type { HandDescription } from '../model/hand';
 import type { Telemetry } from '../model/moment';
 
-/** Joints that are listed: those farthest from the prediction. */
+/** Number of listed joints: those farthest from the prediction. */
 const LISTED = 6;
 const DEGREES = 180 / Math.PI;
-/** Bars that are full, N. */
+/** Force of a full bar, N. */
 const FINGER_N = 100;
 const PATCH_N = 20;
 
@@ -31,7 +31,7 @@ export class Gauges {
   private hand: HandDescription | null = null;
   private channels: readonly Channel[] = [];
 
-  /** Gauges for a hand; `channels`: those of `Telemetry.readings`. */
+  /** Creates the gauges of a hand; `channels`: those of `Telemetry.readings`. */
   setHand(hand: HandDescription | null, channels: readonly Channel[]): void {
     this.hand = hand;
     this.channels = channels;
@@ -41,11 +41,11 @@ export class Gauges {
     this.tendons = hand.tendons.map((tendon) => gauge(`${tendon.name}, tension`, tendon.force_limit, ''));
     this.fingers = (hand.fingers ?? []).map((name) => gauge(name, FINGER_N, 'N'));
     this.patches = (hand.tactile ?? []).map((patch) => gauge(patch.name, PATCH_N, 'N'));
-    const skin = this.patches.length > 0 ? [el('h3', {}, 'Pressed on each tactile patch, N'), ...this.patches.map((g) => g.row)] : [];
+    const skin = this.patches.length > 0 ? [el('h3', {}, 'Force on each tactile patch, N'), ...this.patches.map((g) => g.row)] : [];
     this.joints = el('dl', { class: 'facts' });
     this.readings = el('dl', { class: 'facts' });
     const sensors = channels.length > 0 ? [el('h3', {}, 'Sensors'), this.readings] : [];
-    this.element.replaceChildren(el('summary', {}, 'Hand: what it does and feels'), ...this.motors.map((g) => g.row), ...this.tendons.map((g) => g.row),
+    this.element.replaceChildren(el('summary', {}, 'Hand: motors and sensors'), ...this.motors.map((g) => g.row), ...this.tendons.map((g) => g.row),
       el('h3', {}, 'Contact force on each finger, N'), ...this.fingers.map((g) => g.row), ...skin, ...sensors,
       el('h3', {}, 'Farthest from the predicted equilibrium'), this.joints);
   }
@@ -68,12 +68,12 @@ export class Gauges {
       [el('dt', {}, label), el('dd', { class: 'num' }, `${numbers.map((x) => x.toFixed(2)).join(', ')} ${unit}`)]));
     const { predicted, q } = telemetry;
     if (!predicted) {
-      this.joints.replaceChildren(el('dt', {}, 'No prediction'), el('dd', {}, 'none is known for this hand here'));
+      this.joints.replaceChildren(el('dt', {}, 'No prediction'), el('dd', {}, 'not available for this hand'));
       return;
     }
-    const apart = q.map((value, k) => ({ name: this.hand?.coordinates[k]?.name ?? String(k), by: (value - (predicted[k] ?? value)) * DEGREES }));
-    apart.sort((a, b) => Math.abs(b.by) - Math.abs(a.by));
-    this.joints.replaceChildren(...apart.slice(0, LISTED).flatMap(({ name, by }) => [el('dt', {}, name), el('dd', { class: 'num' }, `${points(by)}°`)]));
+    const deviations = q.map((value, k) => ({ name: this.hand?.coordinates[k]?.name ?? String(k), by: (value - (predicted[k] ?? value)) * DEGREES }));
+    deviations.sort((a, b) => Math.abs(b.by) - Math.abs(a.by));
+    this.joints.replaceChildren(...deviations.slice(0, LISTED).flatMap(({ name, by }) => [el('dt', {}, name), el('dd', { class: 'num' }, `${points(by)}°`)]));
   }
 }
 
