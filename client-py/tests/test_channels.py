@@ -16,11 +16,13 @@ from gymnasium import spaces
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 from websockets.sync.client import connect
+from websockets.typing import Subprotocol
 
 import palmares
-from palmares.channels import Channel
+from palmares.channels import array_of, depth_of
 from palmares.gym import BatchEnv, FlatEnv, PalmaresEnv
 from palmares.sim import Batch, World
+from palmares.wire import ChannelInfo
 from tests.real_server import RealServer, needs_server
 
 pytestmark = needs_server
@@ -65,7 +67,7 @@ def url(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]
         yield server.url
 
 
-def units(channels: list[Channel]) -> dict[str, list[str]]:
+def units(channels: list[ChannelInfo]) -> dict[str, list[str]]:
     return {channel.name: [column.unit for column in channel.columns] for channel in channels}
 
 
@@ -106,9 +108,9 @@ def test_every_channel_is_the_same_everywhere(url: str, folder: Path, noise: Lit
             obs = client.step(
                 base=palmares.twist([0.0] * 3, [0.0] * 3), hand=[0.0] * 4, repeat=3, cameras=["wrist"]
             )
-            rows.append({channel.name: channel.array(obs.hand) for channel in hand.channels})
+            rows.append({channel.name: array_of(channel, obs.hand) for channel in hand.channels})
             rows[-1]["depth.wrist"] = np.nan_to_num(obs.cameras["wrist"].depth)
-            assert hand.cameras[0].depth.shape == list(rows[-1]["depth.wrist"].shape)
+            assert depth_of(hand.cameras[0]).shape == list(rows[-1]["depth.wrist"].shape)
             run_id = client.stop().run_id
     for channel in SHAPES:
         assert rows[0][channel].shape == SHAPES[channel]
@@ -160,7 +162,10 @@ def check_replay(url: str, run_id: str) -> None:
 
 def test_viewers_get_the_same_channels(url: str) -> None:
     watch = url.replace("http", "ws") + "/v1/watch"
-    with palmares.Client(url) as client, connect(watch, subprotocols=["palmares.v1.json"]) as socket:
+    with (
+        palmares.Client(url) as client,
+        connect(watch, subprotocols=[Subprotocol("palmares.v1.json")]) as socket,
+    ):
         client.reset("grasp", HAND, seed=SEED)
         wanted = {"op": "subscribe", "id": 1, "featured": True, "overlays": ["telemetry"]}
         socket.send(json.dumps(wanted))
@@ -191,4 +196,4 @@ def test_a_world_reads_what_a_batch_reads_with_the_truth(folder: Path) -> None:
     hand = palmares.sim.welcome(own_hands=[str(folder)]).hands[-1]
     obs = world.observe()
     for channel in hand.channels:
-        np.testing.assert_array_equal(channel.array(obs.hand), rows[channel.name][0])
+        np.testing.assert_array_equal(array_of(channel, obs.hand), rows[channel.name][0])

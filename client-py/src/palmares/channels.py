@@ -9,73 +9,35 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-import msgspec
-
 from palmares.arrays import Array, array
+from palmares.wire import CameraInfo, ChannelInfo, ColumnInfo, HandInfo, ImageInfo
 
 
-class Column(msgspec.Struct, kw_only=True):
-    """Numbers of a channel that have a unit and a range in common."""
-
-    name: str = ""
-    """Empty where the channel's numbers have no names"""
-    width: int = 1
-    """How many numbers"""
-    unit: str = ""
-    """Empty for a pure number"""
-    minimum: float | None = None
-    maximum: float | None = None
+def channels_of(hand: HandInfo) -> list[ChannelInfo]:
+    """Return the channels of a hand; for a server that does not list them, those that it has."""
+    return hand.channels or early_channels(len(hand.motors), len(hand.encoders), len(hand.taxels))
 
 
-class Channel(msgspec.Struct, kw_only=True):
-    """A channel of a hand."""
-
-    name: str
-    """Name of its array in environments and batches"""
-    key: str
-    """Its field in `Observation.hand`"""
-    shape: list[int]
-    """Shape of the array"""
-    columns: list[Column]
-    """Columns along the array's last axis"""
-    truth: bool = False
-    """Whether it is only in observations with sensing ``truth``"""
-    description: str = ""
-
-    def array(self, hand: Any) -> Array:
-        """Return the numbers of a `HandState` as an array of this shape."""
-        value = getattr(hand, self.key)
-        if self.columns[0].name:
-            rows = value if isinstance(value, list) else [value]
-            value = [list(self._row(row)) for row in rows]
-        return array(value, *self.shape)
-
-    def _row(self, record: Any) -> Iterable[float]:
-        for column in self.columns:
-            value = record[column.name] if isinstance(record, Mapping) else getattr(record, column.name)
-            if column.width == 1:
-                yield value
-            else:
-                yield from value
+def array_of(channel: ChannelInfo, hand: Any) -> Array:
+    """Return the numbers of a channel in a `HandState` as an array of the channel's shape."""
+    value = getattr(hand, channel.key)
+    if channel.columns[0].name:
+        rows = value if isinstance(value, list) else [value]
+        value = [list(_row(channel, row)) for row in rows]
+    return array(value, *channel.shape)
 
 
-class ImageInfo(msgspec.Struct, kw_only=True):
-    """An image that a camera takes."""
-
-    name: str
-    """``depth``, ``rgb`` or ``bodies``: its attribute in `CameraImage`"""
-    shape: list[int]
-    """Rows, pixels in a row, and the numbers of a pixel if it has several"""
-    unit: str = ""
-    """Empty for a pure number"""
-    minimum: float
-    maximum: float
-    truth: bool = False
-    """Whether it is only for runs with sensing ``truth``"""
-    description: str = ""
+def depth_of(camera: CameraInfo) -> ImageInfo:
+    """Return the depth image of a camera; servers that do not list images have it, too."""
+    found = [image for image in camera.images if image.name == "depth"]
+    if found:
+        return found[0]
+    shape = [camera.height, camera.width]
+    limits = {"minimum": 0.0, "maximum": camera.far}
+    return ImageInfo(name="depth", shape=shape, unit="m", truth=False, description="", **limits)
 
 
-def early_channels(motors: int, encoders: int, taxels: int, acceleration: bool = False) -> list[Channel]:
+def early_channels(motors: int, encoders: int, taxels: int, acceleration: bool = False) -> list[ChannelInfo]:
     """Return the channels of servers that do not list them."""
     body = [("position", 3, "m"), ("quat_xyzw", 4, ""), ("linear", 3, "m/s"), ("angular", 3, "rad/s")]
     motor = [("command", 1, ""), ("position", 1, ""), ("velocity", 1, "1/s"), ("tension", 1, "tendon")]
@@ -90,6 +52,15 @@ def early_channels(motors: int, encoders: int, taxels: int, acceleration: bool =
     return [channel for channel in known if channel.shape[0] != 0]
 
 
-def _channel(name: str, key: str, shape: list[int], columns: list[tuple[str, int, str]]) -> Channel:
-    found = [Column(name=column, width=width, unit=unit) for column, width, unit in columns]
-    return Channel(name=name, key=key, shape=shape, columns=found)
+def _channel(name: str, key: str, shape: list[int], columns: list[tuple[str, int, str]]) -> ChannelInfo:
+    found = [ColumnInfo(name=column, width=width, unit=unit) for column, width, unit in columns]
+    return ChannelInfo(name=name, key=key, shape=shape, columns=found, truth=False, description="")
+
+
+def _row(channel: ChannelInfo, record: Any) -> Iterable[float]:
+    for column in channel.columns:
+        value = record[column.name] if isinstance(record, Mapping) else getattr(record, column.name)
+        if column.width == 1:
+            yield value
+        else:
+            yield from value

@@ -12,6 +12,7 @@ from gymnasium import spaces
 
 from palmares.arguments import one_of, table, whole
 from palmares.arrays import array
+from palmares.channels import depth_of
 from palmares.client import LOCAL, Client
 from palmares.gym.fields import Arrays, action_space, arrays_of, arrays_of_scene, box, padded
 from palmares.gym.player import Player
@@ -147,7 +148,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
             if name not in known:
                 there = ", ".join(known) or "none"
                 raise ValueError(f"no camera {name!r} in task {self._task!r} with {self._hand!r}: {there}")
-            depth = known[name].depth
+            depth = depth_of(known[name])
             low, high, shape = depth.minimum, depth.maximum, tuple(depth.shape)
             found[f"depth.{name}"] = spaces.Box(low, high, shape, dtype=np.float64)
         return spaces.Dict(found)

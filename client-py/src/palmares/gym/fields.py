@@ -9,9 +9,10 @@ import numpy as np
 from gymnasium import spaces
 
 from palmares.arrays import Array, array
-from palmares.channels import Channel, early_channels
+from palmares.channels import array_of, early_channels
 from palmares.messages import Observation
 from palmares.scene import Scene, SceneBody
+from palmares.wire import ChannelInfo
 
 Arrays: TypeAlias = dict[str, Array]
 
@@ -20,7 +21,7 @@ LARGEST = 1e9
 KINDS = ("sphere", "capsule", "cylinder", "box", "hull")
 
 
-def arrays_of(obs: Observation, channels: Sequence[Channel] | None = None) -> Arrays:
+def arrays_of(obs: Observation, channels: Sequence[ChannelInfo] | None = None) -> Arrays:
     """Return an observation as arrays; their shapes are in the docstring of `PalmaresEnv`.
 
     Args:
@@ -33,7 +34,7 @@ def arrays_of(obs: Observation, channels: Sequence[Channel] | None = None) -> Ar
         hand = obs.hand
         lengths = (len(hand.actuators), hand.joints.size, len(hand.touch))
         channels = early_channels(*lengths, acceleration=hand.acceleration is not None)
-    found = {channel.name: channel.array(obs.hand) for channel in channels}
+    found = {channel.name: array_of(channel, obs.hand) for channel in channels}
     for name, image in obs.cameras.items():
         found[f"depth.{name}"] = np.nan_to_num(image.depth, nan=0.0)
     if obs.truth is not None:

@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from palmares import own_task
+from palmares.channels import channels_of
 from palmares.client import LOCAL, Client
 from palmares.messages import Observation, Result
 from palmares.scene import Scene
@@ -47,7 +48,9 @@ class Player:
         welcome = self.client.welcome
         played, rules = self._hand_info(hand), self._task_info(task)
         self.hand = played
-        self.channels = [channel for channel in channels_of(played) if sensing == "truth" or not channel.truth]
+        self.channels = [
+            channel for channel in channels_of(played) if sensing == "truth" or not channel.truth
+        ]
         self.cameras = {camera.name: camera for camera in rules.cameras}
         for camera in played.cameras:
             name = f"hand_{camera.name}" if camera.name in self.cameras else camera.name
