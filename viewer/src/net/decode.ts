@@ -84,6 +84,6 @@ export class FrameReader {
     if (flags & CONTACTS) moment.contacts = contacts(cursor);
     if (flags & LOADS && moment.telemetry) moment.telemetry = loads(cursor, moment.telemetry);
     if (flags & READINGS && moment.telemetry) moment.telemetry.readings = cursor.floats(cursor.u16());
-    return this.whole ? moment : null;
+    return this.complete ? moment : null;
   }
 }
