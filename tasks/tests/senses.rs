@@ -1,4 +1,4 @@
-//! Senses of whole runs: they change nothing, are the same whoever asks and when, and are as noisy as they say.
+//! Sensors of whole runs: reading them changes nothing, readings do not depend on other readings, and errors are as declared.
 
 use palmares_models::hand::Hand;
 use palmares_tasks::image::CameraImage;

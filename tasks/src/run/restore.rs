@@ -1,4 +1,4 @@
-//! Going back to a snapshot, and going on from here twice.
+//! Snapshots and forks of a run.
 
 use super::Run;
 use super::cameras::ImageCache;
@@ -9,7 +9,7 @@ use crate::action::Action;
 use palmares_sim::World;
 use std::sync::{Arc, OnceLock};
 
-/// No run has made as many ticks.
+/// More ticks than any run makes.
 const MOST_TICKS: u64 = 1 << 40;
 
 impl Run {
@@ -33,10 +33,10 @@ impl Run {
         }
     }
 
-    /// Goes on from a snapshot of this run or another of the same task, hand, seed and noise, bit for bit.
+    /// Continues from a snapshot of this run or another of the same task, hand, seed and noise, bit for bit.
     ///
     /// # Errors
-    /// It is of another run, or its bytes have been changed. Nothing has changed then.
+    /// It is of another run, or its bytes have been changed. The run stays as it was.
     pub fn restore(&mut self, from: &Snapshot) -> Result<(), SnapshotError> {
         let own = self.origin();
         if !Arc::ptr_eq(own, &from.origin)
@@ -63,7 +63,7 @@ impl Run {
         Ok(())
     }
 
-    /// Another run that goes on from here on its own. Not between [`Run::prepare`] and the step that it prepares.
+    /// Another run that continues from here on its own. Not between [`Run::prepare`] and the step that it prepares.
     #[must_use]
     pub fn fork(&self) -> Run {
         let mut world = World::new(Arc::clone(self.world.model()), self.world.state().clone());
@@ -96,7 +96,7 @@ impl Run {
         }
     }
 
-    /// Which part of a snapshot that names this run cannot be this run's, if one cannot.
+    /// The part of a snapshot that cannot be this run's, although the snapshot names this run.
     fn unfit(&self, from: &Snapshot) -> Option<&'static str> {
         let (objects, links) = (self.world.model().objects().len(), self.hand.links.len());
         let motors = self.hand.motors.len();
