@@ -28,6 +28,7 @@ function telemetryOf(record: TelemetryRecord): Telemetry {
     predicted: record.predicted.length > 0 ? record.predicted : null,
     fingers: triples(record.finger_force).map((force, k) => ({ force, torque: triple(record.finger_torque, k) })),
     touch: triples(record.touch),
+    readings: record.readings,
   };
 }
 

@@ -85,7 +85,8 @@ pub(super) fn protobuf(replay: &Value) -> Result<String> {
         let kind = field["type"].as_str().context("a type")?;
         let repeated = field["repeated"] == true;
         members += &format!("  {name}: {};\n", if repeated { "number[]" } else { "number" });
-        table += &format!("  {}: {{ name: '{name}', type: '{kind}', repeated: {repeated} }},\n", field["number"]);
+        table +=
+            &format!("  {}: {{ name: '{name}', type: '{kind}', repeated: {repeated} }},\n", field["number"]);
     }
     Ok(format!(
         "/** `palmares.Telemetry`, derived from docs/schema: `cargo xtask generate` writes it. */\n\
