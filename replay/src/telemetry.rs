@@ -8,7 +8,6 @@ use prost::Message;
 use prost_types::Timestamp;
 use std::sync::Arc;
 
-<<<<<<< HEAD
 /// Period, in frames, after which unchanged telemetry is written again.
 const REPEAT_PERIOD: u64 = 300;
 /// Steps of σ and angles (2⁻¹⁴), and of lengths (2⁻¹³ m): finer ones are invisible, and rounded numbers compress well.
@@ -18,6 +17,8 @@ const LENGTH_STEPS: f64 = (1 << 13) as f64;
 const FORCE_STEPS: f64 = (1 << 8) as f64;
 /// Steps of the friction use.
 const FRICTION_STEPS: f64 = (1 << 8) as f64;
+/// Steps of sensor readings: 2⁻¹⁰ of their unit.
+const READING_STEPS: f64 = (1 << 10) as f64;
 /// Largest value: written for an infinite one.
 const MAX_VALUE: f64 = 1e6;
 
@@ -62,98 +63,12 @@ described! {
         pub(crate) finger_torque: Vec<f32>,
         #[prost(float, repeated, tag = "18")]
         pub(crate) touch: Vec<f32>,
+        #[prost(float, repeated, tag = "19")]
+        pub(crate) readings: Vec<f32>,
     }
 }
 
 /// The nearest multiple of `1 / steps`.
-=======
-/// It is written again after so many pictures, also when nothing has changed.
-const AGAIN_AFTER: u64 = 300;
-/// σ and rad in steps of 2⁻¹⁴, m in steps of 2⁻¹³: finer is not seen, and the rest of a number packs well.
-const FINE: f64 = (1 << 14) as f64;
-const PLACE: f64 = (1 << 13) as f64;
-/// N, and the tendons' unit.
-const FORCE: f64 = (1 << 8) as f64;
-/// Readings of sensors, in steps of 2⁻¹⁰ of their unit.
-const READING: f64 = (1 << 10) as f64;
-/// Of friction use.
-const PART: f64 = (1 << 8) as f64;
-/// What is infinite is told as this.
-const MOST: f64 = 1e6;
-
-/// `palmares.Telemetry`
-#[derive(Clone, PartialEq, Message)]
-pub(crate) struct TelemetryMessage {
-    #[prost(message, required, tag = "1")]
-    timestamp: Timestamp,
-    #[prost(uint64, required, tag = "2")]
-    pub(crate) tick: u64,
-    #[prost(double, required, tag = "3")]
-    pub(crate) score: f64,
-    #[prost(float, repeated, tag = "4")]
-    pub(crate) command: Vec<f32>,
-    #[prost(float, repeated, tag = "5")]
-    pub(crate) position: Vec<f32>,
-    #[prost(float, repeated, tag = "6")]
-    pub(crate) motor_tension: Vec<f32>,
-    #[prost(float, repeated, tag = "7")]
-    pub(crate) tension: Vec<f32>,
-    #[prost(float, repeated, tag = "8")]
-    pub(crate) q: Vec<f32>,
-    #[prost(float, repeated, tag = "9")]
-    pub(crate) predicted: Vec<f32>,
-    #[prost(uint32, repeated, tag = "10")]
-    pub(crate) contact_a: Vec<u32>,
-    #[prost(uint32, repeated, tag = "11")]
-    pub(crate) contact_b: Vec<u32>,
-    #[prost(float, repeated, tag = "12")]
-    pub(crate) contact_position: Vec<f32>,
-    #[prost(float, repeated, tag = "13")]
-    pub(crate) contact_force: Vec<f32>,
-    #[prost(float, repeated, tag = "14")]
-    pub(crate) contact_use: Vec<f32>,
-    #[prost(float, repeated, tag = "15")]
-    pub(crate) work: Vec<f32>,
-    #[prost(float, repeated, tag = "16")]
-    pub(crate) finger_force: Vec<f32>,
-    #[prost(float, repeated, tag = "17")]
-    pub(crate) finger_torque: Vec<f32>,
-    #[prost(float, repeated, tag = "18")]
-    pub(crate) touch: Vec<f32>,
-    #[prost(float, repeated, tag = "19")]
-    pub(crate) readings: Vec<f32>,
-}
-
-/// The `FileDescriptorSet` that readers of `palmares.Telemetry` need.
-pub(crate) fn schema() -> Vec<u8> {
-    let floats = |name: &str| list(name, Type::Float, None);
-    let fields = vec![
-        field("timestamp", Type::Message, Some(TIMESTAMP)),
-        field("tick", Type::Uint64, None),
-        field("score", Type::Double, None),
-        floats("command"),
-        floats("position"),
-        floats("motor_tension"),
-        floats("tension"),
-        floats("q"),
-        floats("predicted"),
-        list("contact_a", Type::Uint32, None),
-        list("contact_b", Type::Uint32, None),
-        floats("contact_position"),
-        floats("contact_force"),
-        floats("contact_use"),
-        floats("work"),
-        floats("finger_force"),
-        floats("finger_torque"),
-        floats("touch"),
-        floats("readings"),
-    ];
-    let telemetry = file("palmares/Telemetry.proto", "palmares", &[TIME], message("Telemetry", fields));
-    FileDescriptorSet { file: vec![descriptors::time(), telemetry] }.encode_to_vec()
-}
-
-/// In such steps.
->>>>>>> main
 fn rounded(x: f64, steps: f64) -> f32 {
     // Adding zero makes -0 a 0.
     ((x.clamp(-MAX_VALUE, MAX_VALUE) * steps).round() / steps + 0.0) as f32
@@ -197,7 +112,6 @@ impl TelemetryFilter {
             predicted: all(&telemetry.predicted, ANGLE_STEPS),
             contact_a: contacts.iter().map(|contact| contact.a as u32).collect(),
             contact_b: contacts.iter().map(|contact| contact.b as u32).collect(),
-<<<<<<< HEAD
             contact_position: all(contacts.iter().flat_map(|contact| &contact.position), LENGTH_STEPS),
             contact_force: all(contacts.iter().flat_map(|contact| &contact.force), FORCE_STEPS),
             contact_use: all(contacts.iter().map(|contact| &contact.friction_use), FRICTION_STEPS),
@@ -205,16 +119,7 @@ impl TelemetryFilter {
             finger_force: all(telemetry.fingers.iter().flat_map(|finger| &finger.force), FORCE_STEPS),
             finger_torque: all(telemetry.fingers.iter().flat_map(|finger| &finger.torque), ANGLE_STEPS),
             touch: all(telemetry.touch.iter().flatten(), FORCE_STEPS),
-=======
-            contact_position: all(contacts.iter().flat_map(|contact| &contact.position), PLACE),
-            contact_force: all(contacts.iter().flat_map(|contact| &contact.force), FORCE),
-            contact_use: all(contacts.iter().map(|contact| &contact.friction_use), PART),
-            work: all(motors().map(|motor| &motor.work), FORCE),
-            finger_force: all(seen.fingers.iter().flat_map(|finger| &finger.force), FORCE),
-            finger_torque: all(seen.fingers.iter().flat_map(|finger| &finger.torque), FINE),
-            touch: all(seen.touch.iter().flatten(), FORCE),
-            readings: all(&seen.readings, READING),
->>>>>>> main
+            readings: all(&telemetry.readings, READING_STEPS),
             ..TelemetryMessage::default()
         };
         let due = self.frames.is_multiple_of(REPEAT_PERIOD);

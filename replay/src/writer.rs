@@ -19,12 +19,8 @@ use crate::telemetry::{TelemetryFilter, TelemetryMessage};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, WriteOptions};
-<<<<<<< HEAD
-use palmares_tasks::{Event, Outcome, Run};
-=======
 use palmares_senses::ChannelInfo;
-use palmares_tasks::{Outcome, Run};
->>>>>>> main
+use palmares_tasks::{Event, Outcome, Run};
 use prost::Message;
 use serde::Serialize;
 use serde_json::Value;

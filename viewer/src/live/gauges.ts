@@ -1,11 +1,7 @@
 /** The hand's telemetry as bars and figures: motors, tensions, contact forces on fingers and patches, sensors, deviation of joints from the prediction. */
 import { points } from '../ui/format';
 import { el, setText } from '../ui/elements';
-<<<<<<< HEAD
-=======
 import { type Channel, readingsOf } from '../model/channel';
-import type { HandDescription } from '../model/hand';
->>>>>>> main
 import type { Telemetry } from '../model/moment';
 import type { HandDescription } from '../wire/messages';
 

@@ -1,9 +1,5 @@
 /** The scene of a run: bodies with their shapes, and the regions of the rules. SI units. */
-<<<<<<< HEAD
-=======
 import type { Channel } from './channel';
-import type { HandDescription } from './hand';
->>>>>>> main
 import type { Quat, Vec3 } from './pose';
 import type { HandDescription, Region, Shape, WatchRun, WatchScene } from '../wire/messages';
 
@@ -28,20 +24,7 @@ export interface Body {
 }
 
 /** The drawn scene. `moving` has the ids of the bodies in a moment's poses, in that order. */
-<<<<<<< HEAD
-export interface SceneInfo { run?: WatchRun; bodies: Body[]; moving: number[]; regions: Region[]; hand?: HandDescription }
-=======
-export interface SceneInfo { run?: RunInfo; bodies: Body[]; moving: number[]; regions: Region[]; hand?: HandDescription; readings?: Channel[] }
-
-/** A body in the server's message. */
-interface WireBody extends Omit<Body, 'quat' | 'parts'> {
-  quat_xyzw: Quat;
-  parts: { position: Vec3; quat_xyzw: Quat; shape: Shape }[];
-}
-
-/** The message `scene` of the watch socket. */
-export interface WireScene { run: RunInfo; bodies: WireBody[]; moving: number[]; regions: Region[]; hand?: HandDescription; readings?: Channel[] }
->>>>>>> main
+export interface SceneInfo { run?: WatchRun; bodies: Body[]; moving: number[]; regions: Region[]; hand?: HandDescription; readings?: Channel[] }
 
 /** Converts the message. */
 export function sceneOf(wire: WatchScene): SceneInfo {

@@ -17,15 +17,7 @@ export function entity(id: string, frame: string): SceneEntity {
 
 /** A record of /telemetry with the given fields. */
 export function record(tick: number, given: Partial<TelemetryRecord> = {}): TelemetryRecord {
-<<<<<<< HEAD
   return { ...emptyRecord(), tick, ...given };
-=======
-  return {
-    tick, score: 0, command: [], position: [], motorTension: [], tension: [], q: [], predicted: [],
-    contactA: [], contactB: [], contactPosition: [], contactForce: [], contactUse: [],
-    work: [], fingerForce: [], fingerTorque: [], touch: [], readings: [], ...given,
-  };
->>>>>>> main
 }
 
 /** One second, with poses every 0.04 s. */

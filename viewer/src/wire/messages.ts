@@ -5,7 +5,7 @@
 
 /** An accelerometer: it reads acceleration minus gravity, in the frame of its link. */
 export interface Accelerometer {
-  /** Link of the URDF that carries it. */
+  /** Link of the URDF on which it sits. */
   link: string;
   /** Largest magnitude along each axis, m/s². */
   range: number;
@@ -15,40 +15,28 @@ export interface Accelerometer {
   bias: number;
 }
 
-/** `ack`: the action or push is accepted. */
+/** `ack`: the action or push was taken. */
 export interface Ack {
-  /** The id of the request. */
+  /** Of the request. */
   id: number;
-  /** The tick at which it takes effect: the observation of this tick is the first with its effect. */
+  /** The tick at which it takes effect: the `obs` of this tick is the first to show it. */
   tick: number;
 }
 
-/** `act`: sets the action of a realtime run, from the next tick on. */
+/** `act`: from its next tick on a realtime world follows this action. */
 export interface Act {
-  /** Targets; an omitted field keeps its last target. */
+  /** Targets; what is left out keeps its last target. */
   action: Action;
-  /** Cameras whose images the next observation has; see `step`. */
+  /** Cameras whose pictures the next observation shall have; see `step`. */
   cameras?: string[];
 }
 
-/** Targets for one tick. An omitted field keeps its last target. */
+/** Targets for one tick. What is left out keeps its last target. */
 export interface Action {
-  /** Target of the hand's base. */
+  /** Where the hand's base should go. */
   base?: BaseTarget;
   /** σ of every motor, in the hand's motor order, each in [0, 1]. */
   hand?: number[];
-}
-
-/** The action of the step from `tick` to `tick + 1`. */
-export interface ActionMessage {
-  /** The tick before the step. */
-  tick: number;
-  /** As applied: clipped and complete. */
-  action: Action;
-  /** External wrenches that begin with this step. */
-  pushes?: PushMessage[];
-  /** Digest of every bit of the state at `tick + 1`, 16 hexadecimal digits. Early files have it only every hundred ticks. */
-  state?: string;
 }
 
 /** What a motor's sensors read. */
@@ -129,7 +117,7 @@ export interface BodyState {
 /** `bye`: ends the session; an open run is stopped and scored first. */
 export type Bye = Record<string, never>;
 
-/** A depth camera with a colour image of the same view. Its optical frame has x to the right, y down and z forward. */
+/** A depth camera with a colour picture of the same view. Its optical frame has x to the right, y down and z forward. */
 export interface Camera {
   /** Unique among the cameras of a run: `wrist`. */
   name: string;
@@ -143,23 +131,23 @@ export interface Camera {
   height: number;
   /** Horizontal field of view, degrees. */
   fov_deg: number;
-  /** Smallest depth in an image, m. */
+  /** Nearest depth that is told, m. */
   near: number;
-  /** Largest depth in an image, m. */
+  /** Farthest depth that is told, m. */
   far: number;
-  /** Unit of the 16-bit depth, m. */
+  /** What a step of the 16-bit depth is, m. */
   depth_unit: number;
-  /** Errors compared with an ideal camera. */
+  /** How it differs from an ideal camera. */
   stereo: Stereo;
-  /** Link of the hand that carries it; absent for a fixed camera of a task. */
+  /** The link of the hand on which it sits; none for a camera of a task, which stands still. */
   link?: string;
 }
 
-/** An image of a camera. */
+/** What a camera saw. */
 export interface CameraImage {
   /** The camera's name. */
   camera: string;
-  /** The tick after which it was exposed; with `noise: "real"` some ticks before that of the observation. */
+  /** The tick after which it was exposed; with `noise: "real"` some ticks ago. */
   tick: number;
   /** Pixels in a row. */
   width: number;
@@ -169,7 +157,7 @@ export interface CameraImage {
   fx: number;
   /** See `fx`. */
   fy: number;
-  /** The optical axis in the image, pixels. */
+  /** The optical axis in the picture, pixels. */
   cx: number;
   /** See `cx`. */
   cy: number;
@@ -177,7 +165,7 @@ export interface CameraImage {
   position: [number, number, number];
   /** Its orientation, x, y, z, w. */
   quat_xyzw: [number, number, number, number];
-  /** Unit of `depth`, m. */
+  /** What a step of `depth` is, m. */
   depth_unit: number;
   /** Id of the body that is seen, 16 bits a pixel: those of the scene, then the hand's links; 65535 for none. Only with sensing `truth`. */
   bodies?: string;
@@ -187,9 +175,9 @@ export interface CameraImage {
   rgb?: string;
 }
 
-/** A camera of a task or a hand. */
+/** A camera in short. */
 export interface CameraInfo {
-  /** Its name in `step.cameras`. A hand's camera has the prefix `hand_` in a task that has a camera of its name. */
+  /** For `step.cameras`; a hand's is called `hand_…` in a task that has one of the same name. */
   name: string;
   /** Pixels in a row. */
   width: number;
@@ -197,9 +185,9 @@ export interface CameraInfo {
   height: number;
   /** Horizontal field of view, degrees. */
   fov_deg: number;
-  /** Shortest distance with a reading, m. */
+  /** What is nearer gives no reading, m. */
   near: number;
-  /** Longest distance with a reading, m. */
+  /** What is farther gives no reading, m. */
   far: number;
   /** The images that it takes. */
   images: ImageInfo[];
@@ -221,7 +209,7 @@ export interface ChannelInfo {
   description: string;
 }
 
-/** The client program: `"name/version"`, or an object. */
+/** Who is asking: `"name/version"`, or an object. */
 export type ClientInfo =
   | string
   | { name: string; version?: string };
@@ -242,20 +230,9 @@ export interface Clock {
   late_s: number | null;
 }
 
-/** The kind of an error. */
+/** What went wrong. */
 export type Code = 'bad_json' | 'unknown_op' | 'bad_request' | 'bad_action' | 'stale_tick' | 'wrong_state' | 'unknown_task' | 'unknown_hand' | 'unknown_camera' | 'hand_in_the_way' | 'not_authorized' | 'forbidden' | 'session_taken' | 'session_over' | 'capacity' | 'rate_limited' | 'too_large' | 'too_slow' | 'internal' | 'not_found';
 
-<<<<<<< HEAD
-/** A colour with its opacity; each component is 0 to 1. */
-export interface Color {
-  r: number;
-  g: number;
-  b: number;
-  a: number;
-}
-
-/** The competition, or the practice, that the server runs. */
-=======
 /** Numbers of a channel that have a unit and a range in common. */
 export interface ColumnInfo {
   /** How many numbers. */
@@ -271,35 +248,34 @@ export interface ColumnInfo {
 }
 
 /** The competition. */
->>>>>>> main
 export interface Competition {
-  /** Name, for people. */
+  /** For people. */
   name: string;
-  /** `practice` (no token, own seeds, full state) or `official`. */
+  /** `practice`: no token, own seeds, full state. */
   mode: string;
   /** Length of a session, s; null for none. */
   session_s: number | null;
-  /** Time that each `reset` takes from the session, s. */
+  /** What each `reset` that opens a run takes from the session, s. */
   reset_cost_s: number;
-  /** Sensor errors of runs that request none; in a competition, of every run. */
+  /** How good the sensors of a run are that does not ask for others; in a competition, of every run. */
   noise: Noise;
-  /** Tasks whose runs must have sensing `sensors`. */
+  /** Tasks that are played with `sensors` only. */
   sensors_only: string[];
 }
 
 /** What is being played here. */
 export interface CompetitionAnswer {
-  /** Name, for people. */
+  /** For people. */
   name: string;
-  /** `practice` (no token, own seeds, full state) or `official`. */
+  /** `practice`: no token, own seeds, full state. */
   mode: string;
   /** Length of a session, s; null for none. */
   session_s: number | null;
-  /** Time that each `reset` takes from the session, s. */
+  /** What each `reset` that opens a run takes from the session, s. */
   reset_cost_s: number;
-  /** Sensor errors of runs that request none; in a competition, of every run. */
+  /** How good the sensors of a run are that does not ask for others; in a competition, of every run. */
   noise: Noise;
-  /** Tasks whose runs must have sensing `sensors`. */
+  /** Tasks that are played with `sensors` only. */
   sensors_only: string[];
   server: ServerInfo;
   limits: Limits;
@@ -368,7 +344,7 @@ export type ControlReply =
 export interface CoordinateDescription {
   /** Name. */
   name: string;
-  /** Lower limit, rad or m; absent if unlimited. */
+  /** Lower limit, rad or m; none where there is none. */
   minimum: number | null;
   /** Upper limit. */
   maximum: number | null;
@@ -376,20 +352,8 @@ export interface CoordinateDescription {
   stiffness: number;
   /** D, N·m·s/rad. */
   damping: number;
-  /** Rest position of its spring. */
+  /** Where its spring is at rest. */
   rest: number;
-}
-
-/** A cylinder along z. */
-export interface CylinderPrimitive {
-  pose: FoxglovePose;
-  /** Diameters along x and y, and length along z, m. */
-  size: Vector3;
-  /** Diameter of the lower end, relative to `size`. */
-  bottom_scale: number;
-  /** Diameter of the upper end, relative to `size`. */
-  top_scale: number;
-  color: Color;
 }
 
 /** The hand as it is now. */
@@ -413,7 +377,7 @@ export interface ElementDescription {
   /** Name of the coordinate. */
   coordinate: string;
   kind: 'da_vinci';
-  /** Radius of the pulley on the first joint, the unit of the tendon's length: s is in rad there. */
+  /** Radius of the pulley on the first joint, which the tendon's length is measured in: s is in rad there. */
   r0: number;
   /** Radius of the pulley on the first phalanx. */
   r1: number;
@@ -507,19 +471,19 @@ export interface EquilibriumRequest {
   forces?: EquilibriumForce[];
 }
 
-/** `error`: why a request failed. A request that fails changes nothing. */
+/** `error`: why a request failed. It changed nothing. */
 export interface ErrorReply {
-  /** The kind of the error, for programs. */
+  /** For programs. */
   code: Code;
-  /** What is wrong, and what would be right. */
+  /** For people. */
   message: string;
-  /** Whether the connection closes after this error. */
+  /** The connection closes after this. */
   fatal: boolean;
-  /** The fault of the run's world, if it is the reason; otherwise absent. */
+  /** What the world of the run failed of, when that is why; absent otherwise. */
   fault?: Fault;
-  /** The id of the request; absent if it could not be read. */
+  /** Of the request; absent when it could not be read. */
   id?: number;
-  /** Time after which to try again, s. */
+  /** When asking again makes sense, s. */
   retry_after_s?: number;
 }
 
@@ -541,7 +505,7 @@ export interface Events {
   events: Event[];
 }
 
-/** Reason why a world cannot continue. From then on it does not move. The wire, the log and Python take code and wording of a fault from here. A new kind goes to the end, so that the bytes of snapshots do not change. */
+/** Why a world cannot go on. It stands still from then on. Everybody who tells of a fault, on the wire, in a log or in Python, takes its code and its words from here; a new kind goes to the end, where it changes no bytes of snapshots. */
 export type Fault = 'not_finite' | 'out_of_bounds' | 'unsolvable' | 'work_exhausted' | 'crashed';
 
 /** One field. */
@@ -613,20 +577,6 @@ export type Form =
   | Shape
   | VisualMesh;
 
-/** The pose of a shape in the frame of its entity. */
-export interface FoxglovePose {
-  /** Position, m. */
-  position: Vector3;
-  /** Orientation. */
-  orientation: Quaternion;
-}
-
-/** A time, or a duration. */
-export interface FoxgloveTime {
-  sec: number;
-  nsec: number;
-}
-
 /** Which hand, and why. */
 export interface HandDeed {
   hand_id: string;
@@ -638,7 +588,7 @@ export interface HandDeed {
 export interface HandDescription {
   /** Identifier. */
   name: string;
-  /** One sentence for display. */
+  /** One sentence for people. */
   description: string;
   /** Mass of all links, kg. */
   mass: number;
@@ -652,9 +602,9 @@ export interface HandDescription {
   tendons: TendonDescription[];
   /** The fingers, by the names of their first links: the order of `telemetry.fingers`. */
   fingers: string[];
-  /** Tactile patches. */
+  /** Rectangles that feel touch. */
   tactile: PatchDescription[];
-  /** Properties of its sensors, and its optional sensors. */
+  /** What its sensors are like, and what else it has. */
   sensors: Sensors;
   /** Whether the hand's own weight is cancelled. */
   gravity_compensation: boolean;
@@ -662,11 +612,11 @@ export interface HandDescription {
   specs: SpecDescription[];
 }
 
-/** Names of a hand's parts; `GET /v1/hands/{name}` returns its geometry. */
+/** A hand in short; `GET /v1/hands/{name}` has the rest. */
 export interface HandInfo {
-  /** Its name in `reset`. */
+  /** For `reset`. */
   name: string;
-  /** Text for people. */
+  /** For people. */
   description: string;
   /** Names of the motors, in the order of `action.hand`. */
   motors: string[];
@@ -729,23 +679,13 @@ export interface Hands {
   own?: HandRow[];
 }
 
-/** The state at a tick. */
-export interface HashMessage {
-  /** Ticks since reset. */
-  tick: number;
-  /** Digest of every bit of the state, 16 hexadecimal digits. */
-  state: string;
-  /** Hash chain before this message, 64 hexadecimal digits. */
-  chain: string;
-}
-
 /** `hello`: the first request on every connection. */
 export interface Hello {
-  /** The client program. In practice its name is the team's name on the leaderboard. */
+  /** Who is asking. In practice its name is the team's name on the leaderboard. */
   client: ClientInfo;
-  /** From an earlier `welcome`: resumes that session, within 30 s of the loss of its connection. */
+  /** From an earlier `welcome`: takes that session up again, within 30 s of losing the connection. */
   resume_token?: string;
-  /** Practice only: length of the session, s; without it, a practice session has no limit. */
+  /** Practice only: length of the session in s. Without it a practice session has no limit. */
   session_s?: number;
 }
 
@@ -795,9 +735,9 @@ export interface IssuedToken {
 
 /** Encoders of joints. */
 export interface JointEncoders {
-  /** Coordinates with an encoder, in the order of the readings. */
+  /** The coordinates that have one, in the order in which they are read. */
   on: string[];
-  /** Resolution, rad. */
+  /** Least step, rad. */
   resolution: number;
   /** Standard deviation of the constant error of each, rad. */
   bias: number;
@@ -811,12 +751,6 @@ export interface Joints {
   position: number[];
   /** rad/s */
   velocity: number[];
-}
-
-/** A remark on an entity; none is written. */
-export interface KeyValuePair {
-  key: string;
-  value: string;
 }
 
 /** The ranking. */
@@ -851,27 +785,27 @@ export type Length =
   | number
   | string;
 
-/** Limits of requests and connections; those of actions are in `specs`. */
+/** What a client must keep to. */
 export interface Limits {
-  /** Largest message of a client, bytes. */
+  /** Largest inbound message. */
   message_bytes: number;
   /** Largest `repeat` of a `step`. */
   repeat: number;
-  /** Largest rate of requests of a connection, 1/s. */
+  /** Requests per second that a connection may keep up. */
   requests_per_s: number;
-  /** Requests that a connection may send at once above that rate. */
+  /** Requests it may send at once beyond that rate. */
   requests_burst: number;
-  /** How long a session without a connection waits for its client, s. */
+  /** How long a session waits for its client to come back, s. */
   resume_grace_s: number;
   /** Period of the server's pings, s. */
   ping_interval_s: number;
-  /** A connection that is silent, or does not read a message, for this long is closed, s. */
+  /** A connection silent for this long, or that does not take a message for this long, is dropped, s. */
   ping_timeout_s: number;
-  /** How long a connection may be open before `hello`, s. */
+  /** A connection that has not said hello for this long is closed, s. */
   hello_timeout_s: number;
-  /** Realtime: after this number of ticks without an action, the hand holds still. */
+  /** In real time: for so many ticks a silent controller's last action goes on; then the hand holds still. */
   hold_ticks: number;
-  /** Realtime: largest number of unread observations; the server drops the oldest of more. */
+  /** In real time: observations that wait for a slow client; of more the oldest is dropped. */
   outbox_obs: number;
 }
 
@@ -879,7 +813,7 @@ export interface Limits {
 export interface LinkDescription {
   /** Name. */
   name: string;
-  /** Name of the parent link; absent for the base. */
+  /** Name of the parent link; none for the base. */
   parent: string | null;
   /** Name of the coordinate that moves it. */
   coordinate: string | null;
@@ -889,7 +823,7 @@ export interface LinkDescription {
   mass: number;
   /** Centre of mass in the link frame, m. */
   com: [number, number, number];
-  /** Pose in the base frame when the hand is at rest. */
+  /** Where it is in the base frame when the hand is at rest. */
   base_from_link_at_rest: PoseDescription;
   /** Collision shapes. */
   shapes: PlacedShape[];
@@ -922,7 +856,7 @@ export interface Measured {
   unit: string;
 }
 
-/** How the world of a run is clocked. */
+/** How time passes in a run. */
 export type Mode = 'lockstep' | 'realtime';
 
 /** What a motor is told and does. */
@@ -949,9 +883,9 @@ export interface MotorDescription {
   speed_limit: number;
 }
 
-/** The encoder of a motor, and its estimate of tension from the motor's current. */
+/** The encoder of a motor, and how its tension is known: by the motor's current. */
 export interface MotorSensor {
-  /** Resolution of the position, in σ. */
+  /** Least step of the position, in σ. */
   resolution: number;
   /** Standard deviation of its constant error, in σ. */
   bias: number;
@@ -1055,7 +989,7 @@ export interface Opened {
 /** What may be told beside the poses. */
 export type Overlay = 'telemetry' | 'contacts' | 'verdicts';
 
-/** A tactile patch: a rectangle on a link, in the xy-plane of its frame, z outwards. */
+/** A rectangle on a link that feels touch: in the xy-plane of its frame, z outwards. */
 export interface PatchDescription {
   /** Name. */
   name: string;
@@ -1071,13 +1005,13 @@ export interface PatchDescription {
   taxels: [number, number];
 }
 
-/** `perturb`: applies a wrench to a link of the hand, from the next tick on. Practice only. */
+/** `perturb`: practice only. A wrench acts on a link of the hand from the next tick on. */
 export interface Perturb {
   /** Name of a link of the hand. */
   link: string;
-  /** World frame. The force acts at the origin of the link, and the torque is about it. */
+  /** World frame; the torque is about the link's origin, where the force acts. */
   wrench: PushWrench;
-  /** Duration, s of simulated time. */
+  /** For how long, s of simulated time. */
   duration_s: number;
 }
 
@@ -1120,14 +1054,6 @@ export interface Poses {
   telemetry?: Telemetry;
 }
 
-/** A box, or an ellipsoid. */
-export interface Primitive {
-  pose: FoxglovePose;
-  /** Extents of the box, or diameters of the ellipsoid, m. */
-  size: Vector3;
-  color: Color;
-}
-
 /** An error, RFC 9457. */
 export interface Problem {
   /** No page describes the codes one by one: the standard's word for that. */
@@ -1139,30 +1065,12 @@ export interface Problem {
   retry_after_s?: number;
 }
 
-/** An external wrench on a link. */
-export interface PushMessage {
-  /** Name of the link. */
-  link: string;
-  /** World frame. */
-  wrench: Wrench;
-  /** Duration, s. */
-  duration_s: number;
-}
-
 /** Force and torque. */
 export interface PushWrench {
   /** N */
   force: [number, number, number];
-  /** N·m */
+  /** N·m; none when left out. */
   torque?: [number, number, number];
-}
-
-/** A unit quaternion. */
-export interface Quaternion {
-  x: number;
-  y: number;
-  z: number;
-  w: number;
 }
 
 /** `leaderboard`: the ranking. */
@@ -1174,15 +1082,15 @@ export interface Ranking {
 /** Why a run ended. */
 export type Reason = 'stopped' | 'complete' | 'session_over' | 'disconnected' | 'time_limit' | 'world_fault' | 'voided';
 
-/** An axis-aligned region that the rules refer to, such as the inside of `box_b`. */
+/** An axis-aligned region of space. */
 export interface Region {
-  /** Name, such as `box_b`. */
+  /** `box_a`, `box_b`. */
   name: string;
-  /** Lower corner, m. */
+  /** m */
   min: [number, number, number];
-  /** Upper corner, m. */
+  /** m */
   max: [number, number, number];
-  /** Role in the rules: `start` or `goal`; absent for others. */
+  /** The part it plays in the rules: `start`, `goal`; none for others. */
   role?: string;
 }
 
@@ -1190,7 +1098,7 @@ export interface Region {
 export interface ReplayInfo {
   /** SHA-256 of the file, 64 hexadecimal digits. */
   sha256: string;
-  /** Size of the file. */
+  /** Its size. */
   bytes: number;
 }
 
@@ -1200,17 +1108,17 @@ export interface Reset {
   task: string;
   /** Name of a hand, see `welcome.hands`. */
   hand: string;
-  /** Cameras whose images the observation of tick 0 has; see `step`. */
+  /** Cameras to look through at tick 0; see `step`. */
   cameras?: string[];
-  /** How the world is clocked. */
+  /** How time passes. */
   mode?: Mode;
-  /** The errors of the sensors; without it, those of `welcome.competition`, which a competition prescribes. */
+  /** How good the sensors are; in a competition the organizer says. Left out: as the competition has it. */
   noise?: Noise;
-  /** No options are defined; empty. */
+  /** None are defined yet; must be left out or empty. */
   options?: Record<string, unknown>;
-  /** Practice only: number of the scene, 0 to 2⁵³ − 1; without it, the server draws one. */
+  /** Practice only: which scene, 0 to 2⁵³ − 1. Left out, the server draws one. */
   seed?: number;
-  /** How much of the state the observations have. */
+  /** How much `obs` shows. */
   sensing?: Sensing;
 }
 
@@ -1231,7 +1139,7 @@ export interface RunDeed {
   reason?: string;
 }
 
-/** The session's open run. */
+/** The session's present run. */
 export interface RunInfo {
   /** Identifies the run. */
   run_id: string;
@@ -1239,11 +1147,11 @@ export interface RunInfo {
   task: string;
   /** Its hand. */
   hand: string;
-  /** How its world is clocked. */
+  /** How time passes in it. */
   mode: Mode;
   /** The current tick, which the next `step` must name. */
   tick: number;
-  /** False if the server closed it (time limit, end of the session): `stop` returns the result. */
+  /** False when the server closed it (time limit, end of the session): `stop` fetches the result. */
   open: boolean;
 }
 
@@ -1290,19 +1198,19 @@ export interface RunRecord {
   verify_note?: string;
 }
 
-/** `result`: the outcome of a finished run. The server has stored it before it sends it. */
+/** `result`: what a finished run is worth. It stands in the server's database when this is sent. */
 export interface RunResult {
   /** Identifies the run. */
   run_id: string;
   /** Its task. */
   task: string;
-  /** SHA-256 of the whole task, 64 hexadecimal digits. */
+  /** SHA-256 of everything that the task is, 64 hexadecimal digits. */
   task_hash: string;
   /** Its hand. */
   hand: string;
-  /** How its world was clocked. */
+  /** How time passed in it. */
   mode: Mode;
-  /** `practice`; `training` for a run with training options; in a competition `provisional`; `aborted` if it ended at tick 0; `voided` after a fault of the server or by a decision of the organizer. */
+  /** `practice`, or `voided` after a fault of the server. */
   status: string;
   /** Points. */
   score: number;
@@ -1312,31 +1220,31 @@ export interface RunResult {
   outside: number;
   /** Why the run ended. */
   reason: Reason;
-  /** Number of ticks. */
+  /** Ticks played. */
   ticks: number;
-  /** Simulated time, s. */
+  /** s of simulated time played. */
   sim_time_s: number;
-  /** Realtime: ticks without a new action. */
+  /** In real time: ticks for which no new action had come. */
   missed_ticks: number;
-  /** Realtime: ticks that the server began more than half a tick after they were due. */
+  /** In real time: ticks that the server began more than half a tick after they were due. */
   late_ticks: number;
-  /** Realtime: longest such delay, s. */
+  /** In real time: the latest beginning of a tick, s. */
   late_max_s: number;
-  /** Realtime: observations that the server dropped because the client did not read them in time. */
+  /** In real time: observations that the client did not take in time. */
   dropped_obs: number;
   /** Hash of the final state, 16 hexadecimal digits. */
   state_hash: string;
-  /** All events of the referee. */
+  /** Everything the referee noted. */
   events: Event[];
-  /** Remaining time, s; null for a session without a limit. */
+  /** s; null for a session without a limit. */
   session_left_s: number | null;
-  /** The fault of its world; absent if there was none. */
+  /** What the world failed of; absent when it did not. */
   fault?: Fault;
-  /** The id of the request; absent if the server closed the run. */
+  /** Of the request; absent when the server closed the run and tells it unasked. */
   id?: number;
-  /** What the fault means and what to try, for people; absent without a fault. */
+  /** For people: what that means and what to try; absent when the world did not fail. */
   note?: string;
-  /** Its replay; absent if the run was not recorded. */
+  /** Its replay; absent when the run was not recorded. */
   replay?: ReplayInfo;
 }
 
@@ -1348,81 +1256,50 @@ export interface Runs {
   runs: WatchRun[];
 }
 
-/** The world at tick 0, in the reply to `reset`. */
+/** Everything a controller needs to know about the world, sent in the reply to `reset`. */
 export interface Scene {
-  /** All bodies: free ones first, in the order of `truth.objects`. */
+  /** Fixed and free bodies. Free ones come first, in the order of `truth.objects`. */
   bodies: SceneBody[];
-  /** Regions that the rules refer to. */
+  /** Named regions the rules speak of. */
   regions: Region[];
-  /** Gravity, m/s². */
+  /** m/s² */
   gravity: [number, number, number];
 }
 
-/** A body and its shapes, in the world frame at tick 0. */
+/** A body and its shapes. */
 export interface SceneBody {
   /** Index in the scene. */
   id: number;
-  /** Unique name, such as `ball_3` or `box_a`. */
+  /** Unique name: `ball_3`, `box_a`. */
   name: string;
   /** False for furniture. */
   free: boolean;
-  /** Mass, kg; 0 for furniture. */
+  /** kg; 0 for furniture. */
   mass: number;
   /** Centre of mass in the body frame, m. */
   com: [number, number, number];
-  /** Coulomb coefficient between two such surfaces; two bodies have the geometric mean of theirs. */
+  /** Coulomb friction coefficient of two surfaces like this one; two bodies have the geometric mean of theirs. */
   friction: number;
   /** Convex parts in the body frame. */
   parts: ScenePart[];
-  /** sRGB, 0 to 1. */
+  /** sRGB, for viewers. */
   color: [number, number, number];
-  /** Infinite horizontal ground: its surface is the top of its only part, a box that is for drawing. */
+  /** A horizontal ground that goes on for ever: its surface is the top of its one part, which shows some of it. */
   endless?: boolean;
-  /** Origin, m; absent for free bodies in a run with sensing `sensors`. */
+  /** Position at tick 0, m; not told of free bodies when the run's sensing is `sensors`. */
   position?: [number, number, number];
-  /** Orientation, x, y, z, w; absent where the position is. */
+  /** Orientation at tick 0, x, y, z, w; told or not as the position. */
   quat_xyzw?: [number, number, number, number];
-}
-
-/** A body: a link of the hand, an object or furniture. */
-export interface SceneEntity {
-  timestamp: FoxgloveTime;
-  /** The frame that the entity is fixed in. */
-  frame_id: string;
-  /** Identifies the entity. */
-  id: string;
-  /** Zero: as long as the file. */
-  lifetime: FoxgloveTime;
-  /** Whether the entity follows its frame. */
-  frame_locked: boolean;
-  metadata: KeyValuePair[];
-  cubes: Primitive[];
-  spheres: Primitive[];
-  cylinders: CylinderPrimitive[];
-  triangles: TriangleListPrimitive[];
-}
-
-/** The removal of an entity; none is written. */
-export interface SceneEntityDeletion {
-  timestamp: FoxgloveTime;
-  type: number;
-  id: string;
 }
 
 /** A convex part of a body. */
 export interface ScenePart {
-  /** Origin in the body frame, m. */
+  /** In the body frame, m. */
   position: [number, number, number];
-  /** Orientation, x, y, z, w. */
+  /** x, y, z, w */
   quat_xyzw: [number, number, number, number];
-  /** Shape, centred on its own frame. */
+  /** Geometry. */
   shape: Shape;
-}
-
-/** The shapes of all bodies. */
-export interface SceneUpdate {
-  deletions: SceneEntityDeletion[];
-  entities: SceneEntity[];
 }
 
 /** `score`: what the run would be worth if it ended now. */
@@ -1438,23 +1315,23 @@ export interface Score {
 /** How much a controller may see. */
 export type Sensing = 'sensors' | 'truth';
 
-/** Properties of the sensors of a hand, and its sensors besides those of the motors. The arm that carries it has the sensors of its wrist. */
+/** What the sensors of a hand are like, and which it has beside its motors' own. The arm it is mounted on brings the sensors of its wrist. */
 export interface Sensors {
-  /** Sensor of every motor. */
+  /** Every motor's. */
   motors: MotorSensor;
-  /** Taxels of its tactile patches. */
+  /** What a taxel of its tactile patches is like. */
   touch: Touch;
-  /** Accelerometer; absent if the hand has none. */
+  /** Feels accelerations; none when the hand has none. */
   accelerometer?: Accelerometer;
-  /** Cameras on the hand. */
+  /** Cameras on it. */
   cameras?: Camera[];
-  /** Encoders of joints; absent if the hand has none. */
+  /** Encoders of joints; none when the hand has none. */
   joints?: JointEncoders;
 }
 
-/** The program of the server. */
+/** The program. */
 export interface ServerInfo {
-  /** Version. */
+  /** Version of the program. */
   version: string;
   /** Commit it was built from. */
   build_hash: string;
@@ -1510,7 +1387,7 @@ export interface Sessions {
   sessions: Session[];
 }
 
-/** A convex shape centred on its own frame. Lengths in m. The axis of cylinders and capsules is z. */
+/** A convex shape centred on its own frame. Lengths in m. Cylinders and capsules stand along z. */
 export type Shape =
   | { type: 'sphere'; radius: number }
   | { type: 'capsule'; radius: number; half_length: number }
@@ -1549,7 +1426,7 @@ export interface SpecDescription {
   shape: [number];
   /** Unit. */
   unit: string;
-  /** Smallest value of each entry; absent if unbounded. */
+  /** Least value of each entry; none where there is no bound. */
   minimum: (number | null)[];
   /** Largest value of each entry. */
   maximum: (number | null)[];
@@ -1565,35 +1442,35 @@ export interface Specs {
 
 /** `step`: advances the world by `repeat` ticks under one action. */
 export interface Step {
-  /** The current tick: that of the last observation. */
+  /** The current tick: that of the last `obs`. */
   tick: number;
-  /** Targets; an omitted field keeps its last target. */
+  /** Targets; what is left out keeps its last target. */
   action: Action;
-  /** Cameras whose images the observation has: `name` for depth, or `name.depth`, `name.rgb`, `name.bodies`. */
+  /** Cameras whose pictures the observation shall have: `name` for depth, or `name.depth`, `name.rgb`, `name.bodies`. */
   cameras?: string[];
-  /** Ticks to advance, 1 to `welcome.limits.repeat`. The step is shorter if the run ends. */
+  /** Ticks to advance, 1 to `welcome.limits.repeat`; 1 when left out. Ends early when the run is over. */
   repeat?: number;
 }
 
-/** Errors of a real stereo camera in depth. */
+/** What a real stereo camera does to depth. */
 export interface Stereo {
-  /** Images per second. */
+  /** Pictures per second. */
   rate_hz: number;
-  /** Time from the exposure until the image is available, s. */
+  /** From exposure until the picture can be read, s. */
   latency_s: number;
   /** Distance between the two imagers, m; the second is to the right. */
   baseline: number;
   /** Standard deviation of the disparity, pixels. */
   disparity_noise: number;
-  /** Resolution of the disparity, pixels. */
+  /** Least step of the disparity, pixels. */
   disparity_step: number;
-  /** Angle between surface normal and view beyond which there is no depth, degrees. */
+  /** Beyond this angle between the surface's normal and the view nothing is seen, degrees. */
   grazing_deg: number;
-  /** Part of the pixels that drop out at random. */
+  /** Part of the pixels that are lost at random. */
   dropout: number;
 }
 
-/** `stop`: lets the objects settle, counts them and closes the run. */
+/** `stop`: lets the objects settle, counts, closes the run. */
 export type Stop = Record<string, never>;
 
 /** What a team is told of a hand that it sent in. */
@@ -1656,21 +1533,21 @@ export interface TaskBest {
   ended_unix_ms: number;
 }
 
-/** Constants of a task. */
+/** A task in short. */
 export interface TaskInfo {
-  /** Its name in `reset`. */
+  /** For `reset`. */
   name: string;
-  /** Text for people. */
+  /** For people. */
   description: string;
   /** Length of a tick, s. */
   tick_s: number;
-  /** Time step of the integrator, s. */
+  /** Length of a physics step, s. */
   step_s: number;
   /** Longest run, s of simulated time. */
   time_limit_s: number;
   /** Its cameras. */
   cameras: CameraInfo[];
-  /** SHA-256 of the whole task, 64 hexadecimal digits. */
+  /** SHA-256 of everything that it is, 64 hexadecimal digits. */
   hash: string;
 }
 
@@ -1729,9 +1606,9 @@ export interface TendonDescription {
   motor: string;
   /** Its row of R at rest, one entry per coordinate. */
   moment_arms: number[];
-  /** Elements whose moment arm depends on the configuration. */
+  /** What makes R depend on the configuration. */
   elements: ElementDescription[];
-  /** Whether it is a drive that pushes as well as pulls. */
+  /** Whether it pushes as well as it pulls. */
   both_ways: boolean;
   /** K */
   stiffness: number;
@@ -1741,28 +1618,28 @@ export interface TendonDescription {
   force_limit: number;
 }
 
-/** `time`: requests the session's clock. */
+/** `time`: how the session's clock stands. */
 export type Time = Record<string, never>;
 
-/** `time`: the session's clock. */
+/** `time`: how the session's clock stands. */
 export interface TimeReport {
-  /** The id of the request. */
+  /** Of the request. */
   id: number;
-  /** Remaining time, s; null for a session without a limit. */
+  /** What is left, s; null for a session without a limit. */
   session_left_s: number | null;
   /** Length of the session, s; null for none. */
   session_s: number | null;
-  /** The greater of `wall_s` and `simulated_s`, s. */
+  /** The greater of the next two, s. */
   elapsed_s: number;
-  /** Wall-clock time since the first reset, without pauses, s. */
+  /** Wall-clock time since the first reset, pauses left out, s. */
   wall_s: number;
   /** Simulated time of all runs, s. */
   simulated_s: number;
-  /** Time that was refunded for faults of the server, s; it is not part of the other times. */
+  /** Time given back for faults of the server, s; the other times are without it. */
   refunded_s: number;
-  /** Whether an organizer pauses the session. */
+  /** Whether an organizer has stopped the clock. */
   paused: boolean;
-  /** The session's open run, if any. */
+  /** The session's run, if any. */
   run: RunInfo | null;
   /** The server's clock, ms since 1970 UTC. */
   server_unix_ms: number;
@@ -1796,34 +1673,22 @@ export interface Tokens {
   tokens: TokenRow[];
 }
 
-/** Properties of a taxel. */
+/** What a taxel is like. */
 export interface Touch {
-  /** Distance by which the pressure below a contact point spreads to each side, m. */
+  /** The pressure below a point of contact spreads so far to each side, m. */
   footprint: number;
-  /** Largest distance of a touched point from the patch's plane, m: the bulge of a curved surface. */
+  /** How far beside the patch's plane a touched point may lie, m: the bulge of a curved surface. */
   depth: number;
-  /** Whether it measures forces along the surface. */
+  /** Whether forces along the surface are felt. */
   shear: boolean;
-  /** Resolution, N. */
+  /** Least step, N. */
   resolution: number;
-  /** Largest force on a taxel, N. */
+  /** Largest force that is told of one taxel, N. */
   saturation: number;
   /** Standard deviation of the noise, N. */
   noise: number;
   /** Readings per second. */
   rate_hz: number;
-}
-
-/** Triangles. */
-export interface TriangleListPrimitive {
-  pose: FoxglovePose;
-  /** Corners, m. */
-  points: Vector3[];
-  color: Color;
-  /** The colour of each corner; empty: `color` for all. */
-  colors: Color[];
-  /** Three indices into `points` for each triangle. */
-  indices: number[];
 }
 
 /** The full state. */
@@ -1836,13 +1701,6 @@ export interface Truth {
   contacts: Contacts;
   /** Where the free hand would rest at the present motor position, rad; empty if that is not defined. */
   predicted_equilibrium: number[];
-}
-
-/** A vector, m. */
-export interface Vector3 {
-  x: number;
-  y: number;
-  z: number;
 }
 
 /** What the referee thinks of an object. */
@@ -1891,11 +1749,11 @@ export interface Visuals {
   parts: VisualPart[];
 }
 
-/** `warning`: the session's time is running out. It comes when 300, 60 and 10 s are left. */
+/** `warning`: the session's time is running out. Sent unasked at 300, 60 and 10 s. */
 export interface Warning {
-  /** The mark that was passed: 300, 60 or 10 s. */
+  /** Which of the marks was passed, s. */
   mark_s: number;
-  /** Remaining time, s. */
+  /** What is left, s. */
   session_left_s: number;
 }
 
@@ -1971,33 +1829,33 @@ export interface WatchScene {
   readings?: ChannelInfo[];
 }
 
-/** `welcome`: everything that holds for the whole session. */
+/** `welcome`: what this server offers. */
 export interface Welcome {
-  /** The id of the request. */
+  /** Of the request. */
   id: number;
   /** Identifies the session. */
   session_id: string;
-  /** Secret with which a new connection resumes the session. */
+  /** Secret that takes the session up again on a new connection. */
   resume_token: string;
   /** Name of the team on the leaderboard. */
   team: string;
-  /** Remaining time, s; null for a session without a limit. */
+  /** s; null for a session without a limit. */
   session_left_s: number | null;
   /** The competition. */
   competition: Competition;
   /** The program. */
   server: ServerInfo;
-  /** Limits of requests and connections. */
+  /** What a client must keep to. */
   limits: Limits;
-  /** Tasks of the server. */
+  /** Tasks that can be played. */
   tasks: TaskInfo[];
-  /** Hands of the server. */
+  /** Hands that can be played with. */
   hands: HandInfo[];
   /** Fields of actions and observations. */
   specs: Specs;
-  /** The open run of a session that is resumed; otherwise null. */
+  /** The run that goes on, when a session is taken up again; else null. */
   run: RunInfo | null;
-  /** A remark on the team's name, for people; absent if there is none. */
+  /** For people: what is odd about the team's name. Absent when nothing is. */
   note?: string;
 }
 
