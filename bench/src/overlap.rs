@@ -20,7 +20,7 @@ pub fn bound_m(model: &Model, first_m: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::synergy::softhand;
+    use crate::rigs::softhand;
     use palmares_models::Pose;
     use palmares_models::object::Object;
     use palmares_models::shape::Shape;

@@ -1,8 +1,8 @@
 //! Steps an engine and adds up what it cost and what went wrong.
 
+use crate::case_report::{Invariants, Times};
 use crate::engine::Engine;
 use crate::overlap;
-use crate::report::{Invariants, Times};
 use anyhow::{Result, bail};
 use palmares_sim::{Command, Model};
 use std::sync::Arc;

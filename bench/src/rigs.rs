@@ -1,11 +1,16 @@
 //! Small hands built in code, and a base that does not yield: what textbook answers need.
 
-use crate::cases::synergy::softhand;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use palmares_models::hand::{Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Motor, Tendon};
 use palmares_models::{Mat3, Pose, Vec3};
 use palmares_sim::Config;
 use palmares_sim::config::BaseConfig;
+use std::sync::Arc;
+
+/// The stock SoftHand.
+pub fn softhand() -> Result<Arc<Hand>> {
+    Hand::builtin("softhand").context("the SoftHand is built in")
+}
 
 /// Limits that are never reached, rad or m.
 pub const WIDE: f64 = 1e3;

@@ -2,8 +2,8 @@
 //! nowhere, how fast do things get?
 
 use crate::audit::held;
+use crate::case_report::Invariants;
 use crate::energy::{Ledger, Stored};
-use crate::report::Invariants;
 use palmares_sim::{Command, World};
 
 /// What was seen so far.

@@ -4,7 +4,7 @@ A control tick is 10 ms: ten steps of the physics, the referee, and an observati
 In the air the hands open and close where they start; among the objects they have come down into them first.
 Each row is the median of several blocks that take turns with those of all other rows of the scene, quartiles
 in brackets. With ``--url``, a server and `AsyncVectorEnv` on it are measured beside; with ``--mjcf``, the
-`rollout` of MuJoCo over as many worlds of the same scene, as ``palmares-bench mjcf`` writes it.
+`rollout` of MuJoCo over as many worlds of the same scene, as ``palmares-compare mjcf`` writes it.
 """
 
 from __future__ import annotations
@@ -207,7 +207,7 @@ def main() -> None:
         "--mjcf",
         type=Path,
         metavar="FOLDER",
-        help="scenes for MuJoCo: folders SCENE/SETTINGS, each by `palmares-bench mjcf --out`",
+        help="scenes for MuJoCo: folders SCENE/SETTINGS, each by `palmares-compare mjcf --out`",
     )
     parser.add_argument("--worlds", type=int, default=64)
     parser.add_argument("--blocks", type=int, default=7)

@@ -3,7 +3,7 @@
 use crate::format::HASH_EVERY;
 use crate::hands::hand;
 use crate::header::Header;
-use crate::identity;
+use palmares_tasks::identity;
 use crate::messages::StateHash;
 use crate::reader::{RecordedTick, Replay};
 use crate::verify_error::VerifyError;

@@ -1,5 +1,5 @@
 //! The constants of the physics that a world may choose, with unit, default and reason. Part of a run's hash. What
-//! belongs to a method stands beside it, and the engine's fingerprint (`bench/golden/balls_5s.txt`) changes with it.
+//! belongs to a method stands beside it, and the engine's fingerprint (`tasks/golden/balls_5s.txt`) changes with it.
 
 use palmares_models::Vec3;
 use palmares_models::content::ContentHash;

@@ -2,6 +2,7 @@
 
 pub mod action;
 pub mod build;
+pub mod identity;
 pub mod image;
 pub mod inspect;
 pub mod observation;

@@ -46,10 +46,10 @@ pub(crate) struct Options {
     keep: Option<PathBuf>,
 }
 
-/// Builds the bench, prepares MuJoCo if it can, and runs the comparison; its progress is shown as it goes.
+/// Builds `palmares-compare`, prepares MuJoCo if it can, and runs the comparison; its progress is shown as it goes.
 pub(crate) fn run(options: &Options) -> Result<()> {
-    eprintln!("== building the bench");
-    let program = build("palmares-bench", true)?;
+    eprintln!("== building palmares-compare");
+    let program = build("palmares-compare", true)?;
     let default = if options.quick { "target/report" } else { "docs/report" };
     let out = options.out.clone().unwrap_or_else(|| workspace::root().join(default));
     let mut report = Command::new(&program);
@@ -85,7 +85,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
             Err(error) => eprintln!("MuJoCo cannot be installed ({error:#}); the report goes on without it"),
         }
     }
-    let status = report.status().context("cannot start palmares-bench")?;
+    let status = report.status().context("cannot start palmares-compare")?;
     ensure!(status.success(), "the report failed ({status})");
     Ok(())
 }

@@ -1,8 +1,8 @@
 //! What a case is.
 
 use super::setup::Setup;
+use crate::case_report::{Figure, Invariants};
 use crate::recorder::Recorder;
-use crate::report::{Figure, Invariants};
 use anyhow::Result;
 
 /// What a case returns beside its times.

@@ -3,10 +3,10 @@
 use super::case::{Case, Finding};
 use super::grasp_scene::{Lie, Scene, before};
 use super::setup::{Setup, moved, ramp, steps};
-use super::synergy::softhand;
+use crate::case_report::{Figure, Invariants};
 use crate::engine::Engine;
 use crate::recorder::Recorder;
-use crate::report::{Figure, Invariants};
+use crate::rigs::softhand;
 use anyhow::{Context, Result};
 use palmares_models::hand::Hand;
 use palmares_models::object::Object;

@@ -1,7 +1,7 @@
 //! How a case is run: by which engine, at which step, from which start.
 
 use crate::engine::limit::{self, NotFinished};
-use crate::engine::{Engine, EngineKind};
+use crate::engine::{Engine, EngineFactory, OwnFactory};
 use crate::random::Random;
 use anyhow::Result;
 use palmares_models::{Pose, Vec3};
@@ -15,8 +15,8 @@ use std::sync::Arc;
 /// How to run a case.
 #[derive(Clone, Copy, Debug)]
 pub struct Setup {
-    /// Who steps.
-    pub engine: EngineKind,
+    /// The engine that steps.
+    pub engine: &'static dyn EngineFactory,
     /// Step, s.
     pub dt_s: f64,
     /// Step of the reference run for cases without an analytic answer; `None` leaves it out.
@@ -29,8 +29,13 @@ pub struct Setup {
 pub const ASIDE_M: f64 = 1e-4;
 
 impl Setup {
+    /// The scene as it is on our engine, without a reference run.
+    pub fn own(dt_s: f64) -> Self {
+        Setup::new(&OwnFactory, dt_s)
+    }
+
     /// The scene as it is, without a reference run.
-    pub fn new(engine: EngineKind, dt_s: f64) -> Self {
+    pub fn new(engine: &'static dyn EngineFactory, dt_s: f64) -> Self {
         Setup { engine, dt_s, reference_dt_s: None, start: 0 }
     }
 
@@ -114,7 +119,7 @@ mod tests {
     #[test]
     fn another_start_stands_up_to_a_tenth_of_a_millimetre_aside() {
         let place = |start: u32| {
-            let setup = Setup { start, ..Setup::new(EngineKind::Own, 1e-3) };
+            let setup = Setup { start, ..Setup::own(1e-3) };
             let at = Pose::translation(0.0, 0.0, 0.5);
             let scene = Scene::new(awake(1e-3)).expect("empty");
             let scene = scene.body(cuboid(0.1, 0.1, 0.1), 1.0, 0.5, at).expect("sound");

@@ -9,7 +9,7 @@ const TRIALS: usize = 2000;
 
 /// What a measurement of nothing says, the median of many: reading a thread's CPU time is a system call, a fifth of the
 /// step of a ball on a floor. `empty` makes one.
-pub(super) fn overhead(known: &OnceLock<Duration>, empty: impl Fn() -> Duration) -> Duration {
+pub fn overhead(known: &OnceLock<Duration>, empty: impl Fn() -> Duration) -> Duration {
     *known.get_or_init(|| {
         let mut spent: Vec<Duration> = (0..TRIALS).map(|_| empty()).collect();
         spent.sort_unstable();
@@ -18,6 +18,6 @@ pub(super) fn overhead(known: &OnceLock<Duration>, empty: impl Fn() -> Duration)
 }
 
 /// CPU time since `start`, s, less `overhead`.
-pub(super) fn spent_s(start: ThreadTime, overhead: Duration) -> f64 {
+pub fn spent_s(start: ThreadTime, overhead: Duration) -> f64 {
     start.elapsed().saturating_sub(overhead).as_secs_f64()
 }

@@ -3,6 +3,7 @@
 use anyhow::Result;
 use palmares_models::{Mat3, Vec3};
 use palmares_sim::{Command, ContactForce, Model, Outcome, State, World};
+use std::fmt::Debug;
 use std::sync::Arc;
 
 /// Contacts at least this stiff, N/m, stand for rigid bodies: peers get what serves them best there.
@@ -16,6 +17,19 @@ pub struct Cost {
     /// Wall time by phase (dynamics, collision, solver), s; zeros where the engine does not tell. Only the
     /// ratios are used.
     pub phases_s: [f64; 3],
+}
+
+/// An engine with its settings, which a case starts for each of its scenes.
+pub trait EngineFactory: Debug + Sync {
+    /// Name of the engine, as on the command line.
+    fn name(&self) -> &'static str;
+    /// Name of its settings, as on the command line.
+    fn settings(&self) -> &'static str;
+    /// An engine about to take its first step from `state`.
+    ///
+    /// # Errors
+    /// The engine cannot simulate this scene, or cannot be started.
+    fn start(&self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>>;
 }
 
 /// Something that steps a scene.

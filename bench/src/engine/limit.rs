@@ -101,7 +101,7 @@ fn spend(seconds: f64) {
 }
 
 /// A peer that steps as long as there is time.
-pub(super) struct Limited(pub Box<dyn Engine>);
+pub struct Limited(pub Box<dyn Engine>);
 
 impl Engine for Limited {
     fn model(&self) -> &Arc<Model> {
@@ -150,20 +150,37 @@ impl Engine for Limited {
 mod tests {
     use super::*;
     use crate::cases::{self, Setup};
-    use crate::engine::{EngineKind, rapier};
+    use crate::engine::{EngineFactory, OwnFactory};
 
-    fn run(engine: EngineKind) -> Result<()> {
-        let setup = Setup::new(engine, 8e-3);
-        cases::run("bowling", &setup).map(|_| ())
+    /// Ours as if it were a peer.
+    #[derive(Debug)]
+    struct Peer;
+
+    impl EngineFactory for Peer {
+        fn name(&self) -> &'static str {
+            "peer"
+        }
+
+        fn settings(&self) -> &'static str {
+            "default"
+        }
+
+        fn start(&self, model: Arc<Model>, state: State) -> Result<Box<dyn Engine>> {
+            Ok(Box::new(Limited(OwnFactory.start(model, state)?)))
+        }
+    }
+
+    fn run(engine: &'static dyn EngineFactory) -> Result<()> {
+        cases::run("bowling", &Setup::new(engine, 8e-3)).map(|_| ())
     }
 
     #[test]
     fn a_peer_ends_with_its_time_and_ours_does_not() {
-        let error = within(0.0, || run(EngineKind::Rapier(&rapier::STIFF120))).expect_err("there is no time");
+        let error = within(0.0, || run(&Peer)).expect_err("there is no time");
         assert_eq!(error.downcast_ref(), Some(&NotFinished { allowed_s: 0.0 }));
-        within(0.0, || run(EngineKind::Own)).expect("ours has no limit");
-        within(600.0, || run(EngineKind::Rapier(&rapier::STIFF120))).expect("there is time");
-        run(EngineKind::Rapier(&rapier::STIFF120)).expect("there is no limit");
+        within(0.0, || run(&OwnFactory)).expect("ours has no limit");
+        within(600.0, || run(&Peer)).expect("there is time");
+        run(&Peer).expect("there is no limit");
     }
 
     #[test]

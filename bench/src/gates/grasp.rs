@@ -3,7 +3,6 @@
 use super::{at_most, converged, creeps, error, held, report};
 use crate::cases::grasp::{CHOSEN, Grasp, Placement, kept};
 use crate::cases::{Setup, run};
-use crate::engine::EngineKind;
 
 const GRASPS: [&str; 2] = ["softhand_cylinder", "softhand_box"];
 
@@ -11,7 +10,7 @@ const GRASPS: [&str; 2] = ["softhand_cylinder", "softhand_box"];
 /// chance: of six starts at 8 ms one ended a quarter less deep than the others.
 fn depth_of_hold(case: &str, dt_s: f64) -> f64 {
     let mut depths = [0, 1, 2].map(|start| {
-        let setup = Setup { start, ..Setup::new(EngineKind::Own, dt_s) };
+        let setup = Setup { start, ..Setup::own(dt_s) };
         let (report, _) = run(case, &setup).expect("the case runs");
         report.invariants.hold_penetration_mm.expect("grasps report the depth of the hold")
     });
@@ -57,7 +56,7 @@ fn nothing_creeps_out_of_the_hand_in_a_minute() {
 #[test]
 fn a_grasp_hardly_depends_on_the_step() {
     for case in GRASPS {
-        let setup = Setup { reference_dt_s: Some(2e-5), ..Setup::new(EngineKind::Own, 1e-3) };
+        let setup = Setup { reference_dt_s: Some(2e-5), ..Setup::own(1e-3) };
         let (report, _) = run(case, &setup).expect("the case runs");
         assert!(error(&report) <= 0.4, "{case}: {} mm", error(&report));
     }
@@ -66,7 +65,7 @@ fn a_grasp_hardly_depends_on_the_step() {
 #[test]
 fn both_objects_are_held_wherever_they_lie_in_the_hand() {
     // Contact points that lost their memory when their features changed dropped the cylinder from ten of these.
-    let setup = Setup::new(EngineKind::Own, 1e-3);
+    let setup = Setup::own(1e-3);
     let mut lost = Vec::new();
     for grasp in [Grasp::cylinder(), Grasp::cuboid()] {
         for along_mm in [142, 145, 148, 151, 154] {

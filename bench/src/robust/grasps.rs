@@ -3,9 +3,10 @@
 //! The hand closes on a random object, palm down on its pedestal or palm up with the object on it; then the base goes
 //! from target to target within its limits, σ jumps, links are pushed.
 
-use super::{all_hold, rotation};
+use super::all_hold;
 use crate::cases::grasp::{Grasp, Placement, scene};
-use crate::cases::synergy::softhand;
+use crate::cases::random_heap::rotation;
+use crate::rigs::softhand;
 use crate::watch::Watch;
 use anyhow::{Result, ensure};
 use palmares_models::shape::Shape;

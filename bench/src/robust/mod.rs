@@ -7,7 +7,6 @@ pub mod heaps;
 pub mod placements;
 
 use anyhow::{Result, bail};
-use palmares_models::Rotation;
 use palmares_tasks::Seed;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestError, TestRng, TestRunner};
@@ -39,13 +38,6 @@ pub fn all_hold<S: Strategy>(
         Err(TestError::Fail(reason, value)) => bail!("seed {seed}: {reason}; smallest found: {value:#?}"),
         Err(TestError::Abort(reason)) => bail!("seed {seed}: {reason}"),
     }
-}
-
-/// An orientation, evenly over all of them but for the corners of a cube of quaternions.
-fn rotation() -> impl Strategy<Value = Rotation> {
-    prop::array::uniform4(-1.0..1.0f64)
-        .prop_filter("a direction needs a length", |q| q.iter().map(|x| x * x).sum::<f64>() > 0.01)
-        .prop_map(|[x, y, z, w]| Rotation::from_xyzw(x, y, z, w).normalize())
 }
 
 #[cfg(test)]

@@ -2,7 +2,6 @@
 
 use crate::cases::Setup;
 use crate::cases::grasp::{Grasp, Placement, kept};
-use crate::engine::EngineKind;
 use anyhow::Result;
 
 /// Steps at which a placement must keep both objects, s.
@@ -25,7 +24,7 @@ pub fn grid() -> Vec<Placement> {
 pub fn outcomes(placement: Placement, first_failure_only: bool) -> Result<Vec<[bool; 2]>> {
     let mut all = Vec::new();
     for dt_s in STEPS_S {
-        let setup = Setup::new(EngineKind::Own, dt_s);
+        let setup = Setup::own(dt_s);
         let mut seen = [false; 2];
         for (seen, grasp) in seen.iter_mut().zip([Grasp::cylinder(), Grasp::cuboid()]) {
             *seen = kept(&setup, &grasp, placement)?;

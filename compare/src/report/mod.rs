@@ -1,0 +1,15 @@
+//! The comparison of engines over scenes and steps.
+
+pub mod claims;
+pub mod comparison;
+pub mod dominance;
+mod outcome_cache;
+mod page;
+mod passes;
+mod plots;
+pub mod runner;
+pub mod ticks;
+mod verdict;
+
+pub use comparison::Comparison;
+pub use runner::{Options, write};
