@@ -27,9 +27,9 @@ from dataclasses import asdict
 from pathlib import Path
 
 from palmares.evaluate import Job, Played, Report
-from palmares.evaluate.command import seeds
 from palmares.evaluate.play import play
 from palmares.evaluate.report import MARKDOWN_HEADER, short_name
+from palmares.program.evaluate import seeds
 from palmares.server import Server
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -1,7 +1,7 @@
 """Draw the learning curves of the examples that learn, from the files that they wrote.
 
     pip install 'palmares[learn]'
-    python learning_curves.py ../../docs/training/cem_*.json --out ../../docs/pictures/learning_cem.svg
+    python learning_curves.py ../../docs/training/cem_*.json --output ../../docs/pictures/learning_cem.svg
 
 A line for each training; beside the picture it prints what they came to.
 """
@@ -50,10 +50,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("curves", type=Path, nargs="+", help="files that trainings wrote with --curve")
     parser.add_argument("--title", default="", help="above the picture")
-    parser.add_argument("--out", type=Path, required=True, help="SVG")
+    parser.add_argument("--output", type=Path, required=True, help="SVG")
     args = parser.parse_args()
     trainings = sorted((json.loads(path.read_text()) for path in args.curves), key=lambda one: one["seed"])
-    draw(trainings, args.title, args.out)
+    draw(trainings, args.title, args.output)
     for training in trainings:
         curve, scores = training["curve"], np.array(training["scores"])
         print(

@@ -22,8 +22,8 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import palmares
-from palmares.codec import Encoding
-from palmares.requests import Step
+from palmares.net.codec import Encoding
+from palmares.net.requests import Step
 from palmares.targets import action_of
 
 TASK, HAND = "balls", "softhand"

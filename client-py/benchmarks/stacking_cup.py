@@ -2,7 +2,7 @@
 
     palmares serve &
     pip install matplotlib
-    python stacking_cup.py --out ../../docs/pictures/stacking_cup.svg
+    python stacking_cup.py --output ../../docs/pictures/stacking_cup.svg
 
 The protocol is that of an experiment of Rocchi and Hauser (2016). What is drawn is the simulation's, without
 the errors of sensors.
@@ -18,7 +18,11 @@ from pathlib import Path
 import numpy as np
 
 import palmares
-from palmares.motion import UP, Array, Mover, TopGrasp, object_bounds, quat_of
+from palmares.arrays import Array
+from palmares.rotation import quat_of
+from palmares.skills.grasps import TopGrasp
+from palmares.skills.motion import UP, Mover
+from palmares.skills.objects import object_bounds
 
 # name, pitch, roll, above, aside, along, σ open, σ closed, sink
 GRASP = TopGrasp("flat", 1.6182, 0.3491, 0.0068, 0.0264, 0.1876, 0.0212, 0.9, 0.12)
@@ -88,7 +92,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--url", default="http://127.0.0.1:8080")
-    parser.add_argument("--out", type=Path, default=Path("stacking_cup.svg"))
+    parser.add_argument("--output", type=Path, default=Path("stacking_cup.svg"))
     args = parser.parse_args()
     with palmares.Client(args.url, team="stacking-cup") as client:
         seed = seed_with_cup(client)
@@ -108,7 +112,7 @@ def main() -> None:
         client.stop()
     rows = {name: np.asarray(values) for name, values in hand.rows.items()}
     rows["t"] -= begin_s
-    draw(rows, args.out)
+    draw(rows, args.output)
     lifted_m = rows["cup"][-1] - rows["cup"][rows["t"] < 0.0][-1]
     print(f"seed {seed}: the cup is {lifted_m:.3f} m higher, the wrist bears {rows['weight'][-1]:.2f} N")
 

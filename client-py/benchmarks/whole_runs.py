@@ -59,7 +59,7 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--url", default="http://127.0.0.1:8080")
-    parser.add_argument("--task", choices=[*CONTROLLERS], action="append", help="default: all of them")
+    parser.add_argument("--only", choices=[*CONTROLLERS], action="append", help="tasks (default: all)")
     parser.add_argument("--seed", type=int, default=1, help="scene of the first run; the next runs count up")
     parser.add_argument("--runs", type=int, default=3, help="runs of every task")
     args = parser.parse_args()
@@ -67,7 +67,7 @@ def main() -> None:
     print("Physics, a call and its overhead in µs per tick\n")
     print("| task | seed | score | ticks | physics | call | overhead | overhead/physics |")
     print("|---|---|---|---|---|---|---|---|")
-    for task in args.task or CONTROLLERS:
+    for task in args.only or CONTROLLERS:
         for seed in range(args.seed, args.seed + args.runs):
             print(play(args.url, task, seed), flush=True)
 

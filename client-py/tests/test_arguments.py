@@ -13,7 +13,7 @@ import pytest
 
 import palmares
 import palmares.gym
-from palmares.local import REPEAT
+from palmares.sim.local import REPEAT
 from palmares.training import Training
 from tests.fake_server import FakeServer
 from tests.real_server import RealServer, needs_server

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import palmares
-from palmares import link as link_module
-from palmares.requests import Time
+from palmares.net import link as link_module
+from palmares.net.requests import Time
 from tests.fake_server import BALLS, FakeServer
 
 

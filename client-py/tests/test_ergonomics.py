@@ -15,8 +15,8 @@ import pytest
 
 import palmares
 import palmares.gym
-from palmares import progress
 from palmares.clipping import ClippedActionWarning
+from palmares.sim import progress
 from tests.fake_server import FakeServer
 
 sim = pytest.importorskip("palmares.sim", reason="the compiled part of the package is not installed")

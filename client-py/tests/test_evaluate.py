@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 import palmares
-from palmares.evaluate import MOST_SEEDS, ControllerError, evaluate, processes
-from palmares.evaluate.command import main, parser, seeds, separated
+from palmares.evaluate import MAX_SEEDS, ControllerError, evaluate, processes
 from palmares.evaluate.controller import loaded
 from palmares.evaluate.statistics import Comparison, Spread
+from palmares.program.evaluate import main, parser, seeds, separated
 from tests.real_server import RealServer, needs_server
 
 # Drops the ball from where the hand begins: a short run whose final state depends on the seed.
@@ -219,7 +219,7 @@ def test_a_run_that_does_not_end_has_failed_and_the_others_go_on(tmp_path: Path)
     [
         ("def run(client):", r"its function is `run\(client\)`; wanted `run\(client, seed\)`"),
         ("def run(client, seed, more):", "missing a required argument: 'more'"),
-        ("def run(client, seed, task):", r"its `run` has to be told a task: name one \(tasks\)"),
+        ("def run(client, seed, task):", r"run\(\) needs `task`: pass tasks=… or --tasks"),
     ],
 )
 def test_a_run_that_cannot_be_called_so_is_refused_before(tmp_path: Path, line: str, told: str) -> None:
@@ -307,7 +307,14 @@ def test_seeds_are_a_number_a_range_or_a_list() -> None:
     assert list(seeds("3")) == [1, 2, 3]
     assert list(seeds("5001-5003")) == [5001, 5002, 5003]
     assert list(seeds("3,5,8")) == [3, 5, 8]
-    assert len(seeds(str(MOST_SEEDS))) == MOST_SEEDS
+    assert parser().parse_args(["a.py"]).seeds == range(1, 101)
+    assert parser().parse_args(["a.py", "--scenes", "7"]).seeds == range(1, 8)
+    assert parser().parse_args(["a.py", "--seeds", "7"]).seeds == range(1, 8), "the old spelling of --scenes"
+    assert parser().parse_args(["a.py", "--seeds", "5001-5003"]).seeds == range(5001, 5004)
+    for wrong_count in ("0", "-1", "3,5", str(MAX_SEEDS + 1)):
+        with pytest.raises(SystemExit):
+            parser().parse_args(["a.py", f"--scenes={wrong_count}"])
+    assert len(seeds(str(MAX_SEEDS))) == MAX_SEEDS
     for many in ("1-1000000000", "1000001"):
         with pytest.raises(Exception, match=r"found \d+ seeds; wanted at most 1000000"):
             seeds(many)

@@ -20,7 +20,7 @@ from typing import Any
 import pytest
 
 import palmares
-from palmares import rest
+from palmares.net import http
 from tests.real_server import PROGRAM, RealServer, needs_server
 from tests.test_examples import EXAMPLES, load
 
@@ -62,7 +62,7 @@ class Organizer:
 
     def get(self, path: str) -> Any:
         """Read an address."""
-        return rest.get_json(self._server.url, path, self.token)
+        return http.get_json(self._server.url, path, self.token)
 
     def runs(self) -> dict[str, dict[str, Any]]:
         """Return all runs by id."""

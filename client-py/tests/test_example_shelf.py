@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import palmares
-from palmares import fetching, pushing
-from palmares.motion import Attempt, ObjectBounds
+from palmares.skills import fetching, pushing
+from palmares.skills.attempts import Attempt
+from palmares.skills.objects import ObjectBounds
 
 SHELF = palmares.Region(name="shelf", min=(-0.2, 0.4, 0.7), max=(0.2, 0.8, 1.0))
 

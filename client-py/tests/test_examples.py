@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 import palmares
-from palmares.motion import BaseLimits, angle_between
+from palmares.rotation import angle_between
+from palmares.skills.motion import BaseLimits
 from tests.fake_server import FakeServer
 
 EXAMPLES = Path(__file__).parent.parent / "src/palmares/examples"

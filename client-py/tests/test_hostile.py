@@ -11,9 +11,9 @@ from urllib.parse import urlsplit
 import pytest
 
 import palmares
-from palmares.codec import CODECS
-from palmares.requests import Hello, Time
-from palmares.transport import Closed, Transport
+from palmares.net.codec import CODECS
+from palmares.net.requests import Hello, Time
+from palmares.net.transport import Closed, Transport
 from tests.real_server import RealServer, needs_server
 
 pytestmark = needs_server

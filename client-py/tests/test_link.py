@@ -15,8 +15,8 @@ from typing import Any
 import pytest
 
 import palmares
-from palmares import link as link_module
-from palmares.requests import Request, Time
+from palmares.net import link as link_module
+from palmares.net.requests import Request, Time
 from tests.fake_server import FakeServer
 
 

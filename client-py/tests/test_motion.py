@@ -12,33 +12,20 @@ import numpy as np
 import pytest
 
 import palmares
-from palmares.motion import (
-    SOFTHAND_PRESHAPED,
-    Array,
-    Attempt,
-    BaseLimits,
-    Capsules,
-    Mover,
+from palmares.arrays import Array, array
+from palmares.rotation import angle_between, quat_of, rot_y, rot_z, rot_zyz
+from palmares.skills.attempts import Attempt, attempts_here
+from palmares.skills.grasps import SOFTHAND_PRESHAPED, Capsules, TopGrasp
+from palmares.skills.motion import BaseLimits, Mover, RunOverError, duration, smoothstep
+from palmares.skills.objects import (
     ObjectBounds,
-    RunOverError,
-    Summary,
-    TopGrasp,
-    angle_between,
-    array,
-    attempts_here,
-    duration,
     half_extents,
     largest_radius,
     object_bounds,
-    play,
-    quat_of,
-    rot_y,
-    rot_z,
-    rot_zyz,
-    smoothstep,
     truth_of,
     upright_box,
 )
+from palmares.skills.runs import Summary, play
 from tests.fake_server import BALLS, GREETING, FakeServer
 
 LIMITS = BaseLimits.of(msgspec.convert(GREETING["specs"], palmares.Specs))

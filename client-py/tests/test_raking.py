@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 import palmares
-from palmares import clearing, raking
+from palmares.arrays import array
 from palmares.examples import shelf_reflex, shelf_softhand
-from palmares.motion import Attempt, BaseLimits, Mover, ObjectBounds, array
+from palmares.skills import clearing, raking
+from palmares.skills.attempts import Attempt
+from palmares.skills.motion import ACCELERATION, BaseLimits, Mover, fling
+from palmares.skills.objects import ObjectBounds
 
 SHELF = palmares.Region(name="shelf", min=(-0.2, 0.4, 0.7), max=(0.2, 0.8, 1.0))
 CAN = (0.07, 0.07, 0.1)
@@ -79,12 +82,12 @@ def test_a_fling_keeps_to_the_limits_of_the_base() -> None:
         limits, start = BaseLimits.of(client.welcome.specs), mover.position
         end = start + array([0.0, -0.4, 0.0])
         ticks = client.tick or 0
-        raking.fling(mover, end, speed_m_s=1.0)
+        fling(mover, end, speed_m_s=1.0)
         took_s = ((client.tick or 0) - ticks) * client.run.tick_s
         assert np.linalg.norm(mover.obs.hand.base.xyz - end) < 2e-3
         # Speeding up to 1 m/s and braking takes 0.26 s each; all of it at most at 1 m/s.
-        assert took_s == pytest.approx(0.4 + 1.0 / raking.ACCELERATION, abs=0.02)
-        assert limits.acceleration_m_s2 > raking.ACCELERATION
+        assert took_s == pytest.approx(0.4 + 1.0 / ACCELERATION, abs=0.02)
+        assert limits.acceleration_m_s2 > ACCELERATION
 
 
 @pytest.mark.parametrize("example", [shelf_softhand, shelf_reflex], ids=["softhand", "reflex"])

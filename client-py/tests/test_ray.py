@@ -17,7 +17,7 @@ import pytest
 
 import palmares
 from palmares.evaluate import ControllerError, Played, Report, evaluate, processes
-from palmares.evaluate.command import main
+from palmares.program.evaluate import main
 
 ray = pytest.importorskip("ray", reason="Ray is not installed: pip install 'palmares[ray]'")
 sim = pytest.importorskip("palmares.sim", reason="the compiled part of the package is not installed")

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 import palmares
-from palmares.stream import Stream
+from palmares.net.stream import Stream
 from tests.fake_server import FakeServer
 
 

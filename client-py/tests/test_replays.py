@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import palmares
-from palmares.rest import get_object
+from palmares.net.http import get_object
 from tests.real_server import RealServer, needs_server
 
 pytestmark = needs_server

@@ -13,7 +13,7 @@ from gymnasium import spaces
 
 import palmares
 from palmares.gym import PalmaresEnv
-from palmares.motion import largest_radius, object_bounds
+from palmares.skills.objects import largest_radius, object_bounds
 from tests.real_server import RealServer, needs_server
 
 pytestmark = needs_server

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import pytest
 import palmares
 from palmares.arrays import Array
 from palmares.examples import grasp_softhand
+from palmares.gym import FlatEnv
 from palmares.training import QUANTITIES, Training
 from tests.fake_server import FakeServer
 from tests.real_server import PROGRAM, needs_server
@@ -151,6 +153,22 @@ def test_a_randomised_run_is_a_function_of_seed_and_options() -> None:
     assert named == hashes
     plain, _ = opened(1, [4, 5, 6], Training())
     assert not set(plain) & set(hashes)
+
+
+def test_the_shaped_part_is_in_the_info_and_in_the_reward_if_wanted() -> None:
+    def stepped(shaping: Any) -> tuple[float, float]:
+        env = FlatEnv("grasp", "pinch", shaping=shaping)
+        env.reset(seed=1)
+        _, reward, _, _, info = env.step(np.array([0.0, 0.0, -0.5, 0.0, 0.0, 0.0, 0.0, 0.0]))
+        return reward, info["shaping"]
+
+    added, only_in_info = stepped(True), stepped("info")
+    assert added[1] == only_in_info[1] != 0.0
+    assert added[0] == only_in_info[0] + added[1]
+    with pytest.warns(DeprecationWarning, match='shaping="info"'):
+        assert stepped("apart") == only_in_info
+    with pytest.raises(ValueError, match="wanted True, False or 'info'"):
+        stepped("beside")
 
 
 def test_a_curriculum_holds_from_the_next_reset_on() -> None:

@@ -12,8 +12,8 @@ from websockets.frames import Close, Frame, Opcode
 from websockets.server import ServerProtocol
 from websockets.typing import Subprotocol
 
-from palmares.dial import NoWebSocket
-from palmares.transport import Closed, Transport
+from palmares.net.dial import NoWebSocket
+from palmares.net.transport import Closed, Transport
 
 Talk = Callable[[socket.socket], None]
 

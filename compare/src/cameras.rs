@@ -6,7 +6,7 @@ mod scene;
 use anyhow::{Context, Result};
 use clap::Args;
 use palmares_models::camera::Camera;
-use palmares_senses::camera::{Geometry, Intrinsics, Picture, draw, plain_depth, shade, stereo_depth};
+use palmares_senses::camera::{GBuffer, Geometry, Intrinsics, draw, plain_depth, shade, stereo_depth};
 use palmares_senses::noise::Noise;
 use scene::scene;
 use std::fmt::Write as _;
@@ -38,7 +38,7 @@ fn median_ms(repeats: usize, mut work: impl FnMut()) -> f64 {
 }
 
 /// Where both see something: the median difference of the depths, m, and the part of the pixels with more than 5 mm.
-fn apart(picture: &Picture, depth: &[f32]) -> (f64, f64) {
+fn apart(picture: &GBuffer, depth: &[f32]) -> (f64, f64) {
     let pairs = picture.depth.iter().zip(depth).filter(|(z, _)| z.is_finite());
     let mut apart: Vec<f64> = pairs.map(|(z, other)| (z - f64::from(*other)).abs()).collect();
     apart.sort_by(f64::total_cmp);
@@ -73,7 +73,7 @@ pub fn run(options: &Options) -> Result<()> {
         for (width, height) in [(160, 120), (320, 240), (640, 480)] {
             let camera = Camera { width, height, ..scene.camera.clone() };
             let lens = Intrinsics::of(&camera);
-            let mut picture = Picture::default();
+            let mut picture = GBuffer::default();
             let plain = median_ms(options.repeats, || {
                 draw(&geometry, &scene.poses, camera.pose(), &lens, &mut picture);
                 std::hint::black_box(plain_depth(&picture, &camera));

@@ -222,7 +222,7 @@ pub fn film(
         let mut take = || -> Result<(), FilmError> {
             // The run is over: everything may be seen.
             let shots = run.shots(cameras, Sensing::Truth)?;
-            run.expose(&shots).iter().try_for_each(|exposure| Ok(film.add(exposure.develop())?))
+            run.expose(&shots).iter().try_for_each(|exposure| Ok(film.add(exposure.render())?))
         };
         failure = take().err();
     };

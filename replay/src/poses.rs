@@ -2,7 +2,7 @@
 
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Rotation};
-use palmares_tasks::run::Readings;
+use palmares_tasks::run::RunSample;
 use std::sync::Arc;
 
 /// Poses are shown this often per simulated second.
@@ -26,7 +26,7 @@ pub(crate) struct Picture {
     /// What the run would be worth if it ended now.
     pub(crate) score: f64,
     /// What goes on in the hand.
-    pub(crate) readings: Readings,
+    pub(crate) sample: RunSample,
 }
 
 /// Remembers what was shown.

@@ -189,6 +189,6 @@ pub(crate) fn picture(run: &Run) -> Picture {
         q: state.q.clone(),
         objects,
         score: run.score(),
-        readings: run.readings(),
+        sample: run.sample(),
     }
 }

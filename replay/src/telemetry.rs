@@ -3,7 +3,7 @@
 //! Where the world is stepped it is copied; predictions and friction are computed here, where nobody waits.
 
 use crate::descriptors::{self, TIME, TIMESTAMP, field, file, list, message};
-use palmares_tasks::run::{Instruments, Readings};
+use palmares_tasks::run::{RunSample, TelemetryModel};
 use prost::Message;
 use prost_types::field_descriptor_proto::Type;
 use prost_types::{FileDescriptorSet, Timestamp};
@@ -101,15 +101,15 @@ fn all<'a>(numbers: impl IntoIterator<Item = &'a f64>, steps: f64) -> Vec<f32> {
 
 /// Writes what changes.
 pub(crate) struct Telemeter {
-    instruments: Arc<Instruments>,
+    telemetry_model: Arc<TelemetryModel>,
     /// Without time and tick.
     last: TelemetryMessage,
     pictures: u64,
 }
 
 impl Telemeter {
-    pub(crate) fn new(instruments: Arc<Instruments>) -> Self {
-        Telemeter { instruments, last: TelemetryMessage::default(), pictures: 0 }
+    pub(crate) fn new(telemetry_model: Arc<TelemetryModel>) -> Self {
+        Telemeter { telemetry_model, last: TelemetryMessage::default(), pictures: 0 }
     }
 
     /// What there is to write of a moment; none where it is as it was before.
@@ -118,9 +118,10 @@ impl Telemeter {
         time_ns: u64,
         tick: u64,
         score: f64,
-        readings: &Readings,
+        sample: &RunSample,
     ) -> Option<TelemetryMessage> {
-        let (seen, contacts) = (self.instruments.telemetry(readings), self.instruments.contacts(readings));
+        let (seen, contacts) =
+            (self.telemetry_model.telemetry(sample), self.telemetry_model.contacts(sample));
         let motors = || seen.motors.iter();
         let message = TelemetryMessage {
             score,

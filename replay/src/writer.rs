@@ -59,7 +59,7 @@ impl Plan {
         let start = Time::from_ns(start_ns(&header));
         let shown = Shown::new(run.hand().clone());
         let (scene, frames) = (scene(run, start), Frames::of(run));
-        let telemeter = Telemeter::new(run.instruments().clone());
+        let telemeter = Telemeter::new(run.telemetry_model().clone());
         Plan { file, scene, frames, shown, telemeter, about: about(run), header, signer, hand_files }
     }
 }
@@ -242,8 +242,8 @@ impl Log {
             self.frames.write(time_ns, &changes, &mut self.buffer).map_err(Error::other)?;
             self.write_buffer(POSES, picture.tick)?;
         }
-        let Picture { tick, score, readings, .. } = picture;
-        let Some(message) = self.telemeter.message(time_ns, *tick, *score, readings) else { return Ok(()) };
+        let Picture { tick, score, sample, .. } = picture;
+        let Some(message) = self.telemeter.message(time_ns, *tick, *score, sample) else { return Ok(()) };
         self.buffer.clear();
         message.encode(&mut self.buffer).map_err(Error::other)?;
         self.write_buffer(TELEMETRY, *tick)

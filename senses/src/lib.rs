@@ -10,5 +10,5 @@ pub mod touch;
 mod wrist;
 
 pub use encoders::{BaseReading, MotorReading};
-pub use senses::{Memory, Readings, Senses};
+pub use senses::{Senses, SensorReadings, SensorState};
 pub use wrist::DRIFT_N;

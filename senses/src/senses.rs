@@ -4,7 +4,7 @@ use crate::accelerometer::{Accelerometer, Motion};
 use crate::encoders::{Arm, BaseReading, Joints, MotorReading, Motors, encoded, quantised};
 use crate::noise::{Noise, SensorNoise};
 use crate::touch;
-use crate::wrist::{Wrist, WristMemory};
+use crate::wrist::{Wrist, WristState};
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Vec3};
 use palmares_sim::World;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// What is felt after a tick.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Readings {
+pub struct SensorReadings {
     /// The base, by the arm's encoders.
     pub base: BaseReading,
     /// Every motor, in the hand's order.
@@ -47,25 +47,25 @@ struct Noisy {
     wrist: Wrist,
     touch: SensorNoise,
     touched: Vec<[f64; 3]>,
-    read: Readings,
+    read: SensorReadings,
 }
 
 /// What of the sensors changes from tick to tick: sensors of the same run that recall it feel on as those it was taken of.
 #[derive(Clone, Serialize, Deserialize)]
-pub struct Memory {
+pub struct SensorState {
     moved: Motion,
     acceleration: Option<[f64; 3]>,
-    noisy: Option<NoisyMemory>,
+    noisy: Option<NoisyState>,
 }
 
 /// The same of those that have noise.
 #[derive(Clone, Serialize, Deserialize)]
-struct NoisyMemory {
+struct NoisyState {
     arm: Option<Pose>,
     motors: Vec<Option<f64>>,
-    wrist: WristMemory,
+    wrist: WristState,
     touched: Vec<[f64; 3]>,
-    read: Readings,
+    read: SensorReadings,
 }
 
 impl Senses {
@@ -104,22 +104,22 @@ impl Senses {
     }
 
     /// What changes of them.
-    pub fn memory(&self) -> Memory {
-        let noisy = self.noisy.as_ref().map(|noisy| NoisyMemory {
+    pub fn state(&self) -> SensorState {
+        let noisy = self.noisy.as_ref().map(|noisy| NoisyState {
             arm: noisy.arm.last,
             motors: noisy.motors.last(),
-            wrist: noisy.wrist.memory.clone(),
+            wrist: noisy.wrist.state.clone(),
             touched: noisy.touched.clone(),
             read: noisy.read.clone(),
         });
         let moved = self.accelerometer.as_ref().and_then(|sensor| sensor.last);
-        Memory { moved, acceleration: self.acceleration, noisy }
+        SensorState { moved, acceleration: self.acceleration, noisy }
     }
 
     /// Whether a memory can be of these sensors: with as much noise, and as many motors, joints and taxels.
-    pub fn fits(&self, memory: &Memory) -> bool {
-        let numbers = |read: &Readings| (read.motors.len(), read.joints.len(), read.touch.len());
-        match (&self.noisy, &memory.noisy) {
+    pub fn fits(&self, state: &SensorState) -> bool {
+        let numbers = |read: &SensorReadings| (read.motors.len(), read.joints.len(), read.touch.len());
+        match (&self.noisy, &state.noisy) {
             (None, None) => true,
             (Some(own), Some(other)) => {
                 own.motors.last().len() == other.motors.len()
@@ -131,22 +131,22 @@ impl Senses {
     }
 
     /// Feels on from there.
-    pub fn recall(&mut self, memory: &Memory) {
-        self.acceleration = memory.acceleration;
+    pub fn restore(&mut self, state: &SensorState) {
+        self.acceleration = state.acceleration;
         if let Some(sensor) = &mut self.accelerometer {
-            sensor.last = memory.moved;
+            sensor.last = state.moved;
         }
-        if let (Some(noisy), Some(memory)) = (&mut self.noisy, &memory.noisy) {
-            noisy.arm.last = memory.arm;
-            noisy.motors.set_last(&memory.motors);
-            noisy.wrist.memory.clone_from(&memory.wrist);
-            noisy.touched.clone_from(&memory.touched);
-            noisy.read.clone_from(&memory.read);
+        if let (Some(noisy), Some(state)) = (&mut self.noisy, &state.noisy) {
+            noisy.arm.last = state.arm;
+            noisy.motors.set_last(&state.motors);
+            noisy.wrist.state.clone_from(&state.wrist);
+            noisy.touched.clone_from(&state.touched);
+            noisy.read.clone_from(&state.read);
         }
     }
 
     /// What is felt now.
-    pub fn read(&self, world: &World) -> Readings {
+    pub fn read(&self, world: &World) -> SensorReadings {
         match &self.noisy {
             Some(noisy) => noisy.read.clone(),
             None => ideal(&self.hand, world, self.acceleration),
@@ -218,7 +218,7 @@ fn wrench(hand: &Hand, world: &World, links: &[Pose]) -> ([f64; 3], [f64; 3]) {
 }
 
 /// What sensors without any error read.
-fn ideal(hand: &Hand, world: &World, acceleration: Option<[f64; 3]>) -> Readings {
+fn ideal(hand: &Hand, world: &World, acceleration: Option<[f64; 3]>) -> SensorReadings {
     let state = world.state();
     let v = |k: usize| Vec3::new(state.v[k], state.v[k + 1], state.v[k + 2]);
     let motors = state.motors.iter().zip(tensions(hand, world)).map(|(motor, tension)| MotorReading {
@@ -227,7 +227,7 @@ fn ideal(hand: &Hand, world: &World, acceleration: Option<[f64; 3]>) -> Readings
         tension,
     });
     let links = links(hand, world);
-    Readings {
+    SensorReadings {
         base: BaseReading { pose: state.base, linear: v(0), angular: v(3) },
         motors: motors.collect(),
         joints: encoded(hand).into_iter().map(|coordinate| state.q[coordinate]).collect(),

@@ -25,17 +25,17 @@ const ZERO_N: f64 = 0.05;
 /// A reading is so many ticks of 10 ms old.
 const PERIOD_S: f64 = 0.01;
 
-/// The sensor's memory.
+/// The sensor's state.
 #[derive(Clone, Debug)]
 pub(crate) struct Wrist {
     noise: SensorNoise,
     tick_s: f64,
-    pub(crate) memory: WristMemory,
+    pub(crate) state: WristState,
 }
 
 /// What changes of it from tick to tick.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct WristMemory {
+pub(crate) struct WristState {
     zero: [f64; 6],
     /// What it measured in the tick before: it is read one period later.
     measured: Option<[f64; 6]>,
@@ -56,15 +56,15 @@ impl Wrist {
     pub(crate) fn new(noise: &Noise, tick_s: f64) -> Self {
         let mut drawn = noise.sensor("wrist zero").sample(0);
         let zero = std::array::from_fn(|axis| ZERO_N * lever(axis) * drawn.normal());
-        let memory = WristMemory { zero, measured: None, read: [0.0; 6] };
-        Wrist { noise: noise.sensor("wrist"), tick_s, memory }
+        let state = WristState { zero, measured: None, read: [0.0; 6] };
+        Wrist { noise: noise.sensor("wrist"), tick_s, state }
     }
 
     /// A tick has passed, after which the sensor feels `true_wrench`.
     pub(crate) fn tick(&mut self, tick: u64, true_wrench: [f64; 6]) {
         let mut drawn = self.noise.sample(tick);
         let wander = DRIFT_N * (self.tick_s / 60.0).sqrt();
-        let WristMemory { zero, measured: before, read } = &mut self.memory;
+        let WristState { zero, measured: before, read } = &mut self.state;
         let measured = std::array::from_fn(|axis| {
             let (most, step) = if axis < 3 { (RANGE.0, STEP.0) } else { (RANGE.1, STEP.1) };
             zero[axis] += wander * lever(axis) * drawn.normal();
@@ -78,7 +78,7 @@ impl Wrist {
 
     /// Force and torque as they are read now.
     pub(crate) fn read(&self) -> ([f64; 3], [f64; 3]) {
-        let [fx, fy, fz, tx, ty, tz] = self.memory.read;
+        let [fx, fy, fz, tx, ty, tz] = self.state.read;
         ([fx, fy, fz], [tx, ty, tz])
     }
 }

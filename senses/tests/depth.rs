@@ -2,7 +2,7 @@
 
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
-use palmares_senses::camera::{Body, Geometry, Intrinsics, Picture, draw};
+use palmares_senses::camera::{Body, GBuffer, Geometry, Intrinsics, draw};
 use proptest::prelude::*;
 
 const WIDTH: usize = 48;
@@ -67,7 +67,7 @@ fn compare(shape: &Shape, pose: Pose) -> (usize, usize) {
     let lens = lens();
     let body = Body { parts: vec![(Pose::IDENTITY, shape.clone())], endless: false };
     let geometry = Geometry::new(&[body]);
-    let mut picture = Picture::default();
+    let mut picture = GBuffer::default();
     picture.with_normals(true);
     draw(&geometry, &[pose], Pose::IDENTITY, &lens, &mut picture);
     let expected: Vec<Option<f64>> = (0..WIDTH * HEIGHT)
@@ -151,7 +151,7 @@ proptest! {
         let geometry = Geometry::new(&[Body { parts: vec![(Pose::IDENTITY, shape)], endless: false }]);
         let [x, y, z, a, b, c] = numbers;
         let pose = Pose::from_parts(Vec3::new(x, y, z), Rotation::from_xyzw(a, b, c, 1.0));
-        let mut picture = Picture::default();
+        let mut picture = GBuffer::default();
         for (body, camera) in [(pose, Pose::IDENTITY), (Pose::IDENTITY, pose)] {
             draw(&geometry, &[body], camera, &lens, &mut picture);
             prop_assert!(picture.depth.iter().all(|z| z.is_infinite() || (0.01..=10.0).contains(z)));
@@ -170,7 +170,7 @@ fn the_ground_has_no_end_and_what_is_behind_the_camera_is_not_seen() {
     let geometry = Geometry::new(&[ground, balls]);
     // One metre up, looking down.
     let camera = Pose::from_parts(Vec3::new(0.0, 0.0, 1.0), Rotation::from_xyzw(1.0, 0.0, 0.0, 0.0));
-    let (lens, mut picture) = (lens(), Picture::default());
+    let (lens, mut picture) = (lens(), GBuffer::default());
     draw(&geometry, &[Pose::IDENTITY; 2], camera, &lens, &mut picture);
     let first = (picture.depth.clone(), picture.body.clone());
     let middle = HEIGHT / 2 * WIDTH + WIDTH / 2;
@@ -189,7 +189,7 @@ fn the_rim_of_a_ball_is_where_its_tangents_are() {
     let lens = lens();
     let center = Vec3::new(0.1, -0.05, 0.6);
     let body = Body { parts: vec![(Pose::IDENTITY, Shape::Sphere { radius: 0.12 })], endless: false };
-    let mut picture = Picture::default();
+    let mut picture = GBuffer::default();
     let pose = Pose::from_parts(center, Rotation::IDENTITY);
     draw(&Geometry::new(&[body]), &[pose], Pose::IDENTITY, &lens, &mut picture);
     for v in 0..HEIGHT {

@@ -55,7 +55,7 @@ proptest! {
         let mut told: Vec<String> = Vec::new();
         for (k, frame) in frames.iter().enumerate().skip(1) {
             let mut other = Referee::new(&task, &frames[0]);
-            other.recall(&referee.memory());
+            other.restore(&referee.state());
             // Longer than any goal is to last.
             let events = referee.watch(120 * k as u64, frame);
             prop_assert_eq!(&other.watch(120 * k as u64, frame), &events);

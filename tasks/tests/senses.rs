@@ -24,7 +24,7 @@ fn action(tick: u64, run: &Run) -> Action {
 fn images(run: &mut Run, cameras: &[&str]) -> Vec<CameraImage> {
     let wanted: Vec<String> = cameras.iter().map(|name| (*name).to_owned()).collect();
     let shots = run.shots(&wanted, Sensing::Truth).expect("cameras of this run");
-    run.expose(&shots).iter().map(|exposure| exposure.develop().clone()).collect()
+    run.expose(&shots).iter().map(|exposure| exposure.render().clone()).collect()
 }
 
 /// Plays 200 ticks; `ask` looks, or does not, after each.
@@ -70,7 +70,7 @@ fn noise_belongs_to_run_and_tick_and_not_to_who_asked_before() {
             last = images(run, &["wrist", "box_a"]);
             let wanted = ["wrist".to_owned()];
             let shots = run.shots(&wanted, Sensing::Sensors).expect("a camera");
-            run.upcoming(&shots).iter().for_each(|exposure| drop(exposure.develop().clone()));
+            run.upcoming(&shots).iter().for_each(|exposure| drop(exposure.render().clone()));
         }
     });
     let mut silent = played(Noise::Real, |_, _| {});

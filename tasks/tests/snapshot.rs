@@ -37,7 +37,7 @@ fn told(run: &mut Run, ticks: u64) -> Vec<(String, u64, String)> {
             run.step(&action(run.tick(), motors)).expect("taken");
             let pictures: Vec<_> =
                 if run.tick().is_multiple_of(20) { run.expose(&wrist) } else { Vec::new() };
-            let pictures: Vec<_> = pictures.iter().map(|picture| picture.develop().clone()).collect();
+            let pictures: Vec<_> = pictures.iter().map(|picture| picture.render().clone()).collect();
             (
                 format!("{:?} {pictures:?}", run.observe(Sensing::Truth)),
                 run.digest(),

@@ -108,7 +108,11 @@ pub(crate) fn run() -> Result<bool> {
             command.args(["-m"]).args(arguments);
             command
         };
-        steps.push(step("Python lints", || whole(&mut python(&["ruff", "check"]))));
+        steps.push(step("Python lints", || {
+            let mut imports = environment.tool("lint-imports");
+            let imports = imports.args(["--no-cache", "--no-logo"]);
+            Ok(whole(&mut python(&["ruff", "check"]))?.plus(whole(imports)?))
+        }));
         steps.push(step("Python formatting", || whole(&mut python(&["ruff", "format", "--check"]))));
         steps.push(step("Python types", || whole(&mut python(&["mypy"]))));
         steps.push(step("Python tests", || {

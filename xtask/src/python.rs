@@ -58,6 +58,13 @@ impl Environment {
         &self.bin
     }
 
+    /// One of its programs, started in `client-py/`.
+    pub(crate) fn tool(&self, name: &str) -> Command {
+        let mut command = Command::new(self.bin.join(name));
+        command.current_dir(project());
+        command
+    }
+
     /// The environment's interpreter, started in `client-py/`.
     pub(crate) fn python(&self) -> Command {
         let mut command = Command::new(self.interpreter());

@@ -58,7 +58,7 @@ fn picture(task: &Arc<Task>, args: &ShowArgs, file: &Path) -> anyhow::Result<()>
     let mut run = Run::new(task.clone(), load_hand(&args.hand)?, Seed::from_u64(args.seed))?;
     let shots = run.shots(&[format!("{camera}.rgb")], Sensing::Truth)?;
     let taken = run.expose(&shots);
-    let image = taken.first().context("the camera took no picture")?.develop();
+    let image = taken.first().context("the camera took no picture")?.render();
     let pixels = image.rgb.as_ref().context("the camera sees no colours")?;
     let failed = || format!("cannot write {}", file.display());
     let to = BufWriter::new(std::fs::File::create(file).with_context(failed)?);

@@ -67,7 +67,7 @@ pub(crate) fn constant(run: &Run, sensing: Sensing, objects: usize) -> Vec<f64> 
 pub(crate) fn write(run: &Run, sensing: Sensing, objects: usize, constant: &[f64], row: &mut Vec<f64>) {
     row.clear();
     let state = run.world().state();
-    let seen = run.felt();
+    let seen = run.read_sensors();
     let (base, (force, torque)) = (seen.base, seen.wrist);
     row.extend(base.pose.translation.to_array());
     row.extend(base.pose.rotation.to_array());

@@ -274,7 +274,7 @@ impl World {
 
     fn looked(&mut self, shots: &[Shot]) -> Observation {
         let mut observation = self.run.observe(self.sensing);
-        observation.cameras = self.run.expose(shots).iter().map(|taken| taken.develop().clone()).collect();
+        observation.cameras = self.run.expose(shots).iter().map(|taken| taken.render().clone()).collect();
         observation
     }
 

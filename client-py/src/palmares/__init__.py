@@ -19,7 +19,6 @@ from palmares.arrays import Array, array
 from palmares.cameras import CameraImage, Intrinsics
 from palmares.client import Client
 from palmares.clipping import ClippedActionWarning
-from palmares.codec import Encoding
 from palmares.errors import (
     BadActionError,
     BadJsonError,
@@ -72,6 +71,7 @@ from palmares.messages import (
     Welcome,
     Wrench,
 )
+from palmares.net.codec import Encoding
 from palmares.scene import Region, Scene, SceneBody, ScenePart, Shape
 from palmares.targets import pose, twist
 from palmares.training import Training

@@ -10,9 +10,9 @@ import numpy as np
 
 from palmares.arrays import Array
 
-LARGEST_SEED = 2**53 - 1
+MAX_SEED = 2**53 - 1
 """Every JSON reader holds it exactly."""
-LARGEST_COUNT = 2**32 - 1
+MAX_COUNT = 2**32 - 1
 """Of ticks in one call."""
 
 
@@ -26,7 +26,7 @@ def whole(name: str, value: Any, least: int, most: int) -> int:
     if type(value) is not int and isinstance(value, int | np.integer) and not isinstance(value, bool):
         value = int(value)
     if type(value) is not int or not least <= value <= most:
-        end = "2**53 - 1" if most == LARGEST_SEED else most
+        end = "2**53 - 1" if most == MAX_SEED else most
         raise ValueError(f"{name}: found {short(value)}; wanted a whole number from {least} to {end}")
     return value
 

@@ -13,9 +13,8 @@ from urllib.parse import urlsplit
 from msgspec import structs
 
 from palmares import own_task
-from palmares.arguments import LARGEST_SEED
+from palmares.arguments import MAX_SEED
 from palmares.clipping import Clipping
-from palmares.codec import Encoding, Message
 from palmares.errors import (
     ConnectionLostError,
     RateLimitedError,
@@ -23,7 +22,6 @@ from palmares.errors import (
     SessionOverError,
     WrongStateError,
 )
-from palmares.link import Link, Resumed, raise_if_fatal
 from palmares.messages import (
     Ack,
     Action,
@@ -36,13 +34,15 @@ from palmares.messages import (
     Time,
     Welcome,
 )
-from palmares.requests import Act, Hello, Perturb, Request, Reset, Step, Stop, Wrench, names, whole_of
-from palmares.requests import Time as AskTime
+from palmares.net.codec import Encoding, Message
+from palmares.net.link import Link, Resumed, raise_if_fatal
+from palmares.net.requests import Act, Hello, Perturb, Request, Reset, Step, Stop, Wrench, names, whole_of
+from palmares.net.requests import Time as AskTime
+from palmares.net.stream import Stream
+from palmares.net.transport import Closed
 from palmares.scene import Scene
-from palmares.stream import Stream
 from palmares.targets import Base, Hand, Numbers, action_of, vector
 from palmares.training import Training, checked
-from palmares.transport import Closed
 from palmares.version import VERSION
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ class Client:
         self._unrequested: Result | None = None
         self._link: Link
         if url == LOCAL:
-            from palmares.local import LocalLink
+            from palmares.sim.local import LocalLink
 
             checked(training)
             self._link = LocalLink(team, training)
@@ -165,7 +165,7 @@ class Client:
         A run that is still open must be stopped first.
 
         """
-        seed = None if seed is None else whole_of("seed", seed, 0, LARGEST_SEED)
+        seed = None if seed is None else whole_of("seed", seed, 0, MAX_SEED)
         self._stop_earlier_run()
         if not self.is_local:
             task = own_task.name_of(task, [known.name for known in self.welcome.tasks])

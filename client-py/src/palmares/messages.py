@@ -11,11 +11,11 @@ import math
 
 import msgspec
 
-from palmares import views
 from palmares.arrays import Array, array
 from palmares.cameras import CameraImage
 from palmares.scene import Quat, Scene, Vec3, named
 from palmares.truth import BodyState, Table, Truth
+from palmares.views import Rows, Viewed, first, vector
 
 
 class Reply(msgspec.Struct, kw_only=True, tag_field="op"):
@@ -119,7 +119,7 @@ class Opened(msgspec.Struct, kw_only=True):
     """In practice: `Client.reset` with this seed gives the same scene"""
 
 
-class Observation(Reply, kw_only=True, tag="obs"):
+class Observation(Viewed, Reply, kw_only=True, tag="obs"):
     """State after a tick."""
 
     run_id: str
@@ -158,11 +158,29 @@ class Observation(Reply, kw_only=True, tag="obs"):
         """True when the run cannot go on: stop it to get the result."""
         return self.terminated or self.truncated
 
-    def __repr__(self) -> str:
-        return views.text(*views.observation(self))
-
-    def _repr_html_(self) -> str:
-        return views.html(*views.observation(self))
+    def _lines(self) -> tuple[str, Rows]:
+        """Return what the observation shows when it is printed."""
+        over = f", over: {self.reason}" if self.done else ""
+        title = f"Observation of tick {self.tick} ({self.sim_time_s:.2f} s), score {self.score:g}{over}"
+        hand = self.hand
+        rows = [("base", f"{vector(hand.base.position)} m, quaternion {vector(hand.base.quat_xyzw)}")]
+        for motor in hand.actuators:
+            state = f"σ {motor.position:.3f} of {motor.command:.3f} commanded, tension {motor.tension:.3g}"
+            rows.append((motor.name, state))
+        rows.append(("wrist", f"{vector(hand.wrist.force)} N, {vector(hand.wrist.torque)} N·m"))
+        if hand.joints.size:
+            rows.append(("encoders", vector(hand.joints.tolist()) + " rad"))
+        if hand.touch.size:
+            pressed = hand.touch[:, 2]
+            taxels = f"{int((pressed > 0.0).sum())} of {pressed.size} taxels"
+            rows.append(("touch", f"{taxels}, {pressed.sum():.3g} N in all"))
+        for name, image in self.cameras.items():
+            rows.append((f"camera {name}", f"{image.width} × {image.height}"))
+        if self.truth is not None:
+            places = zip(self.truth.names, self.truth.positions.tolist(), strict=True)
+            rows += first([(name, f"{vector(at)} m") for name, at in places], "objects")
+            rows.append(("contacts", str(self.truth.contact_count)))
+        return title, rows + _event_rows(self.events)
 
 
 class Replay(msgspec.Struct, kw_only=True):
@@ -173,7 +191,7 @@ class Replay(msgspec.Struct, kw_only=True):
     """Size of the file"""
 
 
-class Result(Reply, kw_only=True, tag="result"):
+class Result(Viewed, Reply, kw_only=True, tag="result"):
     """Outcome of a finished run."""
 
     run_id: str
@@ -221,11 +239,31 @@ class Result(Reply, kw_only=True, tag="result"):
         """True when the run does not count, by a fault of the server or a decision of the organizer."""
         return self.status == "voided"
 
-    def __repr__(self) -> str:
-        return views.text(*views.result(self))
+    def _lines(self) -> tuple[str, Rows]:
+        """Return what the result shows when it is printed."""
+        title = f"Result of {self.task} with {self.hand}: score {self.score:g}, {self.status}"
+        rows = [
+            ("run", self.run_id),
+            ("ended", f"{self.reason} after {self.ticks} ticks, {self.sim_time_s:.2f} s"),
+            ("objects", f"{self.in_goal} in the goal, {self.outside} outside"),
+        ]
+        if self.note is not None:
+            rows.append(("note", self.note))
+        if self.mode == "realtime":
+            rows.append(("real time", f"{self.missed_ticks} ticks missed, {self.late_ticks} late"))
+        rows += _event_rows(self.events)
+        rows.append(("state hash", self.state_hash))
+        if self.replay is not None:
+            rows.append(("replay", f"{self.replay.bytes} bytes, SHA-256 {self.replay.sha256[:16]}…"))
+        return title, rows
 
-    def _repr_html_(self) -> str:
-        return views.html(*views.result(self))
+
+def _event_rows(events: list[Event]) -> Rows:
+    rows = []
+    for event in events:
+        which = "" if event.object is None else f", object {event.object}"
+        rows.append((f"tick {event.tick}", event.kind + which))
+    return first(rows, "events")
 
 
 class RunInfo(msgspec.Struct, kw_only=True):

@@ -8,9 +8,9 @@ from typing import Protocol, TypeAlias, TypeVar
 import msgspec
 import numpy as np
 
-from palmares import views
 from palmares.arrays import Array, array
 from palmares.rotation import matrix_of
+from palmares.views import Rows, Viewed, first, vector
 
 Vec3: TypeAlias = tuple[float, float, float]
 Quat: TypeAlias = tuple[float, float, float, float]
@@ -167,7 +167,7 @@ class Region(msgspec.Struct, kw_only=True):
         return bool(np.all(point >= self.min) and np.all(point <= self.max))
 
 
-class Scene(msgspec.Struct, kw_only=True):
+class Scene(Viewed, msgspec.Struct, kw_only=True):
     """The world at tick 0."""
 
     bodies: list[SceneBody]
@@ -204,8 +204,20 @@ class Scene(msgspec.Struct, kw_only=True):
         """The bodies that cannot move."""
         return [body for body in self.bodies if not body.free]
 
-    def __repr__(self) -> str:
-        return views.text(*views.scene(self))
+    def _lines(self) -> tuple[str, Rows]:
+        """Return what the scene shows when it is printed."""
+        free, fixed = self.free, self.furniture
+        title = f"Scene of {len(free)} objects, {len(fixed)} fixed bodies, {len(self.regions)} regions"
+        rows = first([(body.name, _in_words(body)) for body in free], "objects")
+        rows += [(body.name, "fixed" + (", endless" if body.endless else "")) for body in fixed]
+        for region in self.regions:
+            role = f"{region.role}: " if region.role else ""
+            rows.append((f"region {region.name}", f"{role}{vector(region.min)} to {vector(region.max)} m"))
+        return title, rows
 
-    def _repr_html_(self) -> str:
-        return views.html(*views.scene(self))
+
+def _in_words(body: SceneBody) -> str:
+    kind = body.parts[0].shape.type if len(body.parts) == 1 else f"{len(body.parts)} parts"
+    size = " × ".join(f"{2000.0 * half:.0f}" for half in body.half_extents)
+    at = "hidden" if body.position is None else f"at {vector(body.position)} m"
+    return f"{kind}, {size} mm, {1000.0 * body.mass:.0f} g, friction {body.friction:.2g}, {at}"

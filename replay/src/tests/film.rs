@@ -58,7 +58,7 @@ fn a_film_has_what_the_run_s_cameras_saw() {
     }
     let shots = seen.shots(&["wrist".to_owned()], Sensing::Sensors).expect("a camera");
     let exposures = seen.expose(&shots);
-    let live = exposures[0].develop();
+    let live = exposures[0].render();
     let (_, last) = all["/camera/wrist/depth"].last().expect("one");
     let image = RawImage::decode(&last[..]).expect("a picture");
     assert_eq!((image.width, image.height, image.step, image.encoding.as_str()), (160, 120, 320, "16UC1"));

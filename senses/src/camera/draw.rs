@@ -1,67 +1,12 @@
-//! The z-buffer.
+//! Bodies are drawn from front to back into the z-buffer, which then becomes depths, bodies and normals.
 
+use super::canvas::{Area, Canvas};
 use super::face::face;
+use super::gbuffer::GBuffer;
 use super::geometry::{Geometry, Solid, SolidKind};
 use super::intrinsics::Intrinsics;
-use super::picture::Picture;
 use super::round::Round;
 use palmares_models::{Pose, Vec3};
-
-/// A rectangle of pixels: those of the first row and column, and one beyond the last.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Area {
-    pub(super) left: usize,
-    pub(super) right: usize,
-    pub(super) top: usize,
-    pub(super) bottom: usize,
-}
-
-impl Area {
-    fn whole(lens: &Intrinsics) -> Self {
-        Area { left: 0, right: lens.width as usize, top: 0, bottom: lens.height as usize }
-    }
-
-    /// The pixels that may show a sphere; none when it is out of view. A sphere around the camera may be anywhere.
-    fn of_sphere(center: Vec3, radius: f64, lens: &Intrinsics) -> Option<Self> {
-        if center.z <= -radius {
-            return None;
-        }
-        if center.z <= radius * (1.0 + 1e-9) {
-            return Some(Self::whole(lens));
-        }
-        // Tangents from the camera's centre to the circle in the plane of one axis and z.
-        let bounds = |x: f64, f: f64, c: f64, most: u32| {
-            let (z, r) = (center.z, radius);
-            let root = (x * x + z * z - r * r).max(0.0).sqrt();
-            let slope = |sign: f64| (x * z + sign * r * root) / (z * z - r * r);
-            let low = (f * slope(-1.0) + c - 0.5).ceil().max(0.0);
-            let high = (f * slope(1.0) + c - 0.5).floor().min(f64::from(most) - 1.0);
-            (low <= high).then(|| (low as usize, high as usize + 1))
-        };
-        let (left, right) = bounds(center.x, lens.fx, lens.cx, lens.width)?;
-        let (top, bottom) = bounds(center.y, lens.fy, lens.cy, lens.height)?;
-        Some(Area { left, right, top, bottom })
-    }
-
-    fn union(self, other: Self) -> Self {
-        Area {
-            left: self.left.min(other.left),
-            right: self.right.max(other.right),
-            top: self.top.min(other.top),
-            bottom: self.bottom.max(other.bottom),
-        }
-    }
-
-    fn within(self, other: Self) -> Option<Self> {
-        let area = Area {
-            left: self.left.max(other.left),
-            right: self.right.min(other.right),
-            top: self.top.max(other.top),
-            bottom: self.bottom.min(other.bottom),
-        };
-        (area.left < area.right && area.top < area.bottom).then_some(area)
-    }
-}
 
 /// What a pixel may show, in the optical frame.
 enum Piece {
@@ -77,68 +22,17 @@ impl Piece {
     }
 }
 
-/// The z-buffer while a piece is drawn.
-pub(super) struct Canvas<'a> {
-    width: usize,
-    /// x of the rays of every column.
-    columns: &'a [f64],
-    inverse: &'a mut [f64],
-    piece: &'a mut [u32],
-    number: u32,
-}
-
-impl Canvas<'_> {
-    /// A row of a flat piece: 1/z is `start + step · x`, x being that of the rays.
-    pub(super) fn flat_row(&mut self, v: usize, left: usize, right: usize, start: f64, step: f64) {
-        let row = v * self.width;
-        let inverse = &mut self.inverse[row + left..row + right];
-        let piece = &mut self.piece[row + left..row + right];
-        for ((inverse, piece), x) in inverse.iter_mut().zip(piece).zip(&self.columns[left..right]) {
-            let here = start + step * x;
-            let nearer = here > *inverse;
-            *inverse = if nearer { here } else { *inverse };
-            *piece = if nearer { self.number } else { *piece };
-        }
-    }
-
-    fn round(&mut self, round: &Round, area: Area, lens: &Intrinsics) {
-        let outlines = round.outlines();
-        let nearest = round.nearest();
-        let most = if nearest > 0.0 { 1.0 / nearest } else { f64::INFINITY };
-        for v in area.top..area.bottom {
-            let y = lens.row(v);
-            let Some((first, last)) = outlines.range(y) else { continue };
-            // A pixel more on each side: what is told at the outline itself is up to rounding.
-            let left = (first * lens.fx + lens.cx - 1.5).max(area.left as f64) as usize;
-            let right = (last * lens.fx + lens.cx + 1.5).min(area.right as f64) as usize;
-            for u in left..right {
-                // Behind what is there already, wherever the ray meets it.
-                if self.inverse[v * self.width + u] >= most {
-                    continue;
-                }
-                if let Some(z) = round.meet(Vec3::new(self.columns[u], y, 1.0)) {
-                    let (here, pixel) = (1.0 / z, v * self.width + u);
-                    if here > self.inverse[pixel] {
-                        self.inverse[pixel] = here;
-                        self.piece[pixel] = self.number;
-                    }
-                }
-            }
-        }
-    }
-}
-
 /// Draws bodies at their world poses as a camera sees them whose optical frame is at `camera`. The picture is made anew;
 /// its memory is used again.
-pub fn draw(geometry: &Geometry, poses: &[Pose], camera: Pose, lens: &Intrinsics, picture: &mut Picture) {
+pub fn draw(geometry: &Geometry, poses: &[Pose], camera: Pose, lens: &Intrinsics, picture: &mut GBuffer) {
     let pixels = lens.pixels();
-    let Picture { inverse, piece, .. } = picture;
+    let GBuffer { inverse, piece, .. } = picture;
     inverse.clear();
     inverse.resize(pixels, 0.0);
     piece.clear();
     piece.resize(pixels, 0);
     // The first piece is nothing.
-    let mut pieces = vec![Piece::Flat { normal: Vec3::ZERO, body: Picture::NOTHING }];
+    let mut pieces = vec![Piece::Flat { normal: Vec3::ZERO, body: GBuffer::NOTHING }];
     let columns = lens.columns();
     let mut canvas = Canvas { width: lens.width as usize, columns: &columns, inverse, piece, number: 0 };
     let camera_from_world = camera.inverse();
@@ -245,8 +139,8 @@ fn capsule(
 }
 
 /// From the nearest pieces to what the picture tells.
-fn resolve(pieces: &[Piece], lens: &Intrinsics, columns: &[f64], picture: &mut Picture) {
-    let Picture { depth, body, normal, inverse, piece } = picture;
+fn resolve(pieces: &[Piece], lens: &Intrinsics, columns: &[f64], picture: &mut GBuffer) {
+    let GBuffer { depth, body, normal, inverse, piece } = picture;
     depth.clear();
     body.clear();
     let bodies: Vec<u16> = pieces.iter().map(Piece::body).collect();

@@ -4,7 +4,7 @@
 //! picture. It passes to one side of the line through corners a and b by the sign of d·(a × b), which is linear as well
 //! and needs no clipping when a corner is behind the camera.
 
-use super::draw::{Area, Canvas};
+use super::canvas::{Area, Canvas};
 use super::intrinsics::Intrinsics;
 use palmares_models::Vec3;
 

@@ -4,18 +4,19 @@
 //! A rounded box or hull is its faces, moved outwards by the rounding, and a capsule along each edge. [`draw`] keeps of
 //! every pixel the nearest piece; [`shade`] colours the picture, [`stereo_depth`] gives depth the errors of a real camera.
 
+mod canvas;
 mod draw;
 mod face;
+mod gbuffer;
 mod geometry;
 mod intrinsics;
-mod picture;
 mod round;
 mod shade;
 mod stereo;
 
 pub use draw::draw;
+pub use gbuffer::GBuffer;
 pub use geometry::{Body, Geometry};
 pub use intrinsics::Intrinsics;
-pub use picture::Picture;
 pub use shade::shade;
 pub use stereo::{plain_depth, stereo_depth};

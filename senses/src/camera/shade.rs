@@ -1,6 +1,6 @@
 //! Colours: plain shading by a light at the camera.
 
-use super::Picture;
+use super::GBuffer;
 use super::intrinsics::Intrinsics;
 
 /// Part of the light that comes from everywhere.
@@ -14,7 +14,7 @@ fn byte(x: f64) -> u8 {
 }
 
 /// sRGB, three bytes a pixel: the body's colour, darker the more its surface is turned away. The picture has normals.
-pub fn shade(picture: &Picture, lens: &Intrinsics, colors: &[[f64; 3]]) -> Vec<u8> {
+pub fn shade(picture: &GBuffer, lens: &Intrinsics, colors: &[[f64; 3]]) -> Vec<u8> {
     let columns = lens.columns();
     let width = columns.len().max(1);
     let normals = picture.normal.as_deref().unwrap_or_default();

@@ -4,13 +4,13 @@
 //! of σ pixels and in steps, so that depth scatters by z² σ / (f B). It finds nothing where the second imager is in the
 //! shadow of something nearer or looks past its picture, where a surface is seen at a grazing angle, and here and there.
 
-use super::{Intrinsics, Picture};
+use super::{GBuffer, Intrinsics};
 use crate::encoders::quantised;
 use crate::noise::Sample;
 use palmares_models::camera::{Camera, Stereo};
 
 /// Depths in the camera's unit; 0 where it has no reading.
-pub fn plain_depth(picture: &Picture, camera: &Camera) -> Vec<u16> {
+pub fn plain_depth(picture: &GBuffer, camera: &Camera) -> Vec<u16> {
     picture.depth.iter().map(|&z| told(z, camera)).collect()
 }
 
@@ -21,7 +21,7 @@ fn told(z: f64, camera: &Camera) -> u16 {
 
 /// The same with the errors of a real camera. The picture has normals.
 pub fn stereo_depth(
-    picture: &Picture,
+    picture: &GBuffer,
     intrinsics: &Intrinsics,
     camera: &Camera,
     sample: &mut Sample,
@@ -66,9 +66,9 @@ fn both_see(inverse: &[f64], bodies: &[u16], scale: f64, disparities: &mut [f64]
     for (u, ((inverse, body), disparity)) in inverse.iter().zip(bodies).zip(disparities).enumerate().rev() {
         let shift = scale * inverse;
         let there = u as f64 - shift;
-        let seen = *body != Picture::NOTHING && there < leftmost && there >= 0.0;
+        let seen = *body != GBuffer::NOTHING && there < leftmost && there >= 0.0;
         *disparity = if seen { shift } else { 0.0 };
-        leftmost = if *body != Picture::NOTHING { leftmost.min(there) } else { leftmost };
+        leftmost = if *body != GBuffer::NOTHING { leftmost.min(there) } else { leftmost };
     }
 }
 
@@ -107,14 +107,14 @@ mod tests {
         }
     }
 
-    fn wall(camera: &Camera, z: impl Fn(usize) -> f64) -> (Picture, Intrinsics) {
+    fn wall(camera: &Camera, z: impl Fn(usize) -> f64) -> (GBuffer, Intrinsics) {
         let intrinsics =
             Intrinsics::new(camera.width, camera.height, camera.fov_deg, camera.near, camera.far);
         let pixels = camera.width as usize * camera.height as usize;
         let depth: Vec<f64> = (0..pixels).map(|k| z(k % camera.width as usize)).collect();
         let inverse = depth.iter().map(|z| 1.0 / z).collect();
         let normal = Some(vec![[0.0, 0.0, -1.0]; pixels]);
-        (Picture { depth, inverse, body: vec![0; pixels], normal, ..Picture::default() }, intrinsics)
+        (GBuffer { depth, inverse, body: vec![0; pixels], normal, ..GBuffer::default() }, intrinsics)
     }
 
     #[test]
@@ -175,7 +175,7 @@ mod tests {
     fn grazing_views_and_a_part_of_all_others_are_lost() {
         let camera = camera(Stereo { dropout: 0.1, ..stereo() });
         let (mut picture, intrinsics) = wall(&camera, |_| 1.0);
-        let share = |picture: &Picture| {
+        let share = |picture: &GBuffer| {
             let mut sample = Noise::new(&[5; 32]).sensor("camera").sample(3);
             let depths = stereo_depth(picture, &intrinsics, &camera, &mut sample);
             let kept = depths.chunks(200).flat_map(|row| &row[20..]).filter(|d| **d > 0).count();

@@ -8,7 +8,7 @@ use crate::config::{Config, ServeOptions};
 use crate::http;
 use crate::rules::Phase;
 use crate::store::{Location, Store};
-use crate::telemetry;
+use crate::logging;
 use crate::transport;
 use crate::transport::low_latency::listener::Listener;
 use anyhow::Context;
@@ -35,7 +35,7 @@ const UNFINISHED: u8 = 3;
 /// # Errors
 /// What keeps it from serving, in words.
 pub fn serve(options: &ServeOptions) -> anyhow::Result<ExitCode> {
-    telemetry::start()?;
+    logging::start()?;
     let config = options.resolve()?;
     // The network, the database and the signals. No world is stepped on these threads: sessions have their own.
     let threads = std::thread::available_parallelism().map_or(1, NonZero::get).max(2);

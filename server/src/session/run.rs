@@ -321,7 +321,7 @@ impl Session {
             observation.truncated = true;
             observation.reason = Some(Reason::SessionOver.as_str().into());
         }
-        observation.cameras = pictures::develop(&self.shared.compute, wanted).await;
+        observation.cameras = pictures::render(&self.shared.compute, wanted).await;
         self.save(false).await;
         Ok(Reply::Obs(Box::new(self.obs(Some(id), run_id, observation))))
     }
@@ -372,7 +372,7 @@ impl Session {
     pub(crate) async fn streamed(&mut self) -> Option<Reply> {
         let Streamed { mut observation, pictures: Pictures { wanted, upcoming }, due } =
             self.stream.as_ref()?.pop()?;
-        observation.cameras = pictures::develop(&self.shared.compute, wanted).await;
+        observation.cameras = pictures::render(&self.shared.compute, wanted).await;
         pictures::prepare(&self.shared.compute, upcoming);
         self.catch_up();
         let run_id = self.machine.run_info().map(|run| run.run_id)?;

@@ -9,7 +9,7 @@ use super::messages::WatchRun;
 use super::snapshot::{Overlays, Snapshot, Wanted};
 use axum::extract::ws::Utf8Bytes;
 use palmares_tasks::Sensing;
-use palmares_tasks::run::Instruments;
+use palmares_tasks::run::TelemetryModel;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
@@ -38,7 +38,7 @@ pub(super) struct Channel {
     pub(super) own_hand: bool,
     /// The message `scene`: for those who may know all of the hand, and for the others.
     pub(super) scenes: [Utf8Bytes; 2],
-    pub(super) instruments: Arc<Instruments>,
+    pub(super) telemetry_model: Arc<TelemetryModel>,
     /// The newest copy; its sender is the run's.
     pub(super) snapshots: watch::Receiver<Arc<Snapshot>>,
     /// The newest frame.
@@ -76,7 +76,7 @@ impl Channel {
             let newest = self.snapshots.borrow().clone();
             let fresh = !Arc::ptr_eq(&frame.snapshot, &newest);
             if fresh {
-                *frame = Arc::new(Frame::new(&self.info.run_id, &self.instruments, newest));
+                *frame = Arc::new(Frame::new(&self.info.run_id, &self.telemetry_model, newest));
             }
             fresh
         });

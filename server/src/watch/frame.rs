@@ -7,7 +7,7 @@ use axum::extract::ws::Utf8Bytes;
 use palmares_models::Pose;
 use palmares_tasks::Run;
 use palmares_tasks::referee::Verdict;
-use palmares_tasks::run::{Contact, Instruments, Telemetry};
+use palmares_tasks::run::{Contact, Telemetry, TelemetryModel};
 use std::sync::{Arc, OnceLock};
 
 /// Colour of a hand's links, sRGB.
@@ -30,7 +30,7 @@ pub(super) struct Frame {
     /// What it shows.
     pub(super) snapshot: Arc<Snapshot>,
     run_id: String,
-    instruments: Arc<Instruments>,
+    telemetry_model: Arc<TelemetryModel>,
     poses: Vec<Seven>,
     /// The message `poses` without overlays, with telemetry, with contacts, with both.
     texts: [OnceLock<Utf8Bytes>; 4],
@@ -41,12 +41,16 @@ pub(super) struct Frame {
 
 impl Frame {
     /// The run as it stood.
-    pub(super) fn new(run_id: &str, instruments: &Arc<Instruments>, snapshot: Arc<Snapshot>) -> Self {
+    pub(super) fn new(run_id: &str, telemetry_model: &Arc<TelemetryModel>, snapshot: Arc<Snapshot>) -> Self {
         let Snapshot { base, q, objects, .. } = &*snapshot;
         Frame {
             run_id: run_id.to_owned(),
-            poses: instruments.poses(*base, q, objects).into_iter().map(|(_, pose)| seven(pose)).collect(),
-            instruments: instruments.clone(),
+            poses: telemetry_model
+                .poses(*base, q, objects)
+                .into_iter()
+                .map(|(_, pose)| seven(pose))
+                .collect(),
+            telemetry_model: telemetry_model.clone(),
             snapshot,
             texts: Default::default(),
             telemetry: OnceLock::new(),
@@ -56,14 +60,14 @@ impl Frame {
     }
 
     fn telemetry(&self) -> Option<&Told> {
-        let seen = || self.snapshot.readings.as_ref().map(|readings| self.instruments.telemetry(readings));
+        let seen = || self.snapshot.sample.as_ref().map(|sample| self.telemetry_model.telemetry(sample));
         let told =
             || seen().map(|seen| Told { bytes: binary::telemetry(&seen), felt: binary::felt(&seen), seen });
         self.telemetry.get_or_init(told).as_ref()
     }
 
     fn contacts(&self) -> Option<&(Vec<Contact>, Vec<u8>)> {
-        let seen = || self.snapshot.readings.as_ref().map(|readings| self.instruments.contacts(readings));
+        let seen = || self.snapshot.sample.as_ref().map(|sample| self.telemetry_model.contacts(sample));
         let both = || seen().map(|seen| (binary::contacts(&seen), seen)).map(|(bytes, seen)| (seen, bytes));
         self.contacts.get_or_init(both).as_ref()
     }

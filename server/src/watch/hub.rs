@@ -94,13 +94,13 @@ impl Hub {
         let Unopened { info, sensing, own_hand } = unopened;
         let snapshots = watch::Sender::new(Arc::new(Snapshot::of(run, Overlays::ALL, None)));
         let first = snapshots.borrow().clone();
-        let instruments = run.instruments().clone();
+        let telemetry_model = run.telemetry_model().clone();
         let channel = Arc::new(Channel {
             scenes: frame::scene(info.clone(), run),
             sensing,
             own_hand,
-            frames: watch::Sender::new(Arc::new(Frame::new(&info.run_id, &instruments, first))),
-            instruments,
+            frames: watch::Sender::new(Arc::new(Frame::new(&info.run_id, &telemetry_model, first))),
+            telemetry_model,
             snapshots: snapshots.subscribe(),
             wanted: Default::default(),
             pumping: AtomicBool::new(false),
@@ -419,7 +419,7 @@ mod tests {
         let following = hub.find(&Target::Featured, &Watcher::Anybody).expect("there");
         let frame = following.frames.borrow().clone();
         assert_eq!(frame.snapshot.tick, 3);
-        assert!(frame.snapshot.readings.is_some() && frame.snapshot.evidence.is_some());
+        assert!(frame.snapshot.sample.is_some() && frame.snapshot.evidence.is_some());
     }
 
     #[test]
@@ -478,7 +478,7 @@ mod tests {
             publisher.ticked(run);
             let open = publisher.open.as_ref().expect("open");
             let newest = open.snapshots.borrow().clone();
-            (newest.readings.is_some(), newest.evidence.is_some())
+            (newest.sample.is_some(), newest.evidence.is_some())
         };
         assert_eq!(copied(&mut publisher, &mut run), (false, false));
         following.want(Overlays { verdicts: true, ..Overlays::default() });

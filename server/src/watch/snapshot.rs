@@ -2,7 +2,7 @@
 
 use palmares_models::Pose;
 use palmares_tasks::Run;
-use palmares_tasks::run::{Evidence, Readings};
+use palmares_tasks::run::{Evidence, RunSample};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// What a viewer wants to see beside the poses.
@@ -78,7 +78,7 @@ pub(super) struct Snapshot {
     /// Poses of the free objects.
     pub(super) objects: Vec<Pose>,
     /// Motors, tendons and contacts, if somebody wants them.
-    pub(super) readings: Option<Readings>,
+    pub(super) sample: Option<RunSample>,
     /// What the referee knows, if somebody wants to know why.
     pub(super) evidence: Option<Evidence>,
     /// How late a tick of a realtime run began, at most in the last second, s.
@@ -96,7 +96,7 @@ impl Snapshot {
             base: state.base,
             q: state.q.clone(),
             objects: (0..state.objects.len()).map(|k| state.object_pose(model, k)).collect(),
-            readings: (overlays.telemetry || overlays.contacts).then(|| run.readings()),
+            sample: (overlays.telemetry || overlays.contacts).then(|| run.sample()),
             evidence: overlays.verdicts.then(|| run.evidence()),
             late_s,
         }

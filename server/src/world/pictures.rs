@@ -17,15 +17,15 @@ pub(crate) struct Pictures {
 
 /// Draws them here.
 pub(super) fn drawn(exposures: &[Arc<Exposure>]) -> Vec<CameraImage> {
-    exposures.iter().map(|exposure| exposure.develop().clone()).collect()
+    exposures.iter().map(|exposure| exposure.render().clone()).collect()
 }
 
 fn all_drawn(exposures: &[Arc<Exposure>]) -> bool {
-    exposures.iter().all(|exposure| exposure.is_developed())
+    exposures.iter().all(|exposure| exposure.is_rendered())
 }
 
 /// The wanted pictures.
-pub(crate) async fn develop(compute: &Compute, wanted: Vec<Arc<Exposure>>) -> Vec<CameraImage> {
+pub(crate) async fn render(compute: &Compute, wanted: Vec<Arc<Exposure>>) -> Vec<CameraImage> {
     if all_drawn(&wanted) {
         return drawn(&wanted);
     }
@@ -47,7 +47,7 @@ pub(crate) fn prepare(compute: &Compute, upcoming: Vec<Arc<Exposure>>) {
     if let Some(permit) = compute.scheduler.spare() {
         tokio::task::spawn_blocking(move || {
             upcoming.iter().for_each(|exposure| {
-                exposure.develop();
+                exposure.render();
             });
             drop(permit);
         });

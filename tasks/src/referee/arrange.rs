@@ -28,12 +28,12 @@ struct Aim {
 pub struct ArrangeReferee {
     aims: Arc<[Aim]>,
     tick_s: f64,
-    pub(super) seen: ArrangeMemory,
+    pub(super) seen: ArrangeState,
 }
 
 /// What it has seen so far.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(super) struct ArrangeMemory {
+pub(super) struct ArrangeState {
     /// Goals that have been reached, the first ones.
     reached: usize,
     /// The tick since which the next one holds.
@@ -103,7 +103,7 @@ impl ArrangeReferee {
         ArrangeReferee {
             aims: rules.goals.iter().filter_map(aim).collect(),
             tick_s: task.tick_s,
-            seen: ArrangeMemory::default(),
+            seen: ArrangeState::default(),
         }
     }
 
@@ -121,13 +121,13 @@ impl ArrangeReferee {
                 break;
             }
             events.push(Event { tick, kind: aim.goal.name.clone(), object: Some(aim.object) });
-            self.seen = ArrangeMemory { reached: self.seen.reached + 1, since: None };
+            self.seen = ArrangeState { reached: self.seen.reached + 1, since: None };
         }
         events
     }
 
     /// Whether there are as many goals as have been reached.
-    pub(super) fn can_have(&self, seen: &ArrangeMemory) -> bool {
+    pub(super) fn can_have(&self, seen: &ArrangeState) -> bool {
         seen.reached <= self.aims.len()
     }
 

@@ -52,12 +52,12 @@ pub struct HoldReferee {
     tick_s: f64,
     /// Height of the object at tick 0, m.
     start_m: f64,
-    pub(super) seen: HoldMemory,
+    pub(super) seen: HoldState,
 }
 
 /// What it has seen so far.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct HoldMemory {
+pub(super) struct HoldState {
     stage: Stage,
     lifted: bool,
     /// The tick at which it had been held long enough.
@@ -71,7 +71,7 @@ impl HoldReferee {
             rules: rules.clone(),
             tick_s,
             start_m: objects.first().map_or(0.0, |seen| seen.position[2]),
-            seen: HoldMemory { stage: Stage::Down, lifted: false, held: None },
+            seen: HoldState { stage: Stage::Down, lifted: false, held: None },
         }
     }
 

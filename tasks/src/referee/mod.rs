@@ -7,11 +7,11 @@ mod snapshot;
 mod space;
 mod verdict;
 
-use arrange::ArrangeMemory;
 pub use arrange::ArrangeReferee;
+use arrange::ArrangeState;
 pub use collect::CollectReferee;
 use collect::Place;
-use hold::HoldMemory;
+use hold::HoldState;
 pub use hold::{HoldReferee, Slip};
 pub use snapshot::ObjectSnapshot;
 pub(crate) use snapshot::REST_SPEED;
@@ -35,7 +35,7 @@ pub enum Referee {
 
 /// What a referee has seen so far.
 #[derive(Clone, Serialize, Deserialize)]
-pub struct Memory(Seen);
+pub struct RefereeState(Seen);
 
 /// The same by rules.
 #[derive(Clone, Serialize, Deserialize)]
@@ -43,9 +43,9 @@ enum Seen {
     /// Where each object is.
     Collect(Vec<Place>),
     /// How far the object has got.
-    Hold(HoldMemory),
+    Hold(HoldState),
     /// How many goals have been reached.
-    Arrange(ArrangeMemory),
+    Arrange(ArrangeState),
 }
 
 impl Referee {
@@ -59,17 +59,17 @@ impl Referee {
     }
 
     /// What it has seen so far.
-    pub fn memory(&self) -> Memory {
-        Memory(match self {
+    pub fn state(&self) -> RefereeState {
+        RefereeState(match self {
             Referee::Collect(referee) => Seen::Collect(referee.places.clone()),
             Referee::Hold(referee) => Seen::Hold(referee.seen),
             Referee::Arrange(referee) => Seen::Arrange(referee.seen),
         })
     }
 
-    /// Whether a memory can be of this referee: by the same kind of rules, over as many objects and goals.
-    pub fn fits(&self, memory: &Memory) -> bool {
-        match (self, &memory.0) {
+    /// Whether a state can be of this referee: by the same kind of rules, over as many objects and goals.
+    pub fn fits(&self, state: &RefereeState) -> bool {
+        match (self, &state.0) {
             (Referee::Collect(referee), Seen::Collect(places)) => referee.places.len() == places.len(),
             (Referee::Hold(_), Seen::Hold(_)) => true,
             (Referee::Arrange(referee), Seen::Arrange(seen)) => referee.can_have(seen),
@@ -78,12 +78,12 @@ impl Referee {
     }
 
     /// Watches on from there.
-    pub fn recall(&mut self, memory: &Memory) {
-        match (self, &memory.0) {
+    pub fn restore(&mut self, state: &RefereeState) {
+        match (self, &state.0) {
             (Referee::Collect(referee), Seen::Collect(places)) => referee.places.clone_from(places),
             (Referee::Hold(referee), Seen::Hold(seen)) => referee.seen = *seen,
             (Referee::Arrange(referee), Seen::Arrange(seen)) => referee.seen = *seen,
-            // Of another kind of task: there is nothing to be recalled.
+            // Of another kind of task: nothing is restored.
             (Referee::Collect(_) | Referee::Hold(_) | Referee::Arrange(_), _) => {}
         }
     }

@@ -11,7 +11,7 @@ use palmares_models::camera::Camera;
 use palmares_models::hand::Hand;
 use palmares_models::shape::Shape;
 use palmares_models::{Rotation, Vec3};
-use palmares_senses::camera::{Body, Geometry, Intrinsics, Picture, draw, plain_depth, shade, stereo_depth};
+use palmares_senses::camera::{Body, GBuffer, Geometry, Intrinsics, draw, plain_depth, shade, stereo_depth};
 use palmares_senses::noise::{Noise, SensorNoise};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -119,13 +119,13 @@ impl View {
     }
 }
 
-/// Where everything was lately, for cameras whose pictures take their time.
+/// Recent poses of all bodies, for cameras whose images come late.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Lately {
+pub(super) struct PoseHistory {
     poses: VecDeque<(u64, Vec<(usize, Pose)>)>,
 }
 
-impl Lately {
+impl PoseHistory {
     /// Whether it remembers bodies that there are.
     pub(super) fn fits(&self, bodies: usize) -> bool {
         self.poses
@@ -173,18 +173,18 @@ pub struct Exposure {
 
 impl Cameras {
     /// The newest picture that can be read after `tick`, of the world as it is (`now`) or, with the latency of a real
-    /// camera, as it was (`lately`).
+    /// camera, as it was (`pose_history`).
     pub(super) fn expose(
         self: &Arc<Self>,
         shot: Shot,
         tick: u64,
-        plates: &mut Plates,
-        lately: &Lately,
+        image_cache: &mut ImageCache,
+        pose_history: &PoseHistory,
         now: impl Iterator<Item = (usize, Pose)>,
     ) -> Arc<Exposure> {
         let (frame, exposed) = self.views[shot.camera].newest(tick);
-        plates.of(shot, frame, || {
-            let poses = lately.at(exposed).cloned().unwrap_or_else(|| now.collect());
+        image_cache.of(shot, frame, || {
+            let poses = pose_history.at(exposed).cloned().unwrap_or_else(|| now.collect());
             Exposure { cameras: Arc::clone(self), shot, tick: exposed, frame, poses, image: OnceLock::new() }
         })
     }
@@ -194,14 +194,14 @@ impl Cameras {
         self: &Arc<Self>,
         shot: Shot,
         tick: u64,
-        plates: &mut Plates,
-        lately: &Lately,
+        image_cache: &mut ImageCache,
+        pose_history: &PoseHistory,
     ) -> Option<Arc<Exposure>> {
         let view = &self.views[shot.camera];
         view.noise.as_ref()?;
         let frame = view.newest(tick).0 + 1;
         let exposed = view.exposed(frame);
-        let poses = lately.at(exposed)?.clone();
+        let poses = pose_history.at(exposed)?.clone();
         let make = || Exposure {
             cameras: Arc::clone(self),
             shot,
@@ -210,15 +210,15 @@ impl Cameras {
             poses,
             image: OnceLock::new(),
         };
-        Some(plates.of(shot, frame, make))
+        Some(image_cache.of(shot, frame, make))
     }
 }
 
 /// The last pictures of every camera: one that is asked for twice is drawn once.
 #[derive(Debug, Default)]
-pub(super) struct Plates(Vec<Arc<Exposure>>);
+pub(super) struct ImageCache(Vec<Arc<Exposure>>);
 
-impl Plates {
+impl ImageCache {
     fn of(&mut self, shot: Shot, frame: u64, expose: impl FnOnce() -> Exposure) -> Arc<Exposure> {
         if let Some(known) = self.0.iter().find(|known| known.shot == shot && known.frame == frame) {
             return Arc::clone(known);
@@ -231,12 +231,12 @@ impl Plates {
 
 impl Exposure {
     /// The picture, which is drawn the first time: some milliseconds of work.
-    pub fn develop(&self) -> &CameraImage {
+    pub fn render(&self) -> &CameraImage {
         self.image.get_or_init(|| self.draw())
     }
 
     /// Whether it has been drawn.
-    pub fn is_developed(&self) -> bool {
+    pub fn is_rendered(&self) -> bool {
         self.image.get().is_some()
     }
 
@@ -251,7 +251,7 @@ impl Exposure {
         let on = link.map_or(Pose::IDENTITY, |link| poses[first_link + link]);
         let pose = on * camera.pose();
         let Channels { depth, rgb, bodies } = self.shot.channels;
-        let mut picture = Picture::default();
+        let mut picture = GBuffer::default();
         picture.with_normals(rgb || noise.is_some());
         draw(geometry, &poses, pose, intrinsics, &mut picture);
         let depths = || match noise {

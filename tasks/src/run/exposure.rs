@@ -17,18 +17,19 @@ impl Run {
 
     /// Takes pictures of the world as it is, or with the latency of real cameras as it was. Nothing is drawn yet.
     pub fn expose(&mut self, shots: &[Shot]) -> Vec<Arc<Exposure>> {
-        let mut plates = std::mem::take(&mut self.plates);
-        let take =
-            |shot: &Shot| self.cameras.expose(*shot, self.tick, &mut plates, &self.lately, self.poses());
+        let mut image_cache = std::mem::take(&mut self.image_cache);
+        let take = |shot: &Shot| {
+            self.cameras.expose(*shot, self.tick, &mut image_cache, &self.pose_history, self.poses())
+        };
         let taken = shots.iter().map(take).collect();
-        self.plates = plates;
+        self.image_cache = image_cache;
         taken
     }
 
     /// Pictures that real cameras have taken and that [`Run::expose`] will give in their next period: who has time may
     /// draw them before they are asked for.
     pub fn upcoming(&mut self, shots: &[Shot]) -> Vec<Arc<Exposure>> {
-        let Run { cameras, plates, lately, tick, .. } = self;
-        shots.iter().filter_map(|shot| cameras.upcoming(*shot, *tick, plates, lately)).collect()
+        let Run { cameras, image_cache, pose_history, tick, .. } = self;
+        shots.iter().filter_map(|shot| cameras.upcoming(*shot, *tick, image_cache, pose_history)).collect()
     }
 }

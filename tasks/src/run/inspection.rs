@@ -2,20 +2,20 @@
 
 use super::Run;
 use super::evidence::Evidence;
-use super::telemetry::{Contact, Instruments, Readings, Telemetry, motor_tension};
+use super::telemetry::{Contact, RunSample, Telemetry, TelemetryModel, motor_tension};
 use crate::referee::Verdict;
 use std::sync::Arc;
 
 impl Run {
-    /// What [`Run::readings`] are read with.
-    pub fn instruments(&self) -> &Arc<Instruments> {
-        &self.instruments
+    /// What [`Run::sample`] are read with.
+    pub fn telemetry_model(&self) -> &Arc<TelemetryModel> {
+        &self.telemetry_model
     }
 
     /// A copy of what watchers may ask about this moment.
-    pub fn readings(&self) -> Readings {
+    pub fn sample(&self) -> RunSample {
         let state = self.world.state();
-        Readings {
+        RunSample {
             motors: state.motors.clone(),
             tension: state.tension.clone(),
             work: self.work.clone(),
@@ -44,12 +44,12 @@ impl Run {
 
     /// What goes on in the hand.
     pub fn telemetry(&self) -> Telemetry {
-        self.instruments.telemetry(&self.readings())
+        self.telemetry_model.telemetry(&self.sample())
     }
 
     /// Every touching contact.
     pub fn contacts(&self) -> Vec<Contact> {
-        self.instruments.contacts(&self.readings())
+        self.telemetry_model.contacts(&self.sample())
     }
 
     /// What the referee knows now.
@@ -128,7 +128,7 @@ mod tests {
         let run = run();
         let (model, state) = (run.world().model(), run.world().state());
         let objects: Vec<Pose> = (0..state.objects.len()).map(|k| state.object_pose(model, k)).collect();
-        let told = run.instruments().poses(state.base, &state.q, &objects);
+        let told = run.telemetry_model().poses(state.base, &state.q, &objects);
         assert_eq!(told, run.poses().collect::<Vec<_>>());
     }
 
@@ -141,8 +141,8 @@ mod tests {
             pair_friction(&colliders[contact.colliders.0 as usize], &colliders[contact.colliders.1 as usize]);
         let across = contact.normal.any_orthonormal_vector() * 0.5 * friction * 8.0;
         let pressed = ContactForce { force: contact.normal * 8.0 + across, ..contact };
-        let readings = Readings { contacts: vec![pressed], ..run.readings() };
-        let used = run.instruments().contacts(&readings)[0].friction_use;
+        let sample = RunSample { contacts: vec![pressed], ..run.sample() };
+        let used = run.telemetry_model().contacts(&sample)[0].friction_use;
         assert!((used - 0.5).abs() < 1e-12, "{used}");
         let free = ContactForce { force: contact.normal * 0.0, ..contact };
         assert_eq!(friction_use(&free, friction), 0.0);
@@ -167,9 +167,9 @@ mod tests {
             ..touching
         };
         // The force is that on the second of two.
-        let readings =
-            Readings { contacts: vec![press(by, on, force), press(on, by, -force)], ..run.readings() };
-        let told = run.instruments().telemetry(&readings).fingers;
+        let sample =
+            RunSample { contacts: vec![press(by, on, force), press(on, by, -force)], ..run.sample() };
+        let told = run.telemetry_model().telemetry(&sample).fingers;
         assert_eq!(told.len(), 5);
         for finger in told {
             let expected = if finger.name == thumb.name { [2.0, 4.0, 6.0] } else { [0.0; 3] };

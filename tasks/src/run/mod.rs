@@ -28,7 +28,7 @@ pub use outcome::{Outcome, Reason};
 pub use push_error::PushError;
 pub use shots::{Shot, ShotError, camera_name, shots};
 pub use snapshot::{Snapshot, SnapshotError};
-pub use telemetry::{Contact, FingerWrench, Instruments, Motor, Readings, Telemetry};
+pub use telemetry::{Contact, FingerWrench, Motor, RunSample, Telemetry, TelemetryModel};
 
 use crate::action::{Action, BaseTarget};
 use crate::build::build;
@@ -40,7 +40,7 @@ use crate::seed::Seed;
 use crate::settle::SceneError;
 use crate::start::start_pose;
 use crate::task::{Task, Variation};
-use cameras::{Cameras, Lately, Plates};
+use cameras::{Cameras, ImageCache, PoseHistory};
 use driven::{Pushing, Target};
 use origin::Origin;
 use palmares_models::Pose;
@@ -63,11 +63,11 @@ pub struct Run {
     scene: Arc<Scene>,
     body_names: Arc<[String]>,
     world: World,
-    instruments: Arc<Instruments>,
+    telemetry_model: Arc<TelemetryModel>,
     senses: Senses,
     cameras: Arc<Cameras>,
-    lately: Lately,
-    plates: Plates,
+    pose_history: PoseHistory,
+    image_cache: ImageCache,
     referee: Referee,
     tick: u64,
     target: Target,
@@ -101,16 +101,16 @@ impl Run {
             hand: Some(vec![0.0; hand.motors.len()]),
         };
         let sightings = sightings(&built.world);
-        let instruments =
-            Instruments::new(hand.clone(), built.world.model(), &built.scene, &built.body_names);
+        let telemetry_model =
+            TelemetryModel::new(hand.clone(), built.world.model(), &built.scene, &built.body_names);
         let senses = Senses::new(hand.clone(), &built.world, task.tick_s, None);
         let run = Run {
             senses,
             cameras: Arc::default(),
-            lately: Lately::default(),
-            plates: Plates::default(),
+            pose_history: PoseHistory::default(),
+            image_cache: ImageCache::default(),
             referee: Referee::new(&task, &sightings),
-            instruments: Arc::new(instruments),
+            telemetry_model: Arc::new(telemetry_model),
             scene: Arc::new(built.scene),
             body_names: built.body_names.into(),
             world: built.world,
@@ -144,16 +144,16 @@ impl Run {
         self.senses = Senses::new(self.hand.clone(), &self.world, self.task.tick_s, noise.as_ref());
         self.cameras =
             Arc::new(Cameras::new(&self.task, &self.scene, (&self.hand, self.hand_bodies()), noise.as_ref()));
-        (self.lately, self.plates) = (Lately::default(), Plates::default());
+        (self.pose_history, self.image_cache) = (PoseHistory::default(), ImageCache::default());
         self.remember_poses();
         self
     }
 
     /// For cameras whose pictures take their time.
     fn remember_poses(&mut self) {
-        let mut lately = std::mem::take(&mut self.lately);
-        lately.remember(&self.cameras, self.tick, self.poses());
-        self.lately = lately;
+        let mut pose_history = std::mem::take(&mut self.pose_history);
+        pose_history.remember(&self.cameras, self.tick, self.poses());
+        self.pose_history = pose_history;
     }
 
     /// What stands in the world at tick 0.

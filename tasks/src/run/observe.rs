@@ -6,7 +6,7 @@ use crate::observation::{
     Wrench,
 };
 use crate::table::{Numbers, Table};
-use palmares_senses::{MotorReading, Readings};
+use palmares_senses::{MotorReading, SensorReadings};
 
 impl Run {
     /// What a controller sees now; pictures are taken by [`Run::expose`]. `events` are those of the last [`Run::step`].
@@ -28,12 +28,13 @@ impl Run {
     }
 
     /// What the sensors of the hand and its arm read now.
-    pub fn felt(&self) -> Readings {
+    pub fn read_sensors(&self) -> SensorReadings {
         self.senses.read(&self.world)
     }
 
     fn observe_hand(&self) -> HandObservation {
-        let Readings { base, motors, joints, wrist: (force, torque), touch, acceleration } = self.felt();
+        let SensorReadings { base, motors, joints, wrist: (force, torque), touch, acceleration } =
+            self.read_sensors();
         let actuators = self.hand.motors.iter().zip(&self.world.state().motors).zip(motors);
         HandObservation {
             base: BodyState {
@@ -68,7 +69,7 @@ impl Run {
                 velocity: Numbers(state.v[6..6 + n].to_vec()),
             },
             contacts: self.observe_contacts(),
-            predicted_equilibrium: Numbers(self.instruments.predict(&state.motors)),
+            predicted_equilibrium: Numbers(self.telemetry_model.predict(&state.motors)),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Going back to a snapshot, and going on from here twice.
 
 use super::Run;
-use super::cameras::Plates;
+use super::cameras::ImageCache;
 use super::driven::Pushing;
 use super::origin::Origin;
 use super::snapshot::{Applied, Noted, Snapshot, SnapshotError, events, noted};
@@ -19,9 +19,9 @@ impl Run {
             taken_here: true,
             origin: Arc::clone(self.origin()),
             world: self.world.snapshot(),
-            senses: self.senses.memory(),
-            referee: self.referee.memory(),
-            lately: self.lately.clone(),
+            senses: self.senses.state(),
+            referee: self.referee.state(),
+            pose_history: self.pose_history.clone(),
             tick: self.tick,
             target: self.target,
             shaken_at: self.shaken_at,
@@ -50,10 +50,10 @@ impl Run {
             return Err(SnapshotError::Unfit { what });
         }
         self.world.resume(&from.world);
-        self.senses.recall(&from.senses);
-        self.referee.recall(&from.referee);
-        self.lately.clone_from(&from.lately);
-        self.plates = Plates::default();
+        self.senses.restore(&from.senses);
+        self.referee.restore(&from.referee);
+        self.pose_history.clone_from(&from.pose_history);
+        self.image_cache = ImageCache::default();
         (self.tick, self.target, self.shaken_at) = (from.tick, from.target, from.shaken_at);
         self.applied = Action::from(&from.applied);
         self.pushing.clone_from(&from.pushing);
@@ -77,11 +77,11 @@ impl Run {
             scene: Arc::clone(&self.scene),
             body_names: Arc::clone(&self.body_names),
             world,
-            instruments: Arc::clone(&self.instruments),
+            telemetry_model: Arc::clone(&self.telemetry_model),
             senses: self.senses.clone(),
             cameras: Arc::clone(&self.cameras),
-            lately: self.lately.clone(),
-            plates: Plates::default(),
+            pose_history: self.pose_history.clone(),
+            image_cache: ImageCache::default(),
             referee: self.referee.clone(),
             tick: self.tick,
             target: self.target,
@@ -106,7 +106,7 @@ impl Run {
             ("world", from.world.fits(self.world.model())),
             ("sensors", self.senses.fits(&from.senses)),
             ("referee", self.referee.fits(&from.referee)),
-            ("camera pictures", from.lately.fits(self.body_names.len())),
+            ("camera pictures", from.pose_history.fits(self.body_names.len())),
             ("tick", from.tick < MOST_TICKS),
             ("target", from.target.is_finite()),
             ("shake", from.shaken_at.is_none_or(|pose| pose.is_finite())),

@@ -1,6 +1,6 @@
 //! All that changes of a run, kept in memory or as bytes.
 
-use super::cameras::Lately;
+use super::cameras::PoseHistory;
 use super::driven::{Pushing, Target};
 use super::origin::Origin;
 use crate::action::{Action, BaseTarget};
@@ -30,9 +30,9 @@ pub struct Snapshot {
     pub(super) taken_here: bool,
     pub(super) origin: Arc<Origin>,
     pub(super) world: palmares_sim::Snapshot,
-    pub(super) senses: palmares_senses::Memory,
-    pub(super) referee: referee::Memory,
-    pub(super) lately: Lately,
+    pub(super) senses: palmares_senses::SensorState,
+    pub(super) referee: referee::RefereeState,
+    pub(super) pose_history: PoseHistory,
     pub(super) tick: u64,
     pub(super) target: Target,
     pub(super) shaken_at: Option<Pose>,

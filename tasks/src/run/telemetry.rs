@@ -1,6 +1,6 @@
 //! What a run looks like from inside, for those who watch: motors, tendons, contacts, and the predicted equilibrium.
 //!
-//! Where the world is stepped it is copied as it stands ([`Readings`]); [`Instruments`], which outlive no run but may be
+//! Where the world is stepped it is copied as it stands ([`RunSample`]); [`TelemetryModel`], which outlive no run but may be
 //! shared with any thread, make of it what is shown.
 
 use super::predictor::Predictor;
@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 /// A copy of what the readers of a moment need.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Readings {
+pub struct RunSample {
     pub(super) motors: Vec<MotorState>,
     pub(super) tension: Vec<f64>,
     pub(super) work: Vec<f64>,
@@ -84,9 +84,9 @@ pub struct Contact {
     pub friction_use: f64,
 }
 
-/// What does not change in a run and is needed to read its [`Readings`].
+/// What does not change in a run and is needed to read its [`RunSample`].
 #[derive(Debug)]
-pub struct Instruments {
+pub struct TelemetryModel {
     hand: Arc<Hand>,
     fingers: Vec<Finger>,
     predictor: Predictor,
@@ -96,7 +96,7 @@ pub struct Instruments {
     colliders: Vec<(usize, f64)>,
 }
 
-impl Instruments {
+impl TelemetryModel {
     pub(super) fn new(hand: Arc<Hand>, model: &Model, scene: &Scene, names: &[String]) -> Self {
         let first_link = scene.bodies.len();
         let furniture: BTreeMap<&str, usize> =
@@ -109,7 +109,7 @@ impl Instruments {
             };
             (body, collider.friction)
         });
-        Instruments {
+        TelemetryModel {
             colliders: colliders.collect(),
             first_link,
             predictor: Predictor::new(hand.clone()),
@@ -132,7 +132,7 @@ impl Instruments {
     }
 
     /// What goes on in the hand.
-    pub fn telemetry(&self, seen: &Readings) -> Telemetry {
+    pub fn telemetry(&self, seen: &RunSample) -> Telemetry {
         let motors = seen.motors.iter().enumerate().map(|(k, reached)| Motor {
             command: reached.command,
             position: reached.position,
@@ -149,7 +149,7 @@ impl Instruments {
         }
     }
 
-    fn touch(&self, seen: &Readings) -> Vec<[f64; 3]> {
+    fn touch(&self, seen: &RunSample) -> Vec<[f64; 3]> {
         if self.hand.tactile.is_empty() {
             return Vec::new();
         }
@@ -158,7 +158,7 @@ impl Instruments {
     }
 
     /// Every touching contact.
-    pub fn contacts(&self, seen: &Readings) -> Vec<Contact> {
+    pub fn contacts(&self, seen: &RunSample) -> Vec<Contact> {
         let side = |collider: u32| self.colliders.get(collider as usize).copied().unwrap_or_default();
         seen.contacts
             .iter()
@@ -182,7 +182,7 @@ impl Instruments {
     }
 }
 
-fn wrench(finger: &Finger, seen: &Readings) -> FingerWrench {
+fn wrench(finger: &Finger, seen: &RunSample) -> FingerWrench {
     let (mut force, mut torque) = (Vec3::ZERO, Vec3::ZERO);
     for contact in &seen.contacts {
         for (owner, sign) in [(contact.a, -1.0), (contact.b, 1.0)] {

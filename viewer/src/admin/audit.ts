@@ -1,9 +1,8 @@
 /** Who decided what, when and why; a page at a time, the newest first. */
-import { moment } from '../board/format';
-import { button, el } from '../board/kit';
-import { copy } from '../board/aside';
-import type { Desk, Tab } from './desk';
-import { KeyedTable } from './keyed';
+import { dateTime } from '../ui/format';
+import { button, copyText, el } from '../ui/elements';
+import type { AdminClient, Tab } from './admin_client';
+import { KeyedTable } from './keyed_table';
 import type { AuditEntry } from './types';
 
 /** Records on a page. */
@@ -28,7 +27,7 @@ export async function lastOf(has: (after: number) => Promise<boolean>, known = 0
 }
 
 /** The tab. */
-export function auditTab(desk: Desk): Tab {
+export function auditTab(desk: AdminClient): Tab {
   let last = 0;
   let page = 0;
   const fetched = (after: number, limit: number): Promise<AuditEntry[]> =>
@@ -40,13 +39,13 @@ export function auditTab(desk: Desk): Tab {
   const table = new KeyedTable<AuditEntry>(
     [{ head: '#', class: 'n' }, { head: 'When' }, { head: 'Who' }, { head: 'What' }, { head: 'Subject', class: 'wide' }, { head: 'Why', class: 'wide' }],
     (entry) => String(entry.seq),
-    (entry) => [entry.seq, moment(entry.unix_ms), el('code', {}, entry.actor), entry.action, el('bdi', {}, entry.subject), entry.reason === null ? '–' : el('bdi', {}, entry.reason)],
+    (entry) => [entry.seq, dateTime(entry.unix_ms), el('code', {}, entry.actor), entry.action, el('bdi', {}, entry.subject), entry.reason === null ? '–' : el('bdi', {}, entry.reason)],
     { label: 'Audit', empty: 'Nothing has been decided yet.', head: 3 });
 
   const tab: Tab = {
     id: 'audit', title: 'Audit', period: 5000,
     element: el('div', {}, el('div', { class: 'row head' }, newer, older, line, button('Copy this page', () => {
-      void copy(table.element.innerText);
+      void copyText(table.element.innerText);
     }, { class: 'small end' })), table.element),
     async refresh() {
       last = await lastOf(async (after) => (await fetched(after, 1)).length > 0, last);

@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest';
-import { inOrder, leftAt, read, state } from './clocks';
+import { inOrder, leftAt, readClock, state } from './clocks';
 import type { Session } from './types';
 
 const session = (over: Partial<Session>): Session => ({
@@ -8,19 +8,19 @@ const session = (over: Partial<Session>): Session => ({
 });
 
 test('a clock goes only after it was seen to move', () => {
-  const first = read(session({}), 0, undefined);
+  const first = readClock(session({}), 0, undefined);
   expect(leftAt(first, 5000)).toBe(90);
-  const second = read(session({ elapsed_s: 12, left_s: 88 }), 2000, first);
+  const second = readClock(session({ elapsed_s: 12, left_s: 88 }), 2000, first);
   expect(leftAt(second, 3500)).toBeCloseTo(86.5);
   expect(leftAt(second, 1e9)).toBe(0);
-  const third = read(session({ elapsed_s: 12, left_s: 88 }), 4000, second);
+  const third = readClock(session({ elapsed_s: 12, left_s: 88 }), 4000, second);
   expect(third.going).toBe(false);
 });
 
 test('a paused clock stands, one without a limit shows none', () => {
-  const before = read(session({}), 0, undefined);
-  expect(read(session({ elapsed_s: 11, paused_unix_ms: 1 }), 1000, before).going).toBe(false);
-  expect(leftAt(read(session({ left_s: null }), 0, undefined), 9)).toBeNull();
+  const before = readClock(session({}), 0, undefined);
+  expect(readClock(session({ elapsed_s: 11, paused_unix_ms: 1 }), 1000, before).going).toBe(false);
+  expect(leftAt(readClock(session({ left_s: null }), 0, undefined), 9)).toBeNull();
 });
 
 test('states in words', () => {

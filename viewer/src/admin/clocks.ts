@@ -2,17 +2,17 @@
 import type { Session } from './types';
 
 /** A clock as it was read, at a time of performance.now(). */
-export interface Reading { at: number; left: number | null; elapsed: number; going: boolean }
+export interface ClockReading { at: number; left: number | null; elapsed: number; going: boolean }
 
 /** What a new reading says about a session, with the reading before it. */
-export function read(session: Pick<Session, 'status' | 'paused_unix_ms' | 'elapsed_s' | 'left_s'>, at: number, before: Reading | undefined): Reading {
+export function readClock(session: Pick<Session, 'status' | 'paused_unix_ms' | 'elapsed_s' | 'left_s'>, at: number, before: ClockReading | undefined): ClockReading {
   const open = session.status === 'open' && session.paused_unix_ms === null;
   const going = open && before !== undefined && session.elapsed_s > before.elapsed + 1e-3;
   return { at, left: session.left_s, elapsed: session.elapsed_s, going };
 }
 
 /** What the clock shows at a time: never below zero. */
-export function leftAt(reading: Reading, at: number): number | null {
+export function leftAt(reading: ClockReading, at: number): number | null {
   if (reading.left === null) return null;
   return Math.max(0, reading.left - (reading.going ? Math.max(0, at - reading.at) / 1000 : 0));
 }

@@ -1,10 +1,10 @@
 /** The competition: its phases, announcements, tables to take home, and the backup. */
-import { getJson } from '../board/api';
-import { moment } from '../board/format';
-import { button, el, facts, name } from '../board/kit';
+import { getJson } from '../net/api';
+import { dateTime } from '../ui/format';
+import { button, el, facts, name } from '../ui/elements';
 import type { Announcement, CompetitionInfo } from '../board/model';
-import { ask, type Question } from './ask';
-import { type Desk, said, type Tab } from './desk';
+import { confirmAction, type ActionDialog } from './dialog';
+import { type AdminClient, errorText, type Tab } from './admin_client';
 
 const WORDS = {
   closed: 'Closed: no session can begin; those that are open go on.',
@@ -13,11 +13,11 @@ const WORDS = {
 } as const;
 
 /** The tab of phases and tables. */
-export function competitionTab(desk: Desk, told: (info: CompetitionInfo) => void): Tab {
+export function competitionTab(desk: AdminClient, told: (info: CompetitionInfo) => void): Tab {
   const now = el('section', { class: 'panel' });
 
-  const enter = (verb: string, path: string, text: string, more: Partial<Question> = {}): HTMLButtonElement => {
-    const question: Question = {
+  const enter = (verb: string, path: string, text: string, more: Partial<ActionDialog> = {}): HTMLButtonElement => {
+    const question: ActionDialog = {
       title: `${verb} the competition`, text, verb, ...more,
       act: async (reason) => {
         await desk.post(`/v1/admin/competition/${path}`, { reason });
@@ -25,7 +25,7 @@ export function competitionTab(desk: Desk, told: (info: CompetitionInfo) => void
         return `${verb}: done.`;
       },
     };
-    return button(`${verb}…`, () => { void ask(question); }, { class: more.danger === true ? 'danger' : path === 'open' ? 'primary' : undefined });
+    return button(`${verb}…`, () => { void confirmAction(question); }, { class: more.danger === true ? 'danger' : path === 'open' ? 'primary' : undefined });
   };
 
   function show(info: CompetitionInfo): void {
@@ -64,10 +64,10 @@ export function competitionTab(desk: Desk, told: (info: CompetitionInfo) => void
 }
 
 /** The tab of announcements. */
-export function announceTab(desk: Desk): Tab {
+export function announceTab(desk: AdminClient): Tab {
   const list = el('ol', { class: 'log announcements' });
   const line = el('p', { class: 'soft', role: 'status' });
-  const announce = (): Promise<boolean> => ask({
+  const announce = (): Promise<boolean> => confirmAction({
     title: 'Tell everybody', text: 'It stands on the leaderboard, on the wall and on the live pages.', verb: 'Announce',
     fields: [{ name: 'text', label: 'What', type: 'textarea', maxlength: 500 }],
     act: async (reason, { text }) => {
@@ -76,7 +76,7 @@ export function announceTab(desk: Desk): Tab {
       return 'Announced.';
     },
   });
-  const away = (): Promise<boolean> => ask({
+  const away = (): Promise<boolean> => confirmAction({
     title: 'Take it away', text: 'The newest announcement goes off the pages; it stays in this list.', verb: 'Take away',
     act: async (reason) => {
       await desk.post('/v1/admin/announcement', { text: '', reason });
@@ -94,9 +94,9 @@ export function announceTab(desk: Desk): Tab {
         const newest = [...announcements].sort((a, b) => b.unix_ms - a.unix_ms);
         line.textContent = newest.length === 0 ? 'Nothing has been announced.' : '';
         remove.hidden = (newest[0]?.text ?? '') === '';
-        list.replaceChildren(...newest.map((one) => el('li', {}, el('time', { datetime: new Date(one.unix_ms).toISOString() }, moment(one.unix_ms)), one.text === '' ? el('span', { class: 'soft' }, 'what stood there was taken away') : name(one.text))));
+        list.replaceChildren(...newest.map((one) => el('li', {}, el('time', { datetime: new Date(one.unix_ms).toISOString() }, dateTime(one.unix_ms)), one.text === '' ? el('span', { class: 'soft' }, 'what stood there was taken away') : name(one.text))));
       } catch (error) {
-        line.textContent = said(error);
+        line.textContent = errorText(error);
       }
     },
   };

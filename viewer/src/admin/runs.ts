@@ -1,9 +1,9 @@
 /** Runs whose verdict is awaited or doubtful: verify again, void, look at the replay. */
-import { moment, points } from '../board/format';
-import { button, type Child, el, name } from '../board/kit';
-import { ask, type Question } from './ask';
-import type { Desk, Tab } from './desk';
-import { KeyedTable } from './keyed';
+import { dateTime, points } from '../ui/format';
+import { button, type Child, el, name } from '../ui/elements';
+import { confirmAction, type ActionDialog } from './dialog';
+import type { AdminClient, Tab } from './admin_client';
+import { KeyedTable } from './keyed_table';
 import type { Run } from './types';
 
 const COLOUR: Record<string, string> = { provisional: 'warn', verified: 'ok', rejected: 'bad', void: 'soft', voided: 'soft', open: 'info', aborted: 'soft' };
@@ -11,12 +11,12 @@ const COLOUR: Record<string, string> = { provisional: 'warn', verified: 'ok', re
 const MOST = 300;
 
 /** Whether somebody should look at a run. */
-export function asksForALook(run: Pick<Run, 'status' | 'similar'>): boolean {
+export function needsReview(run: Pick<Run, 'status' | 'similar'>): boolean {
   return run.status === 'provisional' || run.status === 'rejected' || (run.similar ?? []).length > 0;
 }
 
 /** The tab. */
-export function runsTab(desk: Desk): Tab {
+export function runsTab(desk: AdminClient): Tab {
   let all: Run[] = [];
   const everything = el('input', { type: 'checkbox', on: { change: () => { show(); } } });
   const filter = el('input', { type: 'search', 'aria-label': 'Team, task or run', placeholder: 'team, task or run', on: { input: () => { show(); } } });
@@ -26,12 +26,12 @@ export function runsTab(desk: Desk): Tab {
     (run) => run.run_id,
     (run) => [
       el('span', { class: 'id' }, run.run_id), name(run.team), [run.task, run.k === null ? null : el('span', { class: 'soft once' }, ` k ${run.k}`)], run.score === null ? '–' : points(run.score),
-      el('span', { class: `badge ${COLOUR[run.status] ?? ''}` }, run.status), moment(run.ended_unix_ms), notes(run),
+      el('span', { class: `badge ${COLOUR[run.status] ?? ''}` }, run.status), dateTime(run.ended_unix_ms), notes(run),
       el('div', { class: 'row' },
         run.ended_unix_ms !== null && el('a', { class: 'button small', href: `/replay/${encodeURIComponent(run.run_id)}` }, 'Replay'),
         run.ended_unix_ms !== null && button('File', () => { void desk.save(`/v1/runs/${encodeURIComponent(run.run_id)}/replay`, `${run.run_id}.mcap`); }, { class: 'small' }),
-        ['provisional', 'verified', 'rejected'].includes(run.status) && button('Verify again…', () => { void ask(again(run)); }, { class: 'small' }),
-        !run.status.startsWith('void') && button('Void…', () => { void ask(voided(run)); }, { class: 'small danger' })),
+        ['provisional', 'verified', 'rejected'].includes(run.status) && button('Verify again…', () => { void confirmAction(again(run)); }, { class: 'small' }),
+        !run.status.startsWith('void') && button('Void…', () => { void confirmAction(voided(run)); }, { class: 'small danger' })),
     ],
     { label: 'Runs', empty: 'Nothing waits: every run is verified and none is like another team’s.' });
 
@@ -46,15 +46,15 @@ export function runsTab(desk: Desk): Tab {
     await tab.refresh();
     return 'Done.';
   };
-  const again = (run: Run): Question => ({ title: 'Verify again', text: el('span', {}, 'The server plays the replay of ', name(run.team), ' again and compares every state.'), verb: 'Verify', act: deed('reverify', run) });
-  const voided = (run: Run): Question => ({
+  const again = (run: Run): ActionDialog => ({ title: 'Verify again', text: el('span', {}, 'The server plays the replay of ', name(run.team), ' again and compares every state.'), verb: 'Verify', act: deed('reverify', run) });
+  const voided = (run: Run): ActionDialog => ({
     title: 'Void a run', text: el('span', {}, 'The run of ', name(run.team), `, ${run.task}, counts for nothing; its time is given back.`), verb: 'Void', danger: true, needsReason: true, act: deed('void', run),
   });
 
   function show(): void {
     const word = filter.value.trim().toLowerCase();
     const fits = (run: Run): boolean => word === '' || `${run.run_id} ${run.team} ${run.task} ${run.status}`.toLowerCase().includes(word);
-    const found = all.filter((run) => (everything.checked || word !== '' || asksForALook(run)) && fits(run));
+    const found = all.filter((run) => (everything.checked || word !== '' || needsReview(run)) && fits(run));
     const waiting = all.filter((run) => run.status === 'provisional').length;
     line.textContent = `${waiting} of ${all.length} runs wait for their verdict.${found.length > MOST ? ` The newest ${MOST} of ${found.length} are shown.` : ''}`;
     table.show(found.slice(0, MOST));

@@ -1,15 +1,15 @@
 /** Sessions with their clocks: hold, let go on, give time, end, void. */
-import { clock, clockInWords, moment } from '../board/format';
-import { button, el, name, setText } from '../board/kit';
-import { ask, type Question } from './ask';
-import { inOrder, leftAt, read, type Reading, state } from './clocks';
-import type { Desk, Tab } from './desk';
-import { KeyedTable } from './keyed';
+import { clock, clockInWords, dateTime } from '../ui/format';
+import { button, el, name, setText } from '../ui/elements';
+import { confirmAction, type ActionDialog } from './dialog';
+import { inOrder, leftAt, readClock, type ClockReading, state } from './clocks';
+import type { AdminClient, Tab } from './admin_client';
+import { KeyedTable } from './keyed_table';
 import type { Session } from './types';
 
 /** The tab. */
-export function sessionsTab(desk: Desk): Tab {
-  const readings = new Map<string, Reading>();
+export function sessionsTab(desk: AdminClient): Tab {
+  const readings = new Map<string, ClockReading>();
   let all: Session[] = [];
   const openOnly = el('input', { type: 'checkbox', on: { change: () => { show(); } } });
   const table = new KeyedTable<Session>(
@@ -29,19 +29,19 @@ export function sessionsTab(desk: Desk): Tab {
       [name(session.team), el('span', { class: 'id' }, session.session_id)],
       el('span', { class: `badge ${colour}` }, word),
       el('span', { class: 'clock', 'data-clock': 'left' }), el('span', { class: 'num', 'data-clock': 'used' }),
-      clock(session.refunded_s), session.pauses, session.runs, moment(session.created_unix_ms),
+      clock(session.refunded_s), session.pauses, session.runs, dateTime(session.created_unix_ms),
       el('div', { class: 'row' },
         open && session.paused_unix_ms === null && act(session, 'Pause', 'pause', 'Clock and worlds stand still until it goes on.'),
         open && session.paused_unix_ms !== null && act(session, 'Resume', 'resume', 'Clock and worlds go on.'),
-        session.status !== 'voided' && button('Give time…', () => { void ask(grant(session)); }, { class: 'small' }),
+        session.status !== 'voided' && button('Give time…', () => { void confirmAction(grant(session)); }, { class: 'small' }),
         open && act(session, 'End', 'end', 'An open run is scored; the session is over.', { danger: true }),
         session.status !== 'voided' && act(session, 'Void', 'void', 'All of its runs count for nothing, and the team may have another session.', { danger: true, needsReason: true }),
         open && el('a', { class: 'button small', href: `/live/${encodeURIComponent(session.session_id)}` }, 'Watch')),
     ];
   }
 
-  function act(session: Session, verb: string, path: string, text: string, more: Partial<Question> = {}): HTMLButtonElement {
-    const question: Question = {
+  function act(session: Session, verb: string, path: string, text: string, more: Partial<ActionDialog> = {}): HTMLButtonElement {
+    const question: ActionDialog = {
       title: [`${verb} the session of `, name(session.team)], text, verb, ...more,
       act: async (reason) => {
         await desk.post(`/v1/admin/session/${path}`, { session_id: session.session_id, reason });
@@ -49,10 +49,10 @@ export function sessionsTab(desk: Desk): Tab {
         return `${verb}: done.`;
       },
     };
-    return button(`${verb}…`, () => { void ask(question); }, { class: more.danger === true ? 'small danger' : 'small' });
+    return button(`${verb}…`, () => { void confirmAction(question); }, { class: more.danger === true ? 'small danger' : 'small' });
   }
 
-  function grant(session: Session): Question {
+  function grant(session: Session): ActionDialog {
     return {
       title: ['Give time to ', name(session.team)], text: 'Also when its time is spent.', verb: 'Give', needsReason: true,
       fields: [{ name: 'seconds', label: 'Seconds', type: 'number', value: '60', min: 1, max: 86_400 }],
@@ -92,7 +92,7 @@ export function sessionsTab(desk: Desk): Tab {
     async refresh() {
       const { sessions } = await desk.get<{ sessions: Session[] }>('/v1/sessions');
       const now = performance.now();
-      for (const session of sessions) readings.set(session.session_id, read(session, now, readings.get(session.session_id)));
+      for (const session of sessions) readings.set(session.session_id, readClock(session, now, readings.get(session.session_id)));
       all = sessions;
       show();
     },

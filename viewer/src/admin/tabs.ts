@@ -1,6 +1,6 @@
 /** Tabs as WAI-ARIA describes them: arrows move between them, the chosen one is read again from time to time. */
-import { el } from '../board/kit';
-import { said, type Tab } from './desk';
+import { el } from '../ui/elements';
+import { errorText, type Tab } from './admin_client';
 
 /** Shows tabs; the first, or the one that the address names. The returned function ends it. */
 export function showTabs(parent: HTMLElement, tabs: readonly Tab[]): () => void {
@@ -36,7 +36,7 @@ export function showTabs(parent: HTMLElement, tabs: readonly Tab[]): () => void 
       if (!document.hidden) await tab.refresh();
       error.hidden = true;
     } catch (failure) {
-      error.textContent = `This is not up to date: ${said(failure)}.`;
+      error.textContent = `This is not up to date: ${errorText(failure)}.`;
       error.hidden = false;
     }
     if (chosen === tab && !over) timer = window.setTimeout(() => { void again(tab); }, tab.period);

@@ -1,27 +1,27 @@
 /** Teams, and the tokens of everybody. A new token is shown once. */
-import { moment } from '../board/format';
-import { button, el, name } from '../board/kit';
-import { ask, type Question, showToken } from './ask';
-import type { Desk, Tab } from './desk';
-import { KeyedTable } from './keyed';
+import { dateTime } from '../ui/format';
+import { button, el, name } from '../ui/elements';
+import { confirmAction, type ActionDialog, showToken } from './dialog';
+import type { AdminClient, Tab } from './admin_client';
+import { KeyedTable } from './keyed_table';
 import type { Issued, Team, Token } from './types';
 
 /** The tab. */
-export function teamsTab(desk: Desk): Tab {
+export function teamsTab(desk: AdminClient): Tab {
   const teams = new KeyedTable<Team>(
     [{ head: 'Team' }, { head: 'Sessions', class: 'n' }, { head: 'Live tokens', class: 'n' }, { head: 'Added' }, { head: '', class: 'wide' }],
     (team) => team.team,
-    (team) => [name(team.team), team.sessions, team.live_tokens, moment(team.created_unix_ms), el('div', { class: 'row' },
+    (team) => [name(team.team), team.sessions, team.live_tokens, dateTime(team.created_unix_ms), el('div', { class: 'row' },
       button('New token…', () => { void issue(rotate(team.team)); }, { class: 'small' }),
-      team.live_tokens > 0 && button('Revoke…', () => { void ask(revokeTeam(team.team)); }, { class: 'small danger' }))],
+      team.live_tokens > 0 && button('Revoke…', () => { void confirmAction(revokeTeam(team.team)); }, { class: 'small danger' }))],
     { label: 'Teams', empty: 'No team yet.' });
   const tokens = new KeyedTable<Token>(
     [{ head: 'Whose' }, { head: 'Role' }, { head: 'Id' }, { head: 'Made' }, { head: 'Revoked' }, { head: '', class: 'wide' }],
     (token) => token.token_id,
     (token) => [
       [token.team !== null ? name(token.team) : token.label !== '' ? name(token.label) : '–', ' ', token.token_id === desk.tokenId ? el('span', { class: 'badge info' }, 'this one') : null],
-      token.role, el('code', {}, token.token_id), moment(token.created_unix_ms), token.revoked_unix_ms === null ? '–' : moment(token.revoked_unix_ms),
-      el('div', { class: 'row' }, token.revoked_unix_ms === null && button('Revoke…', () => { void ask(revoke(token)); }, { class: 'small danger' })),
+      token.role, el('code', {}, token.token_id), dateTime(token.created_unix_ms), token.revoked_unix_ms === null ? '–' : dateTime(token.revoked_unix_ms),
+      el('div', { class: 'row' }, token.revoked_unix_ms === null && button('Revoke…', () => { void confirmAction(revoke(token)); }, { class: 'small danger' })),
     ],
     { label: 'Tokens', empty: 'No token.' });
   const revoked = el('input', { type: 'checkbox', on: { change: () => { show(); } } });
@@ -29,12 +29,12 @@ export function teamsTab(desk: Desk): Tab {
   const show = (): void => { tokens.show(revoked.checked ? all : all.filter((token) => token.revoked_unix_ms === null)); };
 
   /** Asks, does it, and shows the token that came of it. */
-  async function issue(question: Omit<Question, 'act'> & { make: (reason: string | null, values: Readonly<Record<string, string>>) => Promise<Issued> }): Promise<void> {
+  async function issue(question: Omit<ActionDialog, 'act'> & { make: (reason: string | null, values: Readonly<Record<string, string>>) => Promise<Issued> }): Promise<void> {
     let issued: Issued | null = null;
     const act = async (reason: string | null, values: Readonly<Record<string, string>>): Promise<undefined> => {
       issued = await question.make(reason, values);
     };
-    if (!await ask({ ...question, act })) return;
+    if (!await confirmAction({ ...question, act })) return;
     const made = issued as Issued | null;
     if (made !== null) await showToken(name(made.team ?? `the ${made.role ?? ''}`), made.token);
     await tab.refresh();
@@ -54,7 +54,7 @@ export function teamsTab(desk: Desk): Tab {
     fields: [{ name: 'role', label: 'For', type: 'select', options: ['viewer', 'organizer'] }, { name: 'label', label: 'Whose it is', maxlength: 64 }],
     make: (reason, { role, label }) => desk.post<Issued>('/v1/admin/token/add', { role, label, reason }),
   });
-  const revokeTeam = (team: string): Question => ({
+  const revokeTeam = (team: string): ActionDialog => ({
     title: ['Revoke the tokens of ', name(team)], text: 'Its connections close. A new token lets it in again.', verb: 'Revoke', danger: true,
     act: async (reason) => {
       await desk.post('/v1/admin/team/revoke', { team, reason });
@@ -62,7 +62,7 @@ export function teamsTab(desk: Desk): Tab {
       return 'Revoked.';
     },
   });
-  const revoke = (token: Token): Question => ({
+  const revoke = (token: Token): ActionDialog => ({
     title: 'Revoke a token', danger: true, verb: 'Revoke',
     text: el('span', {}, `${token.role} `, name(token.team ?? token.label), ', ', el('code', {}, token.token_id), '. ',
       token.token_id === desk.tokenId ? el('b', {}, 'It is the one you are logged in with: this page closes.') : 'Whoever uses it is thrown out.'),

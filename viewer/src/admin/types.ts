@@ -1,5 +1,5 @@
 /** What the organizers' addresses answer; the schemas are in docs/schema/openapi.json. Times in ms since 1970 UTC, lengths in s. */
-import type { Figure } from '../board/figures';
+import type { Figure } from '../hands/figure_table';
 import type { HandDescription } from '../model/hand';
 
 export interface Session {

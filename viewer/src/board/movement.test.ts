@@ -1,7 +1,7 @@
 import { expect, test } from 'vitest';
 import type { BoardRow } from './model';
 import { columns, replayIsOpen } from './model';
-import { differs, moveMark, movement, spoken } from './movement';
+import { differs, moveMark, movement, announcementOf } from './movement';
 
 function row(rank: number, team: string, total: number): BoardRow {
   const best = { score: total, run_id: `run_${team}`, status: 'verified', ended_unix_ms: 0 };
@@ -20,7 +20,7 @@ test('who overtakes goes up, who is overtaken goes down, others stand', () => {
   expect(moveMark({ places: 2, gained: 3 })).toEqual({ sign: '▲2', words: 'up 2 places', way: 'up' });
   expect(moveMark({ places: -1, gained: 0 })).toEqual({ sign: '▼1', words: 'down 1 place', way: 'down' });
   expect(moveMark({ places: 0, gained: 1 }).sign).toBe('+1.0');
-  expect(spoken(moves, now)).toBe('c is 1st with 4.0 points');
+  expect(announcementOf(moves, now)).toBe('c is 1st with 4.0 points');
 });
 
 test('a new team is new, whose total falls is told so', () => {

@@ -1,6 +1,6 @@
 /** What a new ranking changed: who went up, who went down, whose total or runs are others. */
 import type { BoardRow } from './model';
-import { ordinal, points } from './format';
+import { ordinal, points } from '../ui/format';
 
 /** How a team moved. `places` is positive for up; null for a team that was not there before. `gained` in points. */
 export interface Move { places: number | null; gained: number }
@@ -45,7 +45,7 @@ export function signed(gained: number): string {
 }
 
 /** One sentence for those who hear the page: who gained, the best of them first, at most three. */
-export function spoken(moves: ReadonlyMap<string, Move>, now: readonly BoardRow[]): string {
+export function announcementOf(moves: ReadonlyMap<string, Move>, now: readonly BoardRow[]): string {
   const told = now.filter((row) => {
     const move = moves.get(row.team);
     return move !== undefined && (move.places === null || Math.abs(move.gained) > 1e-9);

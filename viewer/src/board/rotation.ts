@@ -7,7 +7,7 @@ export interface Pane { id: string; /** How long it is shown. */ ms: number; /**
 export interface Showing { id: string; since: number }
 
 /** Once shown, nothing is taken away sooner than this, not even for something exciting. */
-export const LEAST_MS = 4000;
+export const MIN_MS = 4000;
 /** How long something exciting keeps its pane. */
 export const EXCITED_MS = 12_000;
 
@@ -23,7 +23,7 @@ export function rotate(panes: readonly Pane[], shown: Showing | null, now: numbe
   const live = ready.find((pane) => pane.id === 'live');
   const thrilling = live !== undefined && excited !== null && now - excited < EXCITED_MS;
   if (thrilling && current.id === 'live') return shown;
-  if (thrilling && now - shown.since >= LEAST_MS) return { id: 'live', since: now };
+  if (thrilling && now - shown.since >= MIN_MS) return { id: 'live', since: now };
   if (now - shown.since < current.ms) return shown;
   return { id: after(panes, at)?.id ?? first.id, since: now };
 }

@@ -1,9 +1,9 @@
 /** The ranking as a table that lives: rows move to their new places, and say what has changed. */
 import type { Board, BoardRow, CompetitionInfo, TaskBest } from './model';
 import { columns, replayIsOpen } from './model';
-import { points } from './format';
-import { type Move, moveMark, movement, spoken } from './movement';
-import { el, name, setText } from './kit';
+import { points } from '../ui/format';
+import { type Move, moveMark, movement, announcementOf } from './movement';
+import { el, name, setText } from '../ui/elements';
 
 /** How long a row takes to its new place, ms. */
 const SLIDE_MS = 600;
@@ -50,7 +50,7 @@ export class BoardTable {
       this.rows.delete(team);
     }
     if (places !== null) this.slide(places);
-    if (moves.size > 0) setText(this.told, spoken(moves, board.rows));
+    if (moves.size > 0) setText(this.told, announcementOf(moves, board.rows));
   }
 
   private cells(row: BoardRow, tasks: readonly string[]): HTMLElement[] {

@@ -1,8 +1,8 @@
 /** The wall's live pane: the featured world, its team, its score in large figures and its clocks. */
-import { clock, points } from './format';
-import { el, name, setText } from './kit';
-import type { Stage } from '../scene/stage';
-import { stageFor, type StageLike } from './stage_slot';
+import { clock, points } from '../ui/format';
+import { el, name, setText } from '../ui/elements';
+import type { Stage } from '../render/stage';
+import { stageFor, type StageLike } from './wall_stage';
 
 /** Events that are worth a look at once. */
 const THRILLS = new Set(['in_goal', 'lifted', 'held', 'shaken']);

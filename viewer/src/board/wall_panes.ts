@@ -1,6 +1,6 @@
 /** The wall's panes but the live one: the ranking page by page, and the clocks of open sessions. Few things, in large type. */
-import { clock, points } from './format';
-import { el, name, setText } from './kit';
+import { clock, points } from '../ui/format';
+import { el, name, setText } from '../ui/elements';
 import type { Board } from './model';
 import { columns } from './model';
 import { type Move, movement } from './movement';

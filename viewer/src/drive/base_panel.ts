@@ -1,5 +1,5 @@
 /** How the base is moved: along which axes, how fast, by which keys, and with which gamepad. */
-import { el, setText } from '../board/kit';
+import { el, setText } from '../ui/elements';
 import { keyList } from './keys';
 import type { Spec } from './messages';
 import type { FrameName } from './motion';

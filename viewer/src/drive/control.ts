@@ -1,14 +1,14 @@
 /** The control socket: one request, one reply, in order. The page greets, opens runs and steps by nothing else. */
 
 /** What the server refuses, in its own words. */
-export class Refusal extends Error {
+export class ControlError extends Error {
   constructor(message: string, readonly code: string) {
     super(message);
   }
 }
 
 /** The connection is gone, and with it the session's open run. */
-export class Lost extends Error {}
+export class ConnectionLost extends Error {}
 
 interface Reply { op: string; id?: number; code?: string; message?: string; fatal?: boolean }
 interface Waiting { resolve(reply: unknown): void; reject(error: Error): void }
@@ -37,14 +37,14 @@ export class ControlSocket {
     return new Promise((resolve, reject) => {
       socket.onopen = () => { resolve(new ControlSocket(socket)); };
       // A browser does not tell why a handshake was refused.
-      socket.onerror = () => { reject(new Lost(token ? 'The server does not answer, or does not take this token.' : 'The server does not answer, or lets nobody in now.')); };
+      socket.onerror = () => { reject(new ConnectionLost(token ? 'The server does not answer, or does not take this token.' : 'The server does not answer, or lets nobody in now.')); };
     });
   }
 
   /** Sends a request; its reply, or the refusal. */
   ask<T>(request: object): Promise<T> {
     return new Promise<T>((resolve, reject) => {
-      if (this.over) { reject(new Lost(this.last || 'The connection to the server broke.')); return; }
+      if (this.over) { reject(new ConnectionLost(this.last || 'The connection to the server broke.')); return; }
       this.id += 1;
       this.waiting.set(this.id, { resolve: (reply) => { resolve(reply as T); }, reject });
       this.socket.send(JSON.stringify({ ...request, id: this.id }));
@@ -64,7 +64,7 @@ export class ControlSocket {
     if (reply.op === 'error') {
       const message = reply.message ?? reply.code ?? 'refused';
       if (reply.fatal || !waiting) this.last = message;
-      waiting?.reject(new Refusal(message, reply.code ?? ''));
+      waiting?.reject(new ControlError(message, reply.code ?? ''));
     } else if (waiting) {
       waiting.resolve(reply);
     } else {
@@ -77,7 +77,7 @@ export class ControlSocket {
     if (this.over) return;
     this.over = true;
     this.last = why;
-    for (const waiting of this.waiting.values()) waiting.reject(new Lost(why));
+    for (const waiting of this.waiting.values()) waiting.reject(new ConnectionLost(why));
     this.waiting.clear();
     this.onLost(why);
   }

@@ -3,11 +3,11 @@ import { padState } from './gamepad';
 import { twistOf } from './motion';
 import { Pace } from './pace';
 import { pythonOf } from './python';
-import { Recording } from './recording';
+import { ActionRecording } from './action_recording';
 import { Targets } from './targets';
 
 const RUN = { task: 'balls', hand: 'softhand', seed: 7, tick_s: 0.01, time_limit_s: 600 };
-const recording = (): Recording => new Recording(RUN, 'driver', new Date(0));
+const recording = (): ActionRecording => new ActionRecording(RUN, 'driver', new Date(0));
 const held = { linear: [0.1, 0, 0] as [number, number, number], angular: [0, 0, 0] as [number, number, number] };
 
 describe('the pace', () => {

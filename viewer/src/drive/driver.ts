@@ -1,18 +1,18 @@
 /** One session at the control socket: opens runs, steps them in lockstep at the pace of the wall's clock, writes down what it sends. */
 import type { HandDescription } from '../model/hand';
-import { ControlSocket, Lost } from './control';
+import { ControlSocket, ConnectionLost } from './control';
 import type { Latency } from './latency';
-import type { Ack, Observation, Opened, Push, ResetScene, Result, Welcome } from './messages';
+import type { Ack, Observation, RunInfo, Push, ResetScene, Result, Welcome } from './messages';
 import { Pace } from './pace';
-import { Recording } from './recording';
+import { ActionRecording } from './action_recording';
 import { Targets } from './targets';
 
 /** `closed`: no session; `over`: the run has ended, the session goes on. */
-export type Phase = 'closed' | 'opening' | 'running' | 'paused' | 'ending' | 'over';
+export type RunPhase = 'closed' | 'opening' | 'running' | 'paused' | 'ending' | 'over';
 
-export interface Told {
-  phase(phase: Phase): void;
-  opened(run: Opened, scene: ResetScene, first: Observation): void;
+export interface DriverListener {
+  phase(phase: RunPhase): void;
+  opened(run: RunInfo, scene: ResetScene, first: Observation): void;
   observed(observation: Observation): void;
   ended(result: Result): void;
   /** Something was refused, or the connection is gone: in the server's words where it has some. */
@@ -24,19 +24,19 @@ export interface Told {
 const sentence = (error: unknown): string => (error instanceof Error ? error.message : String(error));
 
 export class Driver {
-  phase: Phase = 'closed';
+  phase: RunPhase = 'closed';
   welcome: Welcome | null = null;
-  recording: Recording | null = null;
+  recording: ActionRecording | null = null;
   targets = new Targets([]);
   /** Simulated seconds a second. */
   factor = 1;
   tick = 0;
   private socket: ControlSocket | null = null;
   private pace = new Pace(10);
-  private run: Opened | null = null;
+  private run: RunInfo | null = null;
   private flying: Promise<void> | null = null;
 
-  constructor(private readonly told: Told, private readonly latency: Latency) {}
+  constructor(private readonly told: DriverListener, private readonly latency: Latency) {}
 
   /** Greets, and opens the first run. `hand`: description of the hand that is asked for. */
   async connect(team: string, token: string | null, task: string, hand: HandDescription, seed: number | null): Promise<void> {
@@ -70,11 +70,11 @@ export class Driver {
       this.tick = first.tick;
       this.pace = new Pace(1000 * first.run.tick_s);
       this.targets = new Targets(first.hand.actuators.map((actuator) => actuator.command));
-      this.recording = new Recording(first.run, this.welcome?.team ?? '', new Date());
+      this.recording = new ActionRecording(first.run, this.welcome?.team ?? '', new Date());
       this.told.opened(first.run, first.scene, first);
       this.set('running');
     } catch (error) {
-      if (error instanceof Lost) return;
+      if (error instanceof ConnectionLost) return;
       this.set('over');
       this.told.failed(sentence(error), false);
     }
@@ -115,7 +115,7 @@ export class Driver {
 
   private step(ticks: number): void {
     this.flying = this.exchange(ticks).catch((error: unknown) => {
-      if (error instanceof Lost) return;
+      if (error instanceof ConnectionLost) return;
       // Nothing has changed in the world; the driver decides what to do.
       this.pause(true);
       this.told.failed(sentence(error), false);
@@ -152,7 +152,7 @@ export class Driver {
       await socket.ask<Ack>({ op: 'perturb', link, wrench: { force, torque }, duration_s });
       return true;
     } catch (error) {
-      if (!(error instanceof Lost)) this.told.failed(sentence(error), false);
+      if (!(error instanceof ConnectionLost)) this.told.failed(sentence(error), false);
       return false;
     }
   }
@@ -166,7 +166,7 @@ export class Driver {
       this.set('over');
       this.told.ended(result);
     } catch (error) {
-      if (error instanceof Lost) return;
+      if (error instanceof ConnectionLost) return;
       this.set('over');
       this.told.failed(sentence(error), false);
     }
@@ -178,7 +178,7 @@ export class Driver {
     this.told.failed(why, true);
   }
 
-  private set(phase: Phase): void {
+  private set(phase: RunPhase): void {
     this.phase = phase;
     this.told.phase(phase);
   }

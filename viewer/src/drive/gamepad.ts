@@ -24,7 +24,7 @@ export function padState(pad: Pick<Gamepad, 'axes' | 'buttons'>): PadState {
   };
 }
 
-export class Pads {
+export class GamepadReader {
   /** Name of the gamepad in use. */
   name: string | null = null;
   /** 1 closes the motors, −1 opens them. */

@@ -2,7 +2,7 @@
 import { Object3D } from 'three';
 import { TransformControls } from 'three/addons/controls/TransformControls.js';
 import type { Quat, Vec3 } from '../model/scene';
-import type { Stage } from '../scene/stage';
+import type { Stage } from '../render/stage';
 import type { Spec } from './messages';
 
 /** Share of the picture's height that the handles take. */

@@ -1,5 +1,5 @@
 /** Keys that drive: which key does what, and which are down now. */
-import { el } from '../board/kit';
+import { el } from '../ui/elements';
 import type { Axes } from './motion';
 
 /** Keys by where they are on the keyboard: [code, which of move or turn, axis, way]. */

@@ -1,5 +1,6 @@
 /** Messages of the control socket as the page sends and reads them: docs/protocol.md describes them. SI units. */
-import type { Quat, Shape, Vec3 } from '../model/scene';
+import type { Quat, Vec3 } from '../model/scene';
+import type { Shape } from '../model/shape';
 import type { RunEvent } from '../net/watch';
 
 export interface PoseTarget { position: Vec3; quat_xyzw: Quat }
@@ -25,7 +26,7 @@ export interface Welcome {
   note?: string;
 }
 
-export interface Opened { task: string; hand: string; seed: number | null; tick_s: number; time_limit_s: number }
+export interface RunInfo { task: string; hand: string; seed: number | null; tick_s: number; time_limit_s: number }
 export interface WireSceneBody {
   id: number;
   name: string;
@@ -54,7 +55,7 @@ export interface Observation {
   terminated: boolean;
   truncated: boolean;
   reason?: string;
-  run?: Opened;
+  run?: RunInfo;
   scene?: ResetScene;
 }
 

@@ -1,5 +1,5 @@
 /** A slider for each motor, and what the motor does. */
-import { el, name, setText } from '../board/kit';
+import { el, name, setText } from '../ui/elements';
 import type { Actuator, Spec } from './messages';
 
 /** What is sent has three digits. */

@@ -2,7 +2,7 @@
 import { ConeGeometry, CylinderGeometry, Group, Mesh, MeshBasicMaterial, Plane, Quaternion, Raycaster, Vector2, Vector3 } from 'three';
 import { POSE, type Moment } from '../model/moment';
 import type { SceneInfo, Vec3 } from '../model/scene';
-import type { Stage } from '../scene/stage';
+import type { Stage } from '../render/stage';
 import type { Push } from './messages';
 
 const COLOUR = '#d55e00';

@@ -1,5 +1,5 @@
 /** Pushing a link by a form: link, way, force and for how long. */
-import { el } from '../board/kit';
+import { el } from '../ui/elements';
 import type { Vec3 } from '../model/scene';
 import type { Push } from './messages';
 

@@ -1,7 +1,7 @@
 /** A recording as a controller in Python, which the client of client-py runs: the start of a program of one's own. */
-import { printable } from '../board/format';
+import { printable } from '../ui/format';
 import type { Action } from './messages';
-import type { Entry, Recording } from './recording';
+import type { Entry, ActionRecording } from './action_recording';
 
 /** Text and numbers as Python writes them: JSON is that, for strings and finite numbers. */
 const literal = (value: unknown): string => JSON.stringify(value);
@@ -24,7 +24,7 @@ function lineOf(entry: Entry): string {
 }
 
 /** The lines of ACTIONS, with a comment where something happened. */
-function actionLines(recording: Recording): string[] {
+function actionLines(recording: ActionRecording): string[] {
   const lines: string[] = [];
   let tick = 0;
   let next = 0;
@@ -40,7 +40,7 @@ function actionLines(recording: Recording): string[] {
 }
 
 /** What the file says of the run that it came from. */
-function told(recording: Recording): { docs: string[]; driven: string } {
+function told(recording: ActionRecording): { docs: string[]; driven: string } {
   const { result, run } = recording;
   const docs = [
     `Driven by hand: task ${plain(run.task)}, hand ${plain(run.hand)}, seed ${run.seed}, ${recording.ticks} ticks of ${run.tick_s} s.`,
@@ -57,7 +57,7 @@ function told(recording: Recording): { docs: string[]; driven: string } {
 }
 
 /** The whole file. */
-export function pythonOf(recording: Recording): string {
+export function pythonOf(recording: ActionRecording): string {
   const { run } = recording;
   const { docs, driven } = told(recording);
   return `"""${docs.join('\n')}

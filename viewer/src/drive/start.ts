@@ -1,6 +1,6 @@
 /** The form that opens a run: task, hand, seed, and under which name. */
-import { getJson, Refused } from '../board/api';
-import { el, setText } from '../board/kit';
+import { getJson, ApiError } from '../net/api';
+import { el, setText } from '../ui/elements';
 import type { HandDescription } from '../model/hand';
 import type { HandInfo, TaskInfo } from './messages';
 
@@ -26,7 +26,7 @@ export class StartForm {
       try {
         await start(await this.choice());
       } catch (error) {
-        this.fail(error instanceof Refused ? error.message : String(error));
+        this.fail(error instanceof ApiError ? error.message : String(error));
       }
     };
     this.tasks.addEventListener('change', () => { this.describe(); });

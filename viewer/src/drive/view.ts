@@ -1,29 +1,29 @@
 /** Driving a hand by hand: the picture, what is pressed and dragged, and what the run does. */
 import { DirectionalLight } from 'three';
-import { clock, points } from '../board/format';
-import { button, el, facts, name, setText, toast } from '../board/kit';
-import { offerOverlays, overlaySwitches, viewButtons } from '../live/controls';
-import { EVENTS } from '../model/events';
+import { clock, points } from '../ui/format';
+import { button, el, facts, name, setText, toast } from '../ui/elements';
+import { showOverlaySwitches, overlaySwitches, viewButtons } from '../render/controls';
+import { eventWords } from '../model/events';
 import type { Moment } from '../model/moment';
 import type { SceneInfo } from '../model/scene';
-import { dressed, visualsOf } from '../net/visuals';
-import { Stage } from '../scene/stage';
+import { withVisuals, fetchVisuals } from '../net/visuals';
+import { Stage } from '../render/stage';
 import { BasePanel } from './base_panel';
-import { Driver, type Phase, type Told } from './driver';
-import { Pads } from './gamepad';
+import { Driver, type RunPhase, type DriverListener } from './driver';
+import { GamepadReader } from './gamepad';
 import { Gizmo } from './gizmo';
 import { type Command, Keys } from './keys';
 import { Latency } from './latency';
-import type { Observation, Opened, Push, ResetScene, Result, Spec } from './messages';
+import type { Observation, RunInfo, Push, ResetScene, Result, Spec } from './messages';
 import { Motors } from './motors';
 import { isStill, STILL, together, twistOf } from './motion';
 import { PushArrow } from './push_arrow';
 import { PushForm } from './push_form';
 import { type Choice, StartForm } from './start';
-import { Takes } from './takes';
-import { Transport } from './transport';
-import { Witness } from './witness';
-import { momentOf, sceneOfReset } from './world';
+import { RecordingList } from './recording_list';
+import { RunControls } from './run_controls';
+import { ContactFeed } from './contact_feed';
+import { momentOf, sceneOfReset } from './run_scene';
 
 /** Share of their range that the motors close a second by keys and triggers. */
 const CLOSING = 1;
@@ -38,7 +38,7 @@ declare global {
   interface Window { palmares?: Record<string, unknown> }
 }
 
-export class DriveView implements Told {
+export class DriveView implements DriverListener {
   readonly latency = new Latency();
   private readonly place = el('div', { class: 'stage' });
   private readonly noteText = el('span', { class: 'card' }, 'Choose a task and a hand, and start.');
@@ -49,7 +49,7 @@ export class DriveView implements Told {
   private readonly stage: Stage;
   private readonly driver = new Driver(this, this.latency);
   private readonly keys: Keys;
-  private readonly pads = new Pads();
+  private readonly pads = new GamepadReader();
   private readonly gizmo: Gizmo;
   private readonly arrow: PushArrow;
   private readonly pushForm: PushForm;
@@ -57,9 +57,9 @@ export class DriveView implements Told {
   private readonly motors: Motors;
   private readonly start: StartForm;
   private readonly runForm = el('details', { class: 'panel', open: true }, el('summary', {}, 'Start a run'));
-  private readonly takes = new Takes();
-  private readonly transport: Transport;
-  private readonly witness = new Witness();
+  private readonly takes = new RecordingList();
+  private readonly transport: RunControls;
+  private readonly witness = new ContactFeed();
   private readonly tools = new Map<Tool, HTMLButtonElement>();
   private chosen: Tool = 'move';
   private choice: Choice | null = null;
@@ -83,7 +83,7 @@ export class DriveView implements Told {
     this.base = new BasePanel((frame) => { this.gizmo.along(frame === 'hand' ? 'local' : 'world'); }, (on) => { this.keys.release(); this.keys.on = on; });
     this.motors = new Motors((hand, at) => { this.driver.targets.hand = hand; this.input(at); });
     this.start = new StartForm((choice) => this.begin(choice));
-    this.transport = new Transport({
+    this.transport = new RunControls({
       pause: () => { this.command('pause'); }, step: () => { this.command('step'); }, finish: () => { void this.driver.finish(); },
       again: (same) => { void this.again(same); }, factor: (factor) => { this.driver.factor = factor; }, record: (on) => { this.driver.recording?.record(on); },
     });
@@ -102,7 +102,7 @@ export class DriveView implements Told {
     const stages = (): Stage[] => [this.stage];
     this.runForm.append(this.start.element);
     const switches = overlaySwitches(stages);
-    offerOverlays(switches, true);
+    showOverlaySwitches(switches, true);
     const contacts = switches.querySelector<HTMLInputElement>('#overlay-contacts');
     contacts?.addEventListener('change', () => { this.witness.want(contacts.checked); });
     switches.append(plainSwitch(this.stage));
@@ -128,7 +128,7 @@ export class DriveView implements Told {
 
   // What the driver's session tells.
 
-  phase(phase: Phase): void {
+  phase(phase: RunPhase): void {
     this.transport.show(phase);
     this.tool(this.chosen);
     this.start.enable(phase === 'closed' || phase === 'over' || phase === 'running' || phase === 'paused');
@@ -137,7 +137,7 @@ export class DriveView implements Told {
     else if (phase === 'running' || phase === 'paused') this.say(null);
   }
 
-  opened(run: Opened, scene: ResetScene, first: Observation): void {
+  opened(run: RunInfo, scene: ResetScene, first: Observation): void {
     const hand = this.choice?.hand;
     if (!hand) return;
     const specs = this.driver.welcome?.specs.action ?? [];
@@ -210,7 +210,7 @@ export class DriveView implements Told {
 
   /** The hand as its own files show it, where they do. */
   private async dress(scene: SceneInfo, hand: string): Promise<void> {
-    const seen = dressed(scene, await visualsOf(hand, this.choice?.team ?? null, this.choice?.token ?? null));
+    const seen = withVisuals(scene, await fetchVisuals(hand, this.choice?.team ?? null, this.choice?.token ?? null));
     if (seen === scene || this.scene !== scene) return;
     this.stage.setScene(seen);
     if (this.newest) this.stage.show(this.newest);
@@ -302,7 +302,7 @@ export class DriveView implements Told {
       const body = event.object === undefined ? undefined : objects[event.object];
       this.driver.recording?.events.push({ ...event, name: body?.name ?? null });
       const time = clock(event.tick * (this.driver.recording?.run.tick_s ?? 0));
-      this.log.prepend(el('li', {}, el('time', { class: 'num' }, time), el('span', {}, body ? name(body.name) : null, ' ', EVENTS[event.kind] ?? event.kind)));
+      this.log.prepend(el('li', {}, el('time', { class: 'num' }, time), el('span', {}, body ? name(body.name) : null, ' ', eventWords(event.kind))));
     }
   }
 

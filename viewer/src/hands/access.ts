@@ -1,8 +1,8 @@
 /** Who asks: a team by its token, on a practice server by its name. Kept in this page's memory alone; never in an address. */
-import type { Figure } from '../board/figures';
-import { getJson, postJson, Refused } from '../board/api';
+import type { Figure } from './figure_table';
+import { getJson, postJson, ApiError } from '../net/api';
 import type { HandDescription } from '../model/hand';
-import type { Asked, Rest } from './rest';
+import type { EquilibriumRequest, Equilibrium } from './equilibrium';
 
 export interface Access { token: string | null; team: string | null }
 
@@ -12,7 +12,7 @@ export interface HandInfo { name: string; description: string; motors: string[];
 export interface OwnHand { hand_id: string; name: string; status: string; note: string | null; warnings: string[]; sha256: string; bytes: number; figures?: Figure[] }
 export interface HandList { hands: HandInfo[]; own?: OwnHand[] }
 
-export const NOBODY: Access = { token: null, team: null };
+export const ANONYMOUS: Access = { token: null, team: null };
 
 /** An address with whose hands are meant; the team's name is no secret. */
 function path(rest: string, { token, team }: Access): string {
@@ -27,8 +27,8 @@ export function describeHand(name: string, access: Access): Promise<HandDescript
   return getJson<HandDescription>(path(`/${encodeURIComponent(name)}`, access), access.token);
 }
 
-export function equilibrium(name: string, asked: Asked, access: Access): Promise<Rest> {
-  return postJson<Rest>(path(`/${encodeURIComponent(name)}/equilibrium`, access), asked, access.token);
+export function requestEquilibrium(name: string, asked: EquilibriumRequest, access: Access): Promise<Equilibrium> {
+  return postJson<Equilibrium>(path(`/${encodeURIComponent(name)}/equilibrium`, access), asked, access.token);
 }
 
 /** Sends a hand in; what the check refuses is thrown as `Refused`. */
@@ -39,10 +39,10 @@ export async function sendHand(archive: Uint8Array<ArrayBuffer>, access: Access)
   try {
     response = await fetch(path('', access), { method: 'POST', headers, body: archive, credentials: 'omit' });
   } catch {
-    throw new Refused('the server does not answer, or took no more of the file: is it larger than 32 MiB?', 0, 'unreachable');
+    throw new ApiError('the server does not answer, or took no more of the file: is it larger than 32 MiB?', 0, 'unreachable');
   }
   const answer: unknown = await response.json().catch(() => null);
   if (response.ok) return answer as OwnHand;
   const problem = (answer ?? {}) as { detail?: string; code?: string };
-  throw new Refused(problem.detail ?? `the server answered ${response.status}`, response.status, problem.code ?? '');
+  throw new ApiError(problem.detail ?? `the server answered ${response.status}`, response.status, problem.code ?? '');
 }

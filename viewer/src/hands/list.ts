@@ -1,10 +1,10 @@
 /** `/hands`: the hands that can be looked at, each with a picture; and a place to send one in. */
-import { el, name } from '../board/kit';
-import { VIEWS, turned } from '../admin/outline';
-import { side } from '../admin/hand_views';
+import { el, name } from '../ui/elements';
+import { VIEWS, turntable } from './outline';
+import { side } from './hand_views';
 import { type Access, describeHand, type HandInfo, type HandList, listHands, type OwnHand } from './access';
 import { uploadForm } from './upload';
-import { whoForm } from './who';
+import { teamForm } from './team_form';
 
 /** What the page around does. */
 export interface Opener {
@@ -24,7 +24,7 @@ export class HandListView {
       el('div', { class: 'title' }, el('h1', {}, 'Hands'), el('p', { class: 'lead' }, 'Close one, push it, and read what it is made of.')),
       this.says, this.cards, this.own,
       el('div', { class: 'columns' },
-        el('section', { class: 'panel' }, el('h2', {}, 'Your team'), whoForm(official, page.access, (access) => { page.access = access; void this.load(); })),
+        el('section', { class: 'panel' }, el('h2', {}, 'Your team'), teamForm(official, page.access, (access) => { page.access = access; void this.load(); })),
         el('section', { class: 'panel' }, el('h2', {}, 'A hand of your own'),
           el('p', { class: 'hint' }, 'It is checked, kept for your team, and turned right here. How to make one: docs/hands.md.'),
           uploadForm(() => page.access, official, (hand) => { page.open(hand.name, hand); }))));
@@ -67,7 +67,7 @@ export class HandListView {
   private async draw(hand: string, into: HTMLElement): Promise<void> {
     try {
       const description = await describeHand(hand, this.page.access);
-      into.replaceChildren(side(description, 'palm', VIEWS.palm), side(description, 'askew', turned(0.7)));
+      into.replaceChildren(side(description, 'palm', VIEWS.palm), side(description, 'askew', turntable(0.7)));
     } catch { /* the card stands without a picture */ }
   }
 }

@@ -1,7 +1,7 @@
 /** By which law the pose was found, in words, and what the hand's own weight does. */
-import { el, setText } from '../board/kit';
+import { el, setText } from '../ui/elements';
 import type { HandDescription } from '../model/hand';
-import type { Rest } from './rest';
+import type { Equilibrium } from './equilibrium';
 
 export class MethodPanel {
   readonly element: HTMLElement;
@@ -16,7 +16,7 @@ export class MethodPanel {
         : 'The hand’s own weight acts, downwards in the picture: how the base is held changes where it rests.'));
   }
 
-  show(rest: Rest): void {
+  show(rest: Equilibrium): void {
     setText(this.failed, '');
     const { beyond_closed_form: beyond } = rest;
     setText(this.law, rest.law === 'closed_form'
@@ -26,7 +26,7 @@ export class MethodPanel {
     const told = JSON.stringify(beyond);
     if (this.why.dataset['told'] === told) return;
     this.why.dataset['told'] = told;
-    this.why.replaceChildren(...beyond.map((reason) => el('li', {}, explained(reason))));
+    this.why.replaceChildren(...beyond.map((reason) => el('li', {}, explainReason(reason))));
   }
 
   fail(message: string): void {
@@ -35,7 +35,7 @@ export class MethodPanel {
 }
 
 /** A reason with what it means. */
-export function explained(reason: string): string {
+export function explainReason(reason: string): string {
   if (reason.endsWith('is slack')) return `${reason}: it pulls nothing`;
   if (/^tendon .* is at its limit/.test(reason)) return `${reason}: more winding pulls no harder`;
   if (/^joint .* limit/.test(reason)) return `${reason}: its stop takes part of the torque`;

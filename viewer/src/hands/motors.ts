@@ -1,5 +1,5 @@
 /** A slider for each motor: σ from 0, open, to 1, closed. */
-import { button, el, name, setText } from '../board/kit';
+import { button, el, name, setText } from '../ui/elements';
 import type { Motor } from '../model/hand';
 
 export class MotorSliders {

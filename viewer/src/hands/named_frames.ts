@@ -1,10 +1,10 @@
 /** The frames that a hand is spoken of in, drawn larger than those of its links, with their names. */
 import { Quaternion, Vector3 } from 'three';
-import { el } from '../board/kit';
+import { el } from '../ui/elements';
 import type { Pose } from '../model/pose';
-import { Labels } from '../scene/labels';
-import { Frames } from '../scene/marks';
-import type { Stage } from '../scene/stage';
+import { Labels } from '../render/labels';
+import { Frames } from '../render/overlays';
+import type { Stage } from '../render/stage';
 
 const NAMES = ['base', 'palm', 'grasp centre'];
 const ONE = new Vector3(1, 1, 1);

@@ -1,5 +1,5 @@
 /** A hand in a few numbers, from its description. SI units. */
-import { place, surface } from '../admin/outline';
+import { place, surface } from './outline';
 import type { HandDescription } from '../model/hand';
 
 export interface Numbers {

@@ -1,8 +1,8 @@
 /** The hand's matrices and figures as tables: what it is, and what holds at the pose that is shown. */
-import { figure } from '../board/format';
-import { button, type Child, el, name, setText } from '../board/kit';
+import { figure } from '../ui/format';
+import { button, type Child, el, name, setText } from '../ui/elements';
 import type { HandDescription } from '../model/hand';
-import type { Rest } from './rest';
+import type { Equilibrium } from './equilibrium';
 import { isAngle } from './numbers';
 
 const DEGREES = 180 / Math.PI;
@@ -58,7 +58,7 @@ export class Tables {
   }
 
   /** The numbers of the pose that is shown. */
-  show(rest: Rest, sigma: readonly number[]): void {
+  show(rest: Equilibrium, sigma: readonly number[]): void {
     const { coordinates, tendons, motors } = this.hand;
     coordinates.forEach((c, k) => {
       const q = rest.q[k] ?? 0;

@@ -1,6 +1,6 @@
 /** The tension of every tendon, beside its limit. */
-import { figure } from '../board/format';
-import { el, name, setText } from '../board/kit';
+import { figure } from '../ui/format';
+import { el, name, setText } from '../ui/elements';
 import type { TendonDescription } from '../model/hand';
 
 export class Tensions {

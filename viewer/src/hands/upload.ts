@@ -1,7 +1,7 @@
 /** A hand of one's own: sent in as the server takes it, answered with what the check says. */
-import { Refused } from '../board/api';
-import { figureTable } from '../board/figures';
-import { el, facts, name } from '../board/kit';
+import { ApiError } from '../net/api';
+import { figureTable } from './figure_table';
+import { el, facts, name } from '../ui/elements';
 import { type Access, type OwnHand, sendHand } from './access';
 import { type Finding, findings } from './finding';
 import { pathOf, zip } from './zip';
@@ -24,7 +24,7 @@ export function findingList(all: readonly Finding[]): HTMLElement {
 }
 
 /** What the check says of a hand that was taken. */
-export function accepted(hand: OwnHand): HTMLElement {
+export function checkReport(hand: OwnHand): HTMLElement {
   const many = hand.warnings.length;
   return el('section', { class: 'panel', tabindex: -1, id: 'check', 'aria-label': 'What the check says' },
     el('h2', {}, 'Check: ', el('span', { class: many > 0 ? 'badge warn' : 'badge ok' }, many === 0 ? 'usable' : `usable, ${many} ${many === 1 ? 'warning' : 'warnings'}`)),
@@ -52,7 +52,7 @@ export function uploadForm(access: () => Access, official: boolean, sent: (hand:
       says.replaceChildren();
       sent(hand);
     } catch (error) {
-      const checked = error instanceof Refused && [400, 422].includes(error.status);
+      const checked = error instanceof ApiError && [400, 422].includes(error.status);
       const heading = checked ? error.code === 'hand_in_the_way' ? 'Not usable: where it starts it touches something' : 'Not usable' : 'It could not be sent';
       says.replaceChildren(el('div', { class: 'notice bad' }, el('p', {}, el('b', {}, heading)), findingList(findings(error instanceof Error ? error.message : String(error)))));
     } finally {

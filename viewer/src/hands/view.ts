@@ -1,33 +1,33 @@
 /** A hand without a world: closed by its sliders, pushed and held by the pointer, explained by its numbers. */
 import { Matrix4, Quaternion, Vector3 } from 'three';
-import { figure } from '../board/format';
-import { Refused } from '../board/api';
-import { button, el, facts, name, setText } from '../board/kit';
-import { viewButtons } from '../live/controls';
+import { figure } from '../ui/format';
+import { ApiError } from '../net/api';
+import { button, el, facts, name, setText } from '../ui/elements';
+import { viewButtons } from '../render/controls';
 import type { HandDescription } from '../model/hand';
 import { palmOf } from '../model/palm';
 import { composed, type Pose } from '../model/pose';
 import type { Part, Vec3 } from '../model/scene';
-import { dressed, visualsOf } from '../net/visuals';
-import { type OverlayName, Stage } from '../scene/stage';
-import { equilibrium, type OwnHand } from './access';
-import { closing } from './closing';
-import { Grip, type Mode } from './grip';
+import { withVisuals, fetchVisuals } from '../net/visuals';
+import { type OverlayName, Stage } from '../render/stage';
+import { requestEquilibrium, type OwnHand } from './access';
+import { closingTable } from './closing_table';
+import { LoadPointer, type Mode } from './load_pointer';
 import { MethodPanel } from './method_panel';
 import type { Opener } from './list';
-import { Marks } from './marks';
+import { LoadMarks } from './load_marks';
 import { MotorSliders } from './motors';
 import { NamedFrames } from './named_frames';
-import { Newest } from './newest';
+import { LatestRequest } from './latest_request';
 import { FORCES, numbersOf, usualForce } from './numbers';
-import { Points } from './points';
+import { LoadList } from './load_list';
 import { baseTurn, type Posture, POSTURES } from './postures';
-import { asked, type Asked, bounded, inLink, inWorld, type Load, MOST_LOADS, type Rest, rounded } from './rest';
-import { graspCentre, heightOf, momentOf, placesAt, placesOf, sceneOfHand } from './scene';
+import { equilibriumRequest, type EquilibriumRequest, clampForce, inLink, inWorld, type Load, MAX_LOADS, type Equilibrium, rounded } from './equilibrium';
+import { graspCentre, heightOf, momentOf, placesAt, placesOf, sceneOfHand } from './hand_scene';
 import { Tables } from './tables';
 import { Tensions } from './tensions';
-import { accepted, uploadForm } from './upload';
-import { whoForm } from './who';
+import { checkReport, uploadForm } from './upload';
+import { teamForm } from './team_form';
 
 /** Length that the arrow's scale speaks of, m. */
 const FIVE_CM = 0.05;
@@ -44,18 +44,18 @@ export class HandView {
   readonly stage: Stage;
   readonly loads: Load[] = [];
   /** The answer that is shown, for tests. */
-  rest: Rest | null = null;
-  readonly asking: Newest<Asked, Rest>;
+  rest: Equilibrium | null = null;
+  readonly asking: LatestRequest<EquilibriumRequest, Equilibrium>;
   private readonly place = el('div', { class: 'stage' });
   private readonly picked = el('p', { class: 'card', role: 'status', hidden: true });
   private readonly sliders: MotorSliders;
   private readonly tensions: Tensions;
   private readonly law: MethodPanel;
-  private readonly points: Points;
+  private readonly points: LoadList;
   private readonly tables: Tables;
-  private readonly marks: Marks;
+  private readonly marks: LoadMarks;
   private readonly frames: NamedFrames;
-  private readonly grip: Grip;
+  private readonly grip: LoadPointer;
   private readonly posture = el('select', { id: 'posture' }, ...POSTURES.map(([value, label]) => el('option', { value }, label)));
   private readonly scale: HTMLSelectElement;
   private readonly modes = el('div', { class: 'group', role: 'group', 'aria-label': 'The pointer' });
@@ -77,7 +77,7 @@ export class HandView {
     this.sliders = new MotorSliders(hand.motors, () => { this.ask(); });
     this.tensions = new Tensions(hand.tendons);
     this.law = new MethodPanel(hand);
-    this.points = new Points(hand, {
+    this.points = new LoadList(hand, {
       add: (kind, link) => { this.add(kind, link, hand.links.find((one) => one.name === link)?.com ?? [0, 0, 0]); },
       remove: (id) => { this.remove(id); },
       choose: (id) => { this.choose(id); },
@@ -85,18 +85,18 @@ export class HandView {
         this.change(id, (load) => {
           const vector: Vec3 = [...load[what]];
           vector[axis] = value;
-          load[what] = what === 'force' ? bounded(vector) : vector;
+          load[what] = what === 'force' ? clampForce(vector) : vector;
         });
       },
     }, el('div', { class: 'field row nowrap' }, el('label', { for: 'scale' }, '5 cm of arrow are'), this.scale));
-    this.tables = new Tables(hand, [['Closing', () => closing(hand, page.access)]]);
+    this.tables = new Tables(hand, [['Closing', () => closingTable(hand, page.access)]]);
     const side = el('div', { class: 'side' });
     app.classList.add('stage-page', 'hand-page');
     app.replaceChildren(this.place, side, this.tables.element);
     this.stage = new Stage(this.place);
-    this.marks = new Marks(this.stage, this.place);
+    this.marks = new LoadMarks(this.stage, this.place);
     this.frames = new NamedFrames(this.stage, this.place);
-    this.grip = new Grip(this.stage, this.marks, this.place, {
+    this.grip = new LoadPointer(this.stage, this.marks, this.place, {
       made: (kind, link, at) => this.made(kind, link, at),
       taken: (id) => { this.taken(id); },
       dragged: (id, by) => { this.dragged(id, by); },
@@ -104,14 +104,14 @@ export class HandView {
     this.place.append(el('div', { class: 'hud top-left' }, this.says, this.picked),
       el('div', { class: 'hud bottom-left' }, this.modeButtons(), viewButtons(() => [this.stage])));
     side.append(el('section', { class: 'panel' }, title, el('p', {}, name(hand.description)), button('Reset', () => { this.reset(); }, { class: 'small' })),
-      ...(check ? [accepted(check)] : []), this.sliders.element, this.tensions.element, this.points.element, this.law.element, this.held(), this.shown(), this.figures(), this.further());
+      ...(check ? [checkReport(check)] : []), this.sliders.element, this.tensions.element, this.points.element, this.law.element, this.held(), this.shown(), this.figures(), this.further());
     this.posture.addEventListener('change', () => { this.hold(this.posture.value as Posture); });
     this.scale.addEventListener('change', () => { this.draw(); });
     this.stage.onPick((id) => { this.pick(id); });
-    this.asking = new Newest((question) => equilibrium(hand.name, question, page.access), (rest, question) => { this.answered(rest, question); },
-      (error) => { this.failed(error instanceof Error ? error.message : String(error)); }, (error) => error instanceof Refused && (error.status === 503 || error.status === 429));
+    this.asking = new LatestRequest((question) => requestEquilibrium(hand.name, question, page.access), (rest, question) => { this.answered(rest, question); },
+      (error) => { this.failed(error instanceof Error ? error.message : String(error)); }, (error) => error instanceof ApiError && (error.status === 503 || error.status === 429));
     this.hold('model');
-    void visualsOf(hand.name, page.access.team, page.access.token).then((looks) => {
+    void fetchVisuals(hand.name, page.access.team, page.access.token).then((looks) => {
       if (looks.size === 0) return;
       this.looks = looks;
       this.hold(this.posture.value as Posture);
@@ -138,12 +138,12 @@ export class HandView {
   // What the person does.
 
   private ask(): void {
-    this.asking.put(asked(this.sliders.sigma, this.base, this.loads));
+    this.asking.put(equilibriumRequest(this.sliders.sigma, this.base, this.loads));
   }
 
   private add(kind: Load['kind'], link: string, point: Vec3): number | null {
     const at = this.places.get(link);
-    if (!at || this.loads.filter((load) => load.kind === kind).length >= MOST_LOADS) return null;
+    if (!at || this.loads.filter((load) => load.kind === kind).length >= MAX_LOADS) return null;
     const id = this.next;
     this.next += 1;
     this.loads.push({ id, kind, link, point: rounded(point, 1e5), force: [0, 0, 0], place: [0, 0, 0] });
@@ -173,7 +173,7 @@ export class HandView {
     const plus = (v: Vec3, times: number): Vec3 => [v[0] + by[0] * times, v[1] + by[1] * times, v[2] + by[2] * times];
     this.change(id, (load) => {
       if (load.kind === 'hold') load.place = plus(place, 1);
-      else load.force = bounded(plus(force, this.gain));
+      else load.force = clampForce(plus(force, this.gain));
     });
   }
 
@@ -217,7 +217,7 @@ export class HandView {
       const [was, is] = [before.get(load.link), this.places.get(load.link)];
       if (was && is) load.place = inWorld(is, inLink(was, load.place));
     }
-    this.stage.setScene(dressed(sceneOfHand(this.hand, this.base), this.looks));
+    this.stage.setScene(withVisuals(sceneOfHand(this.hand, this.base), this.looks));
     this.stage.view('free');
     this.draw();
     this.ask();
@@ -233,7 +233,7 @@ export class HandView {
 
   // What is shown.
 
-  private answered(rest: Rest, question: Asked): void {
+  private answered(rest: Equilibrium, question: EquilibriumRequest): void {
     // An answer to loads that have since been added or removed says nothing of those.
     const same = question.contacts.length === this.loads.filter((load) => load.kind === 'hold').length;
     this.rest = same ? rest : { ...rest, reactions: [] };
@@ -314,7 +314,7 @@ export class HandView {
 
   private further(): HTMLElement {
     return el('details', { class: 'panel' }, el('summary', {}, 'A hand of your own'),
-      whoForm(this.page.official, this.page.access, (access) => { this.page.access = access; }),
+      teamForm(this.page.official, this.page.access, (access) => { this.page.access = access; }),
       uploadForm(() => this.page.access, this.page.official, (hand) => { this.page.open(hand.name, hand); }), el('p', {}, el('a', { href: '/hands' }, 'All hands')));
   }
 }

@@ -1,6 +1,6 @@
 /** What the hand does and feels, in figures and bars: motors, tensions, what fingers and skin bear, and how far each joint is from its predicted rest. */
-import { points } from '../board/format';
-import { el, setText } from '../board/kit';
+import { points } from '../ui/format';
+import { el, setText } from '../ui/elements';
 import type { HandDescription } from '../model/hand';
 import type { Telemetry } from '../model/moment';
 

@@ -1,5 +1,5 @@
 /** The runs that can be watched now, as links. */
-import { el, name, setText } from '../board/kit';
+import { el, name, setText } from '../ui/elements';
 import type { RunInfo } from '../model/scene';
 import { WatchSocket } from '../net/watch';
 import { LiveView } from './view';

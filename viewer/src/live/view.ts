@@ -1,13 +1,13 @@
 /** A world as it is played: picture, score, events, clocks, and why an object counts or does not. */
-import { clock, points } from '../board/format';
-import { el, facts, name, setText } from '../board/kit';
-import { EVENTS } from '../model/events';
+import { clock, points } from '../ui/format';
+import { el, facts, name, setText } from '../ui/elements';
+import { eventWords } from '../model/events';
 import type { Moment } from '../model/moment';
 import type { Body, SceneInfo } from '../model/scene';
-import { type Listener, type Outcome, type RunEvent, type SessionClock, type Target, type Verdict, WatchSocket } from '../net/watch';
-import { dressed, visualsOf } from '../net/visuals';
-import { Stage } from '../scene/stage';
-import { offerOverlays, overlaySwitches, viewButtons } from './controls';
+import { type WatchListener, type RunOutcome, type RunEvent, type SessionClock, type WatchTarget, type ObjectStatus, WatchSocket } from '../net/watch';
+import { withVisuals, fetchVisuals } from '../net/visuals';
+import { Stage } from '../render/stage';
+import { showOverlaySwitches, overlaySwitches, viewButtons } from '../render/controls';
 import { Gauges } from './gauges';
 
 /** Events that are kept in the log. */
@@ -19,7 +19,7 @@ declare global {
   interface Window { palmares?: Record<string, unknown> }
 }
 
-export class LiveView implements Listener {
+export class LiveView implements WatchListener {
   private readonly place = el('div', { class: 'stage' });
   private readonly noteText = el('span', { class: 'card' }, 'Connecting …');
   private readonly note = el('p', { class: 'stage-note', role: 'status' }, this.noteText);
@@ -43,7 +43,7 @@ export class LiveView implements Listener {
   private readonly stage: Stage;
   private socket: WatchSocket;
   private info: SceneInfo | null = null;
-  private judged: Verdict[] = [];
+  private judged: ObjectStatus[] = [];
   private picked: number | null = null;
   /** The token that is used. */
   private held: string | null = null;
@@ -51,7 +51,7 @@ export class LiveView implements Listener {
   /** The newest moment, for tests. */
   newest: Moment | null = null;
 
-  constructor(app: HTMLElement, private readonly target: Target, token: string | null = null) {
+  constructor(app: HTMLElement, private readonly target: WatchTarget, token: string | null = null) {
     app.classList.add('stage-page');
     const side = el('div', { class: 'side' });
     app.replaceChildren(this.place, side);
@@ -91,14 +91,14 @@ export class LiveView implements Listener {
   /** The hand as its own files show it, where they do. */
   private async dress(scene: SceneInfo): Promise<void> {
     if (!scene.run || !scene.hand) return;
-    const seen = dressed(scene, await visualsOf(scene.hand.name, scene.run.team, this.held));
+    const seen = withVisuals(scene, await fetchVisuals(scene.hand.name, scene.run.team, this.held));
     if (seen === scene || this.info !== scene) return;
     this.stage.setScene(seen);
     if (this.newest) this.stage.show(this.newest);
   }
 
   moment(moment: Moment, at: number): void {
-    if (this.newest === null) offerOverlays(this.switches, moment.telemetry !== undefined);
+    if (this.newest === null) showOverlaySwitches(this.switches, moment.telemetry !== undefined);
     this.newest = moment;
     this.stage.push(moment, at);
     if (!this.panels(at)) return;
@@ -115,7 +115,7 @@ export class LiveView implements Listener {
     for (const event of events) {
       const body = event.object === undefined ? null : this.free()[event.object];
       const time = clock(event.tick * (this.info?.run?.tick_s ?? 0.01));
-      this.log.prepend(el('li', {}, el('time', { class: 'num' }, time), el('span', {}, body ? name(body.name) : null, ' ', EVENTS[event.kind] ?? event.kind)));
+      this.log.prepend(el('li', {}, el('time', { class: 'num' }, time), el('span', {}, body ? name(body.name) : null, ' ', eventWords(event.kind))));
     }
     while (this.log.children.length > KEPT) this.log.lastElementChild?.remove();
   }
@@ -127,12 +127,12 @@ export class LiveView implements Listener {
     setText(this.figures.late, told.late_s === null ? 'in lockstep' : `${(1000 * told.late_s).toFixed(1)} ms`);
   }
 
-  verdicts(verdicts: Verdict[]): void {
+  verdicts(verdicts: ObjectStatus[]): void {
     this.judged = verdicts;
     this.explain();
   }
 
-  ended(outcome: Outcome | null, fault?: string): void {
+  ended(outcome: RunOutcome | null, fault?: string): void {
     const what = outcome ? `The run is over: ${points(outcome.score)} points, ${outcome.in_goal} in the goal (${outcome.reason.replaceAll('_', ' ')}).` : `The run ended by a fault${fault ? ` (${fault.replaceAll('_', ' ')})` : ''}.`;
     this.say(`${what} The next one of this session is shown when it begins.`);
   }

@@ -1,5 +1,14 @@
-/** What the referee notes of an object, in words that follow its name. */
-export const EVENTS: Record<string, string> = {
-  in_goal: 'is in the goal', left_goal: 'left the goal', outside: 'lies outside', back_inside: 'is back inside',
-  lifted: 'is lifted', dropped: 'was dropped', slipped: 'slipped', held: 'is held', shaken: 'was held while shaken',
+/** The referee's events as words that follow an object's name, and whether each is good news. */
+const EVENTS: Record<string, [words: string, good: boolean]> = {
+  in_goal: ['is in the goal', true], left_goal: ['left the goal', false], outside: ['is outside', false], back_inside: ['is back inside', true],
+  lifted: ['is lifted', true], dropped: ['was dropped', false], slipped: ['slipped', false], held: ['is held', true], shaken: ['was held while shaken', true],
 };
+
+/** An event's words; a kind that this page does not know keeps its own name. */
+export function eventWords(kind: string): string {
+  return EVENTS[kind]?.[0] ?? kind.replaceAll('_', ' ');
+}
+
+export function isGoodNews(kind: string): boolean {
+  return EVENTS[kind]?.[1] ?? true;
+}

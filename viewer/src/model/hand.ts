@@ -1,6 +1,6 @@
 /** A hand as `GET /v1/hands/{name}` describes it, and where its links are at joint coordinates q. */
 import { type Pose, type Quat, type Vec3, composed, turnAbout } from './pose';
-import type { Shape } from './scene';
+import type { Shape } from './shape';
 
 export interface PoseDescription { position: Vec3; quat_xyzw: Quat }
 export interface Hinge { kind: 'revolute' | 'prismatic'; origin: PoseDescription; axis: Vec3; ratio: number; offset: number }

@@ -1,15 +1,9 @@
 /** What stands in a world: bodies with their shapes, and the regions that the rules speak of. SI units. */
 import type { HandDescription } from './hand';
 import type { Quat, Vec3 } from './pose';
+import type { Shape } from './shape';
 
 export type { Quat, Vec3 } from './pose';
-
-/** Convex, centred on its own frame; cylinders and capsules stand along z. A hull's rounding grows it, a box's does not. */
-export type Shape =
-  | { type: 'sphere'; radius: number }
-  | { type: 'capsule' | 'cylinder'; radius: number; half_length: number }
-  | { type: 'box'; half_extents: Vec3; rounding: number }
-  | { type: 'hull'; points: Vec3[]; rounding: number };
 
 /** How a part looks that is nothing to the physics: x, y, z of the three corners of each triangle. */
 export interface Mesh { type: 'mesh'; corners: Float32Array }

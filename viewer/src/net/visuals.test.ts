@@ -1,6 +1,6 @@
 import { expect, test } from 'vitest';
 import type { SceneInfo } from '../model/scene';
-import { dressed, partsOf } from './visuals';
+import { withVisuals, partsOf } from './visuals';
 
 test('a mesh comes as base64, and links that have no looks keep what they touch with', () => {
   const corners = new Float32Array([0, 0, 0, 1, 0, 0, 0, 0.5, -2]);
@@ -12,6 +12,6 @@ test('a mesh comes as base64, and links that have no looks keep what they touch 
   expect(links.get('palm')?.map((part) => part.shape)).toEqual([{ type: 'mesh', corners }, { type: 'sphere', radius: 0.1 }]);
   const body = (name: string, kind: 'hand' | 'object'): SceneInfo['bodies'][number] => ({ id: 0, name, kind, position: [0, 0, 0], quat: [0, 0, 0, 1], parts: [], color: [1, 1, 1] });
   const scene: SceneInfo = { bodies: [body('palm', 'hand'), body('tip', 'hand'), body('palm', 'object')], moving: [], regions: [] };
-  expect(dressed(scene, links).bodies.map(({ parts }) => parts.length)).toEqual([2, 0, 0]);
-  expect(dressed(scene, new Map())).toBe(scene);
+  expect(withVisuals(scene, links).bodies.map(({ parts }) => parts.length)).toEqual([2, 0, 0]);
+  expect(withVisuals(scene, new Map())).toBe(scene);
 });

@@ -1,6 +1,7 @@
 /** How the links of a hand look, where its own files say more than what they touch with. */
-import { getJson } from '../board/api';
-import type { Mesh, Part, SceneInfo, Shape } from '../model/scene';
+import { getJson } from './api';
+import type { Mesh, Part, SceneInfo } from '../model/scene';
+import type { Shape } from '../model/shape';
 import type { Quat, Vec3 } from '../model/pose';
 
 type WireShape = Shape | { type: 'mesh'; triangles: string };
@@ -24,13 +25,13 @@ export function partsOf(wire: readonly WirePart[]): Map<string, Part[]> {
 }
 
 /** The scene with the links of its hand as they look; the same scene where nothing more is known. */
-export function dressed(scene: SceneInfo, links: ReadonlyMap<string, Part[]>): SceneInfo {
+export function withVisuals(scene: SceneInfo, links: ReadonlyMap<string, Part[]>): SceneInfo {
   if (links.size === 0) return scene;
   return { ...scene, bodies: scene.bodies.map((body) => body.kind === 'hand' ? { ...body, parts: links.get(body.name) ?? body.parts } : body) };
 }
 
 /** Asks for the looks of a hand; nothing is known of one that may not be known. */
-export async function visualsOf(hand: string, team: string | null, token: string | null): Promise<Map<string, Part[]>> {
+export async function fetchVisuals(hand: string, team: string | null, token: string | null): Promise<Map<string, Part[]>> {
   const whose = team === null ? '' : `?team=${encodeURIComponent(team)}`;
   try {
     return partsOf((await getJson<{ parts: WirePart[] }>(`/v1/hands/${encodeURIComponent(hand)}/visuals${whose}`, token)).parts);

@@ -4,7 +4,7 @@ import { type RunInfo, type SceneInfo, type WireScene, sceneOf } from '../model/
 import { FrameReader } from './decode';
 
 /** What to show. */
-export type Target = { session_id: string } | { run_id: string } | { featured: true };
+export type WatchTarget = { session_id: string } | { run_id: string } | { featured: true };
 
 export interface SessionClock {
   session_left_s: number | null;
@@ -14,22 +14,22 @@ export interface SessionClock {
   late_s: number | null;
 }
 export interface RunEvent { tick: number; kind: string; object?: number }
-export interface Outcome { score: number; in_goal: number; outside: number; reason: string; ticks: number; sim_time_s: number }
+export interface RunOutcome { score: number; in_goal: number; outside: number; reason: string; ticks: number; sim_time_s: number }
 
 /** One rule of the referee for one object. */
-export interface Reason { rule: string; holds: boolean; value: number | null; limit: number | null; unit: string }
-export interface Verdict { object: number; counts: boolean; place: string; reasons: Reason[] }
+export interface RuleResult { rule: string; holds: boolean; value: number | null; limit: number | null; unit: string }
+export interface ObjectStatus { object: number; counts: boolean; place: string; reasons: RuleResult[] }
 
 /** What happens; all are called in the order in which the server tells it. */
-export interface Listener {
+export interface WatchListener {
   scene(scene: SceneInfo): void;
   moment(moment: Moment, at: number): void;
   score(score: number): void;
   events(events: RunEvent[]): void;
   clock(clock: SessionClock): void;
-  verdicts(verdicts: Verdict[]): void;
+  verdicts(verdicts: ObjectStatus[]): void;
   /** `fault`: what the world failed of, if it did. */
-  ended(outcome: Outcome | null, fault?: string): void;
+  ended(outcome: RunOutcome | null, fault?: string): void;
   /** An organizer told everybody something; an empty text takes it away. */
   announcement?(text: string): void;
   runs(runs: RunInfo[]): void;
@@ -58,7 +58,7 @@ export class WatchSocket {
   /** Bytes that have come, for those who measure. */
   received = 0;
 
-  constructor(private readonly target: Target | null, private readonly listener: Listener, private token: string | null = null) {
+  constructor(private readonly target: WatchTarget | null, private readonly listener: WatchListener, private token: string | null = null) {
     this.open();
   }
 
@@ -153,8 +153,8 @@ export class WatchSocket {
       case 'score': listener.score(message['score'] as number); break;
       case 'events': listener.events(message['events'] as RunEvent[]); break;
       case 'clock': listener.clock(message as unknown as SessionClock); break;
-      case 'verdicts': listener.verdicts(message['objects'] as Verdict[]); break;
-      case 'ended': listener.ended(message['outcome'] as Outcome | null, message['fault'] as string | undefined); break;
+      case 'verdicts': listener.verdicts(message['objects'] as ObjectStatus[]); break;
+      case 'ended': listener.ended(message['outcome'] as RunOutcome | null, message['fault'] as string | undefined); break;
       case 'announcement': listener.announcement?.(message['text'] as string); break;
       case 'error': this.refused(message); break;
     }

@@ -3,23 +3,23 @@ import '../style/base.css';
 import '../style/admin.css';
 import { auditTab } from '../admin/audit';
 import { announceTab, competitionTab } from '../admin/competition';
-import { Desk, said } from '../admin/desk';
+import { AdminClient, errorText } from '../admin/admin_client';
 import { handsTab } from '../admin/hands';
 import { runsTab } from '../admin/runs';
 import { sessionsTab } from '../admin/sessions';
 import { showTabs } from '../admin/tabs';
 import { teamsTab } from '../admin/teams';
-import { getJson, Refused } from '../board/api';
-import { button, el, main, name, setText } from '../board/kit';
+import { getJson, ApiError } from '../net/api';
+import { button, el, mainElement, name, setText } from '../ui/elements';
 import type { CompetitionInfo } from '../board/model';
 
-const app = main();
+const app = mainElement();
 
 /** Why a token does not let one in. */
 function refusal(error: unknown): string {
-  if (error instanceof Refused && error.status === 401) return `That token is not valid here: ${error.message}.`;
-  if (error instanceof Refused && error.status === 403) return `That token is valid, but not an organizer’s: ${error.message}.`;
-  return `${said(error)}.`;
+  if (error instanceof ApiError && error.status === 401) return `That token is not valid here: ${error.message}.`;
+  if (error instanceof ApiError && error.status === 403) return `That token is valid, but not an organizer’s: ${error.message}.`;
+  return `${errorText(error)}.`;
 }
 
 function login(why?: string): void {
@@ -41,7 +41,7 @@ function login(why?: string): void {
       go.disabled = false;
       return;
     }
-    const desk = new Desk(token, (lost) => { login(lost); });
+    const desk = new AdminClient(token, (lost) => { login(lost); });
     // Asked without the desk's guard: here a refusal is about what was typed.
     getJson('/v1/admin/teams', token).then(() => { field.value = ''; enter(desk); }, (failure: unknown) => {
       desk.leave();
@@ -59,7 +59,7 @@ function login(why?: string): void {
 
 let stop = (): void => undefined;
 
-function enter(desk: Desk): void {
+function enter(desk: AdminClient): void {
   const phase = el('span', { class: 'badge info' });
   const title = el('p', { class: 'lead' });
   const told = (info: CompetitionInfo): void => {

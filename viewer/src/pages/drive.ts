@@ -1,8 +1,8 @@
 /** `/drive`: a person drives a hand, on practice servers. */
 import '../style/base.css';
 import '../style/drive.css';
-import { getJson } from '../board/api';
-import { el, main, name } from '../board/kit';
+import { getJson } from '../net/api';
+import { el, mainElement, name } from '../ui/elements';
 import { DriveView } from '../drive/view';
 
 interface Competition { name: string; mode: string }
@@ -24,4 +24,4 @@ async function open(app: HTMLElement): Promise<void> {
   new DriveView(app);
 }
 
-void open(main());
+void open(mainElement());

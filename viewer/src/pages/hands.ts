@@ -1,16 +1,16 @@
 /** `/hands`: the hands; `/hands/NAME`: one of them. Going from one to another keeps the page, so that a token stays in its memory. */
 import '../style/base.css';
 import '../style/hands.css';
-import { getJson } from '../board/api';
-import { el, main, name } from '../board/kit';
-import { type Access, describeHand, NOBODY, type OwnHand } from '../hands/access';
+import { getJson } from '../net/api';
+import { el, mainElement, name } from '../ui/elements';
+import { type Access, describeHand, ANONYMOUS, type OwnHand } from '../hands/access';
 import { HandListView, type Opener } from '../hands/list';
 import type { HandView } from '../hands/view';
-import { whoForm } from '../hands/who';
+import { teamForm } from '../hands/team_form';
 import type { HandDescription } from '../model/hand';
 
 class Page implements Opener {
-  access: Access = NOBODY;
+  access: Access = ANONYMOUS;
   official = false;
   private view: HandView | null = null;
 
@@ -60,7 +60,7 @@ class Page implements Opener {
       [description, module] = await Promise.all([describeHand(hand, this.access), import('../hands/view')]);
     } catch (error) {
       this.fail(hand, error);
-      this.app.append(el('section', { class: 'panel' }, el('h2', {}, 'Is it your team’s own?'), whoForm(this.official, this.access, (access) => { this.access = access; this.show(hand, null); })));
+      this.app.append(el('section', { class: 'panel' }, el('h2', {}, 'Is it your team’s own?'), teamForm(this.official, this.access, (access) => { this.access = access; this.show(hand, null); })));
       return;
     }
     // Somebody has gone on meanwhile.
@@ -80,5 +80,5 @@ function handOf(path: string): string {
   return decodeURIComponent(/^\/hands\/([^/]+)$/.exec(path)?.[1] ?? '');
 }
 
-const app = main();
+const app = mainElement();
 void new Page(app).begin(document.body.dataset['arg'] ?? '');

@@ -1,12 +1,12 @@
 /** `/`: takes over the table that the server wrote, and keeps it up to date. */
 import '../style/base.css';
 import '../style/board.css';
-import { connect, legend, taskCards } from '../board/aside';
-import { getJson, Refused } from '../board/api';
-import { el, main, part, setText } from '../board/kit';
+import { connect, legend, taskCards } from '../board/side_panels';
+import { getJson, ApiError } from '../net/api';
+import { el, mainElement, part, setText } from '../ui/elements';
 import type { Announcement, Board, BoardRow, CompetitionInfo, TaskInfo } from '../board/model';
 import { BoardTable } from '../board/table';
-import { ticker } from '../board/ticker';
+import { openFeed } from '../board/feed';
 
 /** How often the phase is asked for, ms. */
 const PHASE_MS = 30_000;
@@ -14,7 +14,7 @@ const PHASE_MS = 30_000;
 const PHASES = { closed: 'not open yet', open: 'open', revealed: 'over' } as const;
 
 async function start(): Promise<void> {
-  const app = main();
+  const app = mainElement();
   const [info, { tasks }] = await Promise.all([getJson<CompetitionInfo>('/v1/competition'), getJson<{ tasks: TaskInfo[] }>('/v1/tasks')]);
   const place = part(app, 'div', 'board');
   const beside = part(app, 'section', 'tasks');
@@ -46,7 +46,7 @@ async function start(): Promise<void> {
     say();
   };
   show(await getJson<Board>('/v1/leaderboard'));
-  ticker({
+  openFeed({
     ranking: (rows: BoardRow[]) => { show({ tasks: info.tasks, rows }); },
     announcement: (told: Announcement) => { notice.hidden = told.text === ''; setText(notice, told.text); },
     connected: (yes) => { live = yes; say(); },
@@ -62,7 +62,7 @@ function footer(info: CompetitionInfo): HTMLElement {
 
 start().catch((error: unknown) => {
   // The server's table stays; it says what it said.
-  const why = error instanceof Refused ? error.message : 'the page has a fault';
-  main().prepend(el('p', { class: 'notice bad', role: 'alert' }, `This page does not refresh by itself now: ${why}. Reload it to try again.`));
-  if (!(error instanceof Refused)) console.error(error);
+  const why = error instanceof ApiError ? error.message : 'the page has a fault';
+  mainElement().prepend(el('p', { class: 'notice bad', role: 'alert' }, `This page does not refresh by itself now: ${why}. Reload it to try again.`));
+  if (!(error instanceof ApiError)) console.error(error);
 });

@@ -2,8 +2,8 @@
 import '../style/base.css';
 import { LiveView } from '../live/view';
 import { RunList } from '../live/list';
-import { main } from '../board/kit';
+import { mainElement } from '../ui/elements';
 
 const session = document.body.dataset['arg'] ?? '';
-if (session) new LiveView(main(), session === 'featured' ? { featured: true } : { session_id: session });
-else new RunList(main());
+if (session) new LiveView(mainElement(), session === 'featured' ? { featured: true } : { session_id: session });
+else new RunList(mainElement());

@@ -1,11 +1,11 @@
 /** `/replay/RUN`: a run as its file tells it, `?with=RUN` beside another; `/replay`: a file of one's own, which never leaves the browser. */
 import '../style/base.css';
 import '../style/replay.css';
-import { el, main, toast } from '../board/kit';
-import { type Loaded, NotGiven, fromFile, fromServer, inWords } from '../replay/source';
+import { el, mainElement, toast } from '../ui/elements';
+import { type Loaded, ReplayUnavailable, fromFile, fromServer, errorText } from '../replay/source';
 import { ReplayView } from '../replay/view';
 
-const app = main();
+const app = mainElement();
 const run = document.body.dataset['arg'] ?? '';
 
 let token: string | null = null;
@@ -51,8 +51,8 @@ function waiting(): { say: (words: string) => void; fail: (error: unknown) => vo
     fail: (error) => {
       status.className = 'notice bad';
       status.setAttribute('role', 'alert');
-      status.textContent = inWords(error);
-      const form = error instanceof NotGiven && error.wantsToken ? [tokenForm()] : [];
+      status.textContent = errorText(error);
+      const form = error instanceof ReplayUnavailable && error.wantsToken ? [tokenForm()] : [];
       app.append(el('div', { class: 'stack' }, ...form, chooser()));
     },
   };
@@ -82,7 +82,7 @@ async function beside(other: string, say: (words: string) => void = () => undefi
     show();
     return true;
   } catch (error) {
-    toast(`${other}: ${inWords(error)}`, true);
+    toast(`${other}: ${errorText(error)}`, true);
     return false;
   }
 }
@@ -93,7 +93,7 @@ async function besideFile(file: File): Promise<void> {
     address(null);
     show();
   } catch (error) {
-    toast(`${file.name}: ${inWords(error)}`, true);
+    toast(`${file.name}: ${errorText(error)}`, true);
   }
 }
 

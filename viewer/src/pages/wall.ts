@@ -1,15 +1,15 @@
 /** `/wall`: for the hall's projector. Ranking, the most exciting world, session clocks, announcements; nothing needs a hand. */
 import '../style/base.css';
 import '../style/wall.css';
-import { getJson, Refused } from '../board/api';
-import { clock } from '../board/format';
-import { button, el, main, name, setText } from '../board/kit';
+import { getJson, ApiError } from '../net/api';
+import { clock } from '../ui/format';
+import { button, el, mainElement, name, setText } from '../ui/elements';
 import type { Announcement, Board, CompetitionInfo } from '../board/model';
 import { after, type Pane, rotate, type Showing } from '../board/rotation';
-import { ticker } from '../board/ticker';
+import { openFeed } from '../board/feed';
 import { LivePane } from '../board/wall_live';
 import { ClocksPane, RankingPane, type WallClock } from '../board/wall_panes';
-import { type Reading, leftAt, read } from '../admin/clocks';
+import { type ClockReading, leftAt, readClock } from '../admin/clocks';
 import type { Session } from '../admin/types';
 
 const [PAGE_MS, LIVE_MS, CLOCKS_MS] = [9000, 20_000, 9000];
@@ -20,7 +20,7 @@ const PHASES = { closed: 'not open yet', open: 'open', revealed: 'over' } as con
 const ranking = new RankingPane();
 const live = new LivePane();
 const clocks = new ClocksPane();
-const readings = new Map<string, { session: Session; reading: Reading }>();
+const readings = new Map<string, { session: Session; reading: ClockReading }>();
 
 const title = el('h1', {});
 const phase = el('p', { class: 'phase' });
@@ -99,7 +99,7 @@ function announced(told: Announcement): void {
 
 function listen(): void {
   stop();
-  stop = ticker({
+  stop = openFeed({
     ranking: (rows) => { ranking.show({ tasks: info?.tasks ?? [], rows }); },
     announcement: announced,
     connected: (yes) => { connected = yes; },
@@ -117,11 +117,11 @@ async function readSessions(): Promise<void> {
     const gone = new Set(readings.keys());
     for (const session of sessions) {
       gone.delete(session.session_id);
-      readings.set(session.session_id, { session, reading: read(session, now, readings.get(session.session_id)?.reading) });
+      readings.set(session.session_id, { session, reading: readClock(session, now, readings.get(session.session_id)?.reading) });
     }
     for (const id of gone) readings.delete(id);
   } catch (error) {
-    if (!(error instanceof Refused) || error.status === 0) return;
+    if (!(error instanceof ApiError) || error.status === 0) return;
     // It would be refused again: this token, or none, shows no clocks.
     if (error.status === 401 || error.status === 403) refusedWith = token;
     readings.clear();
@@ -133,7 +133,7 @@ async function known(given: string): Promise<void> {
   try {
     await getJson('/v1/sessions', given);
   } catch (failure) {
-    if (!(failure instanceof Refused) || failure.status !== 403) throw failure;
+    if (!(failure instanceof ApiError) || failure.status !== 403) throw failure;
   }
 }
 
@@ -157,7 +157,7 @@ function askToken(why = ''): void {
       listen();
       void readSessions();
     }, (failure: unknown) => {
-      error.textContent = failure instanceof Refused ? `That token does not work: ${failure.message}.` : 'That is no token.';
+      error.textContent = failure instanceof ApiError ? `That token does not work: ${failure.message}.` : 'That is no token.';
       field.select();
     });
   });
@@ -186,7 +186,7 @@ function onKey(event: KeyboardEvent): void {
 async function start(): Promise<void> {
   help.append(button('Back', () => { skip(-1); }), button('Hold', hold), button('Next', () => { skip(1); }), button('Token…', () => { askToken(); }),
     el('span', {}, el('kbd', {}, '←'), ' ', el('kbd', {}, '→'), ' skip, ', el('kbd', {}, 'space'), ' hold, ', el('kbd', {}, 't'), ' token'));
-  main().replaceChildren(el('header', { class: 'wall-head' }, title, state, phase), stageRoom, banner, help);
+  mainElement().replaceChildren(el('header', { class: 'wall-head' }, title, state, phase), stageRoom, banner, help);
   document.addEventListener('keydown', onKey);
   document.addEventListener('pointermove', showHelp);
   info = await getJson<CompetitionInfo>('/v1/competition');
@@ -206,7 +206,7 @@ async function start(): Promise<void> {
 }
 
 start().catch((error: unknown) => {
-  main().replaceChildren(el('p', { class: 'notice bad', role: 'alert' }, error instanceof Refused ? `${error.message}. Trying again.` : 'The page has a fault.'));
-  if (error instanceof Refused) window.setTimeout(() => { location.reload(); }, 5000);
+  mainElement().replaceChildren(el('p', { class: 'notice bad', role: 'alert' }, error instanceof ApiError ? `${error.message}. Trying again.` : 'The page has a fault.'));
+  if (error instanceof ApiError) window.setTimeout(() => { location.reload(); }, 5000);
   else console.error(error);
 });

@@ -1,8 +1,8 @@
 /** A chart over the time of a run: it follows the replay's cursor, and sets it where it is clicked or dragged. */
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
-import { figure } from '../board/format';
-import { el, setText } from '../board/kit';
+import { figure } from '../ui/format';
+import { el, setText } from '../ui/elements';
 import { type Line, valueAt } from './series';
 
 /** A colour of the palette: safe for the colour-blind, and each on both grounds. */
@@ -27,14 +27,14 @@ function themed(variable: string): string {
 }
 
 /** A value with its unit. */
-export function written(value: number | null, unit: string): string {
+export function formatValue(value: number | null, unit: string): string {
   if (value === null) return '–';
   const text = unit === '°' ? figure(Math.round(value * 10) / 10) : figure(value);
   return unit === '°' ? `${text}°` : `${text} ${unit}`.trimEnd();
 }
 
 /** What a line is called, with its run where there are two. */
-export function called({ line, run }: Drawn): string {
+export function lineName({ line, run }: Drawn): string {
   return run ? `${run}: ${line.label}` : line.label;
 }
 
@@ -66,7 +66,7 @@ export class Chart {
     this.lines = lines;
     this.values = lines.map(() => el('span', { class: 'num' }));
     this.legend.replaceChildren(...lines.map((drawn, k) => el('li', {},
-      el('span', { class: `key ${drawn.paint}${drawn.line.foreseen ? ' foreseen' : ''}` }), el('bdi', {}, called(drawn)), ' ', this.values[k])));
+      el('span', { class: `key ${drawn.paint}${drawn.line.dashed ? ' foreseen' : ''}` }), el('bdi', {}, lineName(drawn)), ' ', this.values[k])));
     this.build();
   }
 
@@ -77,7 +77,7 @@ export class Chart {
     this.time = time;
     this.lines.forEach(({ line }, k) => {
       const value = this.values[k];
-      if (value) setText(value, written(valueAt(line, time), line.unit));
+      if (value) setText(value, formatValue(valueAt(line, time), line.unit));
     });
     if (!this.plot) return;
     const [min, max] = this.window();
@@ -142,7 +142,7 @@ export class Chart {
           grid: { ...axis.grid, show: k === 0 }, ...(this.axes.length > 1 && !narrow ? { label: wanted.label, labelSize: 16 } : {}),
         }))],
       series: [{}, ...this.lines.map(({ line, paint, scale }): uPlot.Series => ({
-        scale: scale ?? this.axes[0]?.scale ?? 'y', stroke: themed(paint), width: line.foreseen ? 1.5 : 2, dash: line.foreseen ? [6, 4] : [], points: { show: false },
+        scale: scale ?? this.axes[0]?.scale ?? 'y', stroke: themed(paint), width: line.dashed ? 1.5 : 2, dash: line.dashed ? [6, 4] : [], points: { show: false },
         ...(uPlot.paths.stepped ? { paths: uPlot.paths.stepped({ align: 1 }) } : {}),
       }))],
     }, this.joined(), this.place);

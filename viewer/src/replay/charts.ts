@@ -1,10 +1,10 @@
 /** The charts below the picture, and the same values as a table. */
-import { el, fill, setText } from '../board/kit';
-import { type Drawn, type Paint, Chart, called, spanChoice, written } from './chart';
+import { el, fill, setText } from '../ui/elements';
+import { type Drawn, type Paint, Chart, lineName, spanChoice, formatValue } from './chart';
 import { type Line, type Series, valueAt } from './series';
 
 /** A run as the charts know it: `mark` tells two apart. */
-export interface Charted { series: Series; mark: string; object: number | null }
+export interface ChartedRun { series: Series; mark: string; object: number | null }
 
 const ALONE: Paint[] = ['s1', 's2', 's3', 's4', 's5', 's6', 's7', 's8'];
 const FIRST: Paint[] = ['s1', 's3', 's6', 's8'];
@@ -13,7 +13,7 @@ const SECOND: Paint[] = ['s2', 's5', 's4', 's7'];
 const TABLE_MS = 200;
 
 /** Lines of each run in its own colours; what was foreseen has the colour of what was. */
-export function coloured(runs: readonly Charted[], of: (run: Charted) => Line[], scale?: string): Drawn[] {
+export function coloured(runs: readonly ChartedRun[], of: (run: ChartedRun) => Line[], scale?: string): Drawn[] {
   return runs.flatMap((run, place) => {
     const paints = runs.length === 1 ? ALONE : place === 0 ? FIRST : SECOND;
     const names: string[] = [];
@@ -39,8 +39,8 @@ export class Charts {
   private written = 0;
   private time = 0;
 
-  constructor(runs: Charted[], duration: number, seek: (time: number) => void) {
-    const felt = runs.some(({ series }) => series.felt);
+  constructor(runs: ChartedRun[], duration: number, seek: (time: number) => void) {
+    const felt = runs.some(({ series }) => series.hasTelemetry);
     const add = (title: string, unit: string, lines: () => Drawn[], range?: [number, number], ...controls: HTMLElement[]): void => {
       const chart = new Chart(title, [{ scale: 'y', label: unit, side: 'left', ...(range ? { range } : {}) }], duration, seek, ...controls);
       this.all.push({ title, chart, lines });
@@ -56,7 +56,7 @@ export class Charts {
       add('Score', 'points', () => coloured(runs, ({ series }) => series.score()), [0, 1]);
     }
     this.element.append(spanChoice('span', (span) => { for (const { chart } of this.all) chart.zoom(span); }), this.grid);
-    if (!runs.every(({ series }) => series.felt)) {
+    if (!runs.every(({ series }) => series.hasTelemetry)) {
       this.element.append(el('p', { class: 'notice' }, `${felt ? 'One of the files' : 'This file'} has no telemetry: it was recorded by an older server. `,
         'Motors as reached, tensions, contacts, the score over time and the prediction are missing; how far links turned is taken from the poses.'));
     }
@@ -88,6 +88,6 @@ export class Charts {
   private table(): void {
     if (!this.values.open) return;
     this.rows.replaceChildren(...this.all.flatMap(({ title, chart }) => chart.drawn.map((drawn) => el('tr', {},
-      el('td', {}, title), el('th', { scope: 'row' }, el('bdi', {}, called(drawn))), el('td', { class: 'n' }, written(valueAt(drawn.line, this.time), drawn.line.unit))))));
+      el('td', {}, title), el('th', { scope: 'row' }, el('bdi', {}, lineName(drawn))), el('td', { class: 'n' }, formatValue(valueAt(drawn.line, this.time), drawn.line.unit))))));
   }
 }

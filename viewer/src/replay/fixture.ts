@@ -1,5 +1,5 @@
 /** A small recording for tests: an object that slides along x, a hand of two links whose second turns about z. */
-import { bodiesOf, type Entity } from './scene';
+import { bodiesOf, type Entity } from './scene_update';
 import type { TelemetryRecord } from './protobuf';
 import { PoseTable } from './poses';
 import type { Recording } from './recording';

@@ -1,10 +1,10 @@
 /** Beside the picture: what the file says of its run, what the referee noted, and how to put another run beside it. */
-import { clock, figure, points } from '../board/format';
-import { button, el, facts, name } from '../board/kit';
+import { clock, figure, points } from '../ui/format';
+import { button, el, facts, name } from '../ui/elements';
+import { eventWords } from '../model/events';
 import type { Body } from '../model/scene';
 import type { RecordedEvent, Recording } from './recording';
 import type { Loaded } from './source';
-import { EVENTS } from './timeline';
 
 /** The object that an event speaks of. */
 export function objectOf(recording: Recording, event: RecordedEvent): Body | undefined {
@@ -47,7 +47,7 @@ export function eventList(recording: Recording, go: (time: number) => void, mark
   const line = (event: RecordedEvent): HTMLElement => {
     const body = objectOf(recording, event);
     return el('li', {}, button(`${event.time.toFixed(2)} s`, () => { go(event.time); }, { class: 'small quiet num' }),
-      el('span', {}, body ? name(body.name) : null, ' ', EVENTS[event.kind]?.[0] ?? event.kind.replaceAll('_', ' ')));
+      el('span', {}, body ? name(body.name) : null, ' ', eventWords(event.kind)));
   };
   const list = recording.events.length > 0 ? el('ol', { class: 'log' }, ...recording.events.map(line)) : el('p', { class: 'soft' }, 'The referee noted nothing.');
   return el('section', { class: 'panel' }, el('h2', {}, mark ? `Events of ${mark}` : 'Events'), list);

@@ -1,7 +1,7 @@
 import { existsSync, readFileSync, readdirSync } from 'node:fs';
 import { join } from 'node:path';
 import { describe, expect, it } from 'vitest';
-import { NotAReplay, readRecording } from './recording';
+import { InvalidReplay, readRecording } from './recording';
 
 /** What `cargo xtask demo` leaves; another file can be named. */
 function demo(): string | null {
@@ -17,7 +17,7 @@ if (file === null) console.warn('SKIPPED: no replay to read; `cargo xtask demo` 
 
 describe('a file', () => {
   it('that is no MCAP file is refused in words', async () => {
-    await expect(readRecording(new TextEncoder().encode('not a replay at all'))).rejects.toThrow(NotAReplay);
+    await expect(readRecording(new TextEncoder().encode('not a replay at all'))).rejects.toThrow(InvalidReplay);
     await expect(readRecording(new Uint8Array())).rejects.toThrow(/not a finished MCAP file/);
   });
 
@@ -38,6 +38,6 @@ describe('a file', () => {
 
   it.skipIf(file === null)('that was cut short is refused in words', async () => {
     const bytes = new Uint8Array(readFileSync(file ?? ''));
-    await expect(readRecording(bytes.subarray(0, bytes.length / 2))).rejects.toThrow(NotAReplay);
+    await expect(readRecording(bytes.subarray(0, bytes.length / 2))).rejects.toThrow(InvalidReplay);
   });
 });

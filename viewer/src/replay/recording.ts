@@ -2,7 +2,7 @@
 import { McapIndexedReader } from '@mcap/core';
 import { decompress } from 'fzstd';
 import type { SceneInfo } from '../model/scene';
-import { type Entity, bodiesOf } from './scene';
+import { type Entity, bodiesOf } from './scene_update';
 import { type FrameTransform, type TelemetryRecord, frameTransforms, telemetry } from './protobuf';
 import { PoseTable } from './poses';
 
@@ -30,7 +30,7 @@ export interface Recording {
 }
 
 /** Why a file is no replay, in words for people. */
-export class NotAReplay extends Error {}
+export class InvalidReplay extends Error {}
 
 interface ActionMessage { tick: number; action: { base?: { position: number[]; quat_xyzw: number[] }; hand: number[] } }
 
@@ -48,7 +48,7 @@ async function open(bytes: Uint8Array): Promise<McapIndexedReader> {
     });
   } catch (error) {
     const why = error instanceof Error ? error.message : String(error);
-    throw new NotAReplay(`This is not a finished MCAP file: ${why}`);
+    throw new InvalidReplay(`This is not a finished MCAP file: ${why}`);
   }
 }
 
@@ -58,7 +58,7 @@ export async function readRecording(bytes: Uint8Array, progress: (done: number) 
   const records = new Map<string, Map<string, string>>();
   for await (const record of reader.readMetadata()) records.set(record.name, record.metadata);
   const info = records.get('palmares.run');
-  if (!info) throw new NotAReplay('This MCAP file was not recorded by Palmares: it has no record palmares.run.');
+  if (!info) throw new InvalidReplay('This MCAP file was not recorded by Palmares: it has no record palmares.run.');
   const begun = reader.statistics?.messageStartTime ?? 0n;
   const ended = reader.statistics?.messageEndTime ?? begun;
   const span = Math.max(Number(ended - begun) / 1e9, 1e-3);
@@ -90,7 +90,7 @@ export async function readRecording(bytes: Uint8Array, progress: (done: number) 
       await new Promise((resolve) => setTimeout(resolve));
     }
   }
-  if (entities.length === 0) throw new NotAReplay('This replay has no /scene: there is nothing to draw.');
+  if (entities.length === 0) throw new InvalidReplay('This replay has no /scene: there is nothing to draw.');
 
   const framed = bodiesOf(entities);
   const moving = framed.filter(({ frame }) => frame !== 'world');

@@ -17,7 +17,7 @@ describe('lines of a run', () => {
       record(20, { command: [1], position: [0.5], q: [0.1, 1], predicted: [0.5, 0], score: 3 }),
     ]));
     const [asked, reached] = series.motors();
-    expect(asked?.foreseen).toBe(true);
+    expect(asked?.dashed).toBe(true);
     expect(reached?.times).toEqual([0, 0.2, 1]);
     expect(reached?.values).toEqual([0, 0.5, 0.5]);
     // The one that moves most is the first to be offered.
@@ -35,7 +35,7 @@ describe('lines of a run', () => {
 
   it('come out of actions and poses where a file has no telemetry', () => {
     const series = new Series(recorded([]));
-    expect(series.felt).toBe(false);
+    expect(series.hasTelemetry).toBe(false);
     expect(series.motors().map((line) => valueAt(line, 0.6))).toEqual([1]);
     expect(series.joints()).toEqual(['finger']);
     const [turned] = series.joint('finger');

@@ -11,7 +11,7 @@ export interface Line {
   times: number[];
   values: (number | null)[];
   /** What was asked for or foreseen, beside what was. */
-  foreseen?: boolean;
+  dashed?: boolean;
 }
 
 const DEGREES = 180 / Math.PI;
@@ -65,17 +65,17 @@ export class Series {
     if (this.records.length > 0) this.times.push(Math.max(recording.duration, this.times.at(-1) ?? 0));
   }
 
-  get felt(): boolean { return this.records.length > 0; }
+  get hasTelemetry(): boolean { return this.records.length > 0; }
 
   private line(label: string, unit: string, of: (record: TelemetryRecord) => number | undefined, foreseen = false): Line {
     const values = this.records.map((record) => of(record) ?? null);
     values.push(values.at(-1) ?? null);
-    return { label, unit, times: this.times, values, foreseen };
+    return { label, unit, times: this.times, values, dashed: foreseen };
   }
 
   /** σ asked for and reached; older files have what was asked for alone. */
   motors(): Line[] {
-    if (this.felt) {
+    if (this.hasTelemetry) {
       const named = this.names(this.hand?.motors, this.records[0]?.position.length ?? 0, 'motor');
       return named.flatMap((name, k) => [
         this.line(`${name}, asked`, 'σ', (record) => record.command[k], true),
@@ -92,19 +92,19 @@ export class Series {
 
   /** Of each motor. */
   motorTensions(): Line[] {
-    if (!this.felt) return [];
+    if (!this.hasTelemetry) return [];
     return this.names(this.hand?.motors, this.records[0]?.motorTension.length ?? 0, 'motor').map((name, k) => this.line(`${name}, tension`, '', (record) => record.motorTension[k]));
   }
 
   /** Of each tendon. */
   tensions(): Line[] {
-    if (!this.felt) return [];
+    if (!this.hasTelemetry) return [];
     return this.names(this.hand?.tendons, this.records[0]?.tension.length ?? 0, 'tendon').map((name, k) => this.line(name, '', (record) => record.tension[k]));
   }
 
   /** Names of what can be chosen of the joints, those that move most first. */
   joints(): string[] {
-    if (!this.felt) return this.turns().map((turn) => turn.link);
+    if (!this.hasTelemetry) return this.turns().map((turn) => turn.link);
     const names = this.names(this.hand?.coordinates, this.records[0]?.q.length ?? 0, 'joint');
     const moved = new Map(names.map((name) => [name, range(this.joint(name)[0] ?? { label: '', unit: '', times: [], values: [] })]));
     return names.sort((a, b) => (moved.get(b) ?? 0) - (moved.get(a) ?? 0));
@@ -112,7 +112,7 @@ export class Series {
 
   /** A joint as sensed and, where it is known, as predicted. */
   joint(name: string): Line[] {
-    if (!this.felt) {
+    if (!this.hasTelemetry) {
       const turn = this.turns().find((one) => one.link === name);
       return turn ? [{ label: `${name}, turned`, unit: '°', times: turn.times, values: turn.degrees }] : [];
     }
@@ -127,7 +127,7 @@ export class Series {
 
   /** How hard a body is pressed: by the hand, and by everything else; sums of the contacts' strengths. */
   forces(body: number): Line[] {
-    if (!this.felt) return [];
+    if (!this.hasTelemetry) return [];
     const links = new Set(this.recording.scene.bodies.filter((one) => one.kind === 'hand').map((one) => one.id));
     return [
       this.line('by the hand', 'N', (record) => pressed(record, body, (other) => links.has(other))),
@@ -136,7 +136,7 @@ export class Series {
   }
 
   score(): Line[] {
-    return this.felt ? [this.line('score', 'points', (record) => record.score)] : [];
+    return this.hasTelemetry ? [this.line('score', 'points', (record) => record.score)] : [];
   }
 
   private names(described: readonly { name: string }[] | undefined, count: number, kind: string): string[] {

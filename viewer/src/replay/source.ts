@@ -1,8 +1,8 @@
 /** Where replays come from: this server, or a file of one's own. */
-import { type Recording, NotAReplay, readRecording } from './recording';
+import { type Recording, InvalidReplay, readRecording } from './recording';
 
 /** Why the server gave no file, in words; `status` 0 where it did not answer. */
-export class NotGiven extends Error {
+export class ReplayUnavailable extends Error {
   constructor(message: string, readonly status: number) {
     super(message);
   }
@@ -14,10 +14,10 @@ export class NotGiven extends Error {
 /** A recording and where it is from: `run` names a run of this server, a file has a name only; `bytes` is what came, to be kept. */
 export interface Loaded { recording: Recording; run: string | null; file: string; bytes: Uint8Array<ArrayBuffer> | null }
 
-async function refused(response: Response): Promise<NotGiven> {
+async function refused(response: Response): Promise<ReplayUnavailable> {
   const problem: unknown = await response.json().catch(() => null);
   const detail = typeof problem === 'object' && problem !== null && 'detail' in problem && typeof problem.detail === 'string' ? problem.detail : '';
-  return new NotGiven(detail || `The server answered ${response.status}.`, response.status);
+  return new ReplayUnavailable(detail || `The server answered ${response.status}.`, response.status);
 }
 
 /** Reads a body to its end and says how much of it has come. */
@@ -55,8 +55,8 @@ export async function fromServer(run: string, token: string | null, said: (words
     if (!response.ok) throw await refused(response);
     bytes = await whole(response, said);
   } catch (error) {
-    if (error instanceof NotGiven) throw error;
-    throw new NotGiven('The server does not answer. Is it still running?', 0);
+    if (error instanceof ReplayUnavailable) throw error;
+    throw new ReplayUnavailable('The server does not answer. Is it still running?', 0);
   }
   return { recording: await read(bytes, said), run, file: `${run}.mcap`, bytes };
 }
@@ -68,8 +68,8 @@ export async function fromFile(file: File, said: (words: string) => void): Promi
 }
 
 /** What went wrong, in words. */
-export function inWords(error: unknown): string {
-  if (error instanceof NotAReplay || error instanceof NotGiven) return error.message;
+export function errorText(error: unknown): string {
+  if (error instanceof InvalidReplay || error instanceof ReplayUnavailable) return error.message;
   console.error(error);
   return `This file could not be read: ${error instanceof Error ? error.message : String(error)}`;
 }

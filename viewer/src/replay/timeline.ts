@@ -1,18 +1,13 @@
 /** Below the picture: play, step, speed, the bar of time with the events on it, and the keys that do the same. */
-import { button, el, setText } from '../board/kit';
+import { isGoodNews } from '../model/events';
+import { button, el, setText } from '../ui/elements';
 import type { Player } from './player';
 import type { RecordedEvent } from './recording';
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 8, 16];
 
-/** What the referee may note, in words; and whether it is good news. */
-export const EVENTS: Record<string, [words: string, good: boolean]> = {
-  in_goal: ['is in the goal', true], left_goal: ['left the goal', false], outside: ['lies outside', false], back_inside: ['is back inside', true],
-  lifted: ['is lifted', true], dropped: ['was dropped', false], slipped: ['slipped', false], held: ['is held', true], shaken: ['was held while shaken', true],
-};
-
 /** An event on the bar; `row` 0 above, 1 below it. */
-export interface Mark { event: RecordedEvent; words: string; row: number }
+export interface EventMark { event: RecordedEvent; words: string; row: number }
 
 export class Timeline {
   readonly element: HTMLElement;
@@ -21,7 +16,7 @@ export class Timeline {
   private readonly playing = button('Play', () => { this.toggle(); }, { class: 'primary play', title: 'Space' });
   private readonly keyed = (event: KeyboardEvent): void => { this.key(event); };
 
-  constructor(private readonly player: Player, private readonly tickS: number, marks: Mark[], ...more: HTMLElement[]) {
+  constructor(private readonly player: Player, private readonly tickS: number, marks: EventMark[], ...more: HTMLElement[]) {
     const last = Math.max(Math.round(player.duration / tickS), 1);
     const speed = el('select', { class: 'speed', 'aria-label': 'Speed' }, ...SPEEDS.map((s) => el('option', { value: s, selected: s === 1 }, `${s}×`)));
     speed.addEventListener('change', () => { player.setSpeed(Number(speed.value)); });
@@ -52,10 +47,10 @@ export class Timeline {
   }
 
   /** For the pointer; the keyboard has the list of events. */
-  private marks(marks: Mark[]): HTMLElement {
+  private marks(marks: EventMark[]): HTMLElement {
     const place = el('div', { class: 'marks', 'aria-hidden': 'true' });
     for (const { event, words, row } of marks) {
-      const good = EVENTS[event.kind]?.[1] ?? true;
+      const good = isGoodNews(event.kind);
       const mark = button('', () => { this.player.pause(); this.player.seek(event.time); },
         { tabindex: -1, title: `${event.time.toFixed(2)} s: ${words}`, class: `mark ${good ? 'good' : 'poor'}${row === 1 ? ' below' : ''}` });
       mark.style.setProperty('--at', String(Math.min(event.time / Math.max(this.player.duration, 1e-3), 1)));

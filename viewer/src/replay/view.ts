@@ -1,28 +1,29 @@
 /** One replay on the page, or two side by side with one clock: pictures, time line, charts, and what the files say. */
-import { points } from '../board/format';
-import { button, el, fill, name, setText, toast } from '../board/kit';
-import { offerOverlays, overlaySwitches, viewButtons } from '../live/controls';
+import { points } from '../ui/format';
+import { button, el, fill, name, setText, toast } from '../ui/elements';
+import { showOverlaySwitches, overlaySwitches, viewButtons } from '../render/controls';
 import { Gauges } from '../live/gauges';
+import { eventWords } from '../model/events';
 import type { Moment } from '../model/moment';
-import { Stage } from '../scene/stage';
-import { type Charted, Charts } from './charts';
-import { Closing } from './closing';
+import { Stage } from '../render/stage';
+import { type ChartedRun, Charts } from './charts';
+import { ClosingDialog } from './closing_dialog';
 import { momentAt } from './moments';
 import { type Comparing, about, comparePanel, eventList, objectOf } from './panels';
 import { Player } from './player';
 import { Series } from './series';
 import type { Loaded } from './source';
-import { EVENTS, Timeline } from './timeline';
+import { Timeline } from './timeline';
 
 /** A run with its picture. */
-interface Shown extends Charted { loaded: Loaded; stage: Stage; said: HTMLElement; moment: Moment | null }
+interface Shown extends ChartedRun { loaded: Loaded; stage: Stage; said: HTMLElement; moment: Moment | null }
 
 export class ReplayView {
   readonly player: Player;
   private readonly shown: Shown[];
   private readonly timeline: Timeline;
   private readonly charts: Charts;
-  private readonly closing: Closing;
+  private readonly closing: ClosingDialog;
   private readonly gauges = new Gauges();
   private readonly objects = el('select', { id: 'object' });
   private readonly place = el('p', { class: 'num' });
@@ -46,9 +47,9 @@ export class ReplayView {
     const go = (time: number): void => { this.player.seek(time); };
     const stages = (): Stage[] => this.shown.map(({ stage }) => stage);
     this.charts = new Charts(this.shown, duration, go);
-    this.closing = new Closing(this.shown, duration, go);
+    this.closing = new ClosingDialog(this.shown, duration, go);
     const marks = this.shown.flatMap(({ loaded: { recording }, mark }, row) => recording.events.map((event) => ({
-      event, row, words: [mark, objectOf(recording, event)?.name, EVENTS[event.kind]?.[0] ?? event.kind].filter(Boolean).join(' '),
+      event, row, words: [mark, objectOf(recording, event)?.name, eventWords(event.kind)].filter(Boolean).join(' '),
     })));
     this.timeline = new Timeline(this.player, tickS, marks, el('span', { class: 'row end' },
       button('Fig. 6', () => { this.closing.open(this.player.time); }, { title: 'Closing: sensed against predicted', 'aria-label': 'Fig. 6. Closing: sensed against predicted' }), button('Copy link', () => { void this.copy(loaded); }, { class: 'quiet' })));
@@ -56,7 +57,7 @@ export class ReplayView {
     this.shown[0]?.stage.renderer.domElement.parentElement?.append(el('div', { class: 'hud bottom-left' }, viewButtons(stages)));
     this.gauges.setHand(first?.scene.hand ?? null);
     const switches = overlaySwitches(stages);
-    offerOverlays(switches, loaded.some((one) => one.recording.telemetry.length > 0));
+    showOverlaySwitches(switches, loaded.some((one) => one.recording.telemetry.length > 0));
     for (const stage of stages()) stage.setOverlay('regions', true);
     side.append(...this.shown.map((one) => about(one.loaded, one.mark)), this.chooser(), switches,
       ...this.shown.map((one) => eventList(one.loaded.recording, (time) => { this.player.pause(); go(time); }, one.mark)),

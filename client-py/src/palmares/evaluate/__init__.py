@@ -18,7 +18,7 @@ from inspect import Parameter
 from itertools import islice
 
 from palmares import own_task
-from palmares.arguments import LARGEST_SEED, whole
+from palmares.arguments import MAX_SEED, whole
 from palmares.client import LOCAL, Client
 from palmares.errors import UnknownTaskError
 from palmares.evaluate.controller import ControllerError, parameters
@@ -27,7 +27,7 @@ from palmares.evaluate.report import Report
 from palmares.evaluate.statistics import Comparison, Spread
 from palmares.evaluate.workers import Pool, processes
 
-MOST_SEEDS = 1_000_000
+MAX_SEEDS = 1_000_000
 """In one evaluation"""
 
 
@@ -91,11 +91,11 @@ def _each_once(words: str | Sequence[str]) -> list[str]:
 
 def _scenes(seeds: Iterable[int]) -> list[int]:
     """Return the seeds, each once; refuse what is none, and more than anybody can play."""
-    some = islice(seeds, MOST_SEEDS + 1)
-    found = list(dict.fromkeys(whole("seeds", seed, 0, LARGEST_SEED) for seed in some))
-    if not 1 <= len(found) <= MOST_SEEDS:
-        count = f"more than {MOST_SEEDS}" if found else "none"
-        raise ValueError(f"seeds: found {count}; wanted 1 to {MOST_SEEDS} of them")
+    some = islice(seeds, MAX_SEEDS + 1)
+    found = list(dict.fromkeys(whole("seeds", seed, 0, MAX_SEED) for seed in some))
+    if not 1 <= len(found) <= MAX_SEEDS:
+        count = f"more than {MAX_SEEDS}" if found else "none"
+        raise ValueError(f"seeds: found {count}; wanted 1 to {MAX_SEEDS} of them")
     return found
 
 
@@ -129,7 +129,7 @@ def _played_by(
     takes = parameters(controller)
     for word, wanted in (("task", tasks), ("hand", hands)):
         if word in takes and takes[word].default is Parameter.empty and not wanted:
-            raise ControllerError(f"{controller}: its `run` has to be told a {word}: name one ({word}s)")
+            raise ControllerError(f"{controller}: run() needs `{word}`: pass {word}s=… or --{word}s")
         if len(wanted) > 1 and word not in takes:
             raise ControllerError(
                 f"{controller}: its `run` has no parameter `{word}`, so it plays one only; "

@@ -9,9 +9,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from palmares.arrays import Array, array
-from palmares.motion import smoothstep
 from palmares.sim import Batch, World
 from palmares.sim.batch import Arrays
+from palmares.skills.motion import smoothstep
 
 TASK, HAND = "grasp", "softhand"
 

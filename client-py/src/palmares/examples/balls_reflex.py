@@ -20,23 +20,13 @@ from functools import cached_property
 import numpy as np
 
 import palmares
-from palmares.motion import (
-    Array,
-    Attempt,
-    Capsules,
-    Mover,
-    RunOverError,
-    Summary,
-    array,
-    attempts_here,
-    largest_radius,
-    play,
-    quat_of,
-    rot_y,
-    rot_z,
-    rot_zyz,
-    truth_of,
-)
+from palmares.arrays import Array, array
+from palmares.rotation import quat_of, rot_y, rot_z, rot_zyz
+from palmares.skills.attempts import Attempt, attempts_here
+from palmares.skills.grasps import Capsules
+from palmares.skills.motion import Mover, RunOverError
+from palmares.skills.objects import largest_radius, truth_of
+from palmares.skills.runs import Summary, play
 
 LOG = logging.getLogger(__name__)
 

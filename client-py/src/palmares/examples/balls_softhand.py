@@ -23,23 +23,13 @@ from dataclasses import dataclass
 import numpy as np
 
 import palmares
-from palmares.motion import (
-    SOFTHAND_PRESHAPED,
-    UP,
-    Array,
-    Attempt,
-    Mover,
-    RunOverError,
-    Summary,
-    array,
-    attempts_here,
-    largest_radius,
-    play,
-    quat_of,
-    rot_z,
-    rot_zyz,
-    truth_of,
-)
+from palmares.arrays import Array, array
+from palmares.rotation import quat_of, rot_z, rot_zyz
+from palmares.skills.attempts import Attempt, attempts_here
+from palmares.skills.grasps import SOFTHAND_PRESHAPED
+from palmares.skills.motion import UP, Mover, RunOverError
+from palmares.skills.objects import largest_radius, truth_of
+from palmares.skills.runs import Summary, play
 
 LOG = logging.getLogger(__name__)
 

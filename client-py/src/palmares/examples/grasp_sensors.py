@@ -19,19 +19,12 @@ from dataclasses import dataclass
 import numpy as np
 
 import palmares
-from palmares.motion import (
-    UP,
-    Array,
-    Mover,
-    ObjectBounds,
-    RunOverError,
-    Summary,
-    TopGrasp,
-    array,
-    play,
-    quat_of,
-    rot_z,
-)
+from palmares.arrays import Array, array
+from palmares.rotation import quat_of, rot_z
+from palmares.skills.grasps import TopGrasp
+from palmares.skills.motion import UP, Mover, RunOverError
+from palmares.skills.objects import ObjectBounds
+from palmares.skills.runs import Summary, play
 
 LOG = logging.getLogger(__name__)
 

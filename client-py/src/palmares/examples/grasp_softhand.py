@@ -17,19 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 
 import palmares
-from palmares.motion import (
-    UP,
-    Array,
-    Mover,
-    ObjectBounds,
-    RunOverError,
-    Summary,
-    TopGrasp,
-    play,
-    quat_of,
-    truth_of,
-    upright_box,
-)
+from palmares.arrays import Array
+from palmares.rotation import quat_of
+from palmares.skills.grasps import TopGrasp
+from palmares.skills.motion import UP, Mover, RunOverError
+from palmares.skills.objects import ObjectBounds, truth_of, upright_box
+from palmares.skills.runs import Summary, play
 
 LOG = logging.getLogger(__name__)
 

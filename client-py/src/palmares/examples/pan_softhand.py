@@ -16,18 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 import palmares
-from palmares.motion import (
-    UP,
-    Mover,
-    ObjectBounds,
-    RunOverError,
-    Summary,
-    TopGrasp,
-    array,
-    play,
-    quat_of,
-    truth_of,
-)
+from palmares.arrays import array
+from palmares.rotation import quat_of
+from palmares.skills.grasps import TopGrasp
+from palmares.skills.motion import UP, Mover, RunOverError
+from palmares.skills.objects import ObjectBounds, truth_of
+from palmares.skills.runs import Summary, play
 
 # --------------------------------------------------------------------------------------------------------
 # What to tune

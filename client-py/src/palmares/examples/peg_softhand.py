@@ -17,18 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 
 import palmares
-from palmares.motion import (
-    UP,
-    Array,
-    Mover,
-    RunOverError,
-    Summary,
-    array,
-    matrix_of,
-    play,
-    quat_of,
-    truth_of,
-)
+from palmares.arrays import Array, array
+from palmares.rotation import matrix_of, quat_of
+from palmares.skills.motion import UP, Mover, RunOverError
+from palmares.skills.objects import truth_of
+from palmares.skills.runs import Summary, play
 
 # --------------------------------------------------------------------------------------------------------
 # What to tune

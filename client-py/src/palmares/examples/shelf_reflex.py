@@ -6,7 +6,7 @@ pulls it out, with all that stands before it, fast enough to fly over the gap be
     in front of the shelf -> in at the top -> hook the fingers -> down behind the object -> pull
 
 An object behind which there is no room is pressed down and drawn forward a little first. Where things are is
-known from the true poses (sensing "truth"); `palmares.raking` finds the place for the fingers. It can do
+known from the true poses (sensing "truth"); `skills.raking` finds the place for the fingers. It can do
 nothing about objects over which the hand does not fit: grasping those from the front is left to you. Over the
 seeds 5051 to 5100 the score was 37.0 of 50 on average; of the ten objects 1.2 fell beside the box and 1.4
 stayed in the shelf.
@@ -22,8 +22,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import palmares
-from palmares import raking
-from palmares.motion import Attempt, Mover, ObjectBounds, RunOverError, Summary, array, object_bounds, play
+from palmares.arrays import array
+from palmares.skills import raking
+from palmares.skills.attempts import Attempt
+from palmares.skills.motion import Mover, RunOverError
+from palmares.skills.objects import ObjectBounds, Rolling, object_bounds, rolling
+from palmares.skills.runs import Summary, play
 
 LOG = logging.getLogger(__name__)
 
@@ -100,7 +104,7 @@ def choose(
     objects: Sequence[ObjectBounds],
     shelf: palmares.Region,
     attempts: Sequence[Attempt],
-    rolls: raking.Rolling,
+    rolls: Rolling,
 ) -> raking.RakePlan | None:
     """Return what to do next, as carefully as possible; `None` if nothing is worth a try."""
     for rank, shape in enumerate(RAKES, start=1):
@@ -132,7 +136,7 @@ def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> ShelfS
     mover = Reflex(client, client.reset("shelf", "reflex", sensing="truth", seed=seed))
     scene = client.scene
     shelf, box = scene.region("shelf"), scene.region("box")
-    rolls = raking.rolling(scene.free)
+    rolls = rolling(scene.free)
     attempts: list[Attempt] = []
 
     def inside(region: palmares.Region) -> list[str]:

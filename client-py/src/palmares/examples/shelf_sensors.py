@@ -3,7 +3,7 @@
 What is done with the objects, and in which order, is that of `shelf_softhand.py`, which is told where they
 are. This controller looks before every attempt:
 
-    hand up, out of the picture -> depth and colours -> bounding boxes of what is seen -> `palmares.clearing`
+    hand up, out of the picture -> depth and colours -> bounding boxes of what is seen -> `skills.clearing`
 
 The scene tells which ten objects there are, with sizes and colours. So a pixel is of the object whose colour
 is nearest, and how deep an object is follows from its front. What hides behind others is found once those are
@@ -24,9 +24,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import palmares
-from palmares import clearing, raking
+from palmares.arrays import Array, array
 from palmares.cameras import CameraImage
-from palmares.motion import Array, Attempt, Mover, ObjectBounds, RunOverError, Summary, array, play
+from palmares.skills import clearing
+from palmares.skills.attempts import Attempt
+from palmares.skills.motion import Mover, RunOverError
+from palmares.skills.objects import ObjectBounds, rolling
+from palmares.skills.runs import Summary, play
 
 LOG = logging.getLogger(__name__)
 
@@ -177,7 +181,7 @@ def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> ShelfS
     hand = Senses(client, client.reset("shelf", "softhand", sensing="sensors", noise="real", seed=seed))
     scene = client.scene
     shelf, box = scene.region("shelf"), scene.region("box")
-    rolls = raking.rolling(scene.free)
+    rolls = rolling(scene.free)
     attempts: list[Attempt] = []
     idle = 0
     with contextlib.suppress(RunOverError):  # Complete, or out of time: the result says which.

@@ -1,7 +1,7 @@
 """Take objects out of the shelf with the SoftHand and into the box: rake what can be raked, grasp the rest.
 
 Where things are is known from the true poses (sensing "truth"). What to do with them, and how, is in
-`palmares.clearing`, with what to tune: nothing is carried, objects are pulled out so fast that they fly over
+`skills.clearing`, with what to tune: nothing is carried, objects are pulled out so fast that they fly over
 the gap between shelf and box. What failed is tried again in another way. Most of what is lost falls beside
 the box; how much that is over a hundred scenes is in docs/controllers.md.
 
@@ -17,8 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 
 import palmares
-from palmares import clearing, raking
-from palmares.motion import Attempt, Mover, RunOverError, Summary, object_bounds, play, truth_of
+from palmares.skills import clearing
+from palmares.skills.attempts import Attempt
+from palmares.skills.motion import Mover, RunOverError
+from palmares.skills.objects import object_bounds, rolling, truth_of
+from palmares.skills.runs import Summary, play
 
 LOG = logging.getLogger(__name__)
 
@@ -58,7 +61,7 @@ def run(client: palmares.Client, seed: int | None, picks: int = PICKS) -> ShelfS
     mover = Mover(client, client.reset("shelf", "softhand", sensing="truth", seed=seed))
     scene = client.scene
     shelf, box = scene.region("shelf"), scene.region("box")
-    rolls = raking.rolling(scene.free)
+    rolls = rolling(scene.free)
     attempts: list[Attempt] = []
     caught = 0
 

@@ -31,11 +31,11 @@ from palmares.examples._grasp_runs import (
     yaw_across,
 )
 from palmares.examples._training import Learned, Tell, learn, main
-from palmares.motion import UP
 from palmares.sim import Batch
+from palmares.skills.motion import UP
 
 NAMES = ("pitch", "roll", "above", "aside", "along", "yaw", "open", "closed")
-"""The numbers of a grasp, rad, m and σ: as in `palmares.motion.TopGrasp`, and a turn from the object's"""
+"""The numbers of a grasp, rad, m and σ: as in `TopGrasp`, and a turn from the object's"""
 START = array([1.6, 0.15, 0.02, 0.01, 0.18, 0.0, 0.05, 0.75])
 """What the search begins with, a guess: the palm 2 cm over the object, level, three quarters closed"""
 SPREAD = array([0.15, 0.15, 0.01, 0.01, 0.02, 0.15, 0.05, 0.15])

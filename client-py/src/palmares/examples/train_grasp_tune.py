@@ -1,7 +1,7 @@
 """Let Ray Tune search the numbers of the SoftHand's grasp, here or on all machines of a Ray cluster.
 
     pip install 'ray[tune]'
-    python train_grasp_tune.py --samples 40 --seeds 12
+    python train_grasp_tune.py --samples 40 --scenes 12
 
 Each trial plays `grasp_softhand.py` with one grasp of other numbers, scene after scene, and is given up when
 it is among the worse half of those that came as far. What is found is then played in scenes that the search
@@ -19,7 +19,7 @@ from typing import Any
 
 import palmares
 from palmares.examples.grasp_softhand import ACROSS, NARROW, run
-from palmares.motion import TopGrasp
+from palmares.skills.grasps import TopGrasp
 
 RANGES = {
     "pitch_rad": (1.4, 1.8),
@@ -64,11 +64,11 @@ def search(options: argparse.Namespace) -> tuple[dict[str, Any], float]:
         num_samples=options.samples,
         search_alg=BasicVariantGenerator(random_state=options.seed),
         scheduler=ASHAScheduler(
-            max_t=options.seeds, grace_period=max(1, options.seeds // 4), reduction_factor=2
+            max_t=options.scenes, grace_period=max(1, options.seeds // 4), reduction_factor=2
         ),
     )
     tuner = tune.Tuner(
-        tune.with_parameters(trial, seeds=options.seeds),
+        tune.with_parameters(trial, seeds=options.scenes),
         param_space=space,
         tune_config=config,
         run_config=tune.RunConfig(
@@ -79,7 +79,7 @@ def search(options: argparse.Namespace) -> tuple[dict[str, Any], float]:
     whole = [
         result
         for result in tuner.fit()
-        if result.metrics and result.metrics["training_iteration"] == options.seeds
+        if result.metrics and result.metrics["training_iteration"] == options.scenes
     ]
     best = max(whole, key=lambda result: result.metrics["score"])
     return best.config, best.metrics["score"]
@@ -91,7 +91,8 @@ def main(arguments: list[str] | None = None) -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--samples", type=int, default=40, help="choices of numbers (default 40)")
-    parser.add_argument("--seeds", type=int, default=12, help="scenes of a trial (default 12)")
+    parser.add_argument("--scenes", type=int, default=12, help="scenes of a trial (default 12)")
+    parser.add_argument("--seeds", type=int, dest="scenes", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
     parser.add_argument("--unseen", type=int, default=20, help="scenes to compare in afterwards (default 20)")
     parser.add_argument("--seed", type=int, default=1, help="of the choices (default 1)")
     parser.add_argument("--address", help="of a Ray cluster (default: this machine's, or one of its own)")

@@ -44,8 +44,8 @@ from palmares.examples._grasp_runs import (
 )
 from palmares.examples._training import Learned, Tell, learn, main
 from palmares.examples.grasp_sensors import find_object
-from palmares.motion import UP
 from palmares.sim import Batch, World
+from palmares.skills.motion import UP
 
 DECISIONS = 4
 ACTIONS = 7

@@ -10,11 +10,11 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from palmares.arguments import LARGEST_COUNT, LARGEST_SEED, mask_of, table, whole
+from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, table, whole
 from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.gym.fields import Arrays, box
-from palmares.gym.training import Shaping, training_of
+from palmares.gym.training import Shaping, shaping_of, training_of
 from palmares.sim import Batch, welcome
 
 
@@ -40,8 +40,8 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         noise: ``none`` or ``real``.
         ticks: Ticks per step.
         threads: Threads that step; one for each core when left out.
-        shaping: Add the shaped part of the task's rewards to the reward, and tell it as ``info["shaping"]``;
-            ``"apart"`` only tells it. See docs/training.md, as for the next three.
+        shaping: ``True`` adds the shaped part of the task's rewards to the reward and puts it into
+            ``info["shaping"]``; ``"info"`` only puts it there. See docs/training.md, also for the next three.
         discount: γ of the learner; left out, as the task has it.
         randomise: What is drawn anew for every episode: ``True``, or names out of
             `palmares.training.QUANTITIES`.
@@ -65,7 +65,7 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         noise: Literal["none", "real"] = "none",
         ticks: int = 10,
         threads: int | None = None,
-        shaping: Shaping = False,
+        shaping: Shaping | Literal["apart"] = False,
         discount: float | None = None,
         randomise: bool | Sequence[str] = False,
         fraction: float = 1.0,
@@ -77,6 +77,7 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
                 f"many worlds at once have no {', '.join(single)}; a server, pictures and another number of "
                 "objects are for a single environment, of gymnasium.make"
             )
+        shaping = shaping_of(shaping)
         training = training_of(shaping, discount, randomise, fraction)
         self.batch = Batch(
             task, hand, num_envs, sensing=sensing, noise=noise, threads=threads, training=training
@@ -85,7 +86,7 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
         # Actions in the space may be longer than the limits: that is how it is made.
         self.batch.clipping.mute()
         self._clipping = Clipping()
-        self.num_envs, self._ticks = self.batch.count, whole("ticks", ticks, 1, LARGEST_COUNT)
+        self.num_envs, self._ticks = self.batch.count, whole("ticks", ticks, 1, MAX_COUNT)
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {"autoreset_mode": self.autoreset_mode, "render_modes": []}
         self.single_observation_space = spaces.Dict(
@@ -133,7 +134,7 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
             drawn = np.random.SeedSequence().generate_state(1, np.uint64)[0] >> np.uint64(12)
             seed = int(drawn)
         if seed is not None and (isinstance(seed, str) or not isinstance(seed, Iterable)):
-            first = whole("seed", seed, 0, LARGEST_SEED)
+            first = whole("seed", seed, 0, MAX_SEED)
             seed = [first + k for k in range(self.num_envs)]
         given = [None] * self.num_envs if seed is None else list(seed)
         if len(given) != self.num_envs:
@@ -146,7 +147,7 @@ class BatchEnv(VectorEnv[Arrays, Array, Array]):
     def _next(self, k: int, seed: int | None) -> int:
         """Return the seed of the next scene of environment `k`."""
         if seed is not None:
-            self._roots[k], self._episodes[k] = whole(f"seed[{k}]", seed, 0, LARGEST_SEED), 0
+            self._roots[k], self._episodes[k] = whole(f"seed[{k}]", seed, 0, MAX_SEED), 0
             return int(seed)
         self._episodes[k] += np.uint64(1)
         mixed = np.random.SeedSequence([int(self._roots[k]), k, int(self._episodes[k])])

@@ -15,9 +15,9 @@ from palmares.arrays import array
 from palmares.client import LOCAL, Client
 from palmares.gym.fields import Arrays, action_space, arrays_of, arrays_of_scene, box, padded
 from palmares.gym.player import Player
-from palmares.gym.training import Shaping, training_of
+from palmares.gym.training import Shaping, shaping_of, training_of
 from palmares.messages import Observation
-from palmares.requests import names
+from palmares.net.requests import names
 from palmares.targets import twist
 
 if TYPE_CHECKING:
@@ -65,8 +65,8 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         cameras: Names of cameras whose depth is part of every observation.
         ticks: Ticks per step, under the same action; at most `Limits.repeat`, 100.
         objects: Number of objects in every scene of the task; another number is a `ValueError` at `reset`.
-        shaping: Add the shaped part of the task's rewards to the reward, and tell it as ``info["shaping"]``;
-            ``"apart"`` only tells it. See docs/training.md, as for the next three.
+        shaping: ``True`` adds the shaped part of the task's rewards to the reward and puts it into
+            ``info["shaping"]``; ``"info"`` only puts it there. See docs/training.md, also for the next three.
         discount: γ of the learner; left out, as the task has it.
         randomise: What is drawn anew for every episode: ``True``, or names out of
             `palmares.training.QUANTITIES`.
@@ -93,7 +93,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         cameras: Sequence[str] = (),
         ticks: int = 10,
         objects: int | None = None,
-        shaping: Shaping = False,
+        shaping: Shaping | Literal["apart"] = False,
         discount: float | None = None,
         randomise: bool | Sequence[str] = False,
         fraction: float = 1.0,
@@ -113,6 +113,7 @@ class PalmaresEnv(gymnasium.Env[Arrays, Arrays]):
         one_of("sensing", sensing, ("sensors", "truth"))
         if noise is not None:
             one_of("noise", noise, ("none", "real"))
+        shaping = shaping_of(shaping)
         training = training_of(shaping, discount, randomise, fraction)
         self._player = Player(url, task, hand, sensing, noise, training, **client)
         self._shaping = shaping

@@ -1,21 +1,39 @@
-"""The arguments of environments for learners, as `palmares.sim` takes them."""
+"""Arguments of environments for learners, as `palmares.sim` takes them."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from typing import Literal, TypeAlias
 
 from palmares.training import Training
 
-Shaping: TypeAlias = bool | Literal["apart"]
-"""``True``: part of the reward, and in ``info["shaping"]``. ``"apart"``: in ``info["shaping"]`` alone."""
+Shaping: TypeAlias = bool | Literal["info"]
+"""``True``: the shaped part is in the reward and in ``info["shaping"]``. ``"info"``: only in the info."""
+
+
+def shaping_of(shaping: Shaping | Literal["apart"]) -> Shaping:
+    """Return the argument `shaping`; ``"apart"``, the old name of ``"info"``, warns.
+
+    Raises:
+        ValueError: It is neither a bool nor ``"info"``.
+
+    """
+    if shaping == "apart":
+        warnings.warn(
+            'shaping="apart" is called shaping="info" now; the next version refuses "apart"',
+            DeprecationWarning,
+            stacklevel=3,
+        )
+        return "info"
+    if shaping not in (True, False, "info"):
+        raise ValueError(f"shaping: found {shaping!r}; wanted True, False or 'info'")
+    return shaping
 
 
 def training_of(
     shaping: Shaping, discount: float | None, randomise: bool | Sequence[str], fraction: float
 ) -> Training | None:
-    """Return what is asked for; ``None`` for nothing, which a server has, too."""
-    if shaping not in (True, False, "apart"):
-        raise ValueError(f"shaping: found {shaping!r}; wanted True, False or 'apart'")
-    asked = Training(shaping=bool(shaping), discount=discount, randomise=randomise, fraction=fraction)
-    return asked if asked.shaping or asked.varies else None
+    """Return the options for learners; ``None`` if there are none, which a server can play, too."""
+    training = Training(shaping=bool(shaping), discount=discount, randomise=randomise, fraction=fraction)
+    return training if training.shaping or training.varies else None

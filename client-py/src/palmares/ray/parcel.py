@@ -12,7 +12,7 @@ from palmares.evaluate.controller import is_file
 # What belongs to a hand or a task, if it is no archive.
 KINDS = {".urdf", ".toml", ".stl"}
 # Bounds what is sent if a large folder is named by mistake.
-LARGEST_BYTES = 100 << 20
+MAX_BYTES = 100 << 20
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def of_files(name: str | None) -> Parcel | None:
     files, total = dict[str, bytes](), 0
     for file in sorted(file for file in folder.rglob("*") if file.suffix in KINDS and file.is_file()):
         total += file.stat().st_size
-        if total > LARGEST_BYTES:
-            raise ValueError(f"{name}: more than {LARGEST_BYTES} bytes of {', '.join(sorted(KINDS))}")
+        if total > MAX_BYTES:
+            raise ValueError(f"{name}: more than {MAX_BYTES} bytes of {', '.join(sorted(KINDS))}")
         files[file.relative_to(folder).as_posix()] = file.read_bytes()
     return Parcel(main, files)

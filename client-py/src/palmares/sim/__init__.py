@@ -11,7 +11,8 @@ cores. Both need the compiled part of the package, which its wheels have.
 """
 
 try:
-    from palmares import _native
+    from palmares._native import Snapshot, describe_hand, faults
+    from palmares._native import welcome as native_welcome
 except ImportError as missing:
     raise ImportError(
         "palmares.sim needs the compiled part of the package, which is missing here: install a wheel "
@@ -20,7 +21,6 @@ except ImportError as missing:
 
 from collections.abc import Iterable
 
-from palmares._native import Snapshot, describe_hand
 from palmares.messages import Welcome
 from palmares.sim.batch import Batch, Stepped
 from palmares.sim.world import World, read
@@ -41,7 +41,7 @@ def welcome(
         ValueError: There is no such hand or task, or it cannot be read.
 
     """
-    return read(_native.welcome(team, list(own_hands), list(own_tasks)), Welcome)
+    return read(native_welcome(team, list(own_hands), list(own_tasks)), Welcome)
 
 
 _GREETING = welcome()
@@ -49,7 +49,7 @@ TASKS = tuple(task.name for task in _GREETING.tasks)
 """Names of the tasks that come with the program"""
 HANDS = tuple(hand.name for hand in _GREETING.hands)
 """Names of the hands that come with the program"""
-FAULTS = dict(_native.faults())
+FAULTS = dict(faults())
 """What a world can fail of: the `fault` of a `palmares.WorldFaultError`, and what it means and what to try"""
 
 __all__ = [

@@ -9,12 +9,14 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palmares import _native
-from palmares.arguments import LARGEST_COUNT, LARGEST_SEED, mask_of, one_of, table, whole
+from palmares._native import Batch as NativeBatch
+from palmares._native import Snapshot
+from palmares._native import welcome as native_welcome
+from palmares.arguments import MAX_COUNT, MAX_SEED, mask_of, one_of, table, whole
 from palmares.arrays import Array
 from palmares.clipping import Clipping
 from palmares.messages import Welcome
-from palmares.progress import progress
+from palmares.sim.progress import progress
 from palmares.sim.world import read
 from palmares.training import Training, checked
 
@@ -97,9 +99,9 @@ class Batch:
         one_of("sensing", sensing, ("sensors", "truth"))
         one_of("noise", noise, ("none", "real"))
         checked(training, str(task))
-        self._native = _native.Batch(str(task), str(hand), count, sensing, noise, threads, training)
+        self._native = NativeBatch(str(task), str(hand), count, sensing, noise, threads, training)
         self._training = training or Training()
-        specs = read(_native.welcome("", [], []), Welcome).specs
+        specs = read(native_welcome("", [], []), Welcome).specs
         limits = [specs.action_field(name).range[1] for name in ("base.linear", "base.angular")]
         self._limits = (limits[0] * (1.0 + 1e-9), limits[1] * (1.0 + 1e-9))
         self.clipping = Clipping()
@@ -123,7 +125,7 @@ class Batch:
         if len(seeds) != self.count:
             raise ValueError(f"seeds: found {len(seeds)}; wanted one for each of {self.count} worlds")
         numbers = [
-            whole(f"seeds[{k}]", seed, 0, LARGEST_SEED) if wanted else 0
+            whole(f"seeds[{k}]", seed, 0, MAX_SEED) if wanted else 0
             for k, (seed, wanted) in enumerate(zip(seeds, chosen, strict=True))
         ]
         with progress(sum(chosen), "world", "reset") as told:
@@ -151,7 +153,7 @@ class Batch:
             ValueError: Another shape, or a number that is not finite; nothing has changed.
 
         """
-        ticks = whole("ticks", ticks, 1, LARGEST_COUNT)
+        ticks = whole("ticks", ticks, 1, MAX_COUNT)
         numbers, chosen = table("actions", actions, self.count, self.action_len), self._mask(mask)
         self._look(numbers)
         with progress(ticks, "tick", "step") as told:
@@ -244,14 +246,14 @@ class Batch:
         """
         return self._native.result(self._world(world))
 
-    def snapshot(self, world: int) -> _native.Snapshot:
+    def snapshot(self, world: int) -> Snapshot:
         """Keep a world as it is; see `World.snapshot`."""
         return self._native.snapshot(self._world(world))
 
-    def restore(self, world: int, snapshot: _native.Snapshot | bytes) -> None:
+    def restore(self, world: int, snapshot: Snapshot | bytes) -> None:
         """Let a world go on from a snapshot of the same task, hand, seed and noise."""
         if isinstance(snapshot, bytes | bytearray | memoryview):
-            snapshot = _native.Snapshot(bytes(snapshot))
+            snapshot = Snapshot(bytes(snapshot))
         self._native.restore(self._world(world), snapshot)
 
     def __repr__(self) -> str:

@@ -6,15 +6,16 @@ import os
 from collections.abc import Iterable
 from typing import Literal, Self, TypeVar
 
-from palmares import _native
-from palmares.arguments import LARGEST_COUNT, LARGEST_SEED, one_of, whole
+from palmares._native import Snapshot
+from palmares._native import World as NativeWorld
+from palmares.arguments import MAX_COUNT, MAX_SEED, one_of, whole
 from palmares.clipping import Clipping
-from palmares.codec import CODECS
 from palmares.errors import ProtocolError, WrongStateError, error_of
 from palmares.messages import Ack, ErrorMessage, Observation, Opened, Reply, Result
-from palmares.progress import progress
-from palmares.requests import Perturb, Request, Step, Stop, Wrench, names, whole_of
+from palmares.net.codec import CODECS
+from palmares.net.requests import Perturb, Request, Step, Stop, Wrench, names, whole_of
 from palmares.scene import Scene
+from palmares.sim.progress import progress
 from palmares.targets import Base, Hand, Numbers, action_of, vector
 from palmares.training import Training, checked
 
@@ -65,7 +66,7 @@ class World:
         self._noise: Literal["none", "real"] = noise
         self._training = training
         self._clipping = Clipping()
-        self._seed = whole("seed", seed, 0, LARGEST_SEED)
+        self._seed = whole("seed", seed, 0, MAX_SEED)
         self.reset(cameras=cameras)
 
     def reset(self, seed: int | None = None, cameras: Iterable[str] = ()) -> Observation:
@@ -76,8 +77,8 @@ class World:
             UnknownCameraError: There is no such camera; nothing has changed.
 
         """
-        seed = self._seed if seed is None else whole("seed", seed, 0, LARGEST_SEED)
-        native = _native.World(self._task, self._hand, seed, self._sensing, self._noise, self._training)
+        seed = self._seed if seed is None else whole("seed", seed, 0, MAX_SEED)
+        native = NativeWorld(self._task, self._hand, seed, self._sensing, self._noise, self._training)
         obs = read(native.opened(names(cameras)), Observation)
         if obs.run is None or obs.scene is None:
             raise ProtocolError("the first observation tells of no scene")
@@ -108,7 +109,7 @@ class World:
         request = Step(
             tick=self.tick,
             action=action_of(base, hand, self._motors),
-            repeat=whole_of("repeat", repeat, 1, LARGEST_COUNT),
+            repeat=whole_of("repeat", repeat, 1, MAX_COUNT),
             cameras=names(cameras),
         )
         try:
@@ -141,7 +142,7 @@ class World:
         """End the run, let the objects settle and count them; asked again, the same result."""
         return self.ask(Stop(), Result)
 
-    def snapshot(self) -> _native.Snapshot:
+    def snapshot(self) -> Snapshot:
         """Keep the world as it is after this tick.
 
         Microseconds. ``bytes(snapshot)``, some kilobytes, is for another process or machine with the same
@@ -150,7 +151,7 @@ class World:
         """
         return self._native.snapshot()
 
-    def restore(self, snapshot: _native.Snapshot | bytes) -> Observation:
+    def restore(self, snapshot: Snapshot | bytes) -> Observation:
         """Go back to a snapshot of this world, or of another of the same task, hand, seed and noise.
 
         It goes on bit for bit as the world did of which the snapshot was taken. Return what is seen.
@@ -160,7 +161,7 @@ class World:
 
         """
         if isinstance(snapshot, bytes | bytearray | memoryview):
-            snapshot = _native.Snapshot(bytes(snapshot))
+            snapshot = Snapshot(bytes(snapshot))
         self._native.restore(snapshot)
         return self.observe()
 

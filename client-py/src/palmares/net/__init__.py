@@ -1,0 +1,1 @@
+"""The connection to a server: messages in and out, over WebSocket and HTTP."""

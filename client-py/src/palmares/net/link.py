@@ -1,0 +1,396 @@
+"""The connection of a session: requests and replies, a heartbeat, and resumption after a break."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import threading
+import time
+import weakref
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+from palmares.errors import (
+    CapacityError,
+    ConnectionLostError,
+    NoServerError,
+    ProtocolError,
+    SessionOverError,
+    SessionTakenError,
+    error_of,
+)
+from palmares.messages import ErrorMessage, LeaderboardRow, Reply, Result, SessionWarning, Welcome
+from palmares.net import http
+from palmares.net.codec import CODECS, SUBPROTOCOLS, Codec, Encoding, Message
+from palmares.net.dial import NoWebSocket, Refused
+from palmares.net.requests import Bye, Hello, Request
+from palmares.net.transport import Closed, Transport
+from palmares.training import Training
+
+# Delays between attempts to reconnect; the last one repeats. The server refuses a new connection until it has
+# noticed that the old one is dead, which takes up to `Limits.ping_timeout_s`.
+RESUME_DELAYS_S = (0.0, 0.2, 0.5, 1.0, 2.0)
+# Period of the heartbeat, the thread that answers pings while the controller computes: well below
+# `Limits.ping_timeout_s`.
+HEARTBEAT_S = 2.0
+# The same in a real-time run, whose observations must not pile up in the socket.
+HEARTBEAT_REALTIME_S = 0.05
+
+LOG = logging.getLogger("palmares")
+Answer = TypeVar("Answer", bound=Reply)
+
+
+class Resumed(Exception):  # noqa: N818 - the caller acts on it
+    """The heartbeat has resumed the session on another connection."""
+
+
+class Link:
+    """The connection of one session. Requests are made from one thread at a time.
+
+    Attributes:
+        welcome: The latest greeting of the server.
+        resumed: The greeting after a reconnection, until the client has read it with `take_resumed`.
+        training: Always ``None``: no server offers it.
+
+    """
+
+    training: Training | None = None
+
+    def __init__(
+        self,
+        http_url: str,
+        ws_url: str,
+        hello: Hello,
+        *,
+        token: str | None,
+        encoding: Encoding | None,
+        timeout_s: float,
+        reconnect_s: float,
+        on_message: Callable[[Message], None],
+    ) -> None:
+        self._http_url, self._ws_url = http_url, ws_url
+        self._hello = hello
+        self._token = token
+        self._offers = [name for name, kind in SUBPROTOCOLS.items() if encoding in (None, kind)]
+        self._timeout_s, self._reconnect_s = timeout_s, reconnect_s
+        self._on_message = on_message
+        self._last_id = 0
+        self._lock = threading.Lock()
+        self._timer = _Timer()
+        self.resumed: Welcome | None = None
+        self._codec: Codec
+        self._transport = self._connect()
+        try:
+            self.welcome = self._open_session(hello)
+        except BaseException:
+            self._transport.close()
+            raise
+        args = (weakref.ref(self), self._timer)
+        threading.Thread(target=_heartbeat, args=args, name="palmares-heartbeat", daemon=True).start()
+
+    @property
+    def encoding(self) -> Encoding:
+        """The encoding that client and server agreed on."""
+        return self._codec.encoding
+
+    def exchange(self, request: Request, kind: type[Answer]) -> Answer:
+        """Send a request and wait for its reply.
+
+        Raises:
+            Resumed: The connection is a new one; call `take_resumed` first. Nothing was sent.
+            PalmaresError: The server refused, or did not answer in time.
+            Closed: The connection broke; the server may have processed the request or not.
+
+        """
+        with self._lock:
+            if self.resumed is not None:
+                raise Resumed
+            return self._exchange(request, kind)
+
+    def listen(self, wait_s: float) -> None:
+        """Read all messages that have come; if there is none, wait for one up to `wait_s`."""
+        with self._lock:
+            if self._drain() == 0 and wait_s > 0.0:
+                raw = self._transport.recv_within(wait_s)
+                if raw is not None:
+                    self._receive(raw)
+                    self._drain()
+
+    def resume(self, lost: Closed) -> None:
+        """Resume the session on a new connection; `resumed` is then the server's greeting.
+
+        Raises:
+            ConnectionLostError: The server could not be reached in time.
+            PalmaresError: The server refused to resume the session.
+
+        """
+        last: Exception = lost
+        give_up = time.monotonic() + self._reconnect_s
+        for delay_s in _resume_delays():
+            if time.monotonic() + delay_s > give_up:
+                break
+            time.sleep(delay_s)
+            try:
+                with self._lock:
+                    self._reopen()
+                return
+            except (NoServerError, ConnectionLostError, SessionTakenError, CapacityError) as not_yet:
+                last = not_yet
+        raise ConnectionLostError(
+            f"the connection broke and did not come back within {self._reconnect_s:g} s: {last}"
+        ) from last
+
+    @property
+    def where(self) -> str:
+        """Where the server is."""
+        return self._http_url
+
+    def describe_hand(self, name: str) -> dict[str, Any]:
+        """Return the server's description of a hand."""
+        return http.get_object(self._http_url, f"/v1/hands/{name}", self._token)
+
+    def save_replay(self, run_id: str, path: str | os.PathLike[str]) -> None:
+        """Write the replay of a run to a file."""
+        replay = http.get(self._http_url, f"/v1/runs/{run_id}/replay", self._token)
+        Path(path).write_bytes(replay)
+
+    def leaderboard(self) -> list[LeaderboardRow]:
+        """Return the rows of the leaderboard, best first."""
+        return http.leaderboard(self._http_url, self._token)
+
+    def result_of(self, run_id: str) -> Result | None:
+        """Return the result of a run, if the server has one."""
+        return http.result_of(self._http_url, run_id, self._token)
+
+    def silence_s(self) -> float:
+        """How long nothing has come from the server, not even a ping."""
+        return time.monotonic() - self._transport.received_s
+
+    def take_resumed(self) -> Welcome | None:
+        """Return `resumed` and clear it."""
+        with self._lock:
+            welcome, self.resumed = self.resumed, None
+        return welcome
+
+    def set_realtime(self, realtime: bool) -> None:
+        """Let the heartbeat beat more often during a real-time run."""
+        self._timer.set_period(HEARTBEAT_REALTIME_S if realtime else HEARTBEAT_S)
+
+    def close(self) -> None:
+        """End the session with `bye` and close the connection."""
+        self._timer.stop()
+        with self._lock:
+            with contextlib.suppress(Closed):  # Already closed.
+                self._send(Bye())
+            self._transport.close()
+
+    def abort(self) -> None:
+        """Break the connection without closing it, as a pulled cable does. The server keeps the session."""
+        self._transport.abort()
+
+    def beat(self) -> None:
+        """Answer pings, and resume the session if the connection broke, while no request is under way."""
+        if not self._lock.acquire(blocking=False):
+            return  # The thread that waits for a reply answers pings too.
+        try:
+            self._drain()
+        except ProtocolError as unreadable:
+            LOG.warning("%s", unreadable)
+        except Closed as lost:
+            if _has_error_code(lost) or self._timer.stopped:
+                return  # The next request raises the error.
+            try:
+                self._reopen()
+            except Exception as failed:  # The next request tries again and raises the error.
+                LOG.debug("the connection broke and could not be made again yet: %s", failed)
+        finally:
+            self._lock.release()
+
+    # --- with the lock held ---
+
+    def _exchange(self, request: Request, kind: type[Answer]) -> Answer:
+        self._send(request)
+        transport, codec = self._transport, self._codec
+        while True:
+            try:
+                raw = transport.recv()
+                message = codec.message(raw)
+            except TimeoutError:
+                raise ConnectionLostError(
+                    f"no reply to `{_name(request)}` within {self._timeout_s:g} s from {self._http_url}"
+                ) from None
+            except msgspec.MsgspecError as unreadable:
+                if codec.is_fault(raw, request.id):
+                    raise ProtocolError(
+                        f"cannot read the server's reply to `{_name(request)}`: {unreadable}"
+                    ) from unreadable
+                continue
+            if isinstance(message, kind) and message.reply_to == request.id:
+                return message
+            self._dispatch(message, request)
+
+    def _dispatch(self, message: Message, request: Request) -> None:
+        """Handle a message other than the expected reply; raise the error if it refuses `request`."""
+        if isinstance(message, ErrorMessage):
+            if message.reply_to is None or message.reply_to == request.id:
+                raise error_of(
+                    message.code,
+                    message.message,
+                    fatal=message.fatal,
+                    retry_after_s=message.retry_after_s,
+                    fault=message.fault,
+                )
+        elif message.reply_to is None:
+            self._deliver(message)
+        # Anything else is the reply to a request that timed out.
+
+    def _send(self, request: Request) -> None:
+        self._last_id += 1
+        request.id = self._last_id
+        try:
+            self._transport.send(self._codec.encode(request), binary=self._codec.binary)
+        except Closed:
+            # Messages that came before the connection broke.
+            unread, self._transport.unread = self._transport.unread, []
+            for raw in unread:
+                self._receive(raw)
+            raise
+
+    def _drain(self) -> int:
+        """Read all messages that have come; return how many."""
+        count = 0
+        while (raw := self._transport.recv_within(0.0)) is not None:
+            self._receive(raw)
+            count += 1
+        return count
+
+    def _receive(self, raw: bytes) -> None:
+        try:
+            message = self._codec.message(raw)
+        except msgspec.MsgspecError as unreadable:
+            if self._codec.is_fault(raw, None):
+                raise ProtocolError(f"cannot read the server's message: {unreadable}") from unreadable
+            return
+        if message.reply_to is None:
+            self._deliver(message)
+
+    def _deliver(self, message: Message) -> None:
+        if isinstance(message, SessionWarning):
+            LOG.warning("%.0f s of the session are left", message.session_left_s)
+        else:
+            self._on_message(message)
+
+    def _reopen(self) -> None:
+        self._transport.close()
+        self._transport = self._connect()
+        try:
+            self.welcome = self.resumed = self._resume_session()
+        except BaseException:
+            self._transport.close()
+            raise
+
+    def _connect(self) -> Transport:
+        """Connect with the preferred encoding, or the next one."""
+        for count, offer in enumerate(self._offers, start=1):
+            try:
+                transport = self._connect_with(offer)
+            except Refused as refused:
+                # The server does not speak it. Both are not offered at once: of two, the server takes JSON.
+                if refused.status == 400 and count < len(self._offers):
+                    continue
+                raise http.error_of_response(refused.status, refused.body, self._http_url) from None
+            if transport.subprotocol is not None:
+                self._codec = CODECS[SUBPROTOCOLS[offer]]
+                return transport
+            transport.close()
+        raise NoServerError(f"{self._http_url} does not speak {' or '.join(self._offers)}")
+
+    def _connect_with(self, offer: str) -> Transport:
+        headers = {"Authorization": f"Bearer {self._token}"} if self._token else {}
+        try:
+            return Transport.connect(self._ws_url, [offer], headers, self._timeout_s)
+        except NoWebSocket as error:
+            raise NoServerError(
+                f"{self._http_url} does not speak {offer}: {error}. Is it a Palmares server?"
+            ) from error
+        except OSError as unreachable:
+            raise NoServerError(
+                f"no server at {self._http_url} ({unreachable}); is `palmares serve` running?"
+            ) from None
+
+    def _open_session(self, hello: Hello) -> Welcome:
+        try:
+            return self._exchange(hello, Welcome)
+        except Closed as closed:
+            raise_if_fatal(closed)
+            raise ConnectionLostError(
+                f"the server closed the connection during the greeting: {closed}"
+            ) from closed
+
+    def _resume_session(self) -> Welcome:
+        first = self._hello
+        try:
+            return self._open_session(Hello(client=first.client, resume_token=self.welcome.resume_token))
+        except SessionOverError:
+            practice = self.welcome.competition.mode == "practice"
+            if not practice or first.session_s is not None:
+                raise
+            # A practice server that was restarted has no old sessions: begin a new one.
+            return self._open_session(first)
+
+
+def raise_if_fatal(closed: Closed) -> None:
+    """Raise the error of a close frame; its codes 4400 to 4599 mean that the session is over."""
+    if _has_error_code(closed):
+        raise error_of(closed.reason, "the server closed the session", fatal=True) from closed
+
+
+def _has_error_code(closed: Closed) -> bool:
+    return closed.code is not None and 4400 <= closed.code < 4600
+
+
+def _name(request: Request) -> str:
+    return str(request.__struct_config__.tag)
+
+
+def _resume_delays() -> Iterator[float]:
+    yield from RESUME_DELAYS_S
+    while True:
+        yield RESUME_DELAYS_S[-1]
+
+
+class _Timer:
+    """Times the beats of the heartbeat."""
+
+    def __init__(self) -> None:
+        self._period_s = HEARTBEAT_S
+        self._changed = threading.Event()
+        self.stopped = False
+
+    def set_period(self, period_s: float) -> None:
+        self._period_s = period_s
+        self._changed.set()
+
+    def stop(self) -> None:
+        self.stopped = True
+        self._changed.set()
+
+    def wait(self) -> bool:
+        """Wait for the next beat; return False when stopped."""
+        self._changed.wait(self._period_s)
+        self._changed.clear()
+        return not self.stopped
+
+
+def _heartbeat(link: weakref.ref[Link], timer: _Timer) -> None:
+    """Beat until the link is closed or garbage."""
+    while timer.wait():
+        alive = link()
+        if alive is None:
+            return
+        alive.beat()
+        del alive

@@ -1,0 +1,226 @@
+"""``palmares evaluate``."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from itertools import zip_longest
+from pathlib import Path
+
+from tqdm import tqdm
+
+from palmares.arguments import MAX_SEED
+from palmares.errors import PalmaresError
+from palmares.evaluate import MAX_SEEDS, ControllerError, Played, Pool, Report, evaluate, processes
+
+EXAMPLES = """\
+A controller is a Python file, or a module, with a function run(client, seed), which opens a run with
+client.reset(..., seed=seed), plays it and ends it with client.stop(). If it has parameters named task
+and hand, they are given.
+
+examples:
+  palmares evaluate my_controller.py
+  palmares evaluate my_controller.py --tasks balls,shelf --hands softhand --seeds 5001-5100
+  palmares evaluate new.py old.py --scenes 200                   compares them in the same scenes
+  palmares evaluate palmares.examples.balls_softhand --replays worst/
+  palmares evaluate my_controller.py --url http://127.0.0.1:8080   over the socket
+  palmares evaluate my_controller.py --ray            on the machines of a Ray cluster
+Ctrl-C ends it with the report of the runs so far, and tells which were being played."""
+
+
+def main(arguments: list[str]) -> int:
+    """Do what the command line says; return the exit code: 1 when a run failed."""
+    options = parser().parse_args(list(separated(arguments)))
+    per_controller = max(1, len(options.tasks)) * max(1, len(options.hands)) * len(options.seeds)
+    total = per_controller * len(options.controllers)
+    bar = tqdm(total=total, unit="run", file=sys.stderr, disable=options.quiet)
+    outcomes: list[Played] = []
+
+    def on_played(played: Played) -> None:
+        outcomes.append(played)
+        bar.update()
+        if played.error is not None:
+            bar.write(f"seed {played.seed} failed: {played.error}", file=sys.stderr)
+
+    interrupted = False
+    try:
+        with bar:
+            report = evaluate(
+                options.controllers,
+                options.tasks,
+                options.hands,
+                options.seeds,
+                url=options.url,
+                replays=options.replays,
+                pool=pool(options),
+                on_played=on_played,
+            )
+    except (ControllerError, PalmaresError, OSError, ImportError) as error:
+        print(f"palmares evaluate: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt as stop:
+        print(f"palmares evaluate: interrupted after {len(outcomes)} of {total} runs", file=sys.stderr)
+        for note in getattr(stop, "__notes__", []):
+            print(f"being played: {note}", file=sys.stderr)
+        report, interrupted = Report.of(outcomes), True
+    if options.replays is not None:
+        keep_worst(report)
+    if options.markdown is not None and outcomes:
+        try:
+            options.markdown.write_text(report.markdown())
+        except OSError as error:
+            print(f"palmares evaluate: {error}", file=sys.stderr)
+            return 1
+    if outcomes:
+        print(report.json() if options.json else report)
+    return 130 if interrupted else int(any(row.failed for row in report.rows))
+
+
+def pool(options: argparse.Namespace) -> Pool:
+    """Return who plays."""
+    if options.ray is None:
+        return processes(options.jobs, options.timeout_s)
+    if options.timeout_s is not None:
+        raise ControllerError("--timeout-s is for the processes of this machine, without --ray")
+    from palmares import ray
+
+    return ray.pool(options.ray or None)
+
+
+def keep_worst(report: Report) -> None:
+    """Remove the replays that the report does not name."""
+    for row in report.rows:
+        named = {run.replay for run in row.worst()}
+        for run in row.runs:
+            if run.replay is not None and run.replay not in named:
+                Path(run.replay).unlink(missing_ok=True)
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    made = argparse.ArgumentParser(
+        prog="palmares evaluate",
+        description="Play controllers over many scenes and print what their scores come to.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    made.add_argument(
+        "controllers", nargs="+", metavar="CONTROLLER", help="a Python file, or a module's name"
+    )
+    made.add_argument(
+        "--tasks", type=words, default=[], metavar="A,B", help="tasks (default: the controller's own)"
+    )
+    made.add_argument(
+        "--hands", type=words, default=[], metavar="A,B", help="hands (default: the controller's own)"
+    )
+    scenes = made.add_mutually_exclusive_group()
+    scenes.add_argument(
+        "--scenes",
+        type=count_of_seeds,
+        dest="seeds",
+        default=range(1, 101),
+        metavar="N",
+        help="how many scenes, with the seeds from 1 to N (default 100)",
+    )
+    # A single number is the old way to write --scenes.
+    scenes.add_argument(
+        "--seeds",
+        type=seeds,
+        metavar="WHICH",
+        help="seeds of the scenes: a range, 5001-5100, or a list, 3,5,8",
+    )
+    made.add_argument("--url", default="local", help="a server (default: local, without one)")
+    where = made.add_mutually_exclusive_group()
+    where.add_argument("--jobs", type=positive, metavar="N", help="runs at once (default: one for each core)")
+    where.add_argument(
+        "--ray",
+        nargs="?",
+        const="",
+        metavar="ADDRESS",
+        help="play on a Ray cluster, a run at a time on each of its cores; without ADDRESS on the one that "
+        "this machine is part of, or on one of this machine alone",
+    )
+    made.add_argument(
+        "--timeout-s",
+        type=seconds,
+        metavar="S",
+        help="a run that takes longer has failed and counts 0 (default: no limit)",
+    )
+    made.add_argument(
+        "--replays",
+        metavar="FOLDER",
+        help="keep the replays of the worst runs there; without --url every run is then played twice",
+    )
+    made.add_argument("--markdown", type=Path, metavar="FILE", help="also write the table there, in Markdown")
+    made.add_argument("--json", action="store_true", help="print everything as JSON")
+    made.add_argument("--quiet", action="store_true", help="no progress bar")
+    return made
+
+
+def separated(arguments: Sequence[str]) -> Iterator[str]:
+    """Yield the arguments such that what follows ``--ray`` and is no address is a controller.
+
+    An address has a colon, or is ``auto`` or ``local``.
+    """
+    for word, following in zip_longest(arguments, arguments[1:], fillvalue=""):
+        address = ":" in following or following in ("auto", "local")
+        yield "--ray=" if word == "--ray" and not address else word
+
+
+def words(text: str) -> list[str]:
+    """Read names with commas between."""
+    return [word for word in text.split(",") if word]
+
+
+def positive(text: str) -> int:
+    """Read a number of at least 1."""
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"found {text}; wanted at least 1")
+    return number
+
+
+def seconds(text: str) -> float:
+    """Read a time above 0."""
+    number = float(text)
+    if not 0.0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f"found {text}; wanted a time above 0, s")
+    return number
+
+
+def count_of_seeds(text: str) -> range:
+    """Read a number of scenes; return their seeds."""
+    count = positive(text)
+    if count > MAX_SEEDS:
+        raise argparse.ArgumentTypeError(f"found {count} scenes; wanted at most {MAX_SEEDS}")
+    return range(1, count + 1)
+
+
+def seeds(text: str) -> Sequence[int]:
+    """Read ``5001-5100`` or ``3,5,8``; a single number N stands for ``1-N``."""
+    found: Sequence[int]
+    try:
+        if "," in text:
+            found = [int(word) for word in text.split(",") if word]
+        elif "-" in text:
+            first, last = map(int, text.split("-"))
+            found = _range(first, last)
+        else:
+            found = _range(1, int(text))
+    except ValueError:
+        found = []
+    if len(found) > MAX_SEEDS:
+        raise argparse.ArgumentTypeError(f"found {len(found)} seeds; wanted at most {MAX_SEEDS}")
+    if not found or min(found) < 0 or max(found) > MAX_SEED:
+        raise argparse.ArgumentTypeError(
+            f"found {text!r}; wanted a number, a range as 5001-5100, or a list as 3,5,8"
+        )
+    return found
+
+
+def _range(first: int, last: int) -> range:
+    if last > MAX_SEED:
+        raise ValueError("no seed is so large")
+    return range(first, last + 1)

@@ -1,0 +1,223 @@
+"""Runs in this process, for a `palmares.Client` without a server."""
+
+from __future__ import annotations
+
+import json
+import os
+import secrets
+from collections.abc import Sequence
+from typing import Any, NoReturn, TypeVar
+
+from palmares import sim
+from palmares.errors import BadRequestError, UnknownHandError, UnknownTaskError, WrongStateError
+from palmares.messages import LeaderboardRow, Reply, Result, RunInfo, Time, Welcome
+from palmares.net.codec import Encoding
+from palmares.net.link import Link
+from palmares.net.requests import Perturb, Request, Reset, Step, Stop
+from palmares.net.requests import Time as AskTime
+
+Answer = TypeVar("Answer", bound=Reply)
+
+# Of a server: what plays here shall play there.
+REPEAT = 100
+
+
+class LocalLink(Link):
+    """Answers the requests of a client in this process, as `palmares.net.link.Link` does over a connection.
+
+    Attributes:
+        welcome: What a practice server says in its greeting.
+        resumed: Always ``None``: there is no connection that could break.
+        world: The world of the current or last run.
+        training: What learners have in the runs that are opened from now on.
+
+    """
+
+    # Nothing of a connection is made, so its own initialisation is left out.
+    def __init__(self, team: str, training: sim.Training | None = None) -> None:
+        self._team = team
+        self.training = training
+        self._own_hands: list[str] = []
+        self._own_tasks: list[str] = []
+        self._open = False
+        self._simulated_s = 0.0
+        self._greet()
+        self.resumed = None
+        self.world: sim.World | None = None
+
+    def exchange(self, request: Request, kind: type[Answer]) -> Answer:
+        """Do what is requested and return the reply.
+
+        Raises:
+            PalmaresError: The request is refused.
+
+        """
+        reply: Reply
+        if isinstance(request, Reset):
+            reply = self._reset(request)
+        elif isinstance(request, Step | Perturb):
+            reply = self._asked(request, kind)
+        elif isinstance(request, Stop):
+            reply = self._stop()
+        elif isinstance(request, AskTime):
+            reply = self._time()
+        else:
+            raise BadRequestError(f"bad_request: `{request.__struct_config__.tag}` needs a server")
+        assert isinstance(reply, kind)
+        return reply
+
+    def _asked(self, request: Step | Perturb, kind: type[Answer]) -> Answer:
+        try:
+            return self._opened().ask(request, kind)
+        except WrongStateError as refused:
+            if self._open:
+                raise WrongStateError(f"{refused}; stop() returns its result") from None
+            raise
+
+    def _reset(self, request: Reset) -> Reply:
+        if self._open:
+            raise WrongStateError("wrong_state: a run is open; stop it first")
+        if request.mode != "lockstep":
+            raise BadRequestError(
+                f"bad_request: mode {request.mode!r} needs a server; in this process worlds run in lockstep"
+            )
+        self._meet_task(request.task)
+        self._meet_hand(request.hand)
+        try:
+            world = sim.World(
+                request.task,
+                request.hand,
+                secrets.randbelow(2**53) if request.seed is None else request.seed,
+                sensing=request.sensing,
+                noise=request.noise or "none",
+                training=self.training,
+            )
+        except ValueError as refused:
+            raise BadRequestError(f"bad_request: {refused}") from None
+        obs = world.observe(cameras=request.cameras)
+        obs.run, obs.scene = world.run, world.scene
+        self.world, self._open = world, True
+        return obs
+
+    def _meet_task(self, task: str) -> None:
+        """Take a task of one's own, given by its path, into the greeting."""
+        if task in self._own_tasks or task in sim.TASKS:
+            return
+        try:
+            self._greet(own_task=[task])
+        except ValueError as unreadable:
+            raise UnknownTaskError(f"unknown_task: {unreadable}") from None
+
+    def _meet_hand(self, hand: str) -> None:
+        """Take a hand of one's own, given by its path, into the greeting."""
+        if hand in self._own_hands or any(known.name == hand for known in self.welcome.hands):
+            return
+        try:
+            self._greet(own_hand=[hand])
+        except ValueError as unreadable:
+            raise UnknownHandError(f"unknown_hand: {unreadable}") from None
+
+    def _greet(self, own_hand: Sequence[str] = (), own_task: Sequence[str] = ()) -> None:
+        """Set the greeting, with one more hand or task of one's own."""
+        hands, tasks = [*self._own_hands, *own_hand], [*self._own_tasks, *own_task]
+        self.welcome = sim.welcome(self._team, hands, tasks)
+        self.welcome.limits.repeat = REPEAT
+        self._own_hands, self._own_tasks = hands, tasks
+
+    def _opened(self) -> sim.World:
+        if self.world is None or not self._open:
+            raise WrongStateError("wrong_state: no run is open; call reset(…) first")
+        return self.world
+
+    def _stop(self) -> Result:
+        world = self._opened()
+        result = world.result()
+        self._open = False
+        self._simulated_s += result.sim_time_s
+        return result
+
+    def _time(self) -> Time:
+        run, simulated_s = None, self._simulated_s
+        if self.world is not None and self._open:
+            played = self.world.run
+            simulated_s += self.world.tick * played.tick_s
+            run = RunInfo(
+                run_id=self.world.run_id,
+                task=played.task,
+                hand=played.hand,
+                tick=self.world.tick,
+                open=True,
+            )
+        return Time(
+            session_left_s=None,
+            session_s=None,
+            elapsed_s=simulated_s,
+            wall_s=0.0,
+            simulated_s=simulated_s,
+            run=run,
+        )
+
+    @property
+    def where(self) -> str:
+        """No address."""
+        return "local"
+
+    @property
+    def encoding(self) -> Encoding:
+        """That between this package and its compiled part."""
+        return "msgpack"
+
+    # --- what else a server is asked for ---
+
+    def describe_hand(self, name: str) -> dict[str, Any]:
+        """Return the description of a hand, by name or path."""
+        try:
+            described = sim.describe_hand(name)
+        except ValueError as unknown:
+            raise UnknownHandError(f"unknown_hand: {unknown}") from None
+        hand: dict[str, Any] = json.loads(described)
+        return hand
+
+    def save_replay(self, run_id: str, path: str | os.PathLike[str]) -> None:
+        """Write the replay of the current or last run."""
+        if self.world is None or self.world.run_id != run_id:
+            raise WrongStateError(f"wrong_state: run {run_id} is not the last one")
+        self.world.save_replay(path, self._team)
+
+    def leaderboard(self) -> list[LeaderboardRow]:
+        """Refuse: there is none."""
+        raise WrongStateError("wrong_state: runs in this process are on no leaderboard")
+
+    def result_of(self, run_id: str) -> Result | None:  # noqa: ARG002 - as `Link` has it
+        """Return nothing: no run outlives its world."""
+        return None
+
+    # --- what a connection does ---
+
+    def listen(self, wait_s: float) -> NoReturn:  # noqa: ARG002 - as `Link` has it
+        """Refuse: nothing comes unasked."""
+        raise WrongStateError("wrong_state: in this process worlds run in lockstep; call step(…)")
+
+    def resume(self, lost: Exception) -> None:
+        """Do nothing."""
+
+    def take_resumed(self) -> Welcome | None:
+        """Return nothing."""
+        return None
+
+    def silence_s(self) -> float:
+        """Return zero."""
+        return 0.0
+
+    def set_realtime(self, realtime: bool) -> None:
+        """Do nothing."""
+
+    def abort(self) -> None:
+        """Do nothing."""
+
+    def beat(self) -> None:
+        """Do nothing."""
+
+    def close(self) -> None:
+        """Forget the world."""
+        self.world, self._open = None, False

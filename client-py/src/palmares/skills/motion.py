@@ -1,0 +1,207 @@
+"""Motions of the hand's base, tick by tick, within the limits of its servo.
+
+>>> mover = Mover(client, client.reset("balls", "softhand"))      # doctest: +SKIP
+... mover.to(1.0, position, quat_xyzw, sigma=0.1)
+... mover.wait(0.5)
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from palmares.arrays import Array, array
+from palmares.client import Client
+from palmares.messages import Observation, Result, Specs
+from palmares.rotation import angle_between, slerp
+from palmares.skills.runs import Summary
+from palmares.targets import pose
+
+__all__ = [
+    "UP",
+    "BaseLimits",
+    "Mover",
+    "RunOverError",
+    "duration",
+    "fling",
+    "press",
+    "smoothstep",
+]
+
+UP = array([0.0, 0.0, 1.0])
+"""Unit vector upwards, (3,), world frame"""
+
+SHARE_OF_LIMITS = 0.95
+"""`duration` uses this share of the base's limits, so that the servo has some left to correct errors."""
+
+
+@dataclass(frozen=True)
+class BaseLimits:
+    """Limits of the servo of the hand's base. It follows a target that keeps to them without lag.
+
+    The speeds are in `Welcome.specs`. No message carries the accelerations: they are those that
+    docs/protocol.md states for `step`, and written down nowhere else in this package.
+    """
+
+    speed_m_s: float
+    angular_speed_rad_s: float
+    acceleration_m_s2: float = 4.0
+    angular_acceleration_rad_s2: float = 4.0
+
+    @classmethod
+    def of(cls, specs: Specs) -> Self:
+        """Return the limits with the speeds that the server sent."""
+        _, speed_m_s = specs.action_field("base.linear").range
+        _, angular_speed_rad_s = specs.action_field("base.angular").range
+        return cls(speed_m_s, angular_speed_rad_s)
+
+
+def smoothstep(x: float) -> float:
+    """Return the quintic from 0 to 1 with zero velocity and acceleration at both ends."""
+    x = min(max(x, 0.0), 1.0)
+    return x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+
+
+def duration(distance_m: float, angle_rad: float, limits: BaseLimits, at_least_s: float = 0.0) -> float:
+    """Return the shortest time, s, in which a smoothstep over a distance and an angle keeps to `limits`.
+
+    The quintic's greatest velocity is 15/8 of distance per time, its greatest acceleration 10/√3 of distance
+    per time squared.
+    """
+    velocity, acceleration = 15 / 8 / SHARE_OF_LIMITS, 10 / math.sqrt(3) / SHARE_OF_LIMITS
+    return max(
+        at_least_s,
+        velocity * distance_m / limits.speed_m_s,
+        velocity * angle_rad / limits.angular_speed_rad_s,
+        math.sqrt(acceleration * distance_m / limits.acceleration_m_s2),
+        math.sqrt(acceleration * angle_rad / limits.angular_acceleration_rad_s2),
+    )
+
+
+class RunOverError(Exception):
+    """The server ended the run: the task is complete, or a limit was reached."""
+
+
+class Mover:
+    """Moves base and fingers of a lockstep run along smoothsteps, with a new target at every tick.
+
+    Attributes:
+        obs: The last observation.
+        position: The base's last target, (3,), m, world frame.
+        quat_xyzw: Its orientation, (4,).
+        sigma: The last command of the motors, 0 (open) to 1 (closed).
+
+    Args:
+        client: With a lockstep run open.
+        first: The observation that `Client.reset` returned.
+
+    """
+
+    def __init__(self, client: Client, first: Observation) -> None:
+        self.client = client
+        self.obs = first
+        self.position = first.hand.base.xyz
+        self.quat_xyzw = array(first.hand.base.quat_xyzw)
+        self.sigma = first.hand.actuators[0].position
+        self._limits = BaseLimits.of(client.welcome.specs)
+        self._tick_s = client.run.tick_s
+        self._started_s = time.monotonic()
+
+    def to(
+        self,
+        at_least_s: float,
+        position: Array | None = None,
+        quat_xyzw: Array | None = None,
+        sigma: float | None = None,
+    ) -> None:
+        """Move base and fingers together, in `at_least_s` or as fast as the base may; what is left out stays.
+
+        Raises:
+            RunOverError: The run ended on the way.
+
+        """
+        p0, q0, s0 = self.position, self.quat_xyzw, self.sigma
+        p1 = p0 if position is None else position
+        q1 = q0 if quat_xyzw is None else quat_xyzw
+        s1 = s0 if sigma is None else sigma
+        distance_m = float(np.linalg.norm(p1 - p0))
+        total_s = duration(distance_m, angle_between(q0, q1), self._limits, at_least_s)
+        ticks = max(1, math.ceil(total_s / self._tick_s))
+        for tick in range(ticks):
+            x = smoothstep((tick + 1) / ticks)
+            self.position, self.quat_xyzw = p0 + x * (p1 - p0), slerp(q0, q1, x)
+            self.sigma = s0 + x * (s1 - s0)
+            self._step()
+
+    def wait(self, duration_s: float) -> None:
+        """Hold still for a while."""
+        for _ in range(round(duration_s / self._tick_s)):
+            self._step()
+
+    def wrist_force(self, duration_s: float) -> Array:
+        """Hold still for a while; return the mean force at the wrist, (3,), N."""
+        forces = []
+        for _ in range(round(duration_s / self._tick_s)):
+            self._step()
+            forces.append(self.obs.hand.wrist.force)
+        return array(np.mean(forces, axis=0))
+
+    def command(self) -> list[float]:
+        """Return σ of every motor; a hand with several motors overrides this."""
+        return [self.sigma]
+
+    def stop(self) -> tuple[Result, Summary]:
+        """Stop the run; return its result and a summary."""
+        wall_s = time.monotonic() - self._started_s
+        result = self.client.stop()
+        summary = Summary(
+            run_id=result.run_id,
+            seed=self.client.run.seed,
+            score=result.score,
+            sim_time_s=result.sim_time_s,
+            rtf=result.sim_time_s / wall_s,
+        )
+        return result, summary
+
+    def _step(self) -> None:
+        self.obs = self.client.step(base=pose(self.position, self.quat_xyzw), hand=self.command())
+        if self.obs.done:
+            raise RunOverError(self.obs.reason)
+
+
+ACCELERATION = 3.9
+"""Of the base in a fling, m/s²; it can do 4"""
+
+
+def fling(mover: Mover, position: Array, speed_m_s: float) -> None:
+    """Move the base to `position` (3,), m, as fast as it speeds up and brakes, at most at `speed_m_s`."""
+    start = mover.position
+    way = position - start
+    far = float(np.linalg.norm(way))
+    top = min(speed_m_s, math.sqrt(far * ACCELERATION))
+    speeding_s = top / ACCELERATION
+    total_s = far / top + speeding_s
+    tick_s = mover.client.run.tick_s
+    for tick in range(math.ceil(total_s / tick_s)):
+        t = min((tick + 1) * tick_s, total_s)
+        up, down = min(t, speeding_s), max(0.0, t - (total_s - speeding_s))
+        gone = ACCELERATION * up**2 / 2 + top * max(0.0, t - speeding_s) - ACCELERATION * down**2 / 2
+        mover.obs = mover.client.step(
+            base=pose(start + way * (gone / far), mover.quat_xyzw), hand=mover.command()
+        )
+        if mover.obs.done:
+            raise RunOverError(mover.obs.reason)
+    mover.position = position
+
+
+def press(mover: Mover, press_n: float, most: int = 12) -> None:
+    """Sink by 3 mm, at most `most` times, until the wrist feels `press_n` more than before."""
+    idle = mover.wrist_force(0.05)
+    for _ in range(most):
+        if np.linalg.norm(mover.wrist_force(0.02) - idle) > press_n:
+            break
+        mover.to(0.04, mover.position - array([0.0, 0.0, 0.003]))

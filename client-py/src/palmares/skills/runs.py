@@ -1,0 +1,72 @@
+"""Runs of a controller from the command line, and their summaries."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import sys
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, fields
+
+from palmares.client import Client
+from palmares.errors import PalmaresError
+
+__all__ = [
+    "Summary",
+    "play",
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Summary:
+    """The outcome of a run. Controllers add fields of their own; `play` prints them all."""
+
+    run_id: str
+    seed: int | None
+    score: float
+    sim_time_s: float
+    rtf: float
+    """Real-time factor: simulated time per wall time"""
+
+    def __str__(self) -> str:
+        common = {field.name for field in fields(Summary)}
+        own = {name: value for name, value in vars(self).items() if name not in common}
+        listed = {k: ", ".join(map(str, v)) or "none" if isinstance(v, list) else v for k, v in own.items()}
+        extra = "".join(f"; {name.replace('_', ' ')}: {value}" for name, value in listed.items())
+        return (
+            f"run {self.run_id}: score {self.score:.4g}{extra}; "
+            f"{self.sim_time_s:.1f} s simulated, {self.rtf:.1f} x real time"
+        )
+
+
+def play(run: Callable[[Client, int | None], Summary], doc: str | None) -> None:
+    """Play runs as the command line says and print their summaries: the main program of a controller.
+
+    Args:
+        run: Plays one run of the scene with this seed; ``None`` lets the server draw one.
+        doc: Docstring of the controller; its first line is shown by ``--help``.
+
+    """
+    parser = argparse.ArgumentParser(description=(doc or "").partition("\n")[0])
+    parser.add_argument("--url", default="http://127.0.0.1:8080", help="where the server listens")
+    parser.add_argument("--team", default="example", help="name on a practice server's leaderboard")
+    parser.add_argument("--seed", type=int, help="scene of the first run; the next runs count up")
+    parser.add_argument("--runs", type=int, default=1, help="how many runs")
+    parser.add_argument("--quiet", action="store_true", help="no progress on standard error")
+    parser.add_argument("--json", action="store_true", help="one JSON object per run on standard output")
+    args = parser.parse_args()
+    logging.basicConfig(level=logging.WARNING if args.quiet else logging.INFO, format="%(message)s")
+    scores = []
+    try:
+        with Client(args.url, team=args.team) as client:
+            for k in range(args.runs):
+                summary = run(client, None if args.seed is None else args.seed + k)
+                scores.append(summary.score)
+                print(json.dumps(asdict(summary)) if args.json else summary, flush=True)
+    except PalmaresError as error:
+        sys.exit(str(error))
+    except KeyboardInterrupt:
+        sys.exit("interrupted")
+    if args.runs > 1 and not args.json:
+        print(f"{len(scores)} runs: score {sum(scores) / len(scores):.4g} on average")

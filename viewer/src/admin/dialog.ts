@@ -1,0 +1,136 @@
+/** Asks before something is done: a dialog with a reason, further fields, and a name to type where there is no way back. */
+import { ApiError } from '../net/api';
+import { button, type Child, copyText, el, name, toast } from '../ui/elements';
+import { errorText } from './admin_client';
+
+/** A further field. */
+export interface Field {
+  name: string; label: string; hint?: string; type?: 'text' | 'number' | 'select' | 'textarea';
+  value?: string; options?: readonly string[]; min?: number; max?: number; maxlength?: number;
+}
+
+/** What is asked. */
+export interface ActionDialog {
+  title: string | Child[];
+  /** What will happen, in words. */
+  text: Child;
+  /** On the button that does it. */
+  verb: string;
+  danger?: boolean;
+  /** Whether the server insists on a reason. */
+  needsReason?: boolean;
+  fields?: readonly Field[];
+  /** Must be typed before. */
+  typed?: string;
+  /** Does it. What it throws is shown, and the dialog stays open. */
+  act: (reason: string | null, values: Readonly<Record<string, string>>) => Promise<string | undefined>;
+}
+
+let counted = 0;
+
+/** Opens the dialog; true when it was done. */
+export function confirmAction(question: ActionDialog): Promise<boolean> {
+  counted += 1;
+  const id = `ask-${counted}`;
+  const error = el('p', { class: 'error', role: 'alert', hidden: true });
+  const fields = (question.fields ?? []).map((field) => ({ field, input: control(field, `${id}-${field.name}`) }));
+  const reason = el('input', { id: `${id}-reason`, required: question.needsReason === true, maxlength: 500, autocomplete: 'off' });
+  const typed = question.typed === undefined ? null : el('input', { id: `${id}-typed`, required: true, autocomplete: 'off', spellcheck: 'false' });
+  const go = el('button', { type: 'submit', class: question.danger === true ? 'danger' : 'primary' }, question.verb);
+  const form = el('form', { method: 'dialog', novalidate: true },
+    el('h2', { id: `${id}-title` }, ...[question.title].flat()), el('p', {}, question.text),
+    ...fields.map(({ field, input }) => labelled(field.label, input, field.hint)),
+    labelled('Reason', reason, question.needsReason === true ? 'Kept in the audit; needed here.' : 'Kept in the audit.'),
+    typed === null ? null : labelled(['To go on, type: ', name(question.typed ?? '')], typed),
+    error, el('div', { class: 'actions' }, button('Cancel', () => { dialog.close(); }), go));
+  const dialog = el('dialog', { 'aria-labelledby': `${id}-title` }, form);
+  document.body.append(dialog);
+  const asked = document.activeElement;
+  const row = asked?.closest('tr') ?? null;
+
+  return new Promise((resolve) => {
+    let done = false;
+    dialog.addEventListener('close', () => {
+      dialog.remove();
+      // The browser gives the focus back to the button, unless what was done has put another in its place.
+      if (asked?.isConnected !== true) (row?.querySelector<HTMLElement>('button, a') ?? document.querySelector<HTMLElement>('[role=tab][aria-selected=true]'))?.focus();
+      resolve(done);
+    });
+    form.addEventListener('submit', (event) => {
+      event.preventDefault();
+      // In words of the page's own, below: the browser's bubbles hide the buttons.
+      for (const { field, input } of fields) {
+        if (input.validity.valid) continue;
+        show(error, `${field.label}: ${input.validationMessage}`);
+        input.focus();
+        return;
+      }
+      if (typed !== null && typed.value !== question.typed) {
+        show(error, 'That is not what stands there.');
+        typed.focus();
+        return;
+      }
+      const text = reason.value.trim();
+      if (question.needsReason === true && text === '') {
+        show(error, 'Say why: the server keeps it in the audit.');
+        reason.focus();
+        return;
+      }
+      error.hidden = true;
+      go.disabled = true;
+      const values = Object.fromEntries(fields.map(({ field, input }) => [field.name, input.value]));
+      question.act(text === '' ? null : text, values).then((message) => {
+        done = true;
+        dialog.close();
+        if (message !== undefined) toast(message);
+      }, (failure: unknown) => {
+        go.disabled = false;
+        if (failure instanceof ApiError && failure.status === 401) dialog.close();
+        else show(error, errorText(failure));
+      });
+    });
+    dialog.showModal();
+    (fields[0]?.input ?? reason).focus();
+  });
+}
+
+function show(error: HTMLElement, text: string): void {
+  error.textContent = text;
+  error.hidden = false;
+}
+
+function labelled(label: string | Child[], input: HTMLElement, hint?: string): HTMLElement {
+  const below = hint === undefined ? null : el('p', { class: 'hint', id: `${input.id}-hint` }, hint);
+  if (below !== null) input.setAttribute('aria-describedby', below.id);
+  return el('div', { class: 'field' }, el('label', { for: input.id }, ...[label].flat()), input, below);
+}
+
+function control(field: Field, id: string): HTMLInputElement | HTMLSelectElement | HTMLTextAreaElement {
+  if (field.type === 'select') {
+    return el('select', { id }, ...(field.options ?? []).map((option) => el('option', { value: option }, option)));
+  }
+  if (field.type === 'textarea') {
+    return el('textarea', { id, required: true, maxlength: field.maxlength }, field.value ?? '');
+  }
+  return el('input', {
+    id, type: field.type ?? 'text', required: true, value: field.value, min: field.min, max: field.max, maxlength: field.maxlength,
+    autocomplete: 'off', spellcheck: 'false', step: field.type === 'number' ? 'any' : undefined,
+  });
+}
+
+/** Shows a new token, this once, with a button that copies it. */
+export function showToken(whose: Child, token: string): Promise<void> {
+  const field = el('input', { id: 'new-token', readonly: true, value: token, class: 'mono', 'aria-describedby': 'new-token-hint' });
+  const close = button('I have it', () => { dialog.close(); });
+  const dialog = el('dialog', { 'aria-labelledby': 'new-token-title' },
+    el('h2', { id: 'new-token-title' }, 'New token of ', whose),
+    el('div', { class: 'field' }, el('label', { for: 'new-token' }, 'Token'), field,
+      el('p', { class: 'hint', id: 'new-token-hint' }, 'It is shown this once: the server keeps only its hash. Give it to nobody else.')),
+    el('div', { class: 'actions' }, button('Copy', () => { field.select(); void copyText(token); }, { class: 'primary' }), close));
+  document.body.append(dialog);
+  dialog.showModal();
+  field.select();
+  return new Promise((resolve) => {
+    dialog.addEventListener('close', () => { field.value = ''; dialog.remove(); resolve(); });
+  });
+}

@@ -1,0 +1,35 @@
+/** The runs that were driven since the page was opened: each can be had as a controller, whatever became of its session. */
+import { points } from '../ui/format';
+import { button, el, name } from '../ui/elements';
+import { pythonOf } from './python';
+import type { ActionRecording } from './action_recording';
+
+export class RecordingList {
+  private readonly list = el('ul', { class: 'takes' });
+  private readonly empty = el('p', { class: 'hint' }, 'What you drive is kept here until the page is closed.');
+  readonly element = el('section', { class: 'panel' }, el('h2', {}, 'Recordings'), this.empty, this.list);
+  private readonly rows = new WeakMap<ActionRecording, HTMLElement>();
+
+  /** Writes what is known of a recording now. */
+  show(recording: ActionRecording): void {
+    let row = this.rows.get(recording);
+    if (!row) {
+      const says = el('p', {});
+      this.rows.set(recording, says);
+      this.list.prepend(el('li', {}, says, button('Download as Python', () => { save(recording); }, { class: 'small' })));
+      this.empty.hidden = true;
+      row = says;
+    }
+    const { run, result } = recording;
+    const end = result ? `, ${points(result.score)} points (${result.reason.replaceAll('_', ' ')})` : ', not finished';
+    row.replaceChildren(`${run.task}, `, name(run.hand), `, seed ${run.seed}: ${(recording.ticks * run.tick_s).toFixed(1)} s${end}${recording.whole ? '' : ', with gaps'}`);
+  }
+}
+
+/** Hands the file to the browser to keep. */
+function save(recording: ActionRecording): void {
+  const address = URL.createObjectURL(new Blob([pythonOf(recording)], { type: 'text/x-python' }));
+  const link = el('a', { href: address, download: 'driven.py' });
+  link.click();
+  window.setTimeout(() => { URL.revokeObjectURL(address); }, 60_000);
+}

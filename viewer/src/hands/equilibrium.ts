@@ -1,0 +1,79 @@
+/** Where a hand rests: what is asked of the server and what it answers. SI units; tensions in the tendon's own unit. */
+import { composed, type Pose, turned } from '../model/pose';
+import type { Quat, Vec3 } from '../model/scene';
+
+/** σ of every motor, the base, and what acts. */
+export interface EquilibriumRequest {
+  motors: number[];
+  base: { position: Vec3; quat_xyzw: Quat };
+  forces: { link: string; point: Vec3; force: Vec3 }[];
+  contacts: { link: string; point: Vec3; position: Vec3 }[];
+}
+
+/** The answer of `POST /v1/hands/{name}/equilibrium`. */
+export interface Equilibrium {
+  q: number[];
+  tension: number[];
+  law: 'closed_form' | 'newton';
+  beyond_closed_form: string[];
+  links: { name: string; position: Vec3; quat_xyzw: Quat }[];
+  reactions: { force: Vec3; gap: number }[];
+  torque: number[];
+}
+
+/** A virtual force, or a point that is held: on a link, at a point of its frame (m). */
+export interface Load {
+  id: number;
+  kind: 'force' | 'hold';
+  link: string;
+  point: Vec3;
+  /** In the world, N; of a force. */
+  force: Vec3;
+  /** In the world, m; where the point is held. */
+  place: Vec3;
+}
+
+/** The server takes so many of each kind. */
+export const MAX_LOADS = 32;
+/** N, the largest force that it takes. */
+export const MAX_FORCE = 200;
+
+/** The request for what is shown. */
+export function equilibriumRequest(motors: readonly number[], base: Pose, loads: readonly Load[]): EquilibriumRequest {
+  const of = (kind: Load['kind']): Load[] => loads.filter((load) => load.kind === kind);
+  return {
+    motors: [...motors],
+    base: { position: base.position, quat_xyzw: base.quat },
+    forces: of('force').filter((load) => Math.hypot(...load.force) > 0).map(({ link, point, force }) => ({ link, point, force })),
+    contacts: of('hold').map(({ link, point, place }) => ({ link, point, position: place })),
+  };
+}
+
+/** What holds a point, out of the answer; null for forces and before the answer. */
+export function reactionOf(load: Load, loads: readonly Load[], rest: Equilibrium | null): Equilibrium['reactions'][number] | null {
+  if (load.kind !== 'hold') return null;
+  return rest?.reactions[loads.filter((one) => one.kind === 'hold').indexOf(load)] ?? null;
+}
+
+/** A point of a link's frame, in the world. */
+export function inWorld(link: Pose, point: Vec3): Vec3 {
+  return composed(link, { position: point, quat: [0, 0, 0, 1] }).position;
+}
+
+/** A point of the world, in a link's frame. */
+export function inLink({ position, quat }: Pose, at: Vec3): Vec3 {
+  const away: Vec3 = [at[0] - position[0], at[1] - position[1], at[2] - position[2]];
+  return turned([-quat[0], -quat[1], -quat[2], quat[3]], away);
+}
+
+/** Few digits: what is typed and sent stays readable. */
+export function rounded(v: Vec3, by: number): Vec3 {
+  return v.map((x) => Math.round(x * by) / by + 0) as Vec3;
+}
+
+/** A force within what the server takes. */
+export function clampForce(force: Vec3): Vec3 {
+  const size = Math.hypot(...force);
+  const share = size > MAX_FORCE ? (0.999 * MAX_FORCE) / size : 1;
+  return rounded([force[0] * share, force[1] * share, force[2] * share], 1e3);
+}

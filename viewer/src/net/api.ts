@@ -1,0 +1,60 @@
+/** The JSON API as the board, the wall and the organizers' page use it; refusals come in the server's own words. */
+
+/** What the server refused, or that it did not answer (status 0). */
+export class ApiError extends Error {
+  constructor(message: string, readonly status: number, readonly code: string) {
+    super(message);
+  }
+}
+
+function text(value: unknown, fallback: string): string {
+  return typeof value === 'string' && value !== '' ? value : fallback;
+}
+
+/** Reads application/problem+json, or says what the status says. */
+async function refusal(response: Response): Promise<ApiError> {
+  const status = response.status;
+  try {
+    const body: unknown = await response.json();
+    if (typeof body === 'object' && body !== null) {
+      const problem = body as Record<string, unknown>;
+      return new ApiError(text(problem['detail'], text(problem['title'], `HTTP ${status}`)), status, text(problem['code'], ''));
+    }
+  } catch { /* no JSON: the status has to do */ }
+  return new ApiError(`the server answered ${status} ${response.statusText}`.trim(), status, '');
+}
+
+async function request(path: string, token: string | null, init: RequestInit): Promise<Response> {
+  const headers = new Headers(init.headers);
+  if (token !== null) headers.set('Authorization', `Bearer ${token}`);
+  let response: Response;
+  try {
+    response = await fetch(path, { ...init, headers, cache: 'no-store', credentials: 'omit' });
+  } catch {
+    throw new ApiError('the server does not answer', 0, 'unreachable');
+  }
+  if (!response.ok) throw await refusal(response);
+  return response;
+}
+
+/** A GET whose answer is JSON of the given type: the server's schemas are in docs/schema/openapi.json. */
+export async function getJson<T>(path: string, token: string | null = null): Promise<T> {
+  return await (await request(path, token, {})).json() as T;
+}
+
+/** A POST of JSON, answered by JSON. */
+export async function postJson<T>(path: string, body: unknown, token: string | null = null): Promise<T> {
+  const init = { method: 'POST', body: JSON.stringify(body), headers: { 'Content-Type': 'application/json' } };
+  return await (await request(path, token, init)).json() as T;
+}
+
+/** Fetches a file with the token in its header and hands it to the browser to keep. */
+export async function saveFile(path: string, fileName: string, token: string | null): Promise<void> {
+  const file = await (await request(path, token, {})).blob();
+  const address = URL.createObjectURL(file);
+  const link = document.createElement('a');
+  link.href = address;
+  link.download = fileName;
+  link.click();
+  window.setTimeout(() => { URL.revokeObjectURL(address); }, 60_000);
+}

@@ -1,0 +1,63 @@
+/** Triangles of bodies: all parts of a body are one geometry, without an index, with normals. */
+import { BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, CylinderGeometry, Matrix4, Quaternion, SphereGeometry, Vector3 } from 'three';
+import { ConvexGeometry } from 'three/addons/geometries/ConvexGeometry.js';
+import { RoundedBoxGeometry } from 'three/addons/geometries/RoundedBoxGeometry.js';
+import { mergeGeometries } from 'three/addons/utils/BufferGeometryUtils.js';
+import type { Mesh, Part, Vec3 } from '../model/scene';
+import type { Shape } from '../model/shape';
+
+/** More points than this are taken as they are: rounding multiplies them by twelve. */
+const ROUNDED_POINTS = 150;
+
+/** Directions to the corners of an icosahedron. */
+const AROUND: Vec3[] = (() => {
+  const golden = (1 + Math.sqrt(5)) / 2;
+  const norm = Math.hypot(1, golden);
+  const [a, b] = [1 / norm, golden / norm];
+  const signs: [number, number][] = [[1, 1], [1, -1], [-1, 1], [-1, -1]];
+  return signs.flatMap(([s, t]): Vec3[] => [[0, s * a, t * b], [s * a, t * b, 0], [t * b, 0, s * a]]);
+})();
+
+function hull(points: Vec3[], rounding: number): BufferGeometry {
+  const grown = rounding > 0 && points.length <= ROUNDED_POINTS
+    ? points.flatMap((p) => AROUND.map((d) => new Vector3(p[0] + rounding * d[0], p[1] + rounding * d[1], p[2] + rounding * d[2])))
+    : points.map((p) => new Vector3(...p));
+  return new ConvexGeometry(grown);
+}
+
+function solid(shape: Shape | Mesh): BufferGeometry {
+  switch (shape.type) {
+    case 'sphere':
+      return new SphereGeometry(shape.radius, 28, 18);
+    case 'capsule':
+      return new CapsuleGeometry(shape.radius, 2 * shape.half_length, 6, 18).rotateX(Math.PI / 2);
+    case 'cylinder':
+      return new CylinderGeometry(shape.radius, shape.radius, 2 * shape.half_length, 32).rotateX(Math.PI / 2);
+    case 'box': {
+      const [x, y, z] = shape.half_extents;
+      const round = Math.min(shape.rounding, x, y, z);
+      return round > 0 ? new RoundedBoxGeometry(2 * x, 2 * y, 2 * z, 3, round) : new BoxGeometry(2 * x, 2 * y, 2 * z);
+    }
+    case 'hull':
+      return hull(shape.points, shape.rounding);
+    case 'mesh': {
+      const made = new BufferGeometry().setAttribute('position', new BufferAttribute(shape.corners.slice(), 3));
+      made.computeVertexNormals();
+      return made;
+    }
+  }
+}
+
+/** The parts of a body as one geometry in the body's frame. */
+export function geometryOf(parts: Part[]): BufferGeometry {
+  const pieces = parts.map((part) => {
+    const made = solid(part.shape);
+    const flat = made.index ? made.toNonIndexed() : made;
+    for (const name of Object.keys(flat.attributes)) if (name !== 'position' && name !== 'normal') flat.deleteAttribute(name);
+    const place = new Matrix4().compose(new Vector3(...part.position), new Quaternion(...part.quat), new Vector3(1, 1, 1));
+    return flat.applyMatrix4(place);
+  });
+  const merged = pieces.length > 0 ? mergeGeometries(pieces) : new BufferGeometry();
+  for (const piece of pieces) if (piece !== merged) piece.dispose();
+  return merged;
+}

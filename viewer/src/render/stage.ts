@@ -1,0 +1,394 @@
+/** The picture of a world: bodies, hand, lights, camera and overlays. It draws only when something has changed. */
+import {
+  Box3, Color, Matrix4, MeshStandardMaterial, PerspectiveCamera, Raycaster, Scene, Vector2, Vector3, type LineSegments,
+} from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import { forwardKinematics } from '../model/hand';
+import { type Moment, POSE } from '../model/moment';
+import { type Palm, palmOf } from '../model/palm';
+import type { Body, SceneInfo, Vec3 } from '../model/scene';
+import { ContactArrows } from './contact_arrows';
+import { Batch } from './batch';
+import { PoseInterpolator } from './interpolation';
+import { splitFurniture } from './furniture';
+import { Labels } from './labels';
+import { addLights } from './lights';
+import { Centres, Frames, regionLines } from './overlays';
+import { type Renderer, createRenderer } from './renderer';
+import { type ViewName, followHand, lookFrom, turnByKey } from './views';
+
+export type { ViewName } from './views';
+export type OverlayName = 'ghost' | 'contacts' | 'regions' | 'frames' | 'names' | 'com';
+
+/** What drawing costs: of the last frame. */
+export interface Stats { drawCalls: number; triangles: number; scriptMs: number }
+
+const PICKED = new Color('#ffb000');
+const GHOST = new Color('#56b4e9');
+
+/** Parts of the scene that belong to one run. */
+interface Shown {
+  info: SceneInfo;
+  solid: Batch;
+  boards: Batch;
+  walls: Batch;
+  ghost: Batch | null;
+  regions: LineSegments;
+  frames: Frames;
+  centres: Centres;
+  links: Body[];
+  box: Box3;
+  palm: Palm;
+}
+
+export class Stage {
+  readonly camera = new PerspectiveCamera(45, 1, 0.01, 50);
+  readonly three = new Scene();
+  readonly renderer: Renderer;
+  readonly controls: OrbitControls;
+  private readonly blend = new PoseInterpolator();
+  private readonly arrows = new ContactArrows();
+  private readonly labels: Labels;
+  private readonly overlays = new Set<OverlayName>();
+  private readonly observer: ResizeObserver;
+  private readonly raycaster = new Raycaster();
+  private readonly scratch = new Vector3();
+  private readonly matrix = new Matrix4();
+  private readonly themes = matchMedia('(prefers-color-scheme: dark)');
+  private readonly still = matchMedia('(prefers-reduced-motion: reduce)');
+  private readonly lit: { dispose(): void };
+  private readonly retheme = (): void => { this.ground(); };
+  private shown: Shown | null = null;
+  private moment: Moment | null = null;
+  private viewName: ViewName = 'free';
+  private picked: number | null = null;
+  private listeners: ((id: number | null, point: Vec3) => void)[] = [];
+  private before: (() => void)[] = [];
+  private dirty = true;
+  /** What is drawn does not stand where the poses say. */
+  private stale = false;
+  /** Where the hand's base was when the camera was last taken along. */
+  private handWas: Matrix4 | null = null;
+  private frame = 0;
+  private scriptMs = 0;
+
+  constructor(private readonly container: HTMLElement) {
+    this.renderer = createRenderer(container);
+    const canvas = this.renderer.domElement;
+    this.labels = new Labels(container);
+    this.camera.up.set(0, 0, 1);
+    this.camera.position.set(0.8, -1.4, 1.1);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.addEventListener('change', () => { this.dirty = true; });
+    this.lit = addLights(this.three);
+    this.three.add(this.arrows.mesh);
+    this.arrows.mesh.visible = false;
+    this.observer = new ResizeObserver(() => { this.resize(); });
+    this.observer.observe(container);
+    this.themes.addEventListener('change', this.retheme);
+    this.ground();
+    this.resize();
+    this.pointer(canvas);
+    const loop = (now: number): void => {
+      this.frame = requestAnimationFrame(loop);
+      this.draw(now);
+    };
+    this.frame = requestAnimationFrame(loop);
+  }
+
+  /** Another world; what was drawn of the last one is freed. */
+  setScene(info: SceneInfo): void {
+    const same = this.shown !== null && JSON.stringify(this.shown.info.regions) === JSON.stringify(info.regions);
+    this.clear();
+    const solid = info.bodies.filter((body) => body.kind !== 'furniture');
+    const { boards, walls } = splitFurniture(info.bodies.filter((body) => body.kind === 'furniture'));
+    const links = info.bodies.filter((body) => body.kind === 'hand');
+    const paint = (body: Body): Color => new Color().setRGB(...body.color, 'srgb');
+    const shown: Shown = {
+      info,
+      links,
+      solid: new Batch(solid, new MeshStandardMaterial({ roughness: 0.55 }), paint),
+      boards: new Batch(boards, new MeshStandardMaterial({ roughness: 0.9 }), paint),
+      walls: new Batch(walls, new MeshStandardMaterial({ roughness: 0.9, transparent: true, opacity: 0.38, depthWrite: false }), paint),
+      // The base is where it is: only the links after it are predicted.
+      ghost: info.hand ? new Batch(links.slice(1), new MeshStandardMaterial({ transparent: true, opacity: 0.35, depthWrite: false }), () => GHOST) : null,
+      regions: regionLines(info.regions),
+      frames: new Frames(info.moving.map((id) => links.some((link) => link.id === id))),
+      centres: new Centres(links.length + 1),
+      box: sceneBox(info),
+      palm: palmOf(info.hand),
+    };
+    shown.solid.mesh.castShadow = true;
+    shown.solid.mesh.receiveShadow = true;
+    shown.boards.mesh.castShadow = true;
+    shown.boards.mesh.receiveShadow = true;
+    shown.walls.mesh.receiveShadow = true;
+    shown.walls.mesh.renderOrder = 1;
+    this.three.add(shown.boards.mesh, shown.walls.mesh, shown.solid.mesh, shown.regions, shown.frames.lines, shown.centres.mesh);
+    if (shown.ghost) this.three.add(shown.ghost.mesh);
+    this.shown = shown;
+    this.picked = null;
+    this.moment = null;
+    this.relabel();
+    this.apply();
+    // The next run of the same task is looked at as the last one was.
+    if (!same || this.viewName === 'follow' || this.viewName === 'palm') this.view(this.viewName);
+    this.dirty = true;
+  }
+
+  /** Shows a moment as it is. */
+  show(moment: Moment): void {
+    this.moment = moment;
+    this.blend.jump(moment);
+    this.place();
+  }
+
+  /** Shows a moment of a live world, which came at `at` (ms as of `performance.now`). */
+  push(moment: Moment, at: number): void {
+    const first = this.moment === null;
+    this.moment = moment;
+    this.blend.push(moment, at);
+    if (first || this.still.matches) this.blend.jump(moment);
+    this.stale = true;
+  }
+
+  setOverlay(name: OverlayName, on: boolean): void {
+    if (on) this.overlays.add(name);
+    else this.overlays.delete(name);
+    if (name === 'names') this.relabel();
+    this.apply();
+    this.place();
+  }
+
+  view(name: ViewName): void {
+    this.viewName = name;
+    if (this.shown) lookFrom(this.camera, this.controls, name, this.shown.box, this.handMatrix(), this.shown.palm);
+    this.handWas = this.handMatrix()?.clone() ?? null;
+    this.dirty = true;
+  }
+
+  /** Told of the body that is clicked, or of none. */
+  onPick(listener: (id: number | null, point: Vec3) => void): void {
+    this.listeners.push(listener);
+  }
+
+  /** Called before each frame is drawn. */
+  onFrame(listener: () => void): void {
+    this.before.push(listener);
+  }
+
+  /** Marks a body, by a click or a list beside the picture. */
+  pick(id: number | null, point: Vec3 = [0, 0, 0]): void {
+    const body = (which: number | null): Body | undefined => this.shown?.info.bodies.find((b) => b.id === which);
+    const old = body(this.picked);
+    if (old) this.shown?.solid.paint(old.id, new Color().setRGB(...old.color, 'srgb'));
+    this.picked = id;
+    if (id !== null) this.shown?.solid.paint(id, PICKED);
+    this.dirty = true;
+    for (const listener of this.listeners) listener(id, point);
+  }
+
+  /** Where a body's origin is in the world, m. */
+  placeOf(id: number): Vec3 | null {
+    const at = this.shown?.solid.placeOf(id, this.scratch);
+    return at ? [at.x, at.y, at.z] : null;
+  }
+
+  /** Where a body is in the picture, CSS px from its upper left corner. */
+  screenPosition(id: number): { x: number; y: number } | null {
+    const at = this.shown?.solid.placeOf(id, this.scratch)?.project(this.camera);
+    if (!at) return null;
+    return { x: ((at.x + 1) / 2) * this.container.clientWidth, y: ((1 - at.y) / 2) * this.container.clientHeight };
+  }
+
+  stats(): Stats {
+    const { calls, triangles } = this.renderer.info.render;
+    return { drawCalls: calls, triangles, scriptMs: this.scriptMs };
+  }
+
+  /** Something was changed from outside: draw again. */
+  touch(): void {
+    this.dirty = true;
+  }
+
+  dispose(): void {
+    cancelAnimationFrame(this.frame);
+    this.observer.disconnect();
+    this.themes.removeEventListener('change', this.retheme);
+    this.clear();
+    this.lit.dispose();
+    this.arrows.dispose();
+    this.labels.clear();
+    this.controls.dispose();
+    this.renderer.dispose();
+    this.renderer.domElement.remove();
+  }
+
+  /** The colour behind everything is the page's. */
+  private ground(): void {
+    const color = getComputedStyle(document.documentElement).getPropertyValue('--stage').trim();
+    this.three.background = new Color(color || '#dfe3e8');
+    this.dirty = true;
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.container;
+    if (width === 0 || height === 0) return;
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.dirty = true;
+  }
+
+  /** A click that is no drag picks; keys turn the camera. */
+  private pointer(canvas: HTMLCanvasElement): void {
+    let down: { x: number; y: number } | null = null;
+    canvas.addEventListener('pointerdown', (event) => { down = { x: event.clientX, y: event.clientY }; });
+    canvas.addEventListener('pointerup', (event) => {
+      if (down && Math.hypot(event.clientX - down.x, event.clientY - down.y) < 5) {
+        const hit = this.hit(event.clientX, event.clientY);
+        this.pick(hit?.id ?? null, hit?.point);
+      }
+      down = null;
+    });
+    canvas.addEventListener('keydown', (event) => {
+      if (!turnByKey(this.camera, this.controls, event.key)) return;
+      event.preventDefault();
+      this.dirty = true;
+    });
+  }
+
+  /** What is under a point of the window. */
+  hit(clientX: number, clientY: number): { id: number; point: Vec3 } | null {
+    const area = this.renderer.domElement.getBoundingClientRect();
+    const at = new Vector2(((clientX - area.left) / area.width) * 2 - 1, 1 - ((clientY - area.top) / area.height) * 2);
+    this.raycaster.setFromCamera(at, this.camera);
+    const found = this.shown ? this.raycaster.intersectObject(this.shown.solid.mesh)[0] : undefined;
+    const id = this.shown?.solid.bodyOf(found?.batchId) ?? null;
+    return found && id !== null ? { id, point: [found.point.x, found.point.y, found.point.z] } : null;
+  }
+
+  private handMatrix(): Matrix4 | null {
+    const base = this.shown?.links[0];
+    return base ? this.shown?.solid.matrixOf(base.id, this.matrix) ?? null : null;
+  }
+
+  private relabel(): void {
+    const bodies = this.overlays.has('names') ? this.shown?.info.bodies ?? [] : [];
+    const objects = bodies.filter((body) => body.kind === 'object');
+    // A hand alone is asked about for its links; they are close together, and nearer by there is room for more names.
+    if (objects.length > 0) this.labels.set(objects);
+    else this.labels.set(bodies.filter((body) => body.kind === 'hand'), 12);
+    this.dirty = true;
+  }
+
+  /** Which overlays are seen. */
+  private apply(): void {
+    const { shown, overlays } = this;
+    this.arrows.mesh.visible = overlays.has('contacts');
+    if (shown) {
+      if (shown.ghost) shown.ghost.mesh.visible = overlays.has('ghost');
+      shown.regions.visible = overlays.has('regions');
+      shown.frames.lines.visible = overlays.has('frames');
+      shown.centres.mesh.visible = overlays.has('com');
+    }
+    this.dirty = true;
+  }
+
+  /** Puts everything where the present poses say. */
+  private place(): void {
+    const { shown, moment } = this;
+    this.stale = false;
+    if (!shown) return;
+    shown.info.moving.forEach((id, row) => { shown.solid.move(id, this.blend.poses, this.blend.poses, row * POSE, row * POSE + 3); });
+    const predicted = moment?.telemetry?.predicted;
+    if (shown.ghost && this.overlays.has('ghost')) this.placeGhost(shown, predicted ?? null);
+    if (this.overlays.has('contacts')) this.arrows.show(moment?.contacts ?? []);
+    if (this.overlays.has('frames')) shown.frames.show((k, into) => shown.solid.matrixOf(shown.info.moving[k] ?? -1, into));
+    if (this.overlays.has('com')) this.placeCentres(shown);
+    this.dirty = true;
+  }
+
+  private placeGhost(shown: Shown, predicted: number[] | null): void {
+    const base = shown.links[0];
+    const row = base ? shown.info.moving.indexOf(base.id) * POSE : -1;
+    if (shown.ghost) shown.ghost.mesh.visible = predicted !== null && row >= 0;
+    if (!shown.ghost || !shown.info.hand || !predicted || row < 0) return;
+    const p = this.blend.poses;
+    const at = (k: number): number => p[row + k] ?? 0;
+    const places = forwardKinematics(shown.info.hand, predicted, { position: [at(0), at(1), at(2)], quat: [at(3), at(4), at(5), at(6)] });
+    for (const link of shown.links) {
+      const pose = places.get(link.name);
+      if (pose) shown.ghost.move(link.id, pose.position, pose.quat);
+    }
+  }
+
+  /** Of every link, and of the hand as a whole. */
+  private placeCentres(shown: Shown): void {
+    const all: Vector3[] = [];
+    const whole = new Vector3();
+    let mass = 0;
+    for (const described of shown.info.hand?.links ?? []) {
+      const link = shown.links.find((body) => body.name === described.name);
+      if (!link || !shown.solid.matrixOf(link.id, this.matrix)) continue;
+      const at = new Vector3(...described.com).applyMatrix4(this.matrix);
+      all.push(at);
+      whole.addScaledVector(at, described.mass);
+      mass += described.mass;
+    }
+    if (mass > 0) all.push(whole.divideScalar(mass));
+    shown.centres.show(all);
+  }
+
+  private draw(now: number): void {
+    const begun = performance.now();
+    if (this.blend.advance(now) || this.stale) this.place();
+    for (const listener of this.before) listener();
+    if (!this.dirty) return;
+    this.dirty = false;
+    const hand = this.viewName === 'follow' || this.viewName === 'palm' ? this.handMatrix() : null;
+    if (hand && this.handWas) {
+      followHand(this.camera, this.controls, this.handWas, hand, this.viewName === 'palm');
+      this.handWas.copy(hand);
+    }
+    const { clientWidth, clientHeight } = this.container;
+    this.labels.place(this.camera, clientWidth, clientHeight, (id, into) => this.shown?.solid.placeOf(id, into) ?? null);
+    this.renderer.render(this.three, this.camera);
+    this.scriptMs = performance.now() - begun;
+  }
+
+  private clear(): void {
+    const { shown } = this;
+    if (!shown) return;
+    const gone: (Batch | null)[] = [shown.solid, shown.boards, shown.walls, shown.ghost];
+    for (const batch of gone) {
+      if (!batch) continue;
+      const material = batch.mesh.material;
+      batch.dispose();
+      for (const one of Array.isArray(material) ? material : [material]) one.dispose();
+    }
+    for (const drawn of [shown.regions, shown.frames.lines, shown.centres.mesh]) {
+      drawn.removeFromParent();
+      drawn.geometry.dispose();
+      for (const one of Array.isArray(drawn.material) ? drawn.material : [drawn.material]) one.dispose();
+    }
+    shown.centres.mesh.dispose();
+    this.shown = null;
+  }
+}
+
+/** A box around what is worth looking at: objects, regions and the hand. */
+function sceneBox(info: SceneInfo): Box3 {
+  const box = new Box3();
+  for (const body of info.bodies) if (body.kind !== 'furniture') box.expandByPoint(new Vector3(...body.position));
+  for (const region of info.regions) box.expandByPoint(new Vector3(...region.min)).expandByPoint(new Vector3(...region.max));
+  // Files of older servers have no regions: boxes and shelves show where they would be, the ground does not.
+  for (const body of info.regions.length > 0 ? [] : info.bodies) {
+    for (const part of body.kind === 'furniture' ? body.parts : []) {
+      if (part.shape.type === 'box' && Math.max(...part.shape.half_extents) < 0.7) {
+        box.expandByPoint(new Vector3(...part.position).add(new Vector3(...body.position)));
+      }
+    }
+  }
+  return box.isEmpty() ? new Box3(new Vector3(-0.3, -0.3, 0), new Vector3(0.3, 0.3, 0.4)) : box.expandByScalar(0.05);
+}

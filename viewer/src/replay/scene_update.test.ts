@@ -1,0 +1,22 @@
+import { expect, it } from 'vitest';
+import { entity } from './fixture';
+import { bodiesOf } from './scene_update';
+
+it('gives ids as contacts name them: the scene in its order, then the hand', () => {
+  const made = bodiesOf([entity('hand/palm', 'hand/palm'), entity('ball', 'ball'), entity('table', 'world')]);
+  expect(made.map(({ body }) => [body.id, body.name, body.kind])).toEqual([[0, 'ball', 'object'], [1, 'table', 'furniture'], [2, 'palm', 'hand']]);
+  expect(made[0]?.body.color).toEqual([1, 0, 0]);
+});
+
+it('reads shapes in the units of a scene: sizes are whole, radii and extents half', () => {
+  const all = entity('thing', 'thing');
+  const one = all.spheres[0];
+  if (!one) throw new Error('no sphere');
+  const sized = { ...one, size: { x: 2, y: 4, z: 6 } };
+  const triangles = { pose: one.pose, color: one.color, points: [{ x: 1, y: 2, z: 3 }] };
+  const shapes = bodiesOf([{ ...all, cubes: [sized], cylinders: [sized], triangles: [triangles] }])[0]?.body.parts.map((part) => part.shape);
+  expect(shapes).toEqual([
+    { type: 'box', half_extents: [1, 2, 3], rounding: 0 }, { type: 'sphere', radius: 0.05 },
+    { type: 'cylinder', radius: 1, half_length: 3 }, { type: 'hull', points: [[1, 2, 3]], rounding: 0 },
+  ]);
+});
