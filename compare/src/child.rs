@@ -1,5 +1,5 @@
-//! Plays what is asked for within a limit of time: in this process, or, where the engine cannot be interrupted within a
-//! step, in a child process of this program, which ends when its time is over.
+//! Plays a [`Task`] within a limit of time: in this process or, where the engine cannot be interrupted within a step, in a
+//! child process of this program, which ends when its time is over.
 
 use crate::engine::EngineKind;
 use crate::played::Played;
@@ -18,7 +18,7 @@ use std::process::{ChildStdin, ChildStdout, Command, Stdio};
 /// Name of the command that makes a child of this program.
 pub const COMMAND: &str = "child";
 
-/// What is to be played.
+/// A case or a grasp to play.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Task {
     /// A case; its answer is [`Played`].
@@ -27,7 +27,7 @@ pub enum Task {
         name: String,
         /// Step of the reference run, s, where one is wanted.
         reference_dt_s: Option<f64>,
-        /// Which of many starts.
+        /// Number of the start.
         start: u32,
     },
     /// A grasp that was drawn; its answer is [`Fate`](crate::trials::play::Fate).
@@ -38,12 +38,12 @@ pub enum Task {
         family: String,
         /// The grasp's place in it.
         index: usize,
-        /// How far aside of its drawn place the object lies, µm.
+        /// Distance of the object from its drawn place, µm.
         aside_um: f64,
     },
 }
 
-/// A task, and who plays it.
+/// A task, and the engine that plays it.
 #[derive(Debug, Serialize, Deserialize)]
 struct Request {
     task: Task,
@@ -61,7 +61,7 @@ struct Request {
 pub struct Failure {
     /// What the engine or the case said.
     pub said: String,
-    /// Whether it is only that the run did not come to an end in its time.
+    /// Whether the run only did not end in its time.
     pub unfinished: bool,
 }
 
@@ -75,8 +75,8 @@ impl Task {
     /// Plays it with a step of `dt_s` within `limit_s` of CPU time, both in s.
     ///
     /// # Errors
-    /// No child can be started: that says nothing of the engine. Within: the engine or the case fails, or does not come to an
-    /// end in its time.
+    /// No child can be started, which says nothing about the engine. The inner error: the engine or the case fails, or does
+    /// not end in its time.
     pub fn play<T>(self, engine: EngineKind, dt_s: f64, limit_s: f64) -> Result<Result<T, Failure>>
     where
         T: DeserializeOwned,
@@ -128,8 +128,8 @@ impl Request {
                 Some(status) if status.code() == Some(limit::EXIT_CODE) => {
                     anyhow::Error::new(NotFinished { allowed_s: self.limit_s }).into()
                 }
-                Some(status) => Failure { said: format!("it broke down ({status})"), unfinished: false },
-                None => bail!("the child process is not there any more"),
+                Some(status) => Failure { said: format!("the process ended ({status})"), unfinished: false },
+                None => bail!("the child process has gone"),
             }))
         })
     }
@@ -147,7 +147,7 @@ struct Child {
 
 impl Child {
     fn start() -> Result<Self> {
-        let program = std::env::current_exe().context("where is this program?")?;
+        let program = std::env::current_exe().context("the path of this program is unknown")?;
         let is_bench = program.file_stem().is_some_and(|name| name == "palmares-compare");
         ensure!(is_bench, "{} is not palmares-compare, which alone can be its own child", program.display());
         let mut process = Command::new(&program)
@@ -161,7 +161,7 @@ impl Child {
         Ok(Child { process, to, from })
     }
 
-    /// None where the process has ended instead of answering.
+    /// `None` where the process has ended instead of answering.
     fn ask(&mut self, request: &Request) -> Result<Option<Result<Value, Failure>>> {
         let to = self.to.as_mut().context("no pipe to the child process")?;
         writeln!(to, "{}", serde_json::to_string(request)?)?;

@@ -1,9 +1,9 @@
-//! What a run of a case comes to.
+//! The result of a run of a case.
 
 use palmares_bench::case_report::{CaseReport, Figure, Invariants};
 use serde::{Deserialize, Serialize};
 
-/// A run that came to an end, judged.
+/// A run that ended, and whether it does what the scene asks for.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Played {
     /// The case's figure; without a value where that is not finite, for JSON knows no infinities.
@@ -15,7 +15,7 @@ pub struct Played {
 }
 
 impl Played {
-    /// Judges what a case said.
+    /// From the report of a case.
     pub fn of(report: CaseReport) -> Self {
         let CaseReport { error, invariants, .. } = report;
         let trouble = trouble(&error, &invariants);
@@ -24,9 +24,9 @@ impl Played {
     }
 }
 
-/// Why a run that came to an end does not do what the scene asks for, if so: numbers that are not finite, steps that failed,
-/// an object that was lost, a bound that was broken, bodies sunk into each other, or an error beyond any use. How far a run is
-/// from the engine's own fine one is not asked.
+/// The reason why a run that ended does not do what the scene asks for, if there is one: numbers that are not finite, steps
+/// that failed, a lost object, a broken bound, bodies sunk into each other, or an error beyond any use. The difference from
+/// the engine's own fine run is no reason.
 pub fn trouble(error: &Figure, seen: &Invariants) -> Option<String> {
     if error.value.is_some_and(|x| !x.is_finite()) {
         return Some("not finite".into());
@@ -49,7 +49,7 @@ pub fn trouble(error: &Figure, seen: &Invariants) -> Option<String> {
     (value.abs() > useless(&error.unit)).then(|| format!("error {:.2} {}", value.abs(), error.unit))
 }
 
-/// From which error on nothing of a run is left.
+/// The error from which on a run is useless.
 fn useless(unit: &str) -> f64 {
     match unit {
         "rad" => 0.2,

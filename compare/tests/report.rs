@@ -29,8 +29,8 @@ fn a_small_report_is_complete_and_can_be_read_back() {
         assert_eq!(run.trouble, None, "{run:?}");
         assert!(run.cpu_s > 0.0 && run.usable_error().is_some(), "{run:?}");
     }
-    assert_eq!(made.verdicts.len(), 1);
-    let stiff = made.verdicts[0].settings.iter().find(|outcome| outcome.settings == "stiff120");
+    assert_eq!(made.results.len(), 1);
+    let stiff = made.results[0].settings.iter().find(|outcome| outcome.settings == "stiff120");
     let stiff = stiff.expect("it was among them");
     assert_eq!((stiff.done, stiff.tried), (2, 2), "rapier rolls a ball");
     assert!(made.ticks.iter().all(|way| way.lifted), "the pan is lifted both ways");
@@ -39,7 +39,7 @@ fn a_small_report_is_complete_and_can_be_read_back() {
         assert!(text.contains("bowling") || file == "ticks.svg", "{file}");
     }
     let json = folder.join("report.json");
-    assert_eq!(runner::check(&json).is_ok(), made.verdicts[0].holds());
+    assert_eq!(runner::check(&json).is_ok(), made.results[0].holds());
     let page = fs::read_to_string(folder.join("README.md")).expect("written");
     runner::rewrite(&json).expect("it can be judged again");
     assert_eq!(fs::read_to_string(folder.join("README.md")).expect("written"), page);
@@ -61,7 +61,7 @@ fn runs_of_an_engine_that_is_not_played_are_kept_from_an_earlier_report() {
     };
     assert_eq!(of_peer(&kept), of_peer(&both));
     assert_eq!(kept.runs.len(), 6);
-    assert_eq!(kept.verdicts.len(), 1);
+    assert_eq!(kept.results.len(), 1);
     let note = kept.engines.iter().find(|note| note.name == "rapier").expect("a note");
     let kept_from = note.kept_from.as_ref().expect("it says where it is from");
     assert_eq!(kept_from.commit, both.commit);

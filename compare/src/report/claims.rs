@@ -2,7 +2,7 @@
 //! against them by a test. ARCHITECTURE.md says nothing of them.
 
 use super::comparison::Comparison;
-use super::dominance::Verdict;
+use super::dominance::PeerResult;
 use super::passes::BY_STARTS;
 use super::runner::read;
 use crate::engine::EngineKind;
@@ -80,25 +80,25 @@ fn outside(text: &str) -> Result<String> {
 
 fn readme(reports: &[Comparison; 2], grasps: &Table) -> String {
     let mut out = said_of_all(reports) + &said_of_grasps(grasps);
-    let scenes = BY_STARTS.iter().flat_map(|case| reports[0].verdicts.iter().filter(|v| v.case == *case));
+    let scenes = BY_STARTS.iter().flat_map(|case| reports[0].results.iter().filter(|v| v.case == *case));
     out += "What it comes to in the scenes that hands are for:\n\n";
-    scenes.for_each(|verdict| bullet(&mut out, verdict));
+    scenes.for_each(|result| bullet(&mut out, result));
     out
 }
 
 fn physics(reports: &[Comparison; 2]) -> String {
     let mut out = said_of_all(reports);
-    let ahead: Vec<&Verdict> = reports.iter().flat_map(Comparison::ahead).collect();
+    let ahead: Vec<&PeerResult> = reports.iter().flat_map(Comparison::ahead).collect();
     if !ahead.is_empty() {
         out += "A peer is ahead in:\n\n";
-        ahead.into_iter().for_each(|verdict| bullet(&mut out, verdict));
+        ahead.into_iter().for_each(|result| bullet(&mut out, result));
     }
     out
 }
 
 fn said_of_all(reports: &[Comparison; 2]) -> String {
     let [main, further] = reports;
-    let all: usize = reports.iter().map(|report| report.verdicts.len()).sum();
+    let all: usize = reports.iter().map(|report| report.results.len()).sum();
     let ahead: usize = reports.iter().map(|report| report.ahead().count()).sum();
     let commits = if main.commit == further.commit {
         format!("commit {}", main.commit)
@@ -150,24 +150,24 @@ fn said_of_grasps(grasps: &Table) -> String {
     )) + "\n"
 }
 
-fn bullet(out: &mut String, verdict: &Verdict) {
-    let tried = verdict.settings.first().map_or(0, |first| first.tried);
-    let said = match verdict.best() {
-        None => format!("{} does it at none of {tried} steps", verdict.peer),
+fn bullet(out: &mut String, result: &PeerResult) {
+    let tried = result.settings.first().map_or(0, |first| first.tried);
+    let said = match result.best() {
+        None => format!("{} does it at none of {tried} steps", result.peer),
         Some(best) => {
-            format!("{} does it with `{}` at {} of {tried} steps", verdict.peer, best.settings, best.done)
+            format!("{} does it with `{}` at {} of {tried} steps", result.peer, best.settings, best.done)
         }
     };
-    let ours = match verdict.best() {
-        None => format!("ours at {}", verdict.own_done),
-        Some(_) if !verdict.holds() => format!("it is ahead at {}", verdict.ahead()),
+    let ours = match result.best() {
+        None => format!("ours at {}", result.own_done),
+        Some(_) if !result.holds() => format!("it is ahead at {}", result.ahead()),
         Some(best) => {
             let times =
                 best.least_advantage.map_or(String::new(), |x| format!(" and at least {x:.1} times as fast"));
-            format!("ours at {}{times}", verdict.own_done)
+            format!("ours at {}{times}", result.own_done)
         }
     };
-    let _ = writeln!(out, "- `{}`: {said}, {ours}.", verdict.case);
+    let _ = writeln!(out, "- `{}`: {said}, {ours}.", result.case);
 }
 
 /// Lines of at most 110 characters.

@@ -1,7 +1,7 @@
 //! The machine-readable report.
 
+use super::peer_result::PeerResult;
 use super::ticks::Ticks;
-use super::verdict::Verdict;
 use crate::engine::EngineKind;
 use crate::machine::Machine;
 use palmares_bench::case_report::{Figure, Invariants, Times};
@@ -34,7 +34,8 @@ pub struct Comparison {
     /// One per case, engine and step.
     pub runs: Vec<Run>,
     /// Whether anything is faster than ours at an error that is not larger.
-    pub verdicts: Vec<Verdict>,
+    #[serde(rename = "verdicts")]
+    pub results: Vec<PeerResult>,
     /// Time of every 10 ms of a grasp.
     pub ticks: Vec<Ticks>,
     /// Cases that were left out, and why.
@@ -60,8 +61,8 @@ impl Comparison {
     }
 
     /// Comparisons in which a peer is ahead.
-    pub fn ahead(&self) -> impl Iterator<Item = &Verdict> {
-        self.verdicts.iter().filter(|verdict| !verdict.holds())
+    pub fn ahead(&self) -> impl Iterator<Item = &PeerResult> {
+        self.results.iter().filter(|result| !result.holds())
     }
 }
 

@@ -1,16 +1,16 @@
 //! Is a peer ever faster than ours at an error that is not larger, with any of its settings?
 
 use super::comparison::{Run, distinct};
-pub use super::verdict::{Outcome, Verdict};
+pub use super::peer_result::{PeerResult, SettingsResult};
 
 /// Compares every peer with ours, case by case.
-pub fn verdicts(runs: &[Run], own: &str, peers: &[impl AsRef<str>]) -> Vec<Verdict> {
+pub fn peer_results(runs: &[Run], own: &str, peers: &[impl AsRef<str>]) -> Vec<PeerResult> {
     let cases = distinct(runs.iter().map(|run| &run.case));
     let pairs = cases.iter().flat_map(|case| peers.iter().map(move |peer| (*case, peer.as_ref())));
-    pairs.filter_map(|(case, peer)| verdict(runs, own, case, peer)).collect()
+    pairs.filter_map(|(case, peer)| result(runs, own, case, peer)).collect()
 }
 
-fn verdict(runs: &[Run], own: &str, case: &str, peer: &str) -> Option<Verdict> {
+fn result(runs: &[Run], own: &str, case: &str, peer: &str) -> Option<PeerResult> {
     let by = |engine: &str| -> Vec<&Run> {
         runs.iter().filter(|run| run.case == case && run.engine == engine).collect()
     };
@@ -20,10 +20,10 @@ fn verdict(runs: &[Run], own: &str, case: &str, peer: &str) -> Option<Verdict> {
         let with: Vec<&Run> = theirs.iter().filter(|run| run.settings == *name).copied().collect();
         outcome(name, &ours, &with)
     });
-    let mut settings: Vec<Outcome> = outcomes.collect();
+    let mut settings: Vec<SettingsResult> = outcomes.collect();
     settings.sort_by(|a, b| a.rank().partial_cmp(&b.rank()).unwrap_or(std::cmp::Ordering::Equal));
     let figure = theirs.first()?.error.as_ref().or_else(|| ours.first()?.error.as_ref());
-    Some(Verdict {
+    Some(PeerResult {
         case: case.to_owned(),
         peer: peer.to_owned(),
         settings,
@@ -33,7 +33,7 @@ fn verdict(runs: &[Run], own: &str, case: &str, peer: &str) -> Option<Verdict> {
     })
 }
 
-fn outcome(settings: &str, ours: &[&Run], theirs: &[&Run]) -> Outcome {
+fn outcome(settings: &str, ours: &[&Run], theirs: &[&Run]) -> SettingsResult {
     let point =
         |run: &&Run| run.judged().filter(|_| run.cpu_s > 0.0).map(|error| (error, run.cpu_s, run.dt_ms));
     let own_points: Vec<_> = ours.iter().filter_map(point).collect();
@@ -51,7 +51,7 @@ fn outcome(settings: &str, ours: &[&Run], theirs: &[&Run]) -> Outcome {
     }
     let done: Vec<&Run> = theirs.iter().filter(|run| run.does_it()).copied().collect();
     let overlaps = done.iter().filter_map(|run| run.invariants.max_penetration_mm);
-    Outcome {
+    SettingsResult {
         settings: settings.to_owned(),
         done: done.len(),
         tried: theirs.len(),
@@ -96,27 +96,27 @@ mod tests {
         }
     }
 
-    fn only(runs: &[Run]) -> Verdict {
-        let mut all = verdicts(runs, "own", &["peer"]);
+    fn only(runs: &[Run]) -> PeerResult {
+        let mut all = peer_results(runs, "own", &["peer"]);
         assert_eq!(all.len(), 1);
         all.remove(0)
     }
 
     #[test]
     fn a_faster_peer_at_a_smaller_error_is_told() {
-        let verdict =
+        let result =
             only(&[run("own", 1.0, 0.5, 0.1), run("peer", 1.0, 0.4, 0.05), run("peer", 2.0, 0.6, 0.2)]);
-        assert_eq!(verdict.settings[0].ahead_ms, [1.0]);
-        assert!(!verdict.holds());
-        assert_eq!(verdict.settings[0].least_advantage, Some(2.0));
-        assert_eq!(verdict.words(), "**the peer is ahead** at 1 ms with `default`");
+        assert_eq!(result.settings[0].ahead_ms, [1.0]);
+        assert!(!result.holds());
+        assert_eq!(result.settings[0].least_advantage, Some(2.0));
+        assert_eq!(result.words(), "**the peer is ahead** at 1 ms with `default`");
     }
 
     #[test]
     fn a_faster_peer_at_a_larger_error_is_beaten_by_a_larger_step_of_ours() {
-        let verdict =
+        let result =
             only(&[run("own", 1.0, 0.1, 0.1), run("own", 4.0, 0.3, 0.03), run("peer", 4.0, 0.4, 0.05)]);
-        assert!(verdict.holds(), "{verdict:?}");
+        assert!(result.holds(), "{result:?}");
     }
 
     #[test]
@@ -147,19 +147,19 @@ mod tests {
         let slower = bounded(run("peer", 1.0, 0.0, 0.05), 0.1);
         let faster = bounded(run("peer", 2.0, 0.0, 0.005), -0.2);
         let thrown = bounded(run("peer", 4.0, 0.0, 0.001), 1.1);
-        let verdict = only(&[own, slower, faster, thrown.clone()]);
+        let result = only(&[own, slower, faster, thrown.clone()]);
         assert_eq!(thrown.trouble.as_deref(), Some("more than 1 m/s"));
-        assert_eq!((verdict.settings[0].done, verdict.settings[0].tried), (2, 3));
-        assert_eq!(verdict.settings[0].ahead_ms, [2.0]);
+        assert_eq!((result.settings[0].done, result.settings[0].tried), (2, 3));
+        assert_eq!(result.settings[0].ahead_ms, [2.0]);
     }
 
     #[test]
     fn a_run_that_lost_the_object_counts_for_nobody() {
         let mut lost = run("peer", 1.0, 0.01, 0.001);
         lost.trouble = Some("object lost".into());
-        let verdict = only(&[run("own", 1.0, 0.1, 0.1), lost]);
-        assert_eq!((verdict.settings[0].done, verdict.settings[0].tried), (0, 1));
-        assert!(verdict.holds() && verdict.best().is_none());
+        let result = only(&[run("own", 1.0, 0.1, 0.1), lost]);
+        assert_eq!((result.settings[0].done, result.settings[0].tried), (0, 1));
+        assert!(result.holds() && result.best().is_none());
     }
 
     #[test]
@@ -169,8 +169,8 @@ mod tests {
         far.invariants.held = Some(true);
         far.trouble = trouble(far.error.as_ref().expect("set"), &far.invariants);
         assert_eq!(far.trouble, None);
-        let verdict = only(&[run("own", 1.0, 0.5, 0.1), far]);
-        assert_eq!((verdict.settings[0].done, verdict.settings[0].differs), (1, Some([39570.0; 2])));
+        let result = only(&[run("own", 1.0, 0.5, 0.1), far]);
+        assert_eq!((result.settings[0].done, result.settings[0].differs), (1, Some([39570.0; 2])));
     }
 
     #[test]
@@ -197,10 +197,10 @@ mod tests {
         let surer = of(16, run("peer", 1.0, 0.1, 0.5));
         let luckier = of(8, run("peer", 2.0, 0.1, 0.2));
         let unlucky = of(7, run("peer", 4.0, 0.1, 0.01));
-        let verdict = only(&[own, surer, luckier, unlucky]);
-        assert_eq!((verdict.settings[0].done, verdict.settings[0].tried), (2, 3));
-        assert_eq!(verdict.settings[0].ahead_ms, [1.0], "none of ours does it from all 16");
-        assert_eq!(verdict.settings[0].least_advantage, Some(2.0));
+        let result = only(&[own, surer, luckier, unlucky]);
+        assert_eq!((result.settings[0].done, result.settings[0].tried), (2, 3));
+        assert_eq!(result.settings[0].ahead_ms, [1.0], "none of ours does it from all 16");
+        assert_eq!(result.settings[0].least_advantage, Some(2.0));
     }
 
     #[test]

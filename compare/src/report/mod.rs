@@ -6,10 +6,10 @@ pub mod dominance;
 mod outcome_cache;
 mod page;
 mod passes;
+mod peer_result;
 mod plots;
 pub mod runner;
 pub mod ticks;
-mod verdict;
 
 pub use comparison::Comparison;
 pub use runner::{Options, write};

@@ -1,7 +1,7 @@
 //! The report as a page to read.
 
 use super::comparison::{Comparison, Run};
-use super::dominance::{Outcome, Verdict};
+use super::dominance::{PeerResult, SettingsResult};
 use super::passes::{BY_STARTS, ENOUGH_S, FEW_STARTS, LONGEST_S, STARTS};
 use super::plots::{at_one_ms, cases, largest_usable, picture};
 use palmares_bench::cases::{self as scenes, ASIDE_M};
@@ -88,10 +88,10 @@ fn head(page: &mut String, report: &Comparison) {
 }
 
 fn dominance(page: &mut String, report: &Comparison) {
-    if report.verdicts.is_empty() {
+    if report.results.is_empty() {
         return;
     }
-    let all = report.verdicts.len();
+    let all = report.results.len();
     put!(page, "## Is a peer ever ahead?\n");
     put!(
         page,
@@ -106,7 +106,7 @@ fn dominance(page: &mut String, report: &Comparison) {
         "| scene | peer | its best settings | does it: steps | ours | verdict | differs from its own fine run | ours |"
     );
     put!(page, "|---|---|---|---|---|---|---|---|");
-    for v in &report.verdicts {
+    for v in &report.results {
         let (own, words) = (v.own_done, v.words());
         let best = v.best();
         let name = best.map_or("none".to_owned(), |best| format!("`{}`", best.settings));
@@ -138,7 +138,7 @@ fn difference(value: f64, unit: &str) -> String {
 }
 
 fn stable(page: &mut String, report: &Comparison) {
-    if report.verdicts.is_empty() {
+    if report.results.is_empty() {
         return;
     }
     put!(page, "## Largest usable step\n\n![largest usable step](stable.svg)\n");
@@ -218,8 +218,8 @@ fn scene(page: &mut String, report: &Comparison, case: &str) {
     let (name, unit) = figure.map_or(("error", ""), |figure| (&figure.name, &figure.unit));
     let most =
         figure.and_then(|figure| figure.within).map_or(String::new(), |most| format!(", at most {most}"));
-    for verdict in report.verdicts.iter().filter(|verdict| verdict.case == case) {
-        by_settings(page, verdict);
+    for result in report.results.iter().filter(|result| result.case == case) {
+        by_settings(page, result);
     }
     put!(
         page,
@@ -238,11 +238,11 @@ fn scene(page: &mut String, report: &Comparison, case: &str) {
 }
 
 /// What each of a peer's settings comes to.
-fn by_settings(page: &mut String, verdict: &Verdict) {
-    put!(page, "| {} | does it: steps | deepest overlap | least time beside ours | ahead at |", verdict.peer);
+fn by_settings(page: &mut String, result: &PeerResult) {
+    put!(page, "| {} | does it: steps | deepest overlap | least time beside ours | ahead at |", result.peer);
     put!(page, "|---|---|---|---|---|");
-    for outcome in &verdict.settings {
-        let Outcome { settings, done, tried, .. } = outcome;
+    for outcome in &result.settings {
+        let SettingsResult { settings, done, tried, .. } = outcome;
         let overlap = outcome.overlap_mm.map_or("–".to_owned(), |mm| format!("{mm:.2} mm"));
         let ratio = outcome.least_advantage.map_or("–".to_owned(), |ratio| format!("{ratio:.1}"));
         let steps: Vec<String> = outcome.ahead_ms.iter().map(|ms| format!("{ms} ms")).collect();

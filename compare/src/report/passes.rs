@@ -15,24 +15,24 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-/// Scenes that are judged by many starts, for what comes out of them hangs on less than anybody could place by hand: in the
-/// grasps the difference from an engine's own fine run does not fall with the step, heaps are chaotic.
+/// Scenes with chaotic outcomes: a tenth of a millimetre in the start changes them. They are judged by many starts. In the
+/// grasps the difference from an engine's own fine run does not fall with the step; heaps are chaotic too.
 pub(super) const BY_STARTS: [&str; 4] =
     ["softhand_cylinder", "softhand_box", "softhand_balls", "thirty_objects_and_hand"];
 
-/// From so many starts each.
+/// Number of starts of each.
 pub(super) const STARTS: u32 = 8;
-/// ... in a quick report, at steps below 1 ms, which would take as long as all others together, and where these agree.
+/// Number in a quick report, at steps below 1 ms, which would take as long as all others together, and where these agree.
 pub(super) const FEW_STARTS: u32 = 4;
 
-/// A timing run ends after this much CPU time, s, which hardly any is longer than; of a quick report.
+/// A timing run ends after this much CPU time, s; hardly any run takes longer. The second is that of a quick report.
 pub(super) const LONGEST_S: f64 = 10.0;
 const QUICK_LONGEST_S: f64 = 0.5;
 
 /// A run is not timed again once it has taken this much wall time, s.
 pub(super) const ENOUGH_S: f64 = 4.0;
 
-/// So many run at once while the engines take turns with their timings: MuJoCo has a process for each.
+/// Number of runs at once while the engines take turns with their timings: MuJoCo has a process for each.
 const TURNS: usize = 4;
 
 /// Runs one case on one engine with all steps; several of them side by side, for nothing is timed.
@@ -112,7 +112,7 @@ pub(super) fn outcomes(
     Ok(done.into_iter().map(|runs| runs.into_inner().unwrap_or_else(PoisonError::into_inner)).collect())
 }
 
-/// What a panic elsewhere left behind is as good as before.
+/// The value is as good as before a panic elsewhere.
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -243,7 +243,7 @@ fn said(run: &Run) -> String {
     }
 }
 
-/// Where a report is.
+/// Progress of a report.
 pub(super) struct Progress {
     pub begin: Instant,
     pub done: usize,

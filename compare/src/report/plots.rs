@@ -1,7 +1,7 @@
 //! The pictures of a report, as SVG.
 
 use super::comparison::{Comparison, Run, distinct};
-use super::dominance::Verdict;
+use super::dominance::PeerResult;
 use anyhow::{Result, anyhow};
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -55,8 +55,8 @@ pub(super) fn draw(report: &Comparison, folder: &Path) -> Result<()> {
 
 /// Whether a run is in the picture of its case: ours, and of every peer those with its best settings.
 fn drawn(report: &Comparison, run: &Run) -> bool {
-    let of = |verdict: &&Verdict| verdict.case == run.case && verdict.peer == run.engine;
-    let best = report.verdicts.iter().find(of).and_then(|verdict| verdict.settings.first());
+    let of = |result: &&PeerResult| result.case == run.case && result.peer == run.engine;
+    let best = report.results.iter().find(of).and_then(|result| result.settings.first());
     best.is_none_or(|best| best.settings == run.settings)
 }
 

@@ -1,7 +1,7 @@
 //! Runs cases over engines, settings and steps, and writes the report.
 
 use super::comparison::{Choice, Clock, Comparison, EngineNote, FORMAT, Run};
-use super::dominance::verdicts;
+use super::dominance::peer_results;
 use super::outcome_cache::OutcomeCache;
 use super::passes::{self, Conduct, Job, Progress, reference_s};
 use super::{page, plots, ticks};
@@ -153,7 +153,7 @@ pub fn write(options: &Options) -> Result<Comparison> {
         keep(earlier, &mut engines, &mut runs, &steps)?;
     }
     let peers = peers(&engines);
-    let verdicts = verdicts(&runs, EngineKind::Own.name(), &peers);
+    let results = peer_results(&runs, EngineKind::Own.name(), &peers);
     let comparison = Comparison {
         format: FORMAT,
         quick,
@@ -163,7 +163,7 @@ pub fn write(options: &Options) -> Result<Comparison> {
         run_limit_s,
         run_limit_by: Clock::Cpu,
         engines,
-        verdicts,
+        results,
         runs,
         ticks: ticks::measure(repeats)?,
         left_out,
@@ -244,7 +244,7 @@ pub fn read(path: &Path) -> Result<Comparison> {
 pub fn rewrite(path: &Path) -> Result<()> {
     let mut comparison = read(path)?;
     let peers = peers(&comparison.engines);
-    comparison.verdicts = verdicts(&comparison.runs, EngineKind::Own.name(), &peers);
+    comparison.results = peer_results(&comparison.runs, EngineKind::Own.name(), &peers);
     publish(&comparison, path.parent().unwrap_or(Path::new(".")))
 }
 
@@ -254,10 +254,10 @@ pub fn rewrite(path: &Path) -> Result<()> {
 /// No such file, or not a report of this format, or a peer is ahead somewhere.
 pub fn check(path: &Path) -> Result<()> {
     let comparison = read(path)?;
-    for verdict in &comparison.verdicts {
-        println!("{:<26}{:<8}{}", verdict.case, verdict.peer, verdict.words());
+    for result in &comparison.results {
+        println!("{:<26}{:<8}{}", result.case, result.peer, result.words());
     }
-    let (ahead, all) = (comparison.ahead().count(), comparison.verdicts.len());
+    let (ahead, all) = (comparison.ahead().count(), comparison.results.len());
     if ahead > 0 {
         bail!("in {ahead} of {all} comparisons a peer is ahead at an equal or smaller error");
     }

@@ -1,16 +1,16 @@
-//! Who is ahead in a case: the answer, and in words.
+//! The result of one peer in one case: is it ahead of ours?
 
 use serde::{Deserialize, Serialize};
 
-/// The answer for one case and one peer.
+/// One peer in one case.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
-pub struct Verdict {
+pub struct PeerResult {
     /// Which case.
     pub case: String,
     /// Which peer.
     pub peer: String,
-    /// What each of its settings comes to, the best first.
-    pub settings: Vec<Outcome>,
+    /// Its results with each of its settings, the best first.
+    pub settings: Vec<SettingsResult>,
     /// Steps of ours that do what the scene asks for.
     pub own_done: usize,
     /// Least and most difference of those from our own fine run, where that is what the figure of the case says.
@@ -21,7 +21,7 @@ pub struct Verdict {
 
 /// One case on a peer with one of its settings.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
-pub struct Outcome {
+pub struct SettingsResult {
     /// Name of the settings.
     pub settings: String,
     /// Steps with which it does what the scene asks for, out of those tried.
@@ -40,7 +40,7 @@ pub struct Outcome {
     pub differs: Option<[f64; 2]>,
 }
 
-impl Outcome {
+impl SettingsResult {
     /// The smaller, the better for the peer: ahead of ours, then nearly so, then at more steps.
     pub(super) fn rank(&self) -> (bool, bool, f64, usize) {
         let ratio = self.least_advantage.unwrap_or(f64::INFINITY);
@@ -48,9 +48,9 @@ impl Outcome {
     }
 }
 
-impl Verdict {
+impl PeerResult {
     /// The peer's best settings for this scene, if it does it with any.
-    pub fn best(&self) -> Option<&Outcome> {
+    pub fn best(&self) -> Option<&SettingsResult> {
         self.settings.first().filter(|best| best.done > 0)
     }
 
@@ -70,13 +70,13 @@ impl Verdict {
 
     /// In words.
     pub fn words(&self) -> String {
-        let count = |of: fn(&Outcome) -> usize| self.settings.iter().map(of).sum::<usize>();
+        let count = |of: fn(&SettingsResult) -> usize| self.settings.iter().map(of).sum::<usize>();
         let unfinished = count(|outcome| outcome.unfinished);
         let words = match self.best() {
             None if unfinished == count(|outcome| outcome.tried) => "nothing is known".into(),
             None => "the peer does it at no step".into(),
             Some(_) if !self.holds() => format!("**the peer is ahead** at {}", self.ahead()),
-            Some(Outcome { least_advantage: Some(ratio), .. }) => {
+            Some(SettingsResult { least_advantage: Some(ratio), .. }) => {
                 format!("ours is never slower; at least {ratio:.1} times as fast")
             }
             Some(_) => "ours is never slower".into(),
