@@ -1,4 +1,4 @@
-//! What a case prints.
+//! The report of one run of a case.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +19,7 @@ pub struct CaseReport {
     pub us_per_step: Times,
     /// The case's own figure.
     pub error: Figure,
-    /// What must hold in any run; null where the case has none.
+    /// Checks of the run; null where the case has none.
     pub invariants: Invariants,
 }
 
@@ -41,17 +41,17 @@ pub struct Times {
 /// A named number.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Figure {
-    /// What it is.
+    /// Its name.
     pub name: String,
     /// The number; null when the reference run was left out.
     pub value: Option<f64>,
     /// Its unit.
     pub unit: String,
-    /// The most it may be, where no smaller value is any better: it tells what happened, not how wrong that is.
+    /// The bound, where no smaller value is better: such a figure describes the outcome, not an error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<f64>,
-    /// Whether it is the difference from the same scene on the same engine at a far smaller step. It tells how much an
-    /// outcome depends on the step, not whether it is what was asked for.
+    /// Whether it is the difference from the same scene on the same engine at a far smaller step. It measures how much the
+    /// outcome depends on the step, not whether the outcome is right.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub from_own_fine_run: bool,
 }
@@ -68,12 +68,12 @@ impl Figure {
         }
     }
 
-    /// A difference from the engine's own run at a far smaller step; not known when that was left out.
+    /// A difference from the engine's own run at a far smaller step; without a value when that was left out.
     pub fn from_own_fine_run(name: &str, value: Option<f64>, unit: &str) -> Self {
         Figure { value, from_own_fine_run: true, ..Figure::new(name, 0.0, unit) }
     }
 
-    /// Something that must stay `within` a bound; below it, no value is better than another.
+    /// A figure that must stay `within` a bound; below it, no value is better than another.
     pub fn bounded(name: &str, value: f64, unit: &str, within: f64) -> Self {
         Figure { within: Some(within), ..Figure::new(name, value, unit) }
     }
@@ -89,7 +89,7 @@ pub struct Invariants {
     pub slip_mm_s: Option<f64>,
     /// Deepest overlap of shapes, mm.
     pub max_penetration_mm: Option<f64>,
-    /// How deep shapes may overlap, mm ([`crate::overlap`]): of several worlds, in the one where they came nearest to it.
+    /// How deep shapes may overlap, mm ([`crate::overlap`]): of several worlds, that of the world nearest to its bound.
     pub overlap_bound_mm: Option<f64>,
     /// The deepest overlap there, as a part of the bound.
     pub overlap_of_bound: Option<f64>,

@@ -11,6 +11,7 @@ pub mod energy;
 pub mod engine;
 #[cfg(test)]
 mod gates;
+pub mod monitor;
 pub mod overlap;
 pub mod random;
 pub mod recorder;
@@ -18,4 +19,3 @@ pub mod rigs;
 pub mod robust;
 #[cfg(test)]
 mod steady;
-pub mod watch;

@@ -1,4 +1,4 @@
-//! How a case is run: by which engine, at which step, from which start.
+//! The engine, the step and the start with which a case is run.
 
 use crate::engine::limit::{self, NotFinished};
 use crate::engine::{Engine, EngineFactory, OwnFactory};
@@ -12,7 +12,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// How to run a case.
+/// Engine, step and start of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Setup {
     /// The engine that steps.
@@ -21,11 +21,11 @@ pub struct Setup {
     pub dt_s: f64,
     /// Step of the reference run for cases without an analytic answer; `None` leaves it out.
     pub reference_dt_s: Option<f64>,
-    /// Which of many starts: 0 is the scene as it is, in the others every object stands up to [`ASIDE_M`] aside.
+    /// The start: 0 is the scene as it is, in the others every object is up to [`ASIDE_M`] aside.
     pub start: u32,
 }
 
-/// How far objects are put aside for another start, m, along x and along y: less than anybody could place them.
+/// Largest shift of objects for another start, m, along x and along y: finer than anybody could place them.
 pub const ASIDE_M: f64 = 1e-4;
 
 impl Setup {
@@ -51,13 +51,13 @@ impl Setup {
         self.engine.start(model.into(), state)
     }
 
-    /// The same engine at the step of the reference run; `None` where none was asked for.
+    /// The same engine at the step of the reference run; `None` without one.
     pub fn reference(&self) -> Option<Setup> {
         self.reference_dt_s.map(|dt_s| Setup { dt_s, reference_dt_s: None, ..*self })
     }
 
-    /// What `make` makes of this setup; made once for each `name`, engine and step, since reference runs are long. Nor is
-    /// one begun again that did not come to an end in its time.
+    /// The result of `make` with this setup, made once for each `name`, engine and step, since reference runs are long. One
+    /// that did not end in its time is not started again.
     pub fn once<T: Clone + 'static>(&self, name: &str, make: impl FnOnce(&Setup) -> Result<T>) -> Result<T> {
         let Setup { engine, dt_s, start, .. } = self;
         let key = format!("{name} {} {} {dt_s:e} {start}", engine.name(), engine.settings());
@@ -67,7 +67,7 @@ impl Setup {
         let made = match known {
             Some(known) => known,
             None => {
-                let made = match limit::apart(|| make(self)) {
+                let made = match limit::with_own_limit(|| make(self)) {
                     Ok(it) => Ok(it),
                     Err(error) => Err(error.downcast::<NotFinished>()?),
                 };

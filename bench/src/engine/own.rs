@@ -1,4 +1,4 @@
-//! Palmares' own world with a clock beside it.
+//! Palmares' own world with a clock.
 
 use super::clock;
 use super::interface::{Cost, Engine, EngineFactory};

@@ -1,5 +1,5 @@
-//! Cases that gate: what must hold, at every step length asked for. No timing is asserted here.
-//! One file per subject, mirroring `cases/`.
+//! Gates: bounds that cases must keep at several steps. A bound follows from a law, a requirement or the spread over many
+//! starts, and its comment names it. No gate asserts a time. One file per subject, as in `cases/`.
 
 mod balls;
 mod consistency;
@@ -39,7 +39,7 @@ pub(crate) fn error(report: &CaseReport) -> f64 {
     report.error.value.expect("the case has an analytic answer")
 }
 
-/// Runs a case at steps, s; every step converges, and the figure is at most what stands beside the step.
+/// Runs a case at steps, s; every step converges, and the figure is at most the bound of its step.
 pub(crate) fn at_most(case: &str, bounds: &[(f64, f64)]) -> Vec<CaseReport> {
     let run = |&(dt_s, most): &(f64, f64)| {
         let report = report(case, dt_s);
@@ -51,24 +51,24 @@ pub(crate) fn at_most(case: &str, bounds: &[(f64, f64)]) -> Vec<CaseReport> {
     bounds.iter().map(run).collect()
 }
 
-/// Energy that appeared from nowhere or, where a case says so, its largest change, J, is at most so much.
+/// Energy that appeared from nowhere or, where a case says so, its largest change is at most `most_j`.
 pub(crate) fn gains(report: &CaseReport, most_j: f64) {
     let gain = report.invariants.energy_gain_j.expect("the gain is reported");
     assert!(gain <= most_j, "{} at {}: {gain:e} J", report.case, report.dt_s);
 }
 
-/// Objects creep by at most so much, mm/s.
+/// Objects creep by at most `most_mm_s`.
 pub(crate) fn creeps(report: &CaseReport, most_mm_s: f64) {
     let creep = report.invariants.slip_mm_s.expect("creep is reported");
     assert!(creep <= most_mm_s, "{} at {}: {creep:e} mm/s", report.case, report.dt_s);
 }
 
-/// What the case asks for at its end is so: the object is in the hand, or where else it should be.
+/// The object is where the case requires it at the end, mostly in the hand.
 pub(crate) fn held(report: &CaseReport) {
     assert_eq!(report.invariants.held, Some(true), "{} at {}", report.case, report.dt_s);
 }
 
-/// What the case bounds kept to it.
+/// The figure is within the bound of the case.
 pub(crate) fn within(report: &CaseReport) {
     let most = report.error.within.expect("the case has a bound");
     assert!(error(report) <= most, "{} at {}: {} of {most}", report.case, report.dt_s, error(report));

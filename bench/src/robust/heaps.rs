@@ -1,7 +1,6 @@
 //! Random heaps in a box, shaken: nothing may escape, explode or gain energy.
 //!
-//! A heap is 3 to 12 spheres, boxes, cylinders and capsules of 10 g to 5 kg, dropped into a box and then kicked
-//! out of the blue.
+//! A heap is 3 to 12 spheres, boxes, cylinders and capsules of 10 g to 5 kg. It is dropped into a box and then kicked.
 
 use super::all_hold;
 use crate::audit::{Audit, mechanical};
@@ -11,14 +10,14 @@ use crate::cases::scene::{set_velocity, velocity};
 use anyhow::{Result, ensure};
 use palmares_models::Vec3;
 
-/// What a run of a heap showed.
+/// The worst of a run of a heap.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Seen {
-    /// How far the farthest centre got beyond a wall or the floor, m; negative when inside.
+pub struct HeapResult {
+    /// Farthest centre beyond a wall or the floor, m; negative when inside.
     pub escaped_m: f64,
     /// Largest rise of energy that no kick explains, J.
     pub gain_j: f64,
-    /// The same in parts of all the energy there was to be moved about; see [`Audit::gain`].
+    /// The same as a part of the available energy; see [`Audit::gain`].
     pub gain: f64,
     /// Deepest overlap, m.
     pub overlap_m: f64,
@@ -29,12 +28,12 @@ pub struct Seen {
 }
 
 impl Heap {
-    /// Lets it fall for `time_s` and kicks it on the way.
-    pub fn run(&self, dt_s: f64, time_s: f64) -> Result<Seen> {
+    /// Lets it fall for `time_s` and kicks it meanwhile.
+    pub fn run(&self, dt_s: f64, time_s: f64) -> Result<HeapResult> {
         let setup = Setup::own(dt_s);
         let (mut engine, command) = self.start(&setup)?;
         let count = (time_s / dt_s).round() as u64;
-        let mut seen = Seen { escaped_m: f64::NEG_INFINITY, ..Seen::default() };
+        let mut seen = HeapResult { escaped_m: f64::NEG_INFINITY, ..HeapResult::default() };
         let mut audit = Audit::default();
         for step in 0..count {
             for kick in &self.kicks {
@@ -63,8 +62,8 @@ impl Heap {
 }
 
 /// The worst of `count` random heaps, each as long as `time_s`; an error describes the smallest heap found that fails.
-pub fn check(seed: u64, count: u32, dt_s: f64, time_s: f64) -> Result<Seen> {
-    let mut worst = Seen { escaped_m: f64::NEG_INFINITY, ..Seen::default() };
+pub fn check(seed: u64, count: u32, dt_s: f64, time_s: f64) -> Result<HeapResult> {
+    let mut worst = HeapResult { escaped_m: f64::NEG_INFINITY, ..HeapResult::default() };
     all_hold(seed, count, &heap(3..=12), |heap| {
         let seen = heap.run(dt_s, time_s)?;
         worst.escaped_m = worst.escaped_m.max(seen.escaped_m);
@@ -73,20 +72,25 @@ pub fn check(seed: u64, count: u32, dt_s: f64, time_s: f64) -> Result<Seen> {
         worst.overlap_m = worst.overlap_m.max(seen.overlap_m);
         worst.speed = worst.speed.max(seen.speed);
         worst.failed += seen.failed;
-        seen.judge(dt_s)
+        seen.check(dt_s)
     })?;
     Ok(worst)
 }
 
-impl Seen {
-    /// What must hold for every heap.
-    pub fn judge(&self, dt_s: f64) -> Result<()> {
+impl HeapResult {
+    /// Checks the bounds of every heap.
+    pub fn check(&self, dt_s: f64) -> Result<()> {
         ensure!(self.failed == 0, "{} steps failed", self.failed);
         ensure!(self.escaped_m < 0.0, "a body is {} m beyond a wall", self.escaped_m);
         // A body that turns in contact is moved by semi-implicit Euler: its energy is known to the first order of
         // h, three thousandths a millisecond.
         let known = 3.0 * dt_s;
-        ensure!(self.gain <= known, "energy grew by {} J, {} of all there was", self.gain_j, self.gain);
+        ensure!(
+            self.gain <= known,
+            "energy grew by {} J, {} of the available energy",
+            self.gain_j,
+            self.gain
+        );
         Ok(())
     }
 }

@@ -1,6 +1,6 @@
-//! How often things go well: random scenes, and one scene in many placements.
+//! Random scenes, and one scene in many placements: in how many does a grasp or a heap hold?
 //!
-//! proptest makes the random scenes, the same ones for a seed on every machine, and makes a failing one small.
+//! proptest draws the random scenes, the same ones for a seed on every machine, and makes a failing one small.
 
 pub mod grasps;
 pub mod heaps;
@@ -14,11 +14,11 @@ use std::cell::RefCell;
 
 /// Seed of the random scenes of the tests.
 pub const SEED: u64 = 1;
-/// How many smaller scenes are tried when one fails.
+/// Number of smaller scenes that are tried when one fails.
 const SHRINKS: u32 = 200;
 
-/// Asks `holds` about `count` values of `strategy`. Where one does not hold, the error tells the seed, what is wrong and
-/// the smallest value found of which that much is wrong.
+/// Checks `count` values of `strategy`. Where one does not hold, the error names the seed, the fault and the smallest value
+/// with this fault that was found.
 pub fn all_hold<S: Strategy>(
     seed: u64,
     count: u32,
@@ -30,8 +30,8 @@ pub fn all_hold<S: Strategy>(
     let random = TestRng::from_seed(RngAlgorithm::ChaCha, &Seed::from_u64(seed).0);
     let holds = RefCell::new(holds);
     let outcome = TestRunner::new_with_rng(config, random).run(strategy, |value| {
-        let judge = &mut *holds.borrow_mut();
-        judge(&value).map_err(|error| TestCaseError::fail(format!("{error:#}")))
+        let check = &mut *holds.borrow_mut();
+        check(&value).map_err(|error| TestCaseError::fail(format!("{error:#}")))
     });
     match outcome {
         Ok(()) => Ok(()),

@@ -1,4 +1,4 @@
-//! A grid of placements of the object in the hand: in how many are the grasps of the cases kept?
+//! A grid of placements of the object in the hand: which of them keep the grasps of the cases?
 
 use crate::cases::Setup;
 use crate::cases::grasp::{Grasp, Placement, kept};
@@ -20,7 +20,7 @@ pub fn grid() -> Vec<Placement> {
     all
 }
 
-/// What a placement keeps at the steps of `STEPS_S`, in their order: cylinder, box.
+/// Whether a placement keeps cylinder and box, at each of `STEPS_S` in their order.
 pub fn outcomes(placement: Placement, first_failure_only: bool) -> Result<Vec<[bool; 2]>> {
     let mut all = Vec::new();
     for dt_s in STEPS_S {

@@ -1,19 +1,19 @@
-//! Watches a world that is treated badly: is every number finite, does every step converge, does energy come from
-//! nowhere, how fast do things get?
+//! Monitors a world under hard commands: are numbers finite, does every step converge, does energy come from nowhere, how
+//! fast do bodies get?
 
 use crate::audit::held;
 use crate::case_report::Invariants;
 use crate::energy::{Ledger, Stored};
 use palmares_sim::{Command, World};
 
-/// What was seen so far.
-pub struct Watch {
+/// The worst of all steps.
+pub struct Monitor {
     ledger: Ledger,
-    /// Energy less what was given, at the end of the last step, J, ...
+    /// Energy less works, at the end of the last step, J.
     balance_j: f64,
-    /// ... what joint limits then held, ...
+    /// Energy in joint limits at that time, J.
     limits_j: f64,
-    /// ... and the least there ever was, with what contacts and limits held at that moment.
+    /// The least balance ever, with the energy in contacts and limits at that time, J.
     least_j: f64,
     /// Steps in which Newton did not reach its tolerance.
     pub unconverged: u64,
@@ -27,18 +27,18 @@ pub struct Watch {
     pub joint_rate: f64,
     /// Deepest overlap, m.
     pub depth_m: f64,
-    /// The most by which the balance ever rose above an earlier value, J: energy of bodies, springs, tendons and
-    /// weight, less what motors, base servo and pushes gave (net). Contacts, dampers and limits can only take, or
-    /// give back what they held.
+    /// The largest rise of the balance above an earlier value, J. The balance is the energy of bodies, springs, tendons and
+    /// weight, less the net work of motors, base servo and pushes. Contacts, dampers and limits can only take energy, or
+    /// return what they hold.
     pub excess_j: f64,
-    /// All that motors, servo and pushes gave, without what they took back, J: what `excess_j` is to be held against.
+    /// Work of motors, servo and pushes, without the work that they took back, J: the measure for `excess_j`.
     pub given_j: f64,
 }
 
-impl Watch {
-    /// Begins now.
+impl Monitor {
+    /// Starts now.
     pub fn new(world: &World) -> Self {
-        Watch {
+        Monitor {
             ledger: Ledger::new(world),
             balance_j: Stored::of(world.model(), world.state()).total(),
             limits_j: held_by_limits(world),
@@ -54,7 +54,7 @@ impl Watch {
         }
     }
 
-    /// Looks at the step the world has just taken under `command`.
+    /// Adds the step that the world has just taken under `command`.
     pub fn step(&mut self, world: &World, command: &Command) {
         let (model, state) = (world.model(), world.state());
         self.unconverged += u64::from(!world.outcome().converged);
@@ -80,14 +80,14 @@ impl Watch {
         {
             self.given_j += (now - then).max(0.0);
         }
-        // Overlaps are those of the start of the step: what contacts hold is booked with it.
+        // Overlaps are those of the start of the step, so that the energy in contacts counts there.
         self.least_j = self.least_j.min(self.balance_j + self.limits_j + held(world));
         self.balance_j = Stored::of(model, state).total() - now.motors - now.servo - now.pushes;
         self.limits_j = held_by_limits(world);
         self.excess_j = self.excess_j.max(self.balance_j - self.least_j);
     }
 
-    /// Nothing broke, every step converged.
+    /// Whether all numbers were finite and every step converged.
     pub fn sound(&self) -> bool {
         self.broken == 0 && self.unconverged == 0
     }
@@ -103,7 +103,7 @@ impl Watch {
     }
 }
 
-/// What joints that are beyond their limits hold, J.
+/// Energy in joints beyond their limits, J.
 fn held_by_limits(world: &World) -> f64 {
     let Some(hand) = world.model().hand() else { return 0.0 };
     let k = world.model().config().limit_stiffness;
@@ -120,18 +120,18 @@ mod tests {
     #[test]
     fn energy_from_nowhere_is_noticed() {
         let (mut world, command) = closing(0.2);
-        let mut watch = Watch::new(&world);
+        let mut monitor = Monitor::new(&world);
         for _ in 0..100 {
             world.step(&command);
-            watch.step(&world, &command);
+            monitor.step(&world, &command);
         }
-        assert!(watch.sound() && watch.excess_j <= 1e-6, "{:e} J", watch.excess_j);
+        assert!(monitor.sound() && monitor.excess_j <= 1e-6, "{:e} J", monitor.excess_j);
         let at = world.model().object_dofs(0);
         let mass = world.model().objects()[0].mass;
         world.state_mut().v[at + 2] += 3.0;
         world.step(&command);
-        watch.step(&world, &command);
-        assert!(watch.excess_j >= 0.2 * 0.5 * mass * 9.0, "{:e} J", watch.excess_j);
-        assert!(watch.object_speed > 1.0);
+        monitor.step(&world, &command);
+        assert!(monitor.excess_j >= 0.2 * 0.5 * mass * 9.0, "{:e} J", monitor.excess_j);
+        assert!(monitor.object_speed > 1.0);
     }
 }
