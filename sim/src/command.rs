@@ -1,10 +1,10 @@
-//! What a world is told for one step.
+//! The command of one step.
 
-use crate::actuation::base::BaseCommand;
 use crate::model::Model;
+use crate::state::BaseReference;
 use palmares_models::{Pose, Vec3};
 
-/// What the world is told for one step.
+/// The command of one step.
 #[derive(Clone, Debug)]
 pub struct Command {
     /// The base.
@@ -35,4 +35,37 @@ pub struct Push {
     pub point: Vec3,
     /// Force in the world frame, N.
     pub force: Vec3,
+}
+
+/// The command of the base.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BaseCommand {
+    /// Go to a pose and stay, within the limits. `linear` and `angular` say how the pose itself moves, so
+    /// that a smooth path is followed without lag.
+    Pose {
+        /// Where to.
+        target: Pose,
+        /// Velocity of the target, m/s.
+        linear: Vec3,
+        /// Angular velocity of the target, rad/s.
+        angular: Vec3,
+    },
+    /// Keep a velocity, within the limits.
+    Twist {
+        /// m/s
+        linear: Vec3,
+        /// rad/s
+        angular: Vec3,
+    },
+    /// Be the set point of the servo itself: a path computed elsewhere, not limited here.
+    Exact(BaseReference),
+    /// The servo is off: the hand flies as a free body.
+    Free,
+}
+
+impl BaseCommand {
+    /// Stay at a pose.
+    pub fn stay(target: Pose) -> Self {
+        BaseCommand::Pose { target, linear: Vec3::ZERO, angular: Vec3::ZERO }
+    }
 }

@@ -1,7 +1,7 @@
 //! All that changes while a world moves. Cloning it is a snapshot; a world given a clone goes on bit for bit.
 
+use crate::anchor::Pair;
 use crate::bounds::{FARTHEST, FASTEST, Fault, MOST_SUBSTEPS};
-use crate::contact::anchor::Pair;
 use crate::digest::Digest;
 use crate::model::Model;
 use palmares_models::{Pose, Vec3};

@@ -24,6 +24,13 @@ fn folders() -> Vec<String> {
     names.filter(|name| !name.starts_with('.') && name != "target").collect()
 }
 
+/// Rust files below the root of a crate, as paths.
+fn rust_files(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten().map(|entry| entry.expect("an entry").path());
+    let below = entries.flat_map(|path| if path.is_dir() { rust_files(&path) } else { vec![path] });
+    below.filter(|path| path.extension().is_some_and(|kind| kind == "rs")).collect()
+}
+
 /// Paths from the root of the repository that a document names in backquotes, without patterns and hidden files.
 fn named_paths<'a>(document: &'a str, folders: &[String]) -> Vec<&'a str> {
     let words = document.split('`').skip(1).step_by(2).flat_map(str::split_whitespace);
@@ -43,11 +50,19 @@ fn every_path_that_a_document_names_exists() {
     let folders = folders();
     let docs = fs::read_dir(root().join("docs")).expect("docs").map(|entry| entry.expect("an entry").path());
     let docs = docs.filter(|path| path.extension().is_some_and(|kind| kind == "md"));
+    let files: Vec<PathBuf> =
+        folders.iter().flat_map(|name| rust_files(&root().join(name).join("src"))).collect();
     let mut missing = Vec::new();
     for page in ["ARCHITECTURE.md", "CONTRIBUTING.md", "README.md"].map(PathBuf::from).into_iter().chain(docs)
     {
         let document = text(&page);
         for path in named_paths(&document, &folders).into_iter().filter(|path| !exists(path)) {
+            missing.push(format!("{} names `{path}`", page.display()));
+        }
+        // Others are relative to a folder that the text names.
+        let spans = document.split('`').skip(1).step_by(2);
+        let relative = spans.filter(|span| span.ends_with(".rs") && !span.contains([' ', '*', '{']));
+        for path in relative.filter(|path| !exists(path) && !files.iter().any(|file| file.ends_with(path))) {
             missing.push(format!("{} names `{path}`", page.display()));
         }
     }

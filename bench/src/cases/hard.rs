@@ -16,7 +16,7 @@ use palmares_models::hand::Hand;
 use palmares_models::object::Object;
 use palmares_models::shape::Shape;
 use palmares_models::{Pose, Rotation, Vec3};
-use palmares_sim::actuation::base::BaseCommand;
+use palmares_sim::BaseCommand;
 use palmares_sim::{Command, Config, Model, State};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;

@@ -1,6 +1,6 @@
 //! Snapshots and digests: what goes on alike has one digest, what does not has another.
 
-use crate::contact::anchor::{Anchor, Pair};
+use crate::anchor::{Anchor, Pair};
 use crate::{Command, Config, Model, State, World};
 use palmares_models::hand::Hand;
 use palmares_models::object::Object;

@@ -1,7 +1,8 @@
 //! The axis of a contact: the direction along which two shapes are farthest apart, or overlap least. Its length is always one.
 
-use super::solid::Solid;
+use crate::anchor::Facing;
 use crate::model::Collider;
+use crate::surface::solid::Solid;
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::query::details::contact_support_map_support_map_with_params;
 use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
@@ -9,29 +10,6 @@ use parry3d_f64::query::sat::{
     cuboid_cuboid_find_local_separating_edge_twoway, cuboid_cuboid_find_local_separating_normal_oneway,
 };
 use parry3d_f64::shape::Cuboid;
-use serde::{Deserialize, Serialize};
-
-/// Whose flat face a contact's normal is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Facing {
-    /// Neither's: edges, or curved sides, meet.
-    #[default]
-    None,
-    /// That of the first shape's face of this place.
-    First(u32),
-    /// That of the second's.
-    Second(u32),
-}
-
-impl Facing {
-    pub(crate) fn code(self) -> u64 {
-        match self {
-            Facing::None => 0,
-            Facing::First(face) => u64::from(face) << 2 | 1,
-            Facing::Second(face) => u64::from(face) << 2 | 2,
-        }
-    }
-}
 
 /// The axis between two shapes without their rounding, in the frame of the first.
 #[derive(Clone, Copy, Debug)]

@@ -1,11 +1,11 @@
 //! Contact points of two convex shapes: whole faces against whole faces.
 //!
 //! 1. [`axis`]: the direction along which the shapes are farthest apart, or overlap least.
-//! 2. [`solid`]: the faces, with all corners, that the shapes turn to each other along it; a line or a rim of a curved side.
+//! 2. [`solid`](crate::surface::solid): the faces, with all corners, that the shapes turn to each other along it; a line or a rim of a curved side.
 //! 3. [`clip`]: the corners of what these have in common, seen along the axis.
 //! 4. [`patch`]: a few of them that stand for the area, and how far from its middle friction acts.
 //!
-//! 5. [`seams`]: what is covered by other parts of the same body is no face and no edge.
+//! 5. [`seams`](crate::surface::seams): what is covered by other parts of the same body is no face and no edge.
 //!
 //! A face that rests on a face keeps its normal: the face of the last step is tried first, and stays as long as the shapes' nearest
 //! points lie on it.
@@ -15,18 +15,16 @@ mod clip;
 mod ground;
 mod patch;
 mod rim;
-pub mod seams;
-pub mod solid;
 
-use super::anchor::{Anchor, Pair};
+use crate::anchor::{Anchor, Facing, Pair};
 use crate::model::Collider;
-use axis::{Axis, Facing};
+use crate::surface::seams::Verdict;
+use crate::surface::solid::{Feature, Solid};
+use axis::Axis;
 use clip::{Across, Clip, Overlap};
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::query::{ContactManifold, TrackedContact};
 use parry3d_f64::shape::PackedFeatureId;
-use seams::Verdict;
-use solid::{Feature, Solid};
 
 /// A kept face still has the nearest points if what the faces have in common comes as near as the shapes do, but for this, m.
 const ON_FACE_M: f64 = 1e-9;

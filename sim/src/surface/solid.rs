@@ -10,7 +10,7 @@ use parry3d_f64::transformation::try_convex_hull;
 const COPLANAR: f64 = 1e-6;
 
 /// A cap of a cylinder is a polygon of so many corners, which stand still in the body: its area is that of the disc within 3 %.
-pub(super) const CAP_CORNERS: usize = 16;
+pub(crate) const CAP_CORNERS: usize = 16;
 
 /// Towards directions steeper than this against the axis a cylinder shows its cap, otherwise a line of its side.
 const CAP_COSINE: f64 = 0.5;
@@ -112,7 +112,7 @@ impl Solid {
     }
 
     /// Whether it has caps, whose rims bear where they tilt.
-    pub(super) fn is_cylinder(&self) -> bool {
+    pub(crate) fn is_cylinder(&self) -> bool {
         matches!(self, Solid::Cylinder { .. })
     }
 
@@ -144,7 +144,7 @@ impl Solid {
     }
 
     /// Its flat faces: name, unit normal and offset along it.
-    pub(super) fn planes(&self) -> impl Iterator<Item = (u32, Vec3, f64)> + '_ {
+    pub(crate) fn planes(&self) -> impl Iterator<Item = (u32, Vec3, f64)> + '_ {
         let offset = move |k: usize| match self {
             Solid::Polytope(polytope) => polytope.faces[k].offset,
             Solid::Cylinder { half_length, .. } => *half_length,
@@ -154,12 +154,12 @@ impl Solid {
     }
 
     /// One of its flat faces.
-    pub(super) fn plane(&self, face: u32) -> (u32, Vec3, f64) {
+    pub(crate) fn plane(&self, face: u32) -> (u32, Vec3, f64) {
         self.planes().nth(face as usize).unwrap_or((face, Vec3::Z, 0.0))
     }
 
     /// Whether a point in the plane of a face is on the face.
-    pub(super) fn is_over(&self, face: u32, at: Vec3) -> bool {
+    pub(crate) fn is_over(&self, face: u32, at: Vec3) -> bool {
         let mut others = self.planes().filter(|(other, ..)| *other != face);
         let round = match self {
             Solid::Cylinder { radius, .. } => at.x * at.x + at.z * at.z <= radius * radius,
@@ -169,7 +169,7 @@ impl Solid {
     }
 
     /// Its flat faces: name, unit normal and corners, counterclockwise as seen from outside.
-    pub(super) fn faces(&self) -> Vec<(u32, Vec3, Vec<Vec3>)> {
+    pub(crate) fn faces(&self) -> Vec<(u32, Vec3, Vec<Vec3>)> {
         let mut feature = Feature::default();
         let ring = |(face, normal, _): (u32, Vec3, f64)| {
             self.feature(normal, None, &mut feature);
@@ -230,7 +230,7 @@ impl Solid {
 }
 
 /// Name of the rim's lowest point among a cylinder's corners.
-pub(super) const RIM: u32 = 4 * CAP_CORNERS as u32;
+pub(crate) const RIM: u32 = 4 * CAP_CORNERS as u32;
 
 /// Cosines and sines of the corners of a cap; those of a quarter, so that no other rounding breaks the symmetry.
 const QUARTER: [(f64, f64); CAP_CORNERS / 4] = [

@@ -10,11 +10,32 @@
 //! so that f opposes it. At rest ẋ = 0 and the stretch carries the force: the slip speed is zero. The anchor belongs to
 //! parry's contact point and follows it through parry's matching of points by feature.
 
-use super::manifold::axis::Facing;
 use crate::digest::Digest;
 use palmares_models::{Pose, Vec3};
 use parry3d_f64::query::{ContactManifold, TrackedContact};
 use serde::{Deserialize, Serialize};
+
+/// Whose flat face a contact's normal is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Facing {
+    /// Neither's: edges, or curved sides, meet.
+    #[default]
+    None,
+    /// That of the first shape's face of this place.
+    First(u32),
+    /// That of the second's.
+    Second(u32),
+}
+
+impl Facing {
+    pub(crate) fn code(self) -> u64 {
+        match self {
+            Facing::None => 0,
+            Facing::First(face) => u64::from(face) << 2 | 1,
+            Facing::Second(face) => u64::from(face) << 2 | 2,
+        }
+    }
+}
 
 /// Memory of one contact point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -25,7 +46,7 @@ pub struct Anchor {
     pub loaded: bool,
     /// Elastic tangential displacement of body B against A, in the frame of the pair's first shape, m.
     pub stretch: Vec3,
-    /// Elastic turn about the normal of B against A at the arm of spin ([`super::spin`]), m.
+    /// Elastic turn about the normal of B against A at the arm of spin ([`spin`](crate::surface::spin)), m.
     pub twist: f64,
     /// Speed of slip in the last step, m/s.
     pub slip: f64,
@@ -51,7 +72,7 @@ pub struct Pair {
     pub facing: Facing,
     /// Every point needs a face that is covered: it is known where they are, and they are no contact.
     pub covered: bool,
-    /// How far from the middle of its points friction acts, as a part of how far they are: see [`super::manifold`].
+    /// How far from the middle of its points friction acts, as a part of how far they are: see [`manifold`](crate::contact::manifold).
     pub lever: f64,
     /// Overlap that the contact did not bring about, m: the shapes were first seen in each other. It counts as
     /// touching and is taken back slowly.
