@@ -1,4 +1,4 @@
-//! `cargo xtask test`: every check there is, one after the other, with a summary.
+//! `cargo xtask test`: every check, one after the other, with a summary.
 
 use crate::apt;
 use crate::cargo::{build_extension, build_server, cargo};
@@ -129,8 +129,8 @@ pub(crate) fn run() -> Result<bool> {
 
     println!("\n== summary");
     for Step { name, took, tally } in &steps {
-        let verdict = if tally.failed == 0 { "ok    " } else { "FAILED" };
-        println!("{verdict} {:7.1} s  {name}: {tally}", took.as_secs_f64());
+        let status = if tally.failed == 0 { "ok    " } else { "FAILED" };
+        println!("{status} {:7.1} s  {name}: {tally}", took.as_secs_f64());
     }
     let total = steps.iter().fold(Tally::default(), |sum, step| sum.plus(step.tally));
     println!("{total}");
@@ -148,7 +148,7 @@ fn step(name: &'static str, body: impl FnOnce() -> Result<Tally>) -> Step {
     Step { name, took: start.elapsed(), tally }
 }
 
-/// A check that passed, or the reason why this machine cannot make it, said aloud.
+/// A check that passed, or the printed reason why this machine cannot make it.
 fn or_skipped(outcome: std::result::Result<(), String>) -> Result<Tally> {
     match outcome {
         Ok(()) => Ok(PASSED),
@@ -166,7 +166,7 @@ fn whole(command: &mut Command) -> Result<Tally> {
     Ok(Tally { passed, failed: 1 - passed, skipped: 0 })
 }
 
-/// Runs a command, shows its standard output as it comes and counts the tests it tells of.
+/// Runs a command, shows its standard output meanwhile and counts the tests that it reports.
 fn counted(command: &mut Command, read: fn(&str) -> Option<Tally>) -> Result<Tally> {
     let mut child =
         command.stdout(Stdio::piped()).spawn().with_context(|| format!("cannot start {command:?}"))?;
@@ -178,7 +178,7 @@ fn counted(command: &mut Command, read: fn(&str) -> Option<Tally>) -> Result<Tal
             tally = tally.plus(read(&line).unwrap_or_default());
         }
     }
-    // Something that is no test failed: a crate that does not compile, a test program that crashed.
+    // Something other than a test failed: a crate does not compile, or a test program crashed.
     if !child.wait()?.success() && tally.failed == 0 {
         tally.failed = 1;
     }

@@ -31,19 +31,19 @@ enum Task {
     Demo(demo::Options),
     /// Build the container image from source, start it with compose, play on it, stop and start it again.
     Docker(docker::Options),
-    /// Run the pages in a browser: take the pictures of README and docs anew, or measure what the pages cost.
+    /// Run the pages in a browser: take the pictures of README and docs again, or measure the load of the pages.
     Pages {
-        /// What is wanted.
+        /// Pictures or measurements.
         #[arg(value_enum)]
         wanted: pages::Wanted,
     },
     /// Compare speed and error with rapier and MuJoCo over all scenes; write docs/report.
     Report(report::Options),
-    /// Write the descriptions of messages and addresses in docs/schema anew.
+    /// Write the descriptions of messages and addresses in docs/schema again.
     Schema,
     /// Run every test: Rust, Python and the viewer, formatting and lints.
     Test,
-    /// Build the pages' scripts, which the server takes in when it is compiled next.
+    /// Build the pages' scripts, which the next build of the server includes.
     Viewer,
     /// Build the Python package with the engine, the program and its pages, into target/wheels.
     Wheel(wheel::Options),

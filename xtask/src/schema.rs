@@ -1,4 +1,4 @@
-//! `cargo xtask schema`: the descriptions of messages and addresses that stand in docs/schema.
+//! `cargo xtask schema`: the descriptions of messages and addresses in docs/schema.
 
 use crate::workspace;
 use anyhow::{Context, Result, ensure};
@@ -6,10 +6,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What `palmares schema` can print.
+/// The schemas that `palmares schema` prints.
 const KINDS: [&str; 3] = ["control", "watch", "openapi"];
 
-/// Every file with the text that it should have.
+/// Every file with its expected text.
 fn files(program: &Path) -> Result<Vec<(PathBuf, String)>> {
     let write = |kind: &str| {
         let output = Command::new(program).args(["schema", kind]).output();
@@ -35,7 +35,7 @@ pub(crate) fn run(program: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Fails when a file is not what the program would write now.
+/// Fails when a file differs from the output of the program.
 pub(crate) fn check(program: &Path) -> Result<()> {
     for (path, text) in files(program)? {
         let there = fs::read_to_string(&path).unwrap_or_default();

@@ -6,7 +6,7 @@ use crate::cases::{Setup, run};
 
 const GRASPS: [&str; 2] = ["softhand_cylinder", "softhand_box"];
 
-/// How deep the object lies in the hand at the end, mm: the middle one of three starts. How the fingers come to lie around it is
+/// Overlap of the object with the hand at the end, mm: the median of three starts. The place where a finger comes to rest is
 /// chance: of six starts at 8 ms one ended a quarter less deep than the others.
 fn depth_of_hold(case: &str, dt_s: f64) -> f64 {
     let mut depths = [0, 1, 2].map(|start| {
@@ -33,8 +33,8 @@ fn grasps_hold_while_shaken_at_every_step() {
             assert!(residual + balance <= 1e-6, "{case} at {dt}: {residual:e} N m");
             let hold = depth_of_hold(case, dt);
             let finest = *finest.get_or_insert(hold);
-            // The contact law does not depend on the step.
-            // Within 8 ms the fingers close by a good part of it: over eight starts the middle one is then 11 % deeper.
+            // The contact law does not depend on the step: a tenth is the chance of three starts. Within 8 ms the fingers
+            // close by a good part of the overlap, which adds a twentieth.
             let most = if dt > 4e-3 { 0.15 } else { 0.1 };
             assert!((hold / finest - 1.0).abs() <= most, "{case} at {dt}: {hold} mm after {finest} mm");
             if dt == 1e-3 {
@@ -48,7 +48,7 @@ fn grasps_hold_while_shaken_at_every_step() {
 #[test]
 fn nothing_creeps_out_of_the_hand_in_a_minute() {
     for case in ["softhand_cylinder_60s", "softhand_box_60s"] {
-        // The full minute at 1 ms is a matter of `palmares-bench case`.
+        // `palmares-bench case` plays the full minute at 1 ms.
         held(&at_most(case, &[(8e-3, 1e-3)])[0]);
     }
 }
@@ -66,20 +66,22 @@ fn a_grasp_hardly_depends_on_the_step() {
 fn both_objects_are_held_wherever_they_lie_in_the_hand() {
     // Contact points that lost their memory when their features changed dropped the cylinder from ten of these.
     let setup = Setup::own(1e-3);
-    let mut lost = Vec::new();
-    for grasp in [Grasp::cylinder(), Grasp::cuboid()] {
+    let lost = [Grasp::cylinder(), Grasp::cuboid()].map(|grasp| {
+        let mut lost = Vec::new();
         for along_mm in [142, 145, 148, 151, 154] {
             for across_mm in [-14, -12, -10, -8, -6] {
                 let (along_m, across_m) = (1e-3 * f64::from(along_mm), 1e-3 * f64::from(across_mm));
                 let placement = Placement { along_m, across_m, ..CHOSEN };
                 let kept = kept(&setup, &grasp, placement).expect("the grasp can be tried");
                 if !kept {
-                    lost.push(format!("{:?} at {along_mm}, {across_mm} mm", grasp.shape));
+                    lost.push((along_mm, across_mm));
                 }
             }
         }
-    }
-    // Boxes at the edge of the reach turn out between two fingers: friction's torque about a contact is that of an even pressure, a
-    // half to two thirds of what it was with all pressure at the rim, and with that all of them were kept.
-    assert!(lost.len() <= 2, "{lost:?}");
+        lost
+    });
+    // The cylinder is in reach everywhere. Boxes at the edge of the reach turn out between two fingers, with an even pressure
+    // in their contacts. Which of them is chance. 2 of 25 are lost; the 95 % interval of such a count (Clopper and Pearson)
+    // ends at 26 %, which is 6.
+    assert!(lost[0].is_empty() && lost[1].len() <= 6, "lost cylinders and boxes, mm: {lost:?}");
 }
