@@ -34,10 +34,10 @@ pub(crate) use forces::StepForces;
 pub(crate) use scratch::Scratch;
 pub use workspace::Workspace;
 
-use crate::actuation::base::{self, BaseCommand};
+use crate::actuation::base;
 use crate::actuation::motor;
 use crate::bounds::{Fault, hand_work, step_work};
-use crate::command::Command;
+use crate::command::{BaseCommand, Command};
 use crate::contact::collide::collide;
 use crate::model::Model;
 use crate::outcome::{Outcome, Phase, Probe};
