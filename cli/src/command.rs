@@ -1,10 +1,10 @@
 //! What `palmares` can be asked.
 
+use crate::server::{self, ServeOptions};
 use crate::task::TaskCommand;
 use crate::{admin, health, list, replay, schema, verify};
 use clap::{Parser, Subcommand};
 use palmares_hand_tools::HandCommand;
-use palmares_server::ServeOptions;
 use std::process::ExitCode;
 
 /// Palmares: a competition server where remote controllers drive emulated compliant underactuated robot hands.
@@ -118,12 +118,12 @@ impl Cli {
     /// Does what was asked. Errors are for the caller to print; the code is for a failure that was reported already.
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
         match self.command {
-            Command::Serve(options) => return palmares_server::serve(&options),
+            Command::Serve(options) => return server::serve(&options),
             Command::Admin(options) => admin::admin(&options)?,
             Command::Hands => list::hands()?,
             Command::Tasks => list::tasks()?,
             Command::Objects => list::objects()?,
-            Command::Hand(command) => return command.run(&palmares_server::hand_limits),
+            Command::Hand(command) => return command.run(&server::hand_limits),
             Command::Task(command) => return command.run(),
             Command::Health(options) => health::health(&options)?,
             Command::Verify(options) => return verify::verify(&options),

@@ -6,13 +6,20 @@ mod health;
 mod list;
 mod replay;
 mod schema;
+mod server;
 mod task;
 mod verify;
 
 use clap::Parser;
+use palmares_protocol::reply::ServerInfo;
 use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
+
+/// The version and commit of this program, as a server tells its clients.
+pub fn version() -> ServerInfo {
+    server::version()
+}
 
 /// Does what these arguments ask, the first of which names the program. Prints errors, and ends the process where they
 /// cannot be read.

@@ -1,7 +1,7 @@
 //! `palmares schema`.
 
+use crate::server;
 use clap::ValueEnum;
-use palmares_server::schema;
 use serde_json::{Map, Value};
 use std::io::Write;
 
@@ -18,13 +18,8 @@ pub(crate) enum What {
 
 /// Prints a description.
 pub(crate) fn schema(what: What) -> anyhow::Result<()> {
-    let all = match what {
-        What::Control => schema::control(),
-        What::Watch => schema::watch(),
-        What::Openapi => schema::openapi(),
-    };
     let mut out = std::io::stdout().lock();
-    writeln!(out, "{}", serde_json::to_string_pretty(&sorted(all))?)?;
+    writeln!(out, "{}", serde_json::to_string_pretty(&sorted(server::schema(what)?))?)?;
     Ok(())
 }
 

@@ -15,9 +15,11 @@ pub mod reply;
 pub mod request;
 pub mod specs;
 pub mod text;
+mod utc;
 
 pub use code::{Code, Refusal};
 pub use encoding::Encoding;
 pub use parse::{MAX_SAFE_INTEGER, Parsed};
 pub use reply::Reply;
 pub use request::{Act, Hello, Mode, Perturb, Request, Reset, Step};
+pub use utc::utc;

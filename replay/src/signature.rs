@@ -5,6 +5,7 @@ use ed25519_dalek::{Signature, Signer as _, SigningKey, VerifyingKey};
 use std::fmt::{self, Display, Formatter};
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
+#[cfg(unix)]
 use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -54,7 +55,7 @@ impl fmt::Debug for Signer {
 }
 
 impl Signer {
-    /// The key in this file; made, readable by its owner alone, when there is none.
+    /// The key in this file; made, readable by its owner alone, when there is none. Only Unix files have such a mode.
     ///
     /// # Errors
     /// The file cannot be read or written, holds something else, or others may read it.
@@ -62,9 +63,12 @@ impl Signer {
         let failed = |source| KeyError::File { path: path.to_owned(), source };
         match std::fs::read_to_string(path) {
             Ok(text) => {
-                let mode = std::fs::metadata(path).map_err(failed)?.permissions().mode() & 0o777;
-                if mode & 0o077 != 0 {
-                    return Err(KeyError::Open { path: path.to_owned(), mode });
+                #[cfg(unix)]
+                {
+                    let mode = std::fs::metadata(path).map_err(failed)?.permissions().mode() & 0o777;
+                    if mode & 0o077 != 0 {
+                        return Err(KeyError::Open { path: path.to_owned(), mode });
+                    }
                 }
                 let secret = from_hex::<32>(text.trim_end());
                 let secret = secret.ok_or_else(|| KeyError::Content { path: path.to_owned() })?;
@@ -72,8 +76,11 @@ impl Signer {
             }
             Err(error) if error.kind() == ErrorKind::NotFound => {
                 let signer = Signer::random()?;
-                let file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(path);
-                let mut file = file.map_err(failed)?;
+                let mut options = OpenOptions::new();
+                options.write(true).create_new(true);
+                #[cfg(unix)]
+                options.mode(0o600);
+                let mut file = options.open(path).map_err(failed)?;
                 writeln!(file, "{}", hex::encode(signer.0.as_bytes())).map_err(failed)?;
                 file.sync_all().map_err(failed)?;
                 Ok(signer)

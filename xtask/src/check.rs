@@ -2,6 +2,7 @@
 
 use crate::apt;
 use crate::cargo::{build_extension, build_server, cargo};
+use crate::dependencies;
 use crate::docker;
 use crate::instructions;
 use crate::python::Environment;
@@ -71,6 +72,10 @@ pub(crate) fn run() -> Result<bool> {
         }),
         step("Rust tests", || counted(cargo().args(["test", "--workspace", "--no-fail-fast"]), rust_tests)),
     ]);
+    steps.push(step("licences and sources of crates", || match dependencies::prepare_deny()? {
+        Ok(mut deny) => whole(&mut deny),
+        Err(reason) => or_skipped(Err(reason)),
+    }));
     steps.push(step("instruction counts", || match instructions::prepare()? {
         Ok(mut bench) => whole(&mut bench),
         Err(reason) => or_skipped(Err(reason)),

@@ -4,6 +4,7 @@ mod apt;
 mod cargo;
 mod check;
 mod demo;
+mod dependencies;
 mod docker;
 mod http;
 mod instructions;

@@ -1,7 +1,7 @@
 //! What people read of the server's lists: a table of the columns that matter, times in UTC.
 
 use palmares_hand_tools::table::aligned;
-use palmares_server::utc;
+use palmares_protocol::utc;
 use serde_json::Value;
 
 /// A column: its heading, whether it is a number, and its cell in a row.

@@ -388,9 +388,12 @@ fn fetch_into(
     file: &std::path::Path,
     command: &AdminCommand,
 ) -> anyhow::Result<()> {
-    use std::os::unix::fs::OpenOptionsExt;
-    let new = std::fs::OpenOptions::new().write(true).create_new(true).mode(0o600).open(file);
-    let mut new = new.with_context(|| format!("cannot make the new file {}", file.display()))?;
+    let mut options = std::fs::OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let mut new =
+        options.open(file).with_context(|| format!("cannot make the new file {}", file.display()))?;
     let fetched = client.fetch(path, &mut new).and_then(|()| {
         new.sync_all()?;
         // The directory of an archive stands at its end: a broken one has none.

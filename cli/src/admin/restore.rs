@@ -1,5 +1,6 @@
 //! `palmares admin restore`.
 
+use crate::server;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -20,7 +21,7 @@ pub(crate) struct RestoreOptions {
 
 /// Restores.
 pub(crate) fn restore(options: &RestoreOptions) -> anyhow::Result<()> {
-    palmares_server::restore(&options.file, &options.data_dir, options.database_url.as_deref())?;
+    server::restore(&options.file, &options.data_dir, options.database_url.as_deref())?;
     eprintln!("restored into {}", options.data_dir.display());
     Ok(())
 }

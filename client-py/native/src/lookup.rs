@@ -48,7 +48,7 @@ pub(crate) fn welcome(
             noise: Noise::None,
             sensors_only: Vec::new(),
         },
-        server: palmares_server::version(),
+        server: palmares::version(),
         // Nothing goes over a wire.
         limits: Limits {
             message_bytes: usize::MAX,

@@ -3,10 +3,11 @@
 //! Columns stand in the order in which people read them, always all of them, also when no row has anything there.
 //! Beside every time in ms since 1970 (`…_unix_ms`) stands the same in ISO 8601 (`…_utc`).
 
-use crate::store::{LeaderboardRow, utc};
+use crate::store::LeaderboardRow;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse, Response};
 use csv::{Terminator, WriterBuilder};
+use palmares_protocol::utc;
 use serde_json::{Map, Value, json};
 
 /// Columns of the sessions.

@@ -2,9 +2,9 @@
 
 use super::extract::{Asking, Segment};
 use super::hands::{Whose, find};
-use crate::app::App;
 use crate::compute::Level;
 use crate::problem::Problem;
+use crate::state::AppState;
 use crate::transport::Caller;
 use axum::Json;
 use axum::body::Body;
@@ -250,7 +250,7 @@ fn solve(hand: &Hand, loads: &Loads) -> Result<Answer, Refusal> {
 
 /// Where a hand rests.
 pub(super) async fn equilibrium(
-    State(app): State<App>,
+    State(app): State<AppState>,
     Segment(name): Segment,
     Asking(whose): Asking<Whose>,
     ConnectInfo(caller): ConnectInfo<Caller>,

@@ -48,7 +48,6 @@ pub(crate) use leaderboard::LeaderboardRow;
 pub(crate) use leaderboard::TaskBest;
 pub(crate) use location::Location;
 pub(crate) use number::unix_ms;
-pub use number::utc;
 pub(crate) use runs::{FinishedRun, NewRun, RunRecord};
 pub(crate) use sessions::{NewSession, ResumableSession, SessionRow};
 pub(crate) use teams::TeamRow;

@@ -8,15 +8,6 @@ pub(crate) fn unix_ms() -> i64 {
     i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
 }
 
-/// A time of the database for people: ISO 8601, to the second, UTC.
-pub fn utc(unix_ms: i64) -> String {
-    match jiff::Timestamp::from_second(unix_ms.div_euclid(1000)) {
-        Ok(moment) => moment.to_string(),
-        // Before or after the calendar.
-        Err(_) => format!("{unix_ms} ms since 1970"),
-    }
-}
-
 /// SQL integers are signed; nothing we count comes near the end.
 pub(super) fn signed(number: u64) -> i64 {
     i64::try_from(number).unwrap_or(i64::MAX)

@@ -1,0 +1,73 @@
+//! The server, for the commands that need it. A build without the feature `server` has the same commands and refuses them.
+
+#[cfg(feature = "server")]
+pub(crate) use linked::*;
+#[cfg(not(feature = "server"))]
+pub(crate) use missing::*;
+
+#[cfg(feature = "server")]
+mod linked {
+    use crate::schema::What;
+    use palmares_server::schema;
+    use serde_json::Value;
+
+    pub(crate) use palmares_server::{ServeOptions, hand_limits, restore, serve, version};
+
+    pub(crate) fn schema(what: What) -> anyhow::Result<Value> {
+        Ok(match what {
+            What::Control => schema::control(),
+            What::Watch => schema::watch(),
+            What::Openapi => schema::openapi(),
+        })
+    }
+}
+
+#[cfg(not(feature = "server"))]
+mod missing {
+    use crate::schema::What;
+    use clap::Args;
+    use palmares_models::measure::HandLimits;
+    use palmares_protocol::reply::ServerInfo;
+    use serde_json::Value;
+    use std::ffi::OsString;
+    use std::path::Path;
+    use std::process::ExitCode;
+
+    /// Takes every argument, so that `serve` answers with its reason and not with a refused option.
+    #[derive(Args, Debug)]
+    pub(crate) struct ServeOptions {
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
+        arguments: Vec<OsString>,
+    }
+
+    fn refused(command: &str) -> anyhow::Error {
+        anyhow::anyhow!(
+            "this build has no server, which `{command}` needs: the server runs on Linux and macOS. On Windows, use WSL \
+             or the container (`docker compose up --build`). Worlds in this process (palmares.sim, Client(\"local\")) and \
+             clients of a server elsewhere need none"
+        )
+    }
+
+    pub(crate) fn serve(_: &ServeOptions) -> anyhow::Result<ExitCode> {
+        Err(refused("palmares serve"))
+    }
+
+    pub(crate) fn restore(_: &Path, _: &Path, _: Option<&str>) -> anyhow::Result<()> {
+        Err(refused("palmares admin restore"))
+    }
+
+    pub(crate) fn hand_limits(_: &Path) -> anyhow::Result<HandLimits> {
+        Err(refused("palmares hand check --config"))
+    }
+
+    pub(crate) fn schema(_: What) -> anyhow::Result<Value> {
+        Err(refused("palmares schema"))
+    }
+
+    pub(crate) fn version() -> ServerInfo {
+        ServerInfo {
+            version: env!("CARGO_PKG_VERSION").into(),
+            build_hash: option_env!("PALMARES_BUILD_HASH").unwrap_or("unknown").into(),
+        }
+    }
+}
