@@ -1,25 +1,13 @@
 //! `palmares schema`.
 
-use crate::server;
-use clap::ValueEnum;
+use crate::server::{self, Description};
 use serde_json::{Map, Value};
 use std::io::Write;
 
-/// Which description.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum What {
-    /// The messages of the control socket, as JSON Schema
-    Control,
-    /// The messages of the watch socket, as JSON Schema
-    Watch,
-    /// The HTTP addresses, as OpenAPI 3.1
-    Openapi,
-}
-
 /// Prints a description.
-pub(crate) fn schema(what: What) -> anyhow::Result<()> {
+pub(crate) fn schema(description: Description) -> anyhow::Result<()> {
     let mut out = std::io::stdout().lock();
-    writeln!(out, "{}", serde_json::to_string_pretty(&sorted(server::schema(what)?))?)?;
+    writeln!(out, "{}", serde_json::to_string_pretty(&sorted(server::schema(description)?))?)?;
     Ok(())
 }
 

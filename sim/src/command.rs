@@ -1,17 +1,17 @@
-//! The command of one step.
+//! Commands to a world for one step.
 
 use crate::model::Model;
 use crate::state::BaseReference;
 use palmares_models::{Pose, Vec3};
 
-/// The command of one step.
+/// Command for one step.
 #[derive(Clone, Debug)]
 pub struct Command {
-    /// The base.
+    /// Command to the base.
     pub base: BaseCommand,
     /// σ of every motor, clamped to [0, 1].
     pub sigma: Vec<f64>,
-    /// Forces from outside: the paper's virtual contacts.
+    /// External forces: the paper's virtual contacts.
     pub pushes: Vec<Push>,
 }
 
@@ -29,21 +29,21 @@ impl Command {
 /// A force on a link of the hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Push {
-    /// Which link.
+    /// Index of the link.
     pub link: usize,
-    /// Where, in the link frame, m.
+    /// Point of application in the link frame, m.
     pub point: Vec3,
     /// Force in the world frame, N.
     pub force: Vec3,
 }
 
-/// The command of the base.
+/// Command to the base.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BaseCommand {
-    /// Go to a pose and stay, within the limits. `linear` and `angular` say how the pose itself moves, so
-    /// that a smooth path is followed without lag.
+    /// Move to a pose and stay, within the limits. `linear` and `angular` give the target's own motion, so
+    /// that the base follows a smooth path without lag.
     Pose {
-        /// Where to.
+        /// Target pose.
         target: Pose,
         /// Velocity of the target, m/s.
         linear: Vec3,
@@ -57,7 +57,7 @@ pub enum BaseCommand {
         /// rad/s
         angular: Vec3,
     },
-    /// Be the set point of the servo itself: a path computed elsewhere, not limited here.
+    /// Set point of the servo itself: a path computed elsewhere, with no limits applied here.
     Exact(BaseReference),
     /// The servo is off: the hand flies as a free body.
     Free,

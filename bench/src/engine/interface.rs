@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use palmares_models::{Mat3, Vec3};
-use palmares_sim::{Command, ContactForce, Model, Outcome, State, World};
+use palmares_sim::{Command, ContactForce, Model, State, StepOutcome, World};
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -57,7 +57,7 @@ pub trait Engine {
         }
     }
     /// The outcome of the last step. Peers fill in the deepest overlap and whether all numbers are finite.
-    fn outcome(&self) -> Outcome;
+    fn outcome(&self) -> StepOutcome;
     /// Touching contacts of the last step and their forces; empty where the engine does not report them.
     fn contacts(&mut self) -> Result<Vec<ContactForce>> {
         Ok(self.world().map_or(Vec::new(), |world| world.contact_forces().to_vec()))

@@ -1,6 +1,6 @@
 //! Colours: plain shading by a light at the camera.
 
-use super::GBuffer;
+use super::gbuffer::GBuffer;
 use super::intrinsics::Intrinsics;
 
 /// Part of the light that comes from everywhere.

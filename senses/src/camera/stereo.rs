@@ -4,7 +4,8 @@
 //! of σ pixels and in steps, so that depth scatters by z² σ / (f B). It finds nothing where the second imager is in the
 //! shadow of something nearer or looks past its picture, where a surface is seen at a grazing angle, and here and there.
 
-use super::{GBuffer, Intrinsics};
+use super::gbuffer::GBuffer;
+use super::intrinsics::Intrinsics;
 use crate::encoders::quantised;
 use crate::noise::Sample;
 use palmares_models::camera::{Camera, Stereo};

@@ -1,4 +1,4 @@
-//! Which shapes may touch, and where: broad phase, narrow phase by parry, and impacts.
+//! Contact detection: broad phase, narrow phase by parry, and impacts.
 
 pub mod advancement;
 pub mod broad_phase;
