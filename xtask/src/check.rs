@@ -1,7 +1,7 @@
 //! `cargo xtask test`: every check, one after the other, with a summary.
 
 use crate::apt;
-use crate::cargo::{build_extension, build_server, cargo};
+use crate::cargo::{build_for_tests, cargo};
 use crate::dependencies;
 use crate::docker;
 use crate::instructions;
@@ -70,8 +70,20 @@ pub(crate) fn run() -> Result<bool> {
             let missing = "Postgres is not installed (Debian's package `postgresql`), and could not be";
             or_skipped(apt::postgres().then_some(()).ok_or_else(|| missing.to_owned()))
         }),
-        step("Rust tests", || counted(cargo().args(["test", "--workspace", "--no-fail-fast"]), rust_tests)),
     ]);
+    let mut server = None;
+    steps.push(step("build of tests, server and Python extension", || {
+        server = Some(build_for_tests()?);
+        Ok(PASSED)
+    }));
+    steps.push(step("Rust tests", || {
+        let mut tests = cargo();
+        tests.args(["test", "--workspace", "--no-fail-fast"]);
+        if let Some(program) = &server {
+            tests.env("PALMARES_SERVER_BIN", program);
+        }
+        counted(&mut tests, rust_tests)
+    }));
     steps.push(step("licences and sources of crates", || match dependencies::prepare_deny()? {
         Ok(mut deny) => whole(&mut deny),
         Err(reason) => or_skipped(Err(reason)),
@@ -80,15 +92,9 @@ pub(crate) fn run() -> Result<bool> {
         Ok(mut bench) => whole(&mut bench),
         Err(reason) => or_skipped(Err(reason)),
     }));
-    let mut server = None;
-    steps.push(step("server for the Python tests", || {
-        server = Some(build_server(false)?);
-        Ok(PASSED)
-    }));
     if let Some(program) = &server {
         steps.push(step("descriptions in docs/schema", || schema::check(program).map(|()| PASSED)));
     }
-    steps.push(step("compiled part of the Python package", || build_extension(false).map(|_| PASSED)));
     let mut environment = None;
     steps.push(step("Python environment", || {
         environment = Some(Environment::prepare()?);
