@@ -22,7 +22,7 @@ from websockets.typing import Subprotocol
 
 @dataclass
 class FakeServer:
-    """A fake server; tests set its behaviour and read the requests it got."""
+    """A fake server; tests set its behaviour and read its requests."""
 
     requests: list[dict[str, Any]] = field(default_factory=list)
     replies: list[dict[str, Any]] = field(default_factory=list)
@@ -32,18 +32,18 @@ class FakeServer:
     drop_after: set[str] = field(default_factory=set)
     """Operations at which the connection breaks once, after they were processed."""
     subprotocols: tuple[str, ...] = ("palmares.v1.json", "palmares.v1.msgpack")
-    """What the server speaks, its preferred one first."""
+    """Subprotocols of the server, its preferred one first."""
     token: str | None = None
     """The token that a client needs; ``None`` for none."""
     ping_interval_s: float | None = 20.0
     note: str | None = None
     """`welcome.note`"""
     forget: bool = False
-    """Tell a client that reconnects that there is no run, as after a restart."""
+    """Greet a reconnected client without a run, as after a restart."""
     closed_meanwhile: bool = False
-    """Tell a client that reconnects that its run has ended and waits for `stop`."""
+    """Greet a reconnected client with an ended run, which waits for `stop`."""
     ticks: int = 20
-    """Length of a real-time run; then it is truncated."""
+    """Ticks until a real-time run is truncated."""
     realtime_tick_s: float = 0.002
     events: dict[int, str] = field(default_factory=dict)
     """Events of a real-time run: their kinds by tick."""
@@ -58,7 +58,7 @@ class FakeServer:
 
     @property
     def url(self) -> str:
-        """The address at which it listens."""
+        """Address of the server."""
         assert self.server is not None
         host, port = self.server.socket.getsockname()[:2]
         return f"http{'s' if self.tls else ''}://{host}:{port}"
@@ -251,7 +251,7 @@ class FakeServer:
 
 
 def packed(tables: Any) -> Any:
-    """Return tables of numbers as MessagePack has them: as bytes."""
+    """Return tables of numbers as bytes, as in MessagePack."""
     if isinstance(tables, dict):
         return {name: packed(table) for name, table in tables.items()}
     strings = any(isinstance(entry, str) for entry in tables)

@@ -129,7 +129,7 @@ def test_late_replies_are_skipped(server: FakeServer) -> None:
     with palmares.Client(server.url) as client:
         server.replies.append({"op": "obs", "id": 999})
         server.requests.clear()
-        # The fake server sends one reply per request; that to the second request answers the first.
+        # The fake server sends one reply per request; the second request gets that of the first.
         client._link._send(Time())
         assert client.time().session_left_s is None
 

@@ -1,4 +1,4 @@
-"""What people see while they work: views of observations, scenes and results, warnings, bars."""
+"""Output for people: text and tables of observations, scenes and results, warnings, progress bars."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FAST = palmares.twist([3.0, 4.0, 0.0], [0.0, 0.0, 0.0])
 
 
 class Cells(HTMLParser):
-    """The text of a table, and that every element is closed."""
+    """Collects the text of a table, and checks that every element is closed."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -34,15 +34,15 @@ class Cells(HTMLParser):
         self.cells: list[str] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:  # noqa: ARG002
-        """Note what is open."""
+        """Push an open element."""
         self.open.append(tag)
 
     def handle_endtag(self, tag: str) -> None:
-        """Close it."""
+        """Pop the element."""
         assert self.open.pop() == tag
 
     def handle_data(self, data: str) -> None:
-        """Keep the text."""
+        """Collect the text."""
         self.cells.append(data)
 
 

@@ -1,4 +1,4 @@
-"""Controllers over many scenes."""
+"""Evaluation of controllers in many scenes."""
 
 import json
 import os
@@ -32,7 +32,7 @@ def run(client, seed):
         raise ArithmeticError("two is too many")
     client.stop()
 """
-# Ends in every way there is.
+# Ends in every possible way.
 ENDS = """
 import os, sys
 def run(client, seed):
@@ -182,7 +182,7 @@ def test_ctrl_c_ends_it_with_the_runs_so_far(tmp_path: Path) -> None:
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        # What a shell starts in the background ignores Ctrl-C, and so would this.
+        # A shell makes background processes ignore Ctrl-C; undo that.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     ) as child:
         while not reached.exists():
@@ -191,7 +191,7 @@ def test_ctrl_c_ends_it_with_the_runs_so_far(tmp_path: Path) -> None:
         os.killpg(child.pid, signal.SIGINT)
         out, err = child.communicate(timeout=20)
     assert child.returncode == 130
-    assert f"interrupted after 2 of 4 runs\nbeing played: {slow} seed 3\n" in err
+    assert f"interrupted after 2 of 4 runs\nopen: {slow} seed 3\n" in err
     assert "Traceback" not in err
     assert [run["seed"] for run in json.loads(out)["rows"][0]["runs"]] == [1, 2]
 
@@ -335,7 +335,7 @@ def test_what_follows_ray_is_an_address_or_a_controller() -> None:
 
 
 def test_the_paired_test_counts_every_sign_of_few_differences() -> None:
-    # Of the 8 ways to sign three differences of 1, two have a sum as far from 0 as 3.
+    # Two of the 8 sign patterns of three differences of 1 have a sum of ±3.
     found = Comparison.of([2.0, 3.0, 4.0], [1.0, 2.0, 3.0])
     assert found.p_value == pytest.approx(2 / 8)
     assert (found.better, found.equal, found.worse, found.mean) == (3, 0, 0, 1.0)

@@ -18,7 +18,7 @@ NODE = shutil.which("node")
 
 
 def has_websocket() -> bool:
-    """Return whether there is a Node that knows the flag, or needs none."""
+    """Return whether Node is installed and supports WebSocket, with the flag or without."""
     if NODE is None:
         return False
     asked = [

@@ -1,4 +1,4 @@
-"""What is fetched from the shelf, and what is pushed in, as far as it can be tested without physics."""
+"""Choices of objects to fetch from the shelf or to push in, without physics."""
 
 from __future__ import annotations
 
@@ -71,6 +71,6 @@ def test_nothing_that_rolls_is_pushed_and_nothing_into_the_rear_wall() -> None:
     assert pushing.choose([can], SHELF, [], frozenset({0})) is None
     assert pushing.choose([can, behind], SHELF, [], frozenset({1})) is None
     assert pushing.choose([can, behind], SHELF, [], frozenset()) is not None
-    # There is a centimetre between the can, what is behind it and the rear wall.
+    # There is a centimetre between the can, the object behind it and the rear wall.
     long = standing(1, 0.0, 0.637, (0.07, 0.3, 0.1))
     assert pushing.choose([can, long], SHELF, [], frozenset()) is None

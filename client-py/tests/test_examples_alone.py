@@ -1,4 +1,4 @@
-"""Every example as a copy in another folder, with nothing but the package installed."""
+"""Every example as a copy in another folder, with only the package installed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "src/palmares/examples").glob("[!_]*.py"))
-# They play in their own process, with the compiled part of the package.
+# These play in their own process, with the compiled part of the package.
 LEARNERS = [path for path in EXAMPLES if path.stem.startswith("train_")]
 
 

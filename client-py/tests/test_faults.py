@@ -1,4 +1,4 @@
-"""Worlds that fail: Python says of what, when, and what to try."""
+"""Worlds that fail: Python reports cause, time and remedies."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tests.fake_server import FakeServer
 from tests.real_server import RealServer, needs_server
 
 PINCH = Path(__file__).parents[2] / "models/hands/pinch"
-# The limits of a competition that the hand below is beyond.
+# Limits of a competition that the hand below exceeds.
 BOUND = (
     "joint_torque_nm",
     "moment_arm",
@@ -35,7 +35,7 @@ WORDS = "the world failed ({fault}) in tick {tick}, step "
 
 @pytest.fixture
 def billion(tmp_path: Path) -> str:
-    """Write a hand that no world can compute: 1e9 for force, stiffness, winding and speed."""
+    """Write a hand on which every world fails: 1e9 for force, stiffness, winding and speed."""
     folder = tmp_path / "billion"
     folder.mkdir()
     urdf = re.sub(r"(<offset>)[^<]*", r"\g<1>0", (PINCH / "hand.urdf").read_text())
@@ -58,7 +58,7 @@ def failure(step: Callable[[int], Any]) -> palmares.WorldFaultError:
 
 
 def told(error: palmares.WorldFaultError, result: Result, before: int) -> None:
-    """Check what an error and a result say of a world that failed in the tick after `before`."""
+    """Check error and result of a world that failed in the tick after `before`."""
     assert error.code == "internal"
     assert isinstance(error, palmares.InternalError)
     assert not error.fatal

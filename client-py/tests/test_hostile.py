@@ -1,4 +1,4 @@
-"""Clients that violate the protocol beside a client that plays, which must not be affected."""
+"""Clients that violate the protocol must not affect a client that plays."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def requests_whose_replies_are_not_read(url: str) -> None:
         for _ in range(2_000_000):
             transport.send(request, binary=False)
 
-    # The server reads no request before it has sent the last reply: in the end this client has to wait.
+    # The server reads no request before it has sent the last reply, so this client has to wait at the end.
     with pytest.raises(Closed):
         ask_on()
 

@@ -169,7 +169,7 @@ def test_a_run_left_open_by_an_earlier_program_is_stopped(
             assert client.reset("balls", "softhand").tick == 0
             client.stop()
     assert [request["op"] for request in server.requests][:5] == ["hello", "stop", "reset", "stop", "reset"]
-    assert [record.message for record in caplog.records if "left open at tick 7" in record.message]
+    assert [record.message for record in caplog.records if "open at tick 7" in record.message]
 
 
 def test_a_lost_run_says_how_it_ended() -> None:

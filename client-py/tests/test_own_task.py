@@ -1,4 +1,4 @@
-"""A task of one's own, by its path."""
+"""Tasks of a user, by their paths."""
 
 import shutil
 import subprocess

@@ -1,4 +1,4 @@
-"""Without Ray, whoever wants it is told in one line what to install."""
+"""Without Ray the error is one line with the command to install it."""
 
 from __future__ import annotations
 

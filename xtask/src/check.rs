@@ -127,7 +127,8 @@ pub(crate) fn run() -> Result<bool> {
         steps.push(step("Python formatting", || whole(&mut python(&["ruff", "format", "--check"]))));
         steps.push(step("Python types", || whole(&mut python(&["mypy"]))));
         steps.push(step("Python tests", || {
-            let mut pytest = python(&["pytest", "--color=no"]);
+            // A file's tests share servers, so a file stays with one of the two workers.
+            let mut pytest = python(&["pytest", "--color=no", "--numprocesses=2", "--dist=loadfile"]);
             if let Some(program) = &server {
                 pytest.env("PALMARES_SERVER_BIN", program);
             }

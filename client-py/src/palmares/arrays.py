@@ -1,4 +1,4 @@
-"""How numbers become NumPy arrays: one type and one function."""
+"""The array type of this package, and the function that makes such arrays."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array: TypeAlias = NDArray[np.float64]
-"""Every array of this package. Its shape is stated where it is taken or returned."""
+"""Every array of this package; each function states the shapes it takes and returns."""
 
 _LITTLE_ENDIAN = np.dtype("<f8")
 

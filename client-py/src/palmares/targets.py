@@ -1,4 +1,4 @@
-"""Targets of a controller: pose or velocity of the base, positions of the motors."""
+"""Targets in an action: pose or velocity of the base, positions of the motors."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def numbers(field: str, value: Any, count: int, meaning: str) -> list[float]:
     """Return `count` numbers as floats.
 
     Raises:
-        BadActionError: `value` is something else; the message names the field and both shapes.
+        BadActionError: The shape differs or a number is not finite; the message names field and shapes.
 
     """
     if (

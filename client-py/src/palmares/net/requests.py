@@ -14,7 +14,7 @@ from palmares.scene import Vec3
 
 
 def names(cameras: Iterable[str]) -> list[str]:
-    """Return the names as a list; a single name may come alone."""
+    """Return the names as a list; a single name may be a string."""
     return [cameras] if isinstance(cameras, str) else list(cameras)
 
 
@@ -22,7 +22,7 @@ def whole_of(field: str, value: Any, least: int, most: int) -> int:
     """Return a whole number of a request, within these limits.
 
     Raises:
-        BadRequestError: It is something else.
+        BadRequestError: The value is no such number.
 
     """
     try:
@@ -93,7 +93,7 @@ class Stop(Request, kw_only=True, tag="stop"):
 
 
 class Time(Request, kw_only=True, tag="time"):
-    """Asks for the session's clock."""
+    """Returns the session's clock."""
 
 
 class Bye(Request, kw_only=True, tag="bye"):
