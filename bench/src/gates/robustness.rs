@@ -61,9 +61,9 @@ fn every_contact_keeps_to_signorini_and_coulomb() {
 
 #[test]
 fn friction_opposes_slip() {
-    // No law sets a bound. The mean of the 32 heaps is 0.44 % with a standard error of 0.06 % (jackknife over the heaps); the
+    // No law sets a bound. The 32 heaps lose 0.43 % with a standard error of 0.06 % (jackknife over the heaps); the
     // bound is three standard errors above it. Friction that kept an old direction of slip lost 1.06 %.
-    at_most("contact_dissipation", &[(1e-3, 0.63)]);
+    at_most("contact_dissipation", &[(1e-3, 0.6)]);
 }
 
 #[test]
