@@ -25,8 +25,8 @@ from typing import Literal
 
 import palmares
 from palmares.net.codec import Encoding
-from palmares.net.requests import Step
 from palmares.targets import action_of
+from palmares.wire import StepRequest
 
 TASK, HAND = "balls", "softhand"
 # Ticks with one target, and ticks of one call in the run with long calls.
@@ -150,7 +150,7 @@ def timed(client: palmares.Client, case: Case, ticks: int) -> tuple[dict[str, li
     for count in range(ticks):
         marks = [time.perf_counter()]
         action = action_of(palmares.pose(case.base, PALM_DOWN), target(count), motors)
-        request = codec.encode(Step(id=1_000_000 + count, tick=tick, action=action))
+        request = codec.encode(StepRequest(id=1_000_000 + count, tick=tick, action=action))
         marks.append(time.perf_counter())
         transport.send(request, binary=codec.binary)
         marks.append(time.perf_counter())

@@ -192,7 +192,8 @@ def test_a_lost_run_tells_its_note(given_back: bool) -> None:
     note = "the world failed (unsolvable)" + ("" if given_back else ". Its time is not given back: why")
     result = Result(
         run_id="r", task="t", hand="h", status="voided", score=0.0, in_goal=0, outside=0,
-        reason="world_fault", ticks=3, sim_time_s=0.03, state_hash="0", note=note,
+        reason="world_fault", ticks=3, sim_time_s=0.03, state_hash="0", note=note, task_hash="",
+        mode="lockstep", missed_ticks=0, late_ticks=0, late_max_s=0.0, dropped_obs=0, events=[],
     )  # fmt: skip
     text = str(RunLostError.of("r", result))
     assert note in text

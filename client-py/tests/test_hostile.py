@@ -12,8 +12,8 @@ import pytest
 
 import palmares
 from palmares.net.codec import CODECS
-from palmares.net.requests import Hello, Time
 from palmares.net.transport import Closed, Transport
+from palmares.wire import HelloRequest, TimeRequest
 from tests.real_server import RealServer, needs_server
 
 pytestmark = needs_server
@@ -70,8 +70,8 @@ def a_frame_that_claims_to_be_endless(url: str) -> None:
 
 def requests_whose_replies_are_not_read(url: str) -> None:
     transport = connection(url, timeout_s=0.5)
-    transport.send(JSON.encode(Hello(id=1, client={"name": "deaf"})), binary=False)
-    request = JSON.encode(Time(id=2))
+    transport.send(JSON.encode(HelloRequest(id=1, client={"name": "deaf"})), binary=False)
+    request = JSON.encode(TimeRequest(id=2))
 
     def ask_on() -> None:
         for _ in range(2_000_000):

@@ -16,7 +16,7 @@ import pytest
 
 import palmares
 from palmares.net import link as link_module
-from palmares.net.requests import Request, Time
+from palmares.wire import Request, TimeRequest
 from tests.fake_server import FakeServer
 
 
@@ -155,7 +155,7 @@ def test_a_result_that_came_without_a_request_is_what_stop_returns(server: FakeS
         server.running = server.forget = True
         server.replies.append(result)
         server.drop_before.add("stop")
-        client._link._send(Time())
+        client._link._send(TimeRequest())
         time.sleep(0.1)
         assert client.stop().score == 4.0
 
@@ -185,6 +185,13 @@ def test_a_lost_run_says_how_it_ended() -> None:
         ticks=3,
         sim_time_s=0.03,
         state_hash="",
+        task_hash="",
+        mode="lockstep",
+        missed_ticks=0,
+        late_ticks=0,
+        late_max_s=0.0,
+        dropped_obs=0,
+        events=[],
     )
     assert "counts for nothing and its time is given back" in str(palmares.RunLostError.of("r1", result))
     result.status, result.reason, result.score = "practice", "disconnected", 2.0

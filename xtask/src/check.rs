@@ -6,7 +6,6 @@ use crate::dependencies;
 use crate::docker;
 use crate::instructions;
 use crate::python::Environment;
-use crate::schema;
 use crate::viewer::Viewer;
 use anyhow::{Context, Result};
 use std::fmt;
@@ -92,9 +91,6 @@ pub(crate) fn run() -> Result<bool> {
         Ok(mut bench) => whole(&mut bench),
         Err(reason) => or_skipped(Err(reason)),
     }));
-    if let Some(program) = &server {
-        steps.push(step("descriptions in docs/schema", || schema::check(program).map(|()| PASSED)));
-    }
     let mut environment = None;
     steps.push(step("Python environment", || {
         environment = Some(Environment::prepare()?);

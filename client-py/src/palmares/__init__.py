@@ -48,37 +48,34 @@ from palmares.errors import (
     WorldFaultError,
     WrongStateError,
 )
-from palmares.messages import (
+from palmares.messages import FieldSpec, HandState, Observation, Result, Specs, Welcome
+from palmares.net.codec import Encoding
+from palmares.scene import Region, Scene, SceneBody, ScenePart
+from palmares.targets import pose, twist
+from palmares.training import Training
+from palmares.truth import BodyState, Contact, ObjectState, Truth
+from palmares.version import VERSION as __version__
+from palmares.wire import (
     Action,
     Actuator,
     BaseTarget,
     CameraInfo,
     Competition,
     Event,
-    FieldSpec,
     HandInfo,
-    HandState,
+    Joints,
     LeaderboardRow,
     Limits,
-    Observation,
     Opened,
     Replay,
-    Result,
     RunInfo,
     ServerInfo,
-    Specs,
+    Shape,
     TaskBest,
     TaskInfo,
     Time,
-    Welcome,
     Wrench,
 )
-from palmares.net.codec import Encoding
-from palmares.scene import Region, Scene, SceneBody, ScenePart, Shape
-from palmares.targets import pose, twist
-from palmares.training import Training
-from palmares.truth import BodyState, Contact, Joints, ObjectState, Truth
-from palmares.version import VERSION as __version__
 
 __all__ = [
     "Action",

@@ -22,28 +22,34 @@ from palmares.errors import (
     SessionOverError,
     WrongStateError,
 )
-from palmares.messages import (
-    Ack,
-    Action,
-    Competition,
-    LeaderboardRow,
-    Observation,
-    Opened,
-    Reply,
-    Result,
-    Time,
-    Welcome,
-)
+from palmares.messages import Observation, Result, Welcome
 from palmares.net.codec import Encoding, Message
 from palmares.net.link import Link, Resumed, raise_if_fatal
-from palmares.net.requests import Act, Hello, Perturb, Request, Reset, Step, Stop, Wrench, names, whole_of
-from palmares.net.requests import Time as AskTime
+from palmares.net.requests import names, whole_of
 from palmares.net.stream import Stream
 from palmares.net.transport import Closed
 from palmares.scene import Scene
 from palmares.targets import Base, Hand, Numbers, action_of, vector
 from palmares.training import Training, checked
 from palmares.version import VERSION
+from palmares.wire import (
+    Ack,
+    Action,
+    ActRequest,
+    Competition,
+    HelloRequest,
+    LeaderboardRow,
+    Opened,
+    PerturbRequest,
+    PushWrench,
+    Reply,
+    Request,
+    ResetRequest,
+    StepRequest,
+    StopRequest,
+    Time,
+    TimeRequest,
+)
 
 if TYPE_CHECKING:
     from palmares.sim import World
@@ -124,7 +130,7 @@ class Client:
         self._link = Link(
             http_url,
             ws_url,
-            Hello(client={"name": team, "version": VERSION}, session_s=session_s),
+            HelloRequest(client={"name": team, "version": VERSION}, session_s=session_s),
             token=token if token is not None else os.environ.get("PALMARES_TOKEN"),
             encoding=encoding,
             timeout_s=timeout_s,
@@ -168,7 +174,7 @@ class Client:
         self._stop_earlier_run()
         if not self.is_local:
             task = own_task.name_of(task, [known.name for known in self.welcome.tasks])
-        request = Reset(
+        request = ResetRequest(
             task=task,
             hand=hand,
             mode=mode,
@@ -216,7 +222,7 @@ class Client:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
         action = action_of(base, hand, self._motors)
         repeat = whole_of("repeat", repeat, 1, self.welcome.limits.repeat)
-        request = Step(tick=self._tick, action=action, repeat=repeat, cameras=names(cameras))
+        request = StepRequest(tick=self._tick, action=action, repeat=repeat, cameras=names(cameras))
         try:
             obs = self._ask(request, Observation)
         except (WrongStateError, SessionOverError):
@@ -243,7 +249,7 @@ class Client:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
         try:
             action = action_of(base, hand, self._motors)
-            tick = self._ask(Act(action=action, cameras=names(cameras)), Ack).tick
+            tick = self._ask(ActRequest(action=action, cameras=names(cameras)), Ack).tick
             self.clipping.request(action, tick)
             return tick
         except WrongStateError:
@@ -272,12 +278,12 @@ class Client:
         if self._newest is None:
             raise WrongStateError("wrong_state: no run is open; call reset(…) first")
         try:
-            self._check_resumed(Stop())
+            self._check_resumed(StopRequest())
             self._link.listen(0.0)
         except Closed as lost:
             raise_if_fatal(lost)
             self._link.resume(lost)
-            self._check_resumed(Stop())
+            self._check_resumed(StopRequest())
         return self._take() or self._newest
 
     def perturb(
@@ -296,14 +302,14 @@ class Client:
             duration_s: Duration, simulated time.
 
         """
-        wrench = Wrench(force=vector("force", force), torque=vector("torque", torque))
-        return self._ask(Perturb(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
+        wrench = PushWrench(force=vector("force", force), torque=vector("torque", torque))
+        return self._ask(PerturbRequest(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
 
     def stop(self) -> Result:
         """Close the run; the objects settle and are counted. Return the result."""
         run_id = self._run_id
         try:
-            result = self._ask(Stop(), Result)
+            result = self._ask(StopRequest(), Result)
         except RunLostError as lost:
             if lost.result is None or lost.result.run_id != run_id:
                 raise
@@ -323,7 +329,7 @@ class Client:
 
     def time(self) -> Time:
         """Return the session's clock."""
-        return self._ask(AskTime(), Time)
+        return self._ask(TimeRequest(), Time)
 
     def leaderboard(self) -> list[LeaderboardRow]:
         """Return the rows of the leaderboard, best first."""
@@ -467,18 +473,18 @@ class Client:
             return request
         run = welcome.run
         if self._run_id is None:
-            if run is not None and isinstance(request, Reset):
+            if run is not None and isinstance(request, ResetRequest):
                 # The run was opened, but the reply with its scene was lost: close it and open another.
-                self._link.exchange(Stop(), Result)
+                self._link.exchange(StopRequest(), Result)
         elif run is None or run.run_id != self._run_id:
             raise self._run_lost()
         elif not run.open and self._newest is not None:
             # The run's last observation was lost: make one.
             closed = structs.replace(self._newest, tick=run.tick, truncated=True, reason="closed", events=[])
             self._stream.put(closed)
-        elif isinstance(request, Step) and run.tick != request.tick:
+        elif isinstance(request, StepRequest) and run.tick != request.tick:
             # The step was made, but its observation was lost: make one more tick with the same targets.
-            return Step(tick=run.tick, action=Action())
+            return StepRequest(tick=run.tick, action=Action())
         return request
 
     def _run_lost(self) -> RunLostError:
@@ -498,7 +504,7 @@ class Client:
         LOG.warning(
             "an earlier program left run %s open at tick %d; it is stopped now", left.run_id, left.tick
         )
-        self._ask(Stop(), Result)
+        self._ask(StopRequest(), Result)
         self.welcome.run = None
 
     def _named(self, obs: Observation) -> Observation:
@@ -531,7 +537,7 @@ class Client:
         while True:
             try:
                 if self._link.resumed is not None:
-                    self._check_resumed(Stop())
+                    self._check_resumed(StopRequest())
                 self._link.listen(LISTEN_S)
             except Closed as lost:
                 raise_if_fatal(lost)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from palmares.arrays import Array
-from palmares.messages import Action
+from palmares.wire import Action
 
 
 class ClippedActionWarning(UserWarning):

@@ -9,10 +9,9 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from palmares.arguments import short
-from palmares.arrays import Array
+from palmares.arrays import Array, Vec3
 from palmares.errors import BadActionError
-from palmares.messages import Action, BaseTarget
-from palmares.scene import Vec3
+from palmares.wire import Action, BaseTarget
 
 Numbers: TypeAlias = Iterable[float] | Array
 """A list, a tuple, an array or another iterable of numbers"""

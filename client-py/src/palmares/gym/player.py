@@ -9,9 +9,10 @@ import numpy as np
 
 from palmares import own_task
 from palmares.client import LOCAL, Client
-from palmares.messages import BaseTarget, HandInfo, Observation, Result, TaskInfo
+from palmares.messages import Observation, Result
 from palmares.scene import Scene
 from palmares.training import Training
+from palmares.wire import BaseTarget, HandInfo, TaskInfo
 
 Sensing = Literal["sensors", "truth"]
 Noise = Literal["none", "real"]

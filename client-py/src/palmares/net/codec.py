@@ -7,21 +7,20 @@ from typing import Any, Literal, TypeAlias
 
 import msgspec
 
-from palmares.messages import (
-    Ack,
-    Envelope,
-    ErrorMessage,
-    Observation,
-    Result,
-    SessionWarning,
-    Time,
-    Welcome,
-)
+from palmares.messages import Observation, Result, Welcome
+from palmares.wire import Ack, ErrorMessage, SessionWarning, Time
 
 Message: TypeAlias = Observation | Ack | Result | Time | Welcome | ErrorMessage | SessionWarning
 """Any message of the server; `op` selects the type in one pass over the bytes"""
 
 Encoding: TypeAlias = Literal["json", "msgpack"]
+
+
+class Envelope(msgspec.Struct, kw_only=True):
+    """The fields that every message from the server has."""
+
+    op: str
+    id: int | None = None
 
 
 class Codec:

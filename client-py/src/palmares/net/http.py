@@ -10,7 +10,8 @@ from urllib.parse import urlsplit
 import msgspec
 
 from palmares.errors import NoServerError, PalmaresError, ProtocolError, error_of
-from palmares.messages import LeaderboardRow, Result
+from palmares.messages import Result
+from palmares.wire import LeaderboardRow
 
 TIMEOUT_S = 10.0
 

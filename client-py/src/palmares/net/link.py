@@ -23,13 +23,21 @@ from palmares.errors import (
     SessionTakenError,
     error_of,
 )
-from palmares.messages import ErrorMessage, LeaderboardRow, Reply, Result, SessionWarning, Welcome
+from palmares.messages import Result, Welcome
 from palmares.net import http
 from palmares.net.codec import CODECS, SUBPROTOCOLS, Codec, Encoding, Message
 from palmares.net.dial import NoWebSocket, Refused
-from palmares.net.requests import Bye, Hello, Request
 from palmares.net.transport import Closed, Transport
 from palmares.training import Training
+from palmares.wire import (
+    ByeRequest,
+    ErrorMessage,
+    HelloRequest,
+    LeaderboardRow,
+    Reply,
+    Request,
+    SessionWarning,
+)
 
 # Delays between attempts to reconnect; the last one repeats. The server refuses a new connection until it has
 # noticed that the old one is dead, which takes up to `Limits.ping_timeout_s`.
@@ -64,7 +72,7 @@ class Link:
         self,
         http_url: str,
         ws_url: str,
-        hello: Hello,
+        hello: HelloRequest,
         *,
         token: str | None,
         encoding: Encoding | None,
@@ -185,7 +193,7 @@ class Link:
         self._timer.stop()
         with self._lock:
             with contextlib.suppress(Closed):  # Already closed.
-                self._send(Bye())
+                self._send(ByeRequest())
             self._transport.close()
 
     def abort(self) -> None:
@@ -322,7 +330,7 @@ class Link:
                 f"no server at {self._http_url} ({unreachable}); is `palmares serve` running?"
             ) from None
 
-    def _open_session(self, hello: Hello) -> Welcome:
+    def _open_session(self, hello: HelloRequest) -> Welcome:
         try:
             return self._exchange(hello, Welcome)
         except Closed as closed:
@@ -334,7 +342,9 @@ class Link:
     def _resume_session(self) -> Welcome:
         first = self._hello
         try:
-            return self._open_session(Hello(client=first.client, resume_token=self.welcome.resume_token))
+            return self._open_session(
+                HelloRequest(client=first.client, resume_token=self.welcome.resume_token)
+            )
         except SessionOverError:
             practice = self.welcome.competition.mode == "practice"
             if not practice or first.session_s is not None:

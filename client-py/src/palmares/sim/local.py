@@ -5,16 +5,27 @@ from __future__ import annotations
 import json
 import os
 import secrets
+import time
 from collections.abc import Sequence
 from typing import Any, NoReturn, TypeVar
 
 from palmares import sim
 from palmares.errors import BadRequestError, UnknownHandError, UnknownTaskError, WrongStateError
-from palmares.messages import LeaderboardRow, Reply, Result, RunInfo, Time, Welcome
+from palmares.messages import Result, Welcome
 from palmares.net.codec import Encoding
 from palmares.net.link import Link
-from palmares.net.requests import Perturb, Request, Reset, Step, Stop
-from palmares.net.requests import Time as AskTime
+from palmares.wire import (
+    LeaderboardRow,
+    PerturbRequest,
+    Reply,
+    Request,
+    ResetRequest,
+    RunInfo,
+    StepRequest,
+    StopRequest,
+    Time,
+    TimeRequest,
+)
 
 Answer = TypeVar("Answer", bound=Reply)
 
@@ -53,20 +64,20 @@ class LocalLink(Link):
 
         """
         reply: Reply
-        if isinstance(request, Reset):
+        if isinstance(request, ResetRequest):
             reply = self._reset(request)
-        elif isinstance(request, Step | Perturb):
+        elif isinstance(request, StepRequest | PerturbRequest):
             reply = self._in_the_run(request, kind)
-        elif isinstance(request, Stop):
+        elif isinstance(request, StopRequest):
             reply = self._stop()
-        elif isinstance(request, AskTime):
+        elif isinstance(request, TimeRequest):
             reply = self._time()
         else:
             raise BadRequestError(f"bad_request: `{request.__struct_config__.tag}` needs a server")
         assert isinstance(reply, kind)
         return reply
 
-    def _in_the_run(self, request: Step | Perturb, kind: type[Answer]) -> Answer:
+    def _in_the_run(self, request: StepRequest | PerturbRequest, kind: type[Answer]) -> Answer:
         try:
             return self._opened().ask(request, kind)
         except WrongStateError as refused:
@@ -74,7 +85,7 @@ class LocalLink(Link):
                 raise WrongStateError(f"{refused}; stop() returns its result") from None
             raise
 
-    def _reset(self, request: Reset) -> Reply:
+    def _reset(self, request: ResetRequest) -> Reply:
         if self._open:
             raise WrongStateError("wrong_state: a run is open; stop it first")
         if request.mode != "lockstep":
@@ -145,6 +156,7 @@ class LocalLink(Link):
                 run_id=self.world.run_id,
                 task=played.task,
                 hand=played.hand,
+                mode="lockstep",
                 tick=self.world.tick,
                 open=True,
             )
@@ -154,7 +166,10 @@ class LocalLink(Link):
             elapsed_s=simulated_s,
             wall_s=0.0,
             simulated_s=simulated_s,
+            refunded_s=0.0,
+            paused=False,
             run=run,
+            server_unix_ms=time.time_ns() // 1_000_000,
         )
 
     @property

@@ -11,13 +11,24 @@ from palmares._native import World as NativeWorld
 from palmares.arguments import MAX_COUNT, MAX_SEED, one_of, whole
 from palmares.clipping import Clipping
 from palmares.errors import ProtocolError, WrongStateError, error_of
-from palmares.messages import Ack, ErrorMessage, Observation, Opened, Reply, Result
+from palmares.messages import Observation, Result
 from palmares.net.codec import CODECS
-from palmares.net.requests import Perturb, Request, Step, Stop, Wrench, names, whole_of
+from palmares.net.requests import names, whole_of
 from palmares.scene import Scene
 from palmares.sim.progress import progress
 from palmares.targets import Base, Hand, Numbers, action_of, vector
 from palmares.training import Training, checked
+from palmares.wire import (
+    Ack,
+    ErrorMessage,
+    Opened,
+    PerturbRequest,
+    PushWrench,
+    Reply,
+    Request,
+    StepRequest,
+    StopRequest,
+)
 
 Answer = TypeVar("Answer", bound=Reply)
 
@@ -106,7 +117,7 @@ class World:
             WorldFaultError: The world failed; `fault` is the cause.
 
         """
-        request = Step(
+        request = StepRequest(
             tick=self.tick,
             action=action_of(base, hand, self._motors),
             repeat=whole_of("repeat", repeat, 1, MAX_COUNT),
@@ -135,12 +146,12 @@ class World:
         duration_s: float = 0.1,
     ) -> int:
         """Push a link of the hand; return the tick of its begin. See `palmares.Client.perturb`."""
-        wrench = Wrench(force=vector("force", force), torque=vector("torque", torque))
-        return self.ask(Perturb(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
+        wrench = PushWrench(force=vector("force", force), torque=vector("torque", torque))
+        return self.ask(PerturbRequest(link=link, wrench=wrench, duration_s=duration_s), Ack).tick
 
     def result(self) -> Result:
         """End the run: the objects settle and are counted. Later calls return the same result."""
-        return self.ask(Stop(), Result)
+        return self.ask(StopRequest(), Result)
 
     def snapshot(self) -> Snapshot:
         """Return the state of the world after this tick; this takes microseconds.
@@ -242,7 +253,7 @@ class World:
     def ask(self, request: Request, kind: type[Answer]) -> Answer:
         """Handle a request of the protocol (``step``, ``perturb`` or ``stop``); return the reply."""
         request.id = 1
-        ticks = request.repeat if isinstance(request, Step) else 0
+        ticks = request.repeat if isinstance(request, StepRequest) else 0
         with progress(ticks, "tick", "step") as report:
             answer = self._native.answer(CODEC.encode(request), report)
         return read(answer, kind)

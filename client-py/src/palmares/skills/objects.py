@@ -11,8 +11,9 @@ import numpy as np
 from palmares.arrays import Array, array
 from palmares.messages import Observation
 from palmares.rotation import rot_z
-from palmares.scene import Scene, SceneBody, Shape
+from palmares.scene import Scene, SceneBody
 from palmares.truth import Truth
+from palmares.wire import Shape
 
 __all__ = [
     "ObjectBounds",
