@@ -81,7 +81,7 @@ def test_the_folder_of_a_task_plays_on_a_server_and_locally(folder: Path, tmp_pa
         assert (there.failed, here.failed) == (0, 0)
         assert there.runs[0].state_hash == here.runs[0].state_hash
         row = evaluate(str(controller), str(folder), seeds=[2], url=server.url, pool=processes(1)).rows[0]
-        assert (row.task, told.failed) == ("cube", 0)
+        assert (row.task, row.failed) == ("cube", 0)
         with palmares.Client(server.url) as client, pytest.raises(palmares.UnknownTaskError):
             client.reset(str(tmp_path), "pinch")
 
