@@ -2,11 +2,11 @@
 
 use crate::apt;
 use crate::cargo::{build_extension, build_server, cargo};
-use crate::dependencies;
 use crate::docker;
 use crate::instructions;
 use crate::python::Environment;
 use crate::schema;
+use crate::tools;
 use crate::viewer::Viewer;
 use anyhow::{Context, Result};
 use std::fmt;
@@ -72,14 +72,9 @@ pub(crate) fn run() -> Result<bool> {
         }),
         step("Rust tests", || counted(cargo().args(["test", "--workspace", "--no-fail-fast"]), rust_tests)),
     ]);
-    steps.push(step("licences and sources of crates", || match dependencies::prepare_deny()? {
-        Ok(mut deny) => whole(&mut deny),
-        Err(reason) => or_skipped(Err(reason)),
-    }));
-    steps.push(step("instruction counts", || match instructions::prepare()? {
-        Ok(mut bench) => whole(&mut bench),
-        Err(reason) => or_skipped(Err(reason)),
-    }));
+    steps.push(step("licences and sources of crates", || or_none(tools::cargo_deny()?)));
+    steps.push(step("workflow files", || or_none(tools::actionlint()?)));
+    steps.push(step("instruction counts", || or_none(instructions::prepare()?)));
     let mut server = None;
     steps.push(step("server for the Python tests", || {
         server = Some(build_server(false)?);
@@ -161,6 +156,14 @@ fn or_skipped(outcome: std::result::Result<(), String>) -> Result<Tally> {
             println!("skipped: {reason}");
             Ok(Tally { skipped: 1, ..Tally::default() })
         }
+    }
+}
+
+/// Runs a command, where this machine has it.
+fn or_none(command: std::result::Result<Command, String>) -> Result<Tally> {
+    match command {
+        Ok(mut command) => whole(&mut command),
+        Err(reason) => or_skipped(Err(reason)),
     }
 }
 

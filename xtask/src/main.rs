@@ -1,17 +1,21 @@
-//! Developer commands: `cargo xtask demo`, `docker`, `pages`, `report`, `schema`, `test`, `viewer` and `wheel`.
+//! Developer commands: `cargo xtask demo`, `docker`, `pages`, `release`, `report`, `schema`, `test`, `viewer` and `wheel`.
 
 mod apt;
 mod cargo;
 mod check;
 mod demo;
+#[cfg(test)]
 mod dependencies;
 mod docker;
 mod http;
 mod instructions;
+mod licences;
 mod pages;
 mod python;
+mod release;
 mod report;
 mod schema;
+mod tools;
 mod viewer;
 mod wheel;
 mod workspace;
@@ -40,6 +44,8 @@ enum Task {
     },
     /// Compare speed and error with rapier and MuJoCo over all scenes; write docs/report.
     Report(report::Options),
+    /// Make a version: change its number, build and check the files that are published.
+    Release(release::Options),
     /// Write the descriptions of messages and addresses in docs/schema anew.
     Schema,
     /// Run every test: Rust, Python and the viewer, formatting and lints.
@@ -55,6 +61,7 @@ fn main() -> ExitCode {
         Task::Demo(options) => demo::run(&options).map(|()| true),
         Task::Docker(options) => docker::run(&options).map(|()| true),
         Task::Pages { wanted } => pages::run(wanted).map(|()| true),
+        Task::Release(options) => release::run(&options).map(|()| true),
         Task::Report(options) => report::run(&options).map(|()| true),
         Task::Schema => cargo::build_server(false).and_then(|program| schema::run(&program)).map(|()| true),
         Task::Test => check::run(),
