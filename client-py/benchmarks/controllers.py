@@ -40,14 +40,20 @@ TASKS = ("balls", "grasp", "shelf")
 SCRIPTS = {"balls.mjs": ROOT / "docs/examples/balls.mjs"}
 NODE = ("node", "--experimental-websocket")
 HEAD = """\
-# How good the example controllers are
+# Scores of the example controllers
 
-Each controller played each scene once; a run in which it failed counts as the objects then lay. The seeds
-{seeds} were not looked at while the controllers were written, but for shelf_softhand and shelf_sensors:
-their rows of earlier versions were, the first of them with a mean of 40.60, and they were then tuned on
-other seeds. `client-py/benchmarks/controllers.py` plays and writes this table; `palmares evaluate
---markdown` writes one of your own controller. *95 %* is an interval of the mean, by bootstrap over the
-scenes. At most there are 10 points in balls and in grasp, 50 in the shelf.
+Scores over held-out scenes, one run each. Measure your own controller with
+
+```
+palmares evaluate my_controller.py --seeds {seeds} --markdown FILE
+```
+
+At most there are 10 points in balls and in grasp, 50 in the shelf. *95 %* is an interval of the mean, by
+bootstrap over the scenes. If a controller fails, the referee scores the objects where they are.
+`client-py/benchmarks/controllers.py` plays and writes the table.
+
+The authors did not use the seeds {seeds}, with one exception. They saw the rows of earlier versions of
+shelf_softhand and shelf_sensors, the first with a mean of 40.60, and then tuned both on other seeds.
 
 """
 

@@ -36,10 +36,12 @@ DOCUMENT = ROOT / "docs/grasped.md"
 HEAD = """\
 # Which objects the SoftHand can grasp
 
-`grasp_softhand.py` grasped every object of the catalogue on the table of the task grasp, in {runs} scenes
-each (seeds from {first} on), by `client-py/benchmarks/grasped_objects.py`. At most there are 10 points;
-{held:g} and more say that it lifted the object, held it for two seconds and kept it through the shake. *size*
-is that of the smallest upright box around the object at the start, longer side, shorter side and height;
+`client-py/benchmarks/grasped_objects.py` ran `grasp_softhand.py` with every object of the catalogue on
+the table of the task grasp, in {runs} scenes each (seeds from {first} on). At most there are 10 points.
+{held:g} and more mean that the hand lifted the object, held it for two seconds and kept it through the
+shake.
+
+*size* is the smallest upright box around the object at the start: longer side, shorter side, height.
 *tries* is the mean number of attempts in a run.
 
 """

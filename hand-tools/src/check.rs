@@ -11,7 +11,7 @@ use palmares_models::error::LoadWarning;
 use palmares_models::hand::Hand;
 use palmares_models::hand::describe::HandDescription;
 use palmares_models::measure::HandLimits;
-use palmares_sim::statics::prediction::Law;
+use palmares_sim::statics::prediction::Method;
 use palmares_tasks::Task;
 use palmares_tasks::inspect::{self, FigureRow};
 use serde::Serialize;
@@ -282,8 +282,8 @@ fn closures(hand: &Hand, closures: &[Closure], all: bool) -> String {
             _ => "-".to_owned(),
         };
         let law = match c.law {
-            Some(Law::ClosedForm) => "closed form",
-            Some(Law::Newton) => "Newton",
+            Some(Method::ClosedForm) => "closed form",
+            Some(Method::Newton) => "Newton",
             None => "-",
         };
         let rest = c.rest_s.map_or("-".to_owned(), |t| format!("{t:.2}"));

@@ -7,7 +7,9 @@ use palmares_models::hand::Hand;
 use palmares_sim::Push;
 use palmares_sim::model::ModelError;
 use palmares_sim::state::MotorState;
-use palmares_sim::statics::prediction::{Equilibrium, Law, NoPrediction, largest_difference, settled};
+use palmares_sim::statics::prediction::{
+    Equilibrium, Method, NoPrediction, largest_difference, solve_loaded,
+};
 use palmares_sim::{BaseCommand, Command, Config, Fault, Model, Owner, State, World};
 use serde::{Serialize, Serializer};
 use std::collections::BTreeSet;
@@ -49,7 +51,7 @@ pub(crate) struct Closure {
     pub(crate) tension: Vec<f64>,
     /// How the prediction was found; none where there is none.
     #[serde(serialize_with = "law_name")]
-    pub(crate) law: Option<Law>,
+    pub(crate) law: Option<Method>,
     /// What the closed form does not know of here; empty when it applies.
     pub(crate) beyond_closed_form: Vec<String>,
     /// Where the hand should rest.
@@ -74,10 +76,10 @@ pub(crate) struct Closure {
     pub(crate) broken_off: Option<BrokenOff>,
 }
 
-fn law_name<S: Serializer>(law: &Option<Law>, serializer: S) -> Result<S::Ok, S::Error> {
+fn law_name<S: Serializer>(law: &Option<Method>, serializer: S) -> Result<S::Ok, S::Error> {
     let name = law.map(|law| match law {
-        Law::ClosedForm => "closed_form",
-        Law::Newton => "newton",
+        Method::ClosedForm => "closed_form",
+        Method::Newton => "newton",
     });
     name.serialize(serializer)
 }
@@ -282,7 +284,7 @@ impl Alone {
     /// Where the hand should rest with its base where it is.
     pub(crate) fn predict(&self, sigma: &[f64]) -> Result<Equilibrium, NoPrediction> {
         let config = self.world.model().config();
-        settled(config, &self.hand, self.state().base, sigma, &self.command.pushes)
+        solve_loaded(config, &self.hand, self.state().base, sigma, &self.command.pushes)
     }
 
     /// Largest unbalanced joint torque with the forces of the last step.
@@ -358,7 +360,7 @@ pub(crate) fn close(hand: &Arc<Hand>, sigma: &[f64], left: &mut u64) -> Result<C
         rest_s: rest.ok(),
         q: state.q.clone(),
         tension: state.tension.clone(),
-        law: predicted.as_ref().map(|p| p.law),
+        law: predicted.as_ref().map(|p| p.method),
         beyond_closed_form: predicted.as_ref().map_or(Vec::new(), |p| p.beyond_closed_form.clone()),
         predicted_q: predicted.as_ref().map(|p| p.q.clone()),
         predicted_tension: predicted.map(|p| p.tension),

@@ -14,7 +14,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use palmares_models::hand::Hand;
 use palmares_sim::Push;
-use palmares_sim::statics::prediction::{Equilibrium, Law};
+use palmares_sim::statics::prediction::{Equilibrium, Method};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -205,9 +205,9 @@ fn outcome(phase: &Phase) -> String {
     let name = phase.name;
     match (&phase.predicted, phase.error) {
         (Some(predicted), Some(error)) if phase.beyond.is_empty() => {
-            let law = match predicted.law {
-                Law::ClosedForm => "closed form".to_owned(),
-                Law::Newton => format!("Newton's method{}", first(&predicted.beyond_closed_form)),
+            let law = match predicted.method {
+                Method::ClosedForm => "closed form".to_owned(),
+                Method::Newton => format!("Newton's method{}", first(&predicted.beyond_closed_form)),
             };
             format!("{name}: largest |q − predicted| at rest {error:.1e} ({law})")
         }

@@ -1,4 +1,4 @@
-//! Hands that come with the program.
+//! Built-in hands.
 
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
@@ -7,12 +7,12 @@ use crate::error::ModelError;
 use crate::hand::Hand;
 use crate::read::{self, LoadOptions};
 
-/// A hand that comes with the program; embedded, so that the program runs from anywhere.
+/// Files of a built-in hand; embedded, so that the program runs from anywhere.
 struct Files {
     folder: &'static str,
     urdf: &'static str,
     settings: &'static str,
-    /// What differs from the settings, if anything does.
+    /// Differences from the settings, if any.
     changes: Option<&'static str>,
 }
 
@@ -40,7 +40,7 @@ const FILES: [Files; 4] = [
     },
 ];
 
-/// All hands that come with the program, loaded once.
+/// All built-in hands, loaded once.
 ///
 /// # Panics
 /// Never in a build whose tests pass: the files are part of the program, and a test loads them all.
@@ -72,7 +72,8 @@ impl Files {
     }
 }
 
-/// Settings with changes: tables are joined, all else is replaced. What is no TOML is left to the reader's complaint.
+/// Merges changes into settings: tables are merged, everything else is replaced. The reader reports text that
+/// is no TOML.
 fn joined(settings: &str, changes: &str) -> String {
     fn join(into: &mut toml::Table, changes: toml::Table) {
         for (key, value) in changes {
@@ -94,7 +95,7 @@ fn joined(settings: &str, changes: &str) -> String {
 }
 
 impl Hand {
-    /// The hand of that name that comes with the program.
+    /// The built-in hand of that name.
     pub fn builtin(name: &str) -> Option<Arc<Hand>> {
         builtin_hands().iter().find(|hand| hand.name == name).cloned()
     }

@@ -1,16 +1,17 @@
-//! A camera as hands and tasks declare it.
+//! Declaration of a camera in hands and tasks.
 
 use crate::{Pose, Rotation, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A depth camera with a colour picture of the same view. Its optical frame has x to the right, y down and z forward.
+/// A depth camera with a colour image of the same view. Its optical frame has x to the right, y down and z
+/// forward.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
     /// Unique among the cameras of a run: `wrist`.
     pub name: String,
-    /// The link of the hand on which it sits; none for a camera of a task, which stands still.
+    /// Link of the hand that carries it; absent for a fixed camera of a task.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<String>,
     /// Origin of the optical frame, m: in the world for a camera of a task, in its link for one of a hand.
@@ -23,50 +24,50 @@ pub struct Camera {
     pub height: u32,
     /// Horizontal field of view, degrees.
     pub fov_deg: f64,
-    /// Nearest depth that is told, m.
+    /// Smallest depth in an image, m.
     pub near: f64,
-    /// Farthest depth that is told, m.
+    /// Largest depth in an image, m.
     pub far: f64,
-    /// What a step of the 16-bit depth is, m.
+    /// Unit of the 16-bit depth, m.
     pub depth_unit: f64,
-    /// How it differs from an ideal camera.
+    /// Errors compared with an ideal camera.
     pub stereo: Stereo,
 }
 
-/// What a real stereo camera does to depth.
+/// Errors of a real stereo camera in depth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stereo {
-    /// Pictures per second.
+    /// Images per second.
     pub rate_hz: f64,
-    /// From exposure until the picture can be read, s.
+    /// Time from the exposure until the image is available, s.
     pub latency_s: f64,
     /// Distance between the two imagers, m; the second is to the right.
     pub baseline: f64,
     /// Standard deviation of the disparity, pixels.
     pub disparity_noise: f64,
-    /// Least step of the disparity, pixels.
+    /// Resolution of the disparity, pixels.
     pub disparity_step: f64,
-    /// Beyond this angle between the surface's normal and the view nothing is seen, degrees.
+    /// Angle between surface normal and view beyond which there is no depth, degrees.
     pub grazing_deg: f64,
-    /// Part of the pixels that are lost at random.
+    /// Part of the pixels that drop out at random.
     pub dropout: f64,
 }
 
-/// Pictures that a camera may ask for have at most so many pixels.
-pub const MOST_PIXELS: u64 = 1280 * 720;
+/// Largest number of pixels of an image that a client may request.
+pub const MAX_PIXELS: u64 = 1280 * 720;
 
 impl Camera {
-    /// The optical frame in the frame of what the camera sits on.
+    /// Pose of the optical frame in the frame of its link, or of the world.
     pub fn pose(&self) -> Pose {
         let [x, y, z, w] = self.quat_xyzw;
         Pose::from_parts(Vec3::from_array(self.position), Rotation::from_xyzw(x, y, z, w).normalize())
     }
 
-    /// What is wrong with the numbers.
+    /// Checks the numbers.
     ///
     /// # Errors
-    /// The field, what it is and what would be valid.
+    /// The field, its value and the valid values.
     pub fn check(&self) -> Result<(), String> {
         let Camera {
             name,
@@ -102,7 +103,7 @@ impl Camera {
         within("depth_unit", *depth_unit, 1e-5, 0.1)?;
         within("far / depth_unit", far / depth_unit, 1.0, 65_535.0)?;
         let pixels = u64::from(*width) * u64::from(*height);
-        if pixels == 0 || pixels > MOST_PIXELS {
+        if pixels == 0 || pixels > MAX_PIXELS {
             return Err(format!(
                 "camera `{name}`: {width} x {height} pixels: at least one, at most 1280 x 720"
             ));

@@ -7,18 +7,19 @@ use crate::content::ContentHash;
 use crate::error::ModelError;
 use crate::object::Object;
 
-/// An object of the catalogue. Its frame lies in the middle of its bounds, z up, as it stands or lies on a plane.
+/// An object of the catalogue. Its frame is in the middle of its bounds, z up, in the pose in which it rests
+/// on a plane.
 #[derive(Clone, Debug)]
 pub struct Item {
-    /// What it is and how it behaves; its name is the item's identifier.
+    /// The object's shape and properties; its name is the item's identifier.
     pub object: Arc<Object>,
-    /// Name for people.
+    /// Display name.
     pub title: String,
     /// `food`, `kitchen`, `tool`, ...
     pub category: String,
-    /// Where the figures come from: `calli2015`, `apc2015`.
+    /// Source of the figures: `calli2015`, `apc2015`.
     pub source: String,
-    /// What should be known about its figures; may be empty.
+    /// Remark about its figures; may be empty.
     pub note: String,
     /// sRGB, for viewers.
     pub color: [f64; 3],
@@ -33,17 +34,17 @@ pub struct Catalogue {
 }
 
 impl Item {
-    /// Takes in everything that the item's behaviour depends on.
+    /// Hashes everything that the item's behaviour depends on.
     pub fn digest(&self, hash: &mut ContentHash) {
         self.object.digest(hash);
     }
 }
 
 impl Catalogue {
-    /// Adds an item; `file` is where it is described, for messages.
+    /// Adds an item; `file` is its source, for messages.
     ///
     /// # Errors
-    /// There is an item of that identifier already.
+    /// An item of that identifier already exists.
     pub(crate) fn add(&mut self, file: &str, item: Item) -> Result<(), ModelError> {
         if self.get(&item.object.name).is_some() {
             return Err(ModelError::Element {
@@ -62,15 +63,15 @@ impl Catalogue {
         &self.items
     }
 
-    /// The item of that identifier.
+    /// The item with that identifier.
     pub fn get(&self, id: &str) -> Option<&Arc<Item>> {
         self.items.iter().find(|item| item.object.name == id)
     }
 
-    /// The item of that identifier, or what there is instead.
+    /// The item with that identifier, or an error with similar identifiers.
     ///
     /// # Errors
-    /// Those identifiers that share the most letters with what was asked for.
+    /// The identifiers that share the most letters with the requested one.
     pub fn find(&self, id: &str) -> Result<&Arc<Item>, String> {
         self.get(id).ok_or_else(|| {
             let mut near: Vec<&str> = self.items.iter().map(|item| item.object.name.as_str()).collect();
@@ -81,7 +82,7 @@ impl Catalogue {
     }
 }
 
-/// How many two-letter pieces of `a` are in `b`.
+/// Number of two-letter pieces of `a` that are in `b`.
 fn common(a: &str, b: &str) -> usize {
     a.as_bytes().windows(2).filter(|piece| b.as_bytes().windows(2).any(|other| other == *piece)).count()
 }

@@ -1,6 +1,6 @@
-//! A hash of what a model says, so that two programs can tell whether they speak of the same thing.
+//! Content hash of a model, so that two programs can check that they use the same one.
 //!
-//! Every number goes in with all its bits and every list with its length; the order is fixed.
+//! Every number is hashed with all its bits and every list with its length; the order is fixed.
 
 use crate::camera::{Camera, Stereo};
 use crate::hand::sensors::{Accelerometer, JointEncoders, MotorSensor, Touch};
@@ -19,58 +19,58 @@ use sha2::{Digest, Sha256};
 pub struct ContentHash(Sha256);
 
 impl ContentHash {
-    /// A hash that begins with a word for what is hashed.
+    /// A hash that begins with the kind of content.
     pub fn of(kind: &str) -> Self {
         let mut hash = ContentHash::default();
         hash.text(kind);
         hash
     }
 
-    /// Takes in a count or an index.
+    /// Hashes a count or an index.
     pub fn count(&mut self, n: usize) {
         self.0.update((n as u64).to_le_bytes());
     }
 
-    /// Takes in a switch.
+    /// Hashes a switch.
     pub fn flag(&mut self, on: bool) {
         self.count(usize::from(on));
     }
 
-    /// Takes in a text.
+    /// Hashes a text.
     pub fn text(&mut self, text: &str) {
         self.count(text.len());
         self.0.update(text.as_bytes());
     }
 
-    /// Takes in a number.
+    /// Hashes a number.
     pub fn float(&mut self, x: f64) {
         self.0.update(x.to_bits().to_le_bytes());
     }
 
-    /// Takes in numbers whose count is known.
+    /// Hashes numbers whose count is known.
     pub fn floats(&mut self, xs: &[f64]) {
         for &x in xs {
             self.float(x);
         }
     }
 
-    /// Takes in a vector.
+    /// Hashes a vector.
     pub fn vector(&mut self, v: Vec3) {
         self.floats(&v.to_array());
     }
 
-    /// Takes in a pose.
+    /// Hashes a pose.
     pub fn pose(&mut self, pose: &Pose) {
         self.vector(pose.translation);
         self.floats(&pose.rotation.to_array());
     }
 
-    /// Takes in a matrix.
+    /// Hashes a matrix.
     pub fn matrix(&mut self, m: &Mat3) {
         self.floats(&m.to_cols_array());
     }
 
-    /// Takes in a list.
+    /// Hashes a list.
     pub fn list<T>(&mut self, items: &[T], each: impl Fn(&mut Self, &T)) {
         self.count(items.len());
         for item in items {
@@ -78,7 +78,7 @@ impl ContentHash {
         }
     }
 
-    /// Takes in a shape.
+    /// Hashes a shape.
     pub fn shape(&mut self, shape: &Shape) {
         match shape {
             Shape::Sphere { radius } => {
@@ -112,7 +112,7 @@ impl ContentHash {
     }
 }
 
-// The structs are taken apart by name, so that a new field cannot be forgotten here.
+// The structs are destructured by name, so that a new field cannot be forgotten here.
 
 impl Hand {
     /// SHA-256 of everything that the hand's behaviour depends on, 64 hexadecimal digits.
@@ -152,7 +152,7 @@ impl Hand {
             taxels.iter().for_each(|n| h.count(*n));
         });
         hash_sensors(&mut hash, sensors);
-        // A hand without pads is the one that it was before there were any.
+        // A hand without pads has the same hash as before pads existed.
         if !pads.is_empty() {
             hash.list(pads, |h, PadOn { link, geom, pad: Pad { thickness, modulus } }| {
                 h.count(*link);
@@ -166,7 +166,7 @@ impl Hand {
 }
 
 impl Object {
-    /// Takes in everything that the object's behaviour depends on.
+    /// Hashes everything that the object's behaviour depends on.
     pub fn digest(&self, hash: &mut ContentHash) {
         let Object {
             name,

@@ -1,30 +1,30 @@
-//! What can be wrong with a description, and what is merely odd about it.
+//! Errors and warnings about a description.
 
 use std::path::PathBuf;
 
-/// Why a hand or an object could not be built.
+/// Reason why a hand or an object could not be built.
 #[derive(Debug, thiserror::Error)]
 pub enum ModelError {
-    /// The file is not there or not readable.
+    /// The file does not exist or is not readable.
     #[error("{}: {source}", file.display())]
     Read {
         /// The file.
         file: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The file asks for more than a description needs; it may be hostile.
+    /// The file exceeds a limit that no sound description needs; it may be hostile.
     #[error("{}: {element}: {found} {what}; the limit is {limit}", file.display())]
     TooLarge {
         /// The file.
         file: PathBuf,
-        /// Which element: `link 'palm'`.
+        /// Element: `link 'palm'`.
         element: String,
-        /// What there is too much of.
+        /// Counted quantity.
         what: &'static str,
-        /// How much, as far as counted.
+        /// Count, up to where counting stopped.
         found: u64,
-        /// How much is allowed.
+        /// Largest allowed count.
         limit: u64,
     },
     /// The file is not well-formed XML, URDF, TOML or STL.
@@ -37,16 +37,16 @@ pub enum ModelError {
         /// The parser's message.
         message: String,
     },
-    /// The file is well-formed but one element cannot be meant.
+    /// The file is well-formed, but an element is invalid.
     #[error("{}: {element}: {problem}; valid: {valid}", file.display())]
     Element {
         /// The file.
         file: PathBuf,
-        /// Which element: `joint 'index_abd'`.
+        /// Element: `joint 'index_abd'`.
         element: String,
-        /// What is wrong with it.
+        /// The problem.
         problem: String,
-        /// What would be right.
+        /// Valid values.
         valid: String,
     },
     /// A finished description contradicts itself.
@@ -54,15 +54,15 @@ pub enum ModelError {
     Inconsistent {
         /// Name of the hand or object, or of the file that states the element.
         name: String,
-        /// Which part of it.
+        /// The inconsistent part.
         element: String,
-        /// What is wrong with it.
+        /// The problem.
         problem: String,
     },
 }
 
 impl ModelError {
-    /// The file that is wrong, where the error knows it.
+    /// The faulty file, if the error knows it.
     pub fn file(&self) -> Option<&str> {
         match self {
             ModelError::Read { file, .. }
@@ -74,14 +74,14 @@ impl ModelError {
     }
 }
 
-/// Something a loader accepted but that its author should know of.
+/// Something that a loader accepted but that its author should know.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}: {element}: {message}", file.display())]
 pub struct LoadWarning {
     /// The file.
     pub file: PathBuf,
-    /// Which element: `link 'index_distal'`.
+    /// Element: `link 'index_distal'`.
     pub element: String,
-    /// What is odd, and what was done about it.
+    /// The oddity, and how it was handled.
     pub message: String,
 }

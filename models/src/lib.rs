@@ -1,9 +1,11 @@
-//! What a hand and an object *are*: links, joints, inertia, shapes and the adaptive-synergy transmission.
+//! Description of a hand and of objects: links, joints, inertia, shapes and the adaptive-synergy
+//! transmission.
 //!
-//! [`shape`], [`hand`], [`object`] and [`catalogue`] are the descriptions, [`read`] makes them from files, [`measure`] says
-//! what a hand measures and whether a competition allows it, [`pieces`] makes a mesh convex pieces. Nothing here moves;
-//! [`palmares-sim`](../palmares_sim/index.html) steps what is described here.
-//! Units are SI; a pose is written `a_from_b` and maps coordinates in `b` to coordinates in `a`.
+//! [`shape`], [`hand`], [`object`] and [`catalogue`] are the descriptions. [`read`] makes them from files,
+//! [`measure`] computes figures of a hand and compares them with a competition's limits, [`pieces`]
+//! decomposes a mesh into convex pieces. Nothing here moves; [`palmares-sim`](../palmares_sim/index.html)
+//! steps the models. Units are SI; a pose is written `a_from_b` and maps coordinates in `b` to coordinates in
+//! `a`.
 
 pub mod builtin;
 pub mod camera;

@@ -10,7 +10,7 @@ use crate::{Mat3, Pose, Vec3};
 pub struct Object {
     /// Identifier: `ball_100mm`.
     pub name: String,
-    /// Convex parts and where they sit in the object frame.
+    /// Convex parts and their poses in the object frame.
     pub parts: Vec<(Pose, Shape)>,
     /// kg
     pub mass: f64,
@@ -22,11 +22,11 @@ pub struct Object {
     pub friction: f64,
     /// Coefficient of rolling resistance as a length, m: the lever of the resisting torque per normal force.
     pub rolling_friction: f64,
-    /// Coefficient of torsional friction as a length, m: the lever of the largest torque about the normal of a contact, per normal
-    /// force. Of an even pressure on a disc of radius a it is ⅔ μ a.
+    /// Coefficient of torsional friction as a length, m: the lever of the largest torque about the normal of
+    /// a contact, per normal force. For an even pressure on a disc of radius a it is ⅔ μ a.
     pub torsional_friction: f64,
-    /// Coefficient of restitution e of Newton's law of impact; 0 leaves the rebound to the contact's own
-    /// spring and damper.
+    /// Coefficient of restitution e of Newton's law of impact; with 0 the contact's own spring and damper
+    /// determine the rebound.
     pub restitution: f64,
 }
 
@@ -34,7 +34,7 @@ impl Object {
     /// An object whose centre of mass and inertia follow from its parts; overlaps of parts count twice.
     ///
     /// # Errors
-    /// No parts, a part that is no solid, a pose that is not finite, mass not positive, friction negative.
+    /// No parts, a part without volume, a pose that is not finite, mass not positive, friction negative.
     pub fn new(
         name: impl Into<String>,
         parts: Vec<(Pose, Shape)>,
@@ -50,7 +50,7 @@ impl Object {
         Ok(Object::of(name, parts, &body, friction, rolling_friction))
     }
 
-    /// An object of stated mass, centre of mass and inertia, all in the object frame.
+    /// An object with given mass, centre of mass and inertia, all in the object frame.
     ///
     /// # Errors
     /// As [`Object::new`]; or an inertia that no solid of this mass can have.
@@ -98,7 +98,7 @@ impl Object {
         }
     }
 
-    /// The same object with a coefficient of restitution, cut to [0, 1].
+    /// The same object with a coefficient of restitution, clamped to [0, 1].
     #[must_use]
     pub fn with_restitution(self, restitution: f64) -> Object {
         Object { restitution: restitution.clamp(0.0, 1.0), ..self }
@@ -107,13 +107,13 @@ impl Object {
     /// The same object with a coefficient of torsional friction, m.
     ///
     /// # Errors
-    /// It is negative or not finite.
+    /// The coefficient is negative or not finite.
     pub fn with_torsional_friction(self, torsional_friction: f64) -> Result<Object, ModelError> {
         check_coefficient(&self.name, "torsional_friction", torsional_friction)?;
         Ok(Object { torsional_friction, ..self })
     }
 
-    /// The same object with mass, friction coefficient and all lengths so many times as large.
+    /// The same object with mass, friction coefficient and all lengths scaled by these factors.
     #[must_use]
     pub fn varied(&self, mass: f64, friction: f64, size: f64) -> Object {
         let parts = self.parts.iter().map(|(pose, shape)| {
@@ -152,7 +152,7 @@ fn inconsistent(name: &str, element: &str, problem: String) -> ModelError {
     ModelError::Inconsistent { name: name.to_owned(), element: element.to_owned(), problem }
 }
 
-/// Refuses what no object can have.
+/// Rejects invalid values.
 fn check(
     name: &str,
     parts: &[(Pose, Shape)],

@@ -1,8 +1,8 @@
-//! Rotations as files state them.
+//! Rotations in files.
 
 use crate::{Rotation, Vec3};
 
-/// Turns about fixed axes: roll about x, pitch about y, yaw about z, rad.
+/// Rotation about fixed axes: roll about x, pitch about y, yaw about z, rad.
 pub fn from_rpy([roll, pitch, yaw]: [f64; 3]) -> Rotation {
     let about = |axis: Vec3, angle: f64| {
         let (s, c) = libm::sincos(0.5 * angle);

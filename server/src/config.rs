@@ -4,8 +4,6 @@ mod file;
 pub(crate) mod sensing;
 pub(crate) mod settings;
 
-use crate::store::Location;
-use crate::transport::guard::Guard;
 use anyhow::bail;
 use clap::Args;
 use file::File;
@@ -19,6 +17,9 @@ use std::time::Duration;
 
 /// What an official reset costs unless the organizer says otherwise, s: looking at scene after scene is not free.
 const RESET_COST_S: f64 = 10.0;
+
+/// File of the signing key in the data directory, unless the configuration names another.
+pub(crate) const SIGNING_KEY_FILE: &str = "signing.key";
 
 /// Options of `palmares serve`. Each can also be set by the environment variable shown with it, most of them also in
 /// the file of --config; an option here wins over the environment, which wins over the file.
@@ -148,8 +149,8 @@ pub(crate) struct Config {
     pub(crate) listen: SocketAddr,
     /// Keys, replays, uploaded hands, and the database unless it is elsewhere.
     pub(crate) data_dir: PathBuf,
-    /// Where the database is.
-    pub(crate) location: Location,
+    /// The database, unless it is a file in the data directory.
+    pub(crate) database_url: Option<String>,
     /// The file with the secret that official seeds are made from.
     pub(crate) seed_secret: PathBuf,
     /// The file with the key that signs replays.
@@ -160,8 +161,10 @@ pub(crate) struct Config {
     pub(crate) practice_replays_mb: u64,
     /// How long open runs may take to finish at the end.
     pub(crate) shutdown_grace: Duration,
-    /// Which pages may use the server.
-    pub(crate) guard: Guard,
+    /// Names under which the server is served, beside its addresses.
+    pub(crate) allowed_hosts: Vec<String>,
+    /// Sites whose pages may use the server, beside its own.
+    pub(crate) allowed_origins: Vec<String>,
     /// What sessions need to know.
     pub(crate) settings: Settings,
 }
@@ -206,12 +209,6 @@ impl ServeOptions {
             first.iter().chain(then.iter().flatten()).cloned().collect()
         };
         let listen = self.listen.or(file.listen).unwrap_or((Ipv4Addr::LOCALHOST, 8080).into());
-        let guard = Guard {
-            loopback: listen.ip().is_loopback(),
-            hosts: both(&self.allowed_hosts, &file.allowed_hosts),
-            origins: both(&self.allowed_origins, &file.allowed_origins),
-        };
-        guard.check_names()?;
         let count =
             |option: Option<u32>, in_file: Option<u32>, usual| option.or(in_file).unwrap_or(usual) as usize;
         let seconds = |seconds| Duration::from_secs(u64::from(seconds));
@@ -229,12 +226,13 @@ impl ServeOptions {
             hands,
             hand_limits: file.hand_limits.clone(),
             listen,
-            guard,
+            allowed_hosts: both(&self.allowed_hosts, &file.allowed_hosts),
+            allowed_origins: both(&self.allowed_origins, &file.allowed_origins),
             seed_secret: key(&file.seed_secret, "seed.secret"),
-            signing_key: key(&file.signing_key, crate::archive::KEY_FILE),
+            signing_key: key(&file.signing_key, SIGNING_KEY_FILE),
             no_replays: self.no_replays,
             practice_replays_mb: self.practice_replays_mb,
-            location: Location::new(&data_dir, self.database_url.clone().or(file.database_url.clone())),
+            database_url: self.database_url.clone().or(file.database_url.clone()),
             data_dir,
             shutdown_grace: seconds(self.shutdown_grace_s.or(file.shutdown_grace_s).unwrap_or(30)),
             settings: Settings {

@@ -1,8 +1,8 @@
 //! Instructions per scene, counted by callgrind: the same on a busy and on an idle machine, so that a change that
 //! makes the step slower shows in the tests.
 //!
-//! Each count is of [`STEPS`] steps. A limit lies about 5 % above what the commit that set it counted; raise one only
-//! with a reason in the commit's message, and lower it when a change pays.
+//! Each count is over [`STEPS`] steps. A limit is about 5 % above the count of the commit that set it. Raise
+//! a limit only with a reason in the commit's message; lower it when a change pays.
 
 // The macros of gungraun write modules without documentation.
 #![allow(missing_docs)]
@@ -30,7 +30,7 @@ fn object(shape: Shape, mass: f64) -> Arc<Object> {
     Arc::new(Object::new("object", vec![(Pose::IDENTITY, shape)], mass, 0.8, 0.0).expect("a sound object"))
 }
 
-/// The world after `time_s` of closing to `sigma`, and the command that goes on with it.
+/// The world after `time_s` of closing to `sigma`, and the command that continues the motion.
 fn closed(model: Model, base: Pose, objects: &[Pose], sigma: f64, time_s: f64) -> (World, Command) {
     let state = State::at_rest(&model, base, objects);
     let mut world = World::new(Arc::new(model), state);
@@ -42,7 +42,7 @@ fn closed(model: Model, base: Pose, objects: &[Pose], sigma: f64, time_s: f64) -
     (world, command)
 }
 
-/// The hand closes on air.
+/// The hand closes in free air.
 fn free() -> (World, Command) {
     let model = Model::new(Config::default(), Some(softhand())).expect("a hand");
     closed(model, Pose::IDENTITY, &[], 0.4, 0.1)

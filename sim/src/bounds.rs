@@ -1,56 +1,58 @@
-//! What a world may not go beyond: how far, how fast, and how much a step may compute.
+//! Limits of a world: distance, speed, and the computing budget of a step.
 //!
-//! Computing is counted, not timed, so that every machine stops at the same step. The unit is a multiply-add or what
-//! takes as long, about a nanosecond on a present core; what a piece of the step costs is estimated from its sizes.
+//! Computing is counted, not timed, so that every machine stops at the same step. The unit is a multiply-add,
+//! or about a nanosecond on a present core; the cost of each part of the step is estimated from its sizes.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The most that a step may compute. The dearest step of a hand that digs in a heap of thirty balls, at 1 ms, took 1.1
-/// million, of ten balls half a million. The first step of a tower of 102 planks, all of them in one island, takes more than
-/// 20 million, which is 10 ms on the clock: what is legal stays well within.
+/// Largest budget of a step. The most expensive step of a hand that digs in a heap of thirty balls, at 1 ms,
+/// took 1.1 million; of ten balls, half a million. The first step of a tower of 102 planks in one island
+/// takes more than 20 million, 10 ms of wall time. Valid scenes stay well within the budget.
 pub const STEP_WORK: u64 = 100_000_000;
 
-/// ... in a world of up to so many objects. What factoring the matrix of a heap takes grows with the square of its bodies, the
-/// iterations of its island with their number, and the budget with both.
+/// Number of objects up to which [`STEP_WORK`] holds. The cost of factoring a heap's matrix grows with the
+/// square of its bodies, and the iterations of its island with their number; the budget grows with both.
 const STEP_WORK_OBJECTS: u64 = 100;
 
-/// The most that a step may compute in a world of `objects`.
+/// Computing budget of a step in a world of `objects`.
 pub fn step_work(objects: usize) -> u64 {
     let objects = (objects as u64).max(STEP_WORK_OBJECTS);
     (STEP_WORK / STEP_WORK_OBJECTS.pow(3)).saturating_mul(objects.saturating_pow(3))
 }
 
-/// The most iterations that solving an island of `objects` may take, where one of up to [`STEP_WORK_OBJECTS`] may take `most`: what is
-/// found at one end of a heap has to come to its other end. 500 poured bodies took up to 113 with steps of 4 ms and 208 with 8 ms.
+/// Largest number of iterations for an island of `objects`, if one of up to [`STEP_WORK_OBJECTS`] may take
+/// `most`: a correction at one end of a heap has to reach the other end. 500 poured bodies took up to 113
+/// with steps of 4 ms and 208 with 8 ms.
 pub(crate) fn step_iterations(most: usize, objects: usize) -> usize {
     most.saturating_mul(objects.max(STEP_WORK_OBJECTS as usize)) / STEP_WORK_OBJECTS as usize
 }
 
-/// Into how many substeps the step of an undamped hand is divided at most.
-pub(crate) const MOST_SUBSTEPS: u32 = 1024;
+/// Largest number of substeps into which the step of an undamped hand is divided.
+pub(crate) const MAX_SUBSTEPS: u32 = 1024;
 
-/// Nothing may be farther from the origin, m, nor a joint coordinate larger, m or rad: at this distance contacts are
+/// Largest distance from the origin, m, and largest joint coordinate, m or rad. At this distance contacts are
 /// still exact to a nanometre.
-pub const FARTHEST: f64 = 1e6;
+pub const MAX_DISTANCE: f64 = 1e6;
 
-/// No component of a velocity may be larger, m/s or rad/s.
-pub const FASTEST: f64 = 1e5;
+/// Largest component of a velocity, m/s or rad/s.
+pub const MAX_SPEED: f64 = 1e5;
 
-/// Finding the distance of two shapes.
+/// Distance between two shapes.
 pub(crate) const DISTANCE_WORK: u64 = 1_000;
 
-/// Finding the contact points of two shapes.
+/// Contact points of two shapes.
 pub(crate) const MANIFOLD_WORK: u64 = 2_000;
 
-/// A contact point in an iteration, or in an evaluation of the line search.
+/// One contact point in one iteration, or in one evaluation of the line search.
 pub(crate) const POINT_WORK: u64 = 100;
 
-/// A link in a recursion over the hand.
+/// One link in a recursion over the hand.
 pub(crate) const LINK_WORK: u64 = 300;
 
-/// Why a world cannot go on. It stands still from then on. Everybody who tells of a fault, on the wire, in a log or in Python,
-/// takes its code and its words from here; a new kind goes to the end, where it changes no bytes of snapshots.
+/// Reason why a world cannot continue. From then on it does not move. The wire, the log and Python take code
+/// and wording of a fault from here. A new kind goes to the end, so that the bytes of snapshots do not
+/// change.
 #[derive(
     Clone,
     Copy,
@@ -67,33 +69,33 @@ pub(crate) const LINK_WORK: u64 = 300;
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 pub enum Fault {
-    /// A number of the state is infinite or none.
+    /// A number of the state is infinite or NaN.
     #[error("a number of the state is not finite")]
     NotFinite,
-    /// Something is too fast or too far away.
-    #[error("something is faster than {FASTEST:e} m/s or rad/s, or farther than {FARTHEST:e} m or rad")]
+    /// A body is too fast or too far away.
+    #[error("something is faster than {MAX_SPEED:e} m/s or rad/s, or farther than {MAX_DISTANCE:e} m or rad")]
     OutOfBounds,
     /// The matrix of a step is not positive definite, so that the step has no solution.
     #[error("a step has no solution: its matrix is not positive definite")]
     Unsolvable,
-    /// A step needs more computing than it may.
-    #[error("a step needs more computing than it may")]
+    /// A step needs more computing than its budget.
+    #[error("a step exceeded its computing budget")]
     WorkExhausted,
-    /// The program itself failed. No step ends so: whoever catches the panic says it.
+    /// The program itself failed. No step returns this: the code that catches the panic reports it.
     #[error("the program that computes the world failed")]
     Crashed,
 }
 
 impl Fault {
-    /// All of them.
+    /// All kinds.
     pub const ALL: &'static [Fault] = <Fault as strum::VariantArray>::VARIANTS;
 
-    /// The word for programs, as serde writes it.
+    /// Code for programs, as serde writes it.
     pub fn code(self) -> &'static str {
         self.into()
     }
 
-    /// What to try, for people.
+    /// Advice for people.
     pub fn advice(self) -> &'static str {
         match self {
             Fault::NotFinite | Fault::OutOfBounds => {
@@ -111,13 +113,13 @@ impl Fault {
         }
     }
 
-    /// What it means and what to try, in one sentence.
+    /// Meaning and advice in one sentence.
     pub fn in_words(self) -> String {
         format!("{self}; {}", self.advice())
     }
 }
 
-/// What a recursion over the hand's links and its dense matrix of n rows cost.
+/// Cost of a recursion over the hand's links and its dense matrix of n rows.
 pub(crate) fn hand_work(links: usize, n: usize) -> u64 {
     LINK_WORK * links as u64 + 4 * (n * n) as u64
 }

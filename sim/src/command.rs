@@ -1,17 +1,17 @@
-//! What a world is told for one step.
+//! Commands to a world for one step.
 
 use crate::actuation::base::BaseCommand;
 use crate::model::Model;
 use palmares_models::{Pose, Vec3};
 
-/// What the world is told for one step.
+/// Command for one step.
 #[derive(Clone, Debug)]
 pub struct Command {
-    /// The base.
+    /// Command to the base.
     pub base: BaseCommand,
     /// σ of every motor, clamped to [0, 1].
     pub sigma: Vec<f64>,
-    /// Forces from outside: the paper's virtual contacts.
+    /// External forces: the paper's virtual contacts.
     pub pushes: Vec<Push>,
 }
 
@@ -29,9 +29,9 @@ impl Command {
 /// A force on a link of the hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Push {
-    /// Which link.
+    /// Index of the link.
     pub link: usize,
-    /// Where, in the link frame, m.
+    /// Point of application in the link frame, m.
     pub point: Vec3,
     /// Force in the world frame, N.
     pub force: Vec3,

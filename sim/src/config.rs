@@ -1,11 +1,12 @@
-//! The constants of the physics that a world may choose, with unit, default and reason. Part of a run's hash. What
-//! belongs to a method stands beside it, and the engine's fingerprint (`bench/golden/balls_5s.txt`) changes with it.
+//! Constants of the physics that a world may choose, with unit, default and reason; they are part of a run's
+//! hash. A constant of one method is next to that method, and the engine's fingerprint changes with it.
 
 use palmares_models::Vec3;
 use palmares_models::content::ContentHash;
 
-/// Constants of a world. Where a constant bounds an error, its comment says by which formula, what it usually is, and what
-/// happens beyond. h is the step, v a velocity at its end, φ a gap (negative where shapes overlap).
+/// Constants of a world. Where a constant bounds an error, its comment gives the formula, the usual value,
+/// and the effect of values outside. h is the step, v a velocity at its end, φ a gap (negative where shapes
+/// overlap).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {
     /// Length of a step h, s. Usual: 0.25 to 4 ms; 1 ms keeps object errors in a grasp below half a millimetre. Longer steps
@@ -25,68 +26,72 @@ pub struct Config {
     pub contact_dissipation_s: f64,
     /// Dissipation grows from nothing to full over this depth, m. At 0 contacts that barely touch flicker.
     pub contact_onset_m: f64,
-    /// The same of joint limits, rad.
+    /// Onset of joint limits, rad: as `contact_onset_m`.
     pub limit_onset_rad: f64,
-    /// Contacts are looked for where `φ < contact_margin_m + approach_speed · h`, m. Smaller, fast bodies are found only once
-    /// they overlap; larger, there is more to find and solve.
+    /// Contacts are searched where `φ < contact_margin_m + approach_speed · h`, m. With a smaller margin,
+    /// fast bodies are found only once they overlap; with a larger one, there is more to find and solve.
     pub contact_margin_m: f64,
-    /// Approach speed that contact detection foresees from rest, m/s; what moves is foreseen by its own speed.
+    /// Approach speed that contact detection assumes for bodies at rest, m/s; for moving bodies it uses their
+    /// own speed.
     pub approach_speed: f64,
-    /// Parts of a hand are not foreseen to come nearer to each other from rest than this in a step, m: between its
-    /// fingers there would always be something to look for at long steps.
+    /// Largest approach of two parts of the hand within a step that is assumed from rest, m. A larger value
+    /// would leave contacts to search between the fingers at all times with long steps.
     pub self_approach_m: f64,
-    /// Slip speed |v_t| below which de Saxcé's term `μ |v_t|` is left out, m/s. At 0 stacks limit-cycle; what slides more
-    /// slowly hangs `μ |v_t| (h + τ)` off its surface: 6 µm at the most with μ = 1 and the defaults.
+    /// Slip speed |v_t| below which de Saxcé's term `μ |v_t|` is dropped, m/s. At 0, stacks limit-cycle. A
+    /// body that slides more slowly floats `μ |v_t| (h + τ)` off its surface: at most 6 µm with μ = 1 and the
+    /// defaults.
     pub de_saxce_deadband: f64,
-    /// The term is that of the slip before the step. Where it would leave a surface `μ |Δv_t| (h + τ)` farther off than this,
-    /// m, the step is solved again with the slip found. Usual: 1e-5 to 1e-4; larger, objects hop when they begin
-    /// to slide; smaller, steps are solved twice for nothing.
+    /// The term uses the slip before the step. Where this lagged slip puts a surface `μ |Δv_t| (h + τ)`
+    /// farther off than this, m, the step is solved again with the new slip. Usual: 1e-5 to 1e-4. With larger
+    /// values objects hop when they begin to slide; with smaller ones steps are solved twice for nothing.
     pub de_saxce_tolerance_m: f64,
-    /// The same of a hand, m: in it something begins to slide at nearly every step.
+    /// The same tolerance for contacts of the hand, m: in a hand some contact begins to slide at nearly every
+    /// step.
     pub hand_de_saxce_tolerance_m: f64,
-    /// Points of a contact nearer to each other than this are one, m. At 0 a point that parry finds twice counts twice in one
-    /// step and once in the next, and grasps fall into a limit cycle.
+    /// Points of a contact closer to each other than this are merged, m. At 0, a point that parry finds twice
+    /// counts twice in one step and once in the next, and grasps fall into a limit cycle.
     pub coincident_m: f64,
-    /// A cached manifold is used again while its points have moved less than this, m. It moves contact forces by as much; at
-    /// 0 every step computes every contact anew.
+    /// A cached manifold is reused while its points have moved less than this, m. Contact forces move by as
+    /// much; at 0 every step computes every contact again.
     pub manifold_reuse_m: f64,
-    /// ... and its normals have turned less than this, rad.
+    /// Turn of the normals up to which a manifold is reused, rad.
     pub manifold_reuse_rad: f64,
-    /// The same of cylinders and capsules on furniture, m: they would stand on their old point like on a foot, and
-    /// topple. In the hand re-use is what keeps their points from flickering.
+    /// Tighter reuse for cylinders and capsules on furniture, m: otherwise they would rest on their old point
+    /// and topple. In the hand, reuse keeps their points from flickering.
     pub round_reuse_m: f64,
-    /// ... and rad.
+    /// The same for the turn of the normals, rad.
     pub round_reuse_rad: f64,
-    /// Shapes that are found this deep in each other at first sight, m, are led apart: they were placed so. Smaller, an
-    /// impact at `overlap_m / h` would count as one.
+    /// Shapes first found with a deeper overlap than this, m, were placed so, and are separated slowly. With
+    /// a smaller value, an impact at `overlap_m / h` would count as such a placement.
     pub overlap_m: f64,
-    /// ... at this speed, m/s, instead of being thrown apart by their contact springs.
+    /// Speed of this separation, m/s; the contact springs would throw the shapes apart.
     pub separation_speed: f64,
-    /// Surfaces with restitution rebound when they meet faster than this, m/s; slower contacts are springs. At 0 a ball
-    /// would bounce for ever in ever shorter hops (Zeno).
+    /// Surfaces with restitution rebound when they meet faster than this, m/s; slower contacts act as
+    /// springs. At 0 a ball would bounce for ever in ever shorter hops (Zeno).
     pub rebound_speed: f64,
     /// Stiffness of joint limits, N·m/rad.
     pub limit_stiffness: f64,
     /// Relative speed over which rolling resistance builds up, rad/s. Slower rotations creep as in a viscous fluid; at 0
     /// resistance would jump.
     pub rolling_deadband: f64,
-    /// Newton stops where `‖∇ℓ‖ ≤ tolerance · max(‖A v*‖, ‖Jᵀ γ‖)` in the norm `‖x‖² = Σ xᵢ²/Aᵢᵢ`; islands at rest ten
-    /// times finer. Without unit. Larger leaves forces out of balance by as much.
+    /// Newton stops where `‖∇ℓ‖ ≤ tolerance · max(‖A v*‖, ‖Jᵀ γ‖)` in the norm `‖x‖² = Σ xᵢ²/Aᵢᵢ`; islands at
+    /// rest use a tenth of it. Without unit. Forces stay out of balance by this part.
     pub tolerance: f64,
-    /// ... or fails after this many iterations, and the step says that it has not converged. A step of
+    /// Largest number of iterations; beyond it the step reports that it has not converged. A step of
     /// `thirty_objects` at 8 ms took 115.
     pub max_iterations: usize,
-    /// Whether bodies at rest are put to sleep: they stay where they are, bit for bit, until something touches them.
+    /// Whether bodies at rest sleep: they stay in place, bit for bit, until something touches them.
     pub sleeping: bool,
-    /// A body slower than this may sleep, m/s. Larger, what creeps is stopped.
+    /// Speed below which a body may sleep, m/s. With a larger value creeping bodies are stopped.
     pub sleep_linear: f64,
-    /// ... and turning slower than this, rad/s.
+    /// Angular speed below which it may sleep, rad/s.
     pub sleep_angular: f64,
-    /// ... and that gets faster by no more than this, m/s²: a ball on a slope of 1e-4 begins with 7e-4.
+    /// Acceleration below which it may sleep, m/s²: a ball on a slope of 1e-4 starts with 7e-4.
     pub sleep_acceleration: f64,
-    /// ... or this, rad/s²: a cube of 10 cm that stands 0.01° off its edge begins with 2e-2.
+    /// Angular acceleration below which it may sleep, rad/s²: a cube of 10 cm that is 0.01° off its edge
+    /// starts with 2e-2.
     pub sleep_angular_acceleration: f64,
-    /// ... after this long, s: longer than the turning points of what swings.
+    /// Time for which all this must hold, s: longer than a swinging body needs at its turning point.
     pub sleep_after_s: f64,
     /// Servo of the hand's base.
     pub base: BaseConfig,
@@ -95,8 +100,8 @@ pub struct Config {
 /// The free-flying servo that carries the hand: the moving base of the 2016 challenge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseConfig {
-    /// Whether the base is bolted to its set point instead: no force moves it from there, and what is said here of
-    /// springs, dampers and their limits is of no matter.
+    /// Whether the base is bolted to its set point instead: no force moves it, and the springs, dampers and
+    /// limits below have no effect.
     pub bolted: bool,
     /// N/m
     pub stiffness: f64,
@@ -178,12 +183,13 @@ impl Default for Config {
 }
 
 impl Config {
-    /// The defaults at another step length.
+    /// The defaults with another step length.
     pub fn with_step(step_s: f64) -> Self {
         Config { step_s, ..Config::default() }
     }
 
-    /// SHA-256 of every constant, 64 hexadecimal digits. Taken apart by name, so that none can be forgotten.
+    /// SHA-256 of every constant, 64 hexadecimal digits. The fields are destructured by name, so that none
+    /// can be forgotten.
     pub fn content_hash(&self) -> String {
         let Config {
             step_s,
@@ -251,13 +257,13 @@ impl Config {
         hash.to_hex()
     }
 
-    /// How far surfaces may come nearer to each other within a step from rest, m, as contact detection foresees it.
+    /// Largest approach of two surfaces within a step from rest, m, that contact detection assumes.
     pub fn from_rest(&self, within_hand: bool) -> f64 {
         let way = self.approach_speed * self.step_s;
         if within_hand { way.min(self.self_approach_m) } else { way }
     }
 
-    /// How far apart surfaces at rest may be and still count as a possible contact, m.
+    /// Gap up to which two surfaces at rest count as a possible contact, m.
     pub fn margin(&self, within_hand: bool) -> f64 {
         self.contact_margin_m + self.from_rest(within_hand)
     }

@@ -2,7 +2,7 @@
 
 use palmares_models::{Pose, Rotation, Vec3};
 
-/// FNV-1a over 64-bit words with a final mix: small, and the same everywhere for ever.
+/// FNV-1a over 64-bit words with a final mix: small, and the same on every machine and in every version.
 pub(crate) struct Digest(u64);
 
 impl Default for Digest {

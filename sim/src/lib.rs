@@ -1,8 +1,8 @@
-//! How a world *moves*: one compliant hand and rigid objects, in generalized coordinates, implicit, convex.
+//! Physics of a world: one compliant hand and rigid objects, in generalized coordinates, implicit and convex.
 //!
-//! No I/O, no clock, no threads, no randomness. `model` and `state` are two things: what does not change in a
-//! run is shared and immutable, what changes is one [`state::State`] that can be cloned, hashed and restored.
-//! Units are SI; a pose is written `a_from_b` and maps coordinates in `b` to coordinates in `a`.
+//! No I/O, no clock, no threads, no randomness. `model` and `state` are separate: everything constant in a
+//! run is shared and immutable; everything variable is one [`state::State`] that can be cloned, hashed and
+//! restored. Units are SI; a pose is written `a_from_b` and maps coordinates in `b` to coordinates in `a`.
 
 pub mod actuation;
 pub mod bounds;
@@ -28,8 +28,8 @@ pub use bounds::Fault;
 pub use command::{Command, Push};
 pub use config::Config;
 pub use model::{Model, Owner};
-pub use outcome::{ContactForce, Outcome, Phase, Probe};
+pub use outcome::{ContactForce, PhaseTimer, StepOutcome, StepPhase};
 pub use snapshot::Snapshot;
 pub use state::State;
-pub use step::Workspace;
+pub use step::SharedScratch;
 pub use world::World;

@@ -1,4 +1,4 @@
-//! What does not change while a world moves: the hand, the objects, the furniture and the constants.
+//! Constant parts of a world: the hand, the objects, the furniture and the constants.
 
 use crate::config::Config;
 use crate::contact::manifold::seams::Seams;
@@ -28,43 +28,43 @@ pub enum Owner {
 /// A collision shape in its body's frame; furniture's in the world's.
 #[derive(Clone)]
 pub struct Collider {
-    /// Whose it is.
+    /// The body it belongs to.
     pub owner: Owner,
     /// Pose in the body frame.
     pub body_from_shape: Pose,
     /// The geometry.
     pub shape: SharedShape,
-    /// What is left of it without its rounding: of a capsule a segment. Distances and balls are found with it exactly, where
-    /// parry would search a rounded shape for its nearest point by iteration.
+    /// The shape without its rounding: for a capsule, a segment. Distances and balls are computed exactly
+    /// with it, where parry would search a rounded shape for its nearest point by iteration.
     pub core: SharedShape,
     /// The core's faces, as contact manifolds need them.
     pub solid: Solid,
-    /// What other parts of its body, or other furniture, cover of its faces.
+    /// The parts of its faces that other parts of its body, or other furniture, cover.
     pub seams: Seams,
-    /// The radius that rounds its core, m; 0 of a shape that is its own.
+    /// The radius that rounds its core, m; 0 for a shape that is its own core.
     pub rounding: f64,
     /// Bounds in the shape's own frame; parry would compute a hull's from all its vertices every time.
     pub local_bounds: Aabb,
-    /// Largest distance of a point of the shape from its own origin, m; infinite of a ground.
+    /// Largest distance of a point of the shape from its own origin, m; infinite for a ground.
     pub bounding_radius: f64,
-    /// Between the two parallel planes nearest to each other, one of them along a face, that have the shape between them, m; infinite
-    /// of a ground.
+    /// Distance of the closest two parallel planes, one of them along a face, that contain the shape between
+    /// them, m; infinite for a ground.
     pub width: f64,
     /// Coulomb friction coefficient.
     pub friction: f64,
     /// Lever of rolling resistance, m.
     pub rolling_friction: f64,
-    /// How it holds spin.
+    /// Resistance of the surface to spin.
     pub spin: SpinSurface,
     /// Coefficient of restitution.
     pub restitution: f64,
-    /// A ball: its contact is found in closed form, cached manifolds would only make it polygonal.
+    /// A ball: its contact has a closed form; a cached manifold would only make it polygonal.
     pub is_ball: bool,
-    /// A cylinder or capsule: it rolls off a contact point that is kept for long.
+    /// A cylinder or capsule: it rolls off a contact point that is kept too long.
     pub is_round: bool,
 }
 
-/// Bounds of a ground, m: farther than anything may be ([`crate::bounds::FARTHEST`]).
+/// Bounds of a ground, m: beyond every position that [`crate::bounds::MAX_DISTANCE`] allows.
 const END_M: f64 = 1e9;
 
 #[derive(Clone, Copy, Default)]
@@ -89,28 +89,28 @@ fn without_rounding(shape: &SharedShape) -> (SharedShape, f64) {
     }
 }
 
-/// A block of the solver's unknowns that couple densely: the base, a finger, or an object.
+/// A block of the solver's unknowns with dense coupling: the base, a finger, or an object.
 #[derive(Clone, Debug)]
 pub struct Cluster {
-    /// Places in the generalized velocity.
+    /// Indices in the generalized velocity.
     pub dofs: Range<usize>,
 }
 
-/// Why a model could not be built.
+/// Reason why a model could not be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ModelError {
     /// A hull without volume.
     #[error("{owner}: shape {index} spans no volume; a hull needs four points that are not in one plane")]
     FlatShape {
-        /// Name of link, object or furniture.
+        /// Name of the link, object or furniture.
         owner: String,
-        /// Which of its shapes.
+        /// Index of the shape.
         index: usize,
     },
     /// A mass that is not positive.
     #[error("{owner}: mass is {mass} kg; it must be positive and finite")]
     BadMass {
-        /// Name of link or object.
+        /// Name of the link or object.
         owner: String,
         /// The offending value.
         mass: f64,
@@ -124,20 +124,20 @@ pub struct Model {
     hand: Option<Arc<Hand>>,
     objects: Vec<Arc<Object>>,
     object_inertia_inverse: Vec<Mat3>,
-    /// Of every object: no point of it is farther from its centre of mass, m.
+    /// Per object: largest distance of a point from its centre of mass, m.
     object_radius: Vec<f64>,
     colliders: Vec<Collider>,
     clusters: Vec<Cluster>,
     /// Collider pairs of the hand with itself, ascending.
     self_pairs: Vec<(u32, u32)>,
-    /// The hand has joints and none of them is damped.
+    /// Whether the hand has joints and none of them is damped.
     undamped_hand: bool,
-    /// Least width of the shapes of objects and furniture, m.
+    /// Smallest width of the shapes of objects and furniture, m.
     thinnest_m: f64,
 }
 
 impl Model {
-    /// A world of the given constants, with or without a hand. Add furniture and objects next.
+    /// A world with the given constants, with or without a hand. Add furniture and objects next.
     pub fn new(config: Config, hand: Option<Arc<Hand>>) -> Result<Self, ModelError> {
         let mut model = Model {
             config,
@@ -178,8 +178,8 @@ impl Model {
         Ok(model)
     }
 
-    /// The same furniture and objects with a hand. Its shapes and velocities come first, then those of this model
-    /// in their order; the present hand, if there is one, is left out.
+    /// The same furniture and objects with a hand. Its shapes and velocities come first, then those of this
+    /// model in order. The present hand, if any, is dropped.
     pub fn with_hand(&self, hand: Arc<Hand>) -> Result<Self, ModelError> {
         let mut model = Model::new(self.config.clone(), Some(hand))?;
         let others = self.colliders.iter().filter(|collider| !matches!(collider.owner, Owner::Link(_)));
@@ -212,7 +212,7 @@ impl Model {
         self.add_collider(Owner::Static, name, 0, shape, world_from_shape, surface)
     }
 
-    /// Adds a horizontal ground without end, whose surface is at `height`, m.
+    /// Adds a horizontal ground of infinite extent, whose surface is at `height`, m.
     pub fn add_ground(&mut self, height: f64, friction: f64) {
         let below = Vec3::new(END_M, END_M, 0.0);
         self.colliders.push(Collider {
@@ -306,7 +306,7 @@ impl Model {
         Ok(())
     }
 
-    /// Finds what the last shape and the others of its body cover of each other.
+    /// Finds the faces that the last shape and the others of its body cover on each other.
     fn cover_last(&mut self) {
         let Some((last, others)) = self.colliders.split_last_mut() else { return };
         for other in others.iter_mut().filter(|other| other.owner == last.owner) {
@@ -344,12 +344,12 @@ impl Model {
         self.object_inertia_inverse[object]
     }
 
-    /// Farthest that any point of an object is from its centre of mass, m.
+    /// Largest distance of a point of an object from its centre of mass, m.
     pub fn object_radius(&self, object: usize) -> f64 {
         self.object_radius[object]
     }
 
-    /// Least width of the shapes of objects and furniture, m; infinite without any.
+    /// Smallest width of the shapes of objects and furniture, m; infinite without any.
     pub fn thinnest_m(&self) -> f64 {
         self.thinnest_m
     }
@@ -364,7 +364,7 @@ impl Model {
         &self.self_pairs
     }
 
-    /// Whether no joint of the hand is damped: untouched, it keeps its energy.
+    /// Whether no joint of the hand is damped: without contact it keeps its energy.
     pub fn undamped_hand(&self) -> bool {
         self.undamped_hand
     }
@@ -389,13 +389,13 @@ impl Model {
         self.hand_dofs() + 6 * self.objects.len()
     }
 
-    /// Where an object's six velocities (linear of its centre of mass, angular) stand.
+    /// Index of an object's six velocities (linear of its centre of mass, angular).
     pub fn object_dofs(&self, object: usize) -> usize {
         self.hand_dofs() + 6 * object
     }
 }
 
-/// The base, then one cluster per branch: intervals of coordinates that some path to the base joins.
+/// The base, then one cluster per branch: ranges of coordinates that share a path to the base.
 fn hand_clusters(hand: &Hand) -> Vec<Cluster> {
     let mut intervals: Vec<Range<usize>> = Vec::new();
     for mut i in 0..hand.links.len() {
@@ -435,8 +435,9 @@ fn self_pairs(hand: &Hand, colliders: &[Collider]) -> Vec<(u32, u32)> {
     pairs
 }
 
-/// Coulomb coefficient of a pair of surfaces: the geometric mean `√(μ_a μ_b)`, as in Box2D and Jolt. A surface's own
-/// coefficient is then that of two of its kind, both surfaces count alike, and a frictionless one slides on everything.
+/// Coulomb coefficient of a pair of surfaces: the geometric mean `√(μ_a μ_b)`, as in Box2D and Jolt. A
+/// surface's own coefficient is then that of two equal surfaces, both count equally, and a frictionless
+/// surface slides on everything.
 pub fn pair_friction(a: &Collider, b: &Collider) -> f64 {
     (a.friction * b.friction).sqrt()
 }

@@ -1,20 +1,20 @@
-//! A world between two steps, to be gone back to.
+//! Snapshot of a world between two steps.
 
 use crate::bounds::Fault;
 use crate::model::Model;
-use crate::outcome::Outcome;
+use crate::outcome::StepOutcome;
 use crate::state::State;
 use crate::step::StepForces;
 use crate::world::World;
 use serde::{Deserialize, Serialize};
 
-/// The state of a world and what its last step told: a world given it goes on, and is observed, as the one it was taken of,
-/// bit for bit. It holds for worlds of the same model.
+/// The state of a world, and the results of its last step. A world of the same model that is restored from it
+/// continues, and is observed, as the original, bit for bit.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Snapshot {
     state: State,
     forces: StepForces,
-    outcome: Outcome,
+    outcome: StepOutcome,
     fault: Option<Fault>,
 }
 
@@ -24,15 +24,16 @@ impl Snapshot {
         &self.state
     }
 
-    /// Whether it can be of a world of this model: every list is as long as the model's, every index is within them, and
-    /// every number within its bounds, but in a world with a fault, which stands still. What was read from bytes may be anything.
+    /// Whether it fits a world of this model: every list has the model's length, every index is within them,
+    /// and every number is within its bounds, except in a world with a fault, which does not move. Decoded
+    /// bytes may hold anything.
     pub fn fits(&self, model: &Model) -> bool {
         self.state.fits(model) && self.forces.fits(model) && (self.fault.is_some() || self.state.is_bounded())
     }
 }
 
 impl World {
-    /// Takes one. Not between [`World::prepare`] and the step that it prepares.
+    /// Takes a snapshot. Not between [`World::prepare`] and the step that it prepares.
     pub fn snapshot(&self) -> Snapshot {
         let work = &self.scratch.work;
         Snapshot {
@@ -43,10 +44,10 @@ impl World {
         }
     }
 
-    /// Goes on from one. Pushes that were to act in the next step are forgotten.
+    /// Continues from a snapshot. Pushes for the next step are dropped.
     pub fn resume(&mut self, from: &Snapshot) {
         self.state.take_over(&from.state);
-        self.forget();
+        self.discard_caches();
         let work = &mut self.scratch.work;
         work.forces.clone_from(&from.forces);
         (work.outcome, work.fault) = (from.outcome, from.fault);

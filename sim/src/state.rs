@@ -1,14 +1,14 @@
-//! All that changes while a world moves. Cloning it is a snapshot; a world given a clone goes on bit for bit.
+//! Variable part of a world. A clone is a snapshot; a world given a clone continues bit for bit.
 
-use crate::bounds::{FARTHEST, FASTEST, Fault, MOST_SUBSTEPS};
+use crate::bounds::{Fault, MAX_DISTANCE, MAX_SPEED, MAX_SUBSTEPS};
 use crate::contact::anchor::Pair;
 use crate::digest::Digest;
 use crate::model::Model;
 use palmares_models::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// No world has made as many steps.
-const MOST_STEPS: u64 = 1 << 48;
+/// Upper bound of the number of steps of any world.
+const MAX_STEPS: u64 = 1 << 48;
 
 /// The state of a world between two steps.
 #[derive(Clone, Serialize, Deserialize)]
@@ -23,7 +23,7 @@ pub struct State {
     pub v: Vec<f64>,
     /// Central pose of every object: origin at the centre of mass, object axes.
     pub objects: Vec<Pose>,
-    /// What the base servo is following.
+    /// Set point of the base servo.
     pub reference: BaseReference,
     /// The motors.
     pub motors: Vec<MotorState>,
@@ -33,7 +33,7 @@ pub struct State {
     pub sleep: Vec<Sleep>,
     /// The hand one step earlier.
     pub(crate) earlier: Earlier,
-    /// Into how many substeps an undamped hand's next step in the air is divided to begin with; 0 where nothing is known.
+    /// Initial guess for the number of substeps of an undamped hand's next step in flight; 0 if unknown.
     pub(crate) substeps: u32,
     /// Contact memory of the pairs of shapes that have any, ascending by key.
     pub(crate) pairs: Vec<Pair>,
@@ -42,7 +42,7 @@ pub struct State {
 /// The moving set point of the base servo.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BaseReference {
-    /// Where the base should be.
+    /// Target pose of the base.
     pub pose: Pose,
     /// m/s
     pub linear: Vec3,
@@ -50,10 +50,11 @@ pub struct BaseReference {
     pub angular: Vec3,
 }
 
-/// Where the hand was, and how fast, one step earlier.
+/// Pose and velocity of the hand one step earlier.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Earlier {
-    /// Whether the motion since was smooth: nothing touched, no limit acted, nobody set poses or velocities.
+    /// Whether the motion since was smooth: no contact, no limit acted, and no pose or velocity was set from
+    /// outside.
     pub smooth: bool,
     /// World pose of the base.
     pub base: Pose,
@@ -77,16 +78,16 @@ pub struct MotorState {
 /// Sleep bookkeeping of an object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sleep {
-    /// Steps for which the object has been slow enough, without getting faster.
+    /// Steps for which the object has been slow enough without getting faster.
     pub still_steps: u32,
     /// Its velocities, linear in m/s and angular in rad/s, when these steps began.
     pub since: [f64; 6],
-    /// Whether it sleeps: it then has no velocity and is not solved for.
+    /// Whether it sleeps: it then has no velocity and is not solved.
     pub asleep: bool,
 }
 
 impl State {
-    /// Everything at rest: the hand open at `base`, the objects at `objects` (object frames).
+    /// Everything at rest: the open hand at `base`, the objects at `objects` (object frames).
     pub fn at_rest(model: &Model, base: Pose, objects: &[Pose]) -> Self {
         let hand = model.hand();
         let q = hand.map_or(Vec::new(), |hand| {
@@ -114,8 +115,8 @@ impl State {
         }
     }
 
-    /// The hand of one world beside the objects of another, in a world of `model` that has both: the hand as it
-    /// is in `hand`, objects, their sleep and their contacts as in `objects`, which has no hand.
+    /// The hand of one world together with the objects of another, in a world of `model` that has both: the
+    /// hand as in `hand`; objects, their sleep and their contacts as in `objects`, which has no hand.
     pub(crate) fn joined(model: &Model, hand: &State, objects: &State) -> Self {
         let shift = model.hand_colliders() as u32;
         // The hand's shapes come first: within each part the pairs keep their order.
@@ -136,7 +137,7 @@ impl State {
         }
     }
 
-    /// Takes over another state, and keeps its own memory: a restored world allocates next to nothing.
+    /// Copies another state into its own memory: a restored world allocates next to nothing.
     pub(crate) fn take_over(&mut self, from: &State) {
         let State { step, base, q, v, objects, reference, motors, tension, sleep, earlier, substeps, pairs } =
             from;
@@ -153,7 +154,8 @@ impl State {
         self.pairs.clone_from(pairs);
     }
 
-    /// Whether it has what a state of this model has: lists of the same length, and pairs of shapes that there are.
+    /// Whether it has the form of a state of this model: lists of the same length, and existing pairs of
+    /// shapes.
     pub(crate) fn fits(&self, model: &Model) -> bool {
         let hand = model.hand();
         let joints = hand.map_or(0, |hand| hand.coordinates.len());
@@ -161,8 +163,8 @@ impl State {
         let before = (self.earlier.q.len(), self.earlier.v.len());
         let objects = model.objects().len();
         let shapes = model.colliders().len() as u32;
-        self.step < MOST_STEPS
-            && self.substeps <= MOST_SUBSTEPS
+        self.step < MAX_STEPS
+            && self.substeps <= MAX_SUBSTEPS
             && (self.q.len(), self.v.len()) == (joints, model.velocity_len())
             && (before == whole || (before == (0, 0) && !self.earlier.smooth))
             && (self.objects.len(), self.sleep.len()) == (objects, objects)
@@ -172,10 +174,10 @@ impl State {
             && self.pairs.windows(2).all(|two| two[0].key < two[1].key)
     }
 
-    /// Whether every number that the next step begins with is within its bounds: what [`State::fault`] looks at, and what
-    /// contacts, motors, base and the step before have left.
+    /// Whether every number with which the next step begins is within its bounds: the numbers that
+    /// [`State::fault`] checks, and those that contacts, motors, base and the step before have left.
     pub(crate) fn is_bounded(&self) -> bool {
-        let near = |x: &f64| x.abs() <= FARTHEST;
+        let near = |x: &f64| x.abs() <= MAX_DISTANCE;
         let is_pose = |pose: &Pose| pose.is_finite() && pose.translation.to_array().iter().all(near);
         let is_motor = |motor: &MotorState| [motor.command, motor.position, motor.velocity].iter().all(near);
         let BaseReference { pose, linear, angular } = &self.reference;
@@ -206,10 +208,10 @@ impl State {
         (Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]))
     }
 
-    /// What is wrong with the state, if anything is: a number is not finite, or beyond its bound.
+    /// The fault of the state, if any: a number is not finite, or beyond its bound.
     pub fn fault(&self) -> Option<Fault> {
-        let within = |x: &f64| x.abs() <= FARTHEST;
-        let slow = self.v.iter().all(|v| v.abs() <= FASTEST);
+        let within = |x: &f64| x.abs() <= MAX_DISTANCE;
+        let slow = self.v.iter().all(|v| v.abs() <= MAX_SPEED);
         let near = |pose: &Pose| pose.translation.to_array().iter().all(within) && pose.rotation.is_finite();
         let tensions = self.tension.iter().all(|f| f.is_finite());
         if slow && tensions && self.q.iter().all(within) && near(&self.base) && self.objects.iter().all(near)
@@ -226,8 +228,8 @@ impl State {
             && self.objects.iter().all(|pose| pose.is_finite())
     }
 
-    /// A 64-bit digest of every bit of the state: equal states give equal digests on every machine. Taken apart by name,
-    /// so that nothing can be forgotten.
+    /// A 64-bit digest of every bit of the state: equal states give equal digests on every machine. The
+    /// fields are destructured by name, so that nothing can be forgotten.
     pub fn hash(&self) -> u64 {
         let State {
             step,
@@ -262,7 +264,7 @@ impl State {
             h.word(u64::from(*still_steps) << 1 | u64::from(*asleep));
             h.floats(since);
         }
-        // What was before counts only where it was smooth.
+        // The earlier step counts only if the motion was smooth.
         let Earlier { smooth, base, q, v } = earlier;
         h.word(u64::from(*smooth));
         if *smooth {

@@ -5,9 +5,9 @@ use crate::command::Command;
 use crate::dynamics::jacobian::{add_link_torque, add_point_force};
 use crate::dynamics::tree::Kinematics;
 use crate::model::{Model, Owner};
-use crate::outcome::{ContactForce, Outcome, Probe};
+use crate::outcome::{ContactForce, PhaseTimer, StepOutcome};
 use crate::state::{Sleep, State};
-use crate::step::{self, Scratch, Workspace};
+use crate::step::{self, Scratch, SharedScratch};
 use palmares_models::Vec3;
 use std::sync::Arc;
 
@@ -24,8 +24,8 @@ impl World {
         World { model, state, scratch: Scratch::default() }
     }
 
-    /// The hand of one world beside the objects of another, in a world of `model` that has both; with the force
-    /// that the base servo acts with.
+    /// The hand of one world together with the objects of another, in a world of `model` that has both,
+    /// including the present force of the base servo.
     pub fn joined(model: Arc<Model>, hand: &World, objects: &World) -> Self {
         let state = State::joined(&model, &hand.state, &objects.state);
         let mut world = World::new(model, state);
@@ -43,14 +43,14 @@ impl World {
         &self.state
     }
 
-    /// Goes back (or elsewhere) to a snapshot.
+    /// Restores a snapshot of this world, or another state.
     pub fn restore(&mut self, state: State) {
         self.state = state;
-        self.forget();
+        self.discard_caches();
     }
 
-    /// Forgets what the last step left for the next one: the state is another.
-    pub(crate) fn forget(&mut self) {
+    /// Discards everything that the last step cached for the next: the state is another.
+    pub(crate) fn discard_caches(&mut self) {
         self.scratch.invalidate();
         self.scratch.work.impacts.of_objects.clear();
         self.scratch.work.forces.clear();
@@ -65,31 +65,32 @@ impl World {
     }
 
     /// Advances the world by one step.
-    pub fn step(&mut self, command: &Command) -> &Outcome {
-        self.step_probed(command, &mut ())
+    pub fn step(&mut self, command: &Command) -> &StepOutcome {
+        self.step_timed(command, &mut ())
     }
 
-    /// Advances the world by one step and tells `probe` when a phase is over. A world with a [`Fault`] stands still.
-    pub fn step_probed(&mut self, command: &Command, probe: &mut impl Probe) -> &Outcome {
-        step::step(&self.model, &mut self.state, &mut self.scratch, command, probe);
+    /// Advances the world by one step and notifies `timer` at the end of each phase. A world with a [`Fault`]
+    /// does not move.
+    pub fn step_timed(&mut self, command: &Command, timer: &mut impl PhaseTimer) -> &StepOutcome {
+        step::step(&self.model, &mut self.state, &mut self.scratch, command, timer);
         self.outcome()
     }
 
-    /// Exchanges a part of its scratch memory with what is lent to it, for the steps until it is exchanged back. Not between
-    /// [`World::prepare`] and the step that it prepares.
-    pub fn exchange(&mut self, lent: &mut Workspace) {
+    /// Exchanges a part of its scratch memory with the lent one, for the steps until the exchange back. Not
+    /// between [`World::prepare`] and the step that it prepares.
+    pub fn exchange(&mut self, lent: &mut SharedScratch) {
         self.scratch.exchange(&self.model, lent);
     }
 
-    /// Does now what the next step does before its command matters: the hand's dynamics and the search for contacts. The
-    /// step that follows gives the same bits, sooner. Until then the state's contact memory is that of a step half done:
-    /// take snapshots and hashes before.
+    /// Computes the part of the next step that does not depend on its command: the hand's dynamics and the
+    /// search for contacts. The step that follows gives the same bits, sooner. Until then the state's contact
+    /// memory is in the middle of a step: take snapshots and hashes before.
     pub fn prepare(&mut self) {
         step::prepare(&self.model, &mut self.state, &mut self.scratch, &mut ());
     }
 
-    /// Lets a force, N, and a torque about its centre of mass, N·m, act on an object during the next step, in the world's
-    /// axes. It wakes. Several add up; a snapshot does not remember them.
+    /// Applies a force, N, and a torque about its centre of mass, N·m, to an object during the next step, in
+    /// world axes. The object wakes. Several add up; a snapshot does not contain them.
     pub fn push_object(&mut self, object: usize, force: Vec3, torque: Vec3) {
         let loads = &mut self.scratch.work.loads;
         loads.resize(self.model.objects().len(), (Vec3::ZERO, Vec3::ZERO));
@@ -99,13 +100,13 @@ impl World {
         self.scratch.prepared = None;
     }
 
-    /// Why the world stands still, if it does: steps no longer change it until it is given another state.
+    /// The world's fault, if any: steps do not change the world until it is given another state.
     pub fn fault(&self) -> Option<Fault> {
         self.scratch.work.fault.or_else(|| self.state.fault())
     }
 
-    /// How the last step went.
-    pub fn outcome(&self) -> &Outcome {
+    /// Statistics of the last step.
+    pub fn outcome(&self) -> &StepOutcome {
         &self.scratch.work.outcome
     }
 

@@ -7,7 +7,9 @@ use palmares_sim::actuation::motor::wound;
 use palmares_sim::dynamics::crba::Inertias;
 use palmares_sim::dynamics::jacobian::add_point_force;
 use palmares_sim::dynamics::tree::Kinematics;
-use palmares_sim::statics::equilibrium::{ClosedForm, NoClosedForm, Rest, elastic_energy, rest};
+use palmares_sim::statics::equilibrium::{
+    ClosedForm, FreeEquilibrium, NoClosedForm, elastic_energy, solve_free,
+};
 use palmares_sim::{Command, Config, Model, State, World};
 use std::sync::Arc;
 
@@ -35,15 +37,16 @@ fn open(hand: &Hand) -> Vec<f64> {
 }
 
 /// The equilibrium of the free hand at motor positions σ.
-fn free(hand: &Hand, sigma: &[f64]) -> Rest {
-    rest(hand, &wound_by(hand, sigma), &vec![0.0; hand.coordinates.len()], &open(hand)).expect("it has one")
+fn free(hand: &Hand, sigma: &[f64]) -> FreeEquilibrium {
+    solve_free(hand, &wound_by(hand, sigma), &vec![0.0; hand.coordinates.len()], &open(hand))
+        .expect("it has one")
 }
 
 fn largest(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// The same hand with the arms it has at q = 0, for ever.
+/// The same hand with constant moment arms, those at q = 0.
 fn with_constant_arms(hand: &Hand) -> Hand {
     let mut constant = hand.clone();
     let rows = hand.moment_arms(&vec![0.0; hand.coordinates.len()]);
@@ -62,7 +65,7 @@ fn newtons_equilibrium_is_the_closed_form_where_there_is_one() {
         let s = wound_by(&hand, &[sigma]);
         let tau: Vec<f64> = (0..hand.coordinates.len()).map(|i| 0.01 * (i as f64).cos()).collect();
         let (q, f) = form.solve(&s, &tau);
-        let found = rest(&hand, &s, &tau, &open(&hand)).expect("it has one");
+        let found = solve_free(&hand, &s, &tau, &open(&hand)).expect("it has one");
         assert!(largest(&found.q, &q) < 1e-12, "{}", largest(&found.q, &q));
         assert!(largest(&found.tension, &f) < 1e-10);
     }
@@ -85,16 +88,16 @@ fn tensions_of_the_equilibrium_stay_within_their_bounds() {
     let s = wound_by(&hand, &[0.0; 4]);
     let mut tau = [0.0; 7];
     tau[2] = -0.05;
-    let pulled = rest(&hand, &s, &tau, &open(&hand)).expect("it has one");
+    let pulled = solve_free(&hand, &s, &tau, &open(&hand)).expect("it has one");
     assert!(pulled.tension[0] > 1e-3 && pulled.tension[1].abs() < 1e-12, "{:?}", pulled.tension);
     tau[2] = 0.05;
-    let loose = rest(&hand, &s, &tau, &open(&hand)).expect("it has one");
+    let loose = solve_free(&hand, &s, &tau, &open(&hand)).expect("it has one");
     assert_eq!(loose.tension[0], 0.0);
     assert!((loose.q[2] - 0.05 / 0.30).abs() < 1e-12);
     // Held open against a fully wound motor: the tension is the motor's limit.
     tau = [0.0; 7];
     tau[1] = -3.0;
-    let held = rest(&hand, &wound_by(&hand, &[1.0; 4]), &tau, &open(&hand)).expect("it has one");
+    let held = solve_free(&hand, &wound_by(&hand, &[1.0; 4]), &tau, &open(&hand)).expect("it has one");
     assert_eq!(held.tension[0], 1.5);
     assert!(held.beyond_limits.contains(&1));
 }
@@ -146,7 +149,7 @@ fn a_pushed_fingertip_ends_in_the_exact_equilibrium_too() {
         let mut tau = vec![0.0; 6 + hand.coordinates.len()];
         add_point_force(&hand, &kin, link, at, push.force, 1.0, &mut tau);
         let s = wound_by(&hand, &command.sigma);
-        let expected = rest(&hand, &s, &tau[6..], &world.state().q).expect("it has one");
+        let expected = solve_free(&hand, &s, &tau[6..], &world.state().q).expect("it has one");
         let bent = largest(&free(&hand, &command.sigma).q, &expected.q);
         assert!(bent > 0.1, "the push bends the finger, by {bent}");
         let error = largest(&world.state().q, &expected.q);
@@ -154,9 +157,10 @@ fn a_pushed_fingertip_ends_in_the_exact_equilibrium_too() {
     }
 }
 
-/// Wound far beyond where the free hand ends, a finger stands at its proximal stop with its distal joint where the
-/// arm shrinks as it bends: the cable adds a multiple of the joint's own stiffness (`geometric_stiffness`; without it
-/// these fingers whirl, with the stock limit from 16 ms on, with four times as much from 4 ms on).
+/// A finger that is wound far beyond the end of the free hand rests at its proximal stop with its distal
+/// joint where the arm shrinks as it bends. The cable adds a multiple of the joint's own stiffness
+/// (`geometric_stiffness`; without it these fingers whirl, with the stock limit from 16 ms on, with four
+/// times as much from 4 ms on).
 #[test]
 fn a_saturated_finger_comes_to_rest_at_every_step() {
     let mut hand = Hand::clone(&reflex());
@@ -203,7 +207,7 @@ fn kinetic(hand: &Hand, state: &State) -> f64 {
 /// conservative, so both vanish with the step.
 fn swing(hand: &Arc<Hand>, dt: f64) -> (f64, f64) {
     let (mut world, mut command) = world_of(hand, dt);
-    // The motors are where they stay, the fingers are not.
+    // The motors are at their set points, the fingers are not.
     command.sigma = vec![0.5, 0.6, 0.7, 0.0];
     for (motor, sigma) in world.state_mut().motors.iter_mut().zip(&command.sigma) {
         motor.position = *sigma;
@@ -239,7 +243,7 @@ fn without_dampers_energy_is_kept_as_the_step_shrinks() {
         tendon.stiffness = 5.0;
         tendon.damping = 0.0;
     }
-    // A base that recoil does not move, or its servo would take part.
+    // A heavy base that does not recoil; otherwise its servo would act.
     hand.links[0].inertia.mass = 1e9;
     hand.links[0].inertia.about_com = Mat3::from_diagonal(Vec3::splat(1e9));
     let hand = Arc::new(hand);

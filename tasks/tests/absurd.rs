@@ -4,7 +4,7 @@
 use palmares_models::hand::{Coordinate, Geom, Hand, Hinge, HingeKind, Inertia, Joint, Link, Motor, Tendon};
 use palmares_models::shape::Shape;
 use palmares_models::{Mat3, Pose, Rotation, Vec3};
-use palmares_sim::bounds::{FARTHEST, FASTEST, STEP_WORK};
+use palmares_sim::bounds::{MAX_DISTANCE, MAX_SPEED, STEP_WORK};
 use palmares_sim::{BaseCommand, Command, Config, Fault, Model, State, World};
 use palmares_tasks::action::{Action, BaseTarget};
 use palmares_tasks::build::build;
@@ -228,8 +228,8 @@ fn command(numbers: &mut Numbers, motors: usize, at: Pose) -> Command {
 
 /// Whether all is within what a sound world may be.
 fn within_bounds(state: &State) -> bool {
-    state.v.iter().all(|v| v.abs() <= FASTEST)
-        && state.objects.iter().all(|pose| pose.translation.abs().max_element() <= FARTHEST)
+    state.v.iter().all(|v| v.abs() <= MAX_SPEED)
+        && state.objects.iter().all(|pose| pose.translation.abs().max_element() <= MAX_DISTANCE)
 }
 
 #[test]

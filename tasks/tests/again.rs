@@ -1,7 +1,7 @@
 //! A run played again from its applied actions gives the same bits: what replays rest on.
 
 use palmares_models::hand::Hand;
-use palmares_sim::Workspace;
+use palmares_sim::SharedScratch;
 use palmares_tasks::action::{Action, ActionError, ActionLimits, BaseTarget};
 use palmares_tasks::observation::{Sensing, Wrench};
 use palmares_tasks::run::{PushError, Reason, Run};
@@ -125,7 +125,7 @@ fn runs_that_take_turns_in_the_same_memory_go_as_they_do_alone() {
     // The second is of another hand and keeps to its own memory.
     let runs = || [(&softhand, 6), (&pinch, 6), (&softhand, 7), (&softhand, 8)].map(open);
     let (mut turns, mut alone) = (runs(), runs());
-    let mut memory = Workspace::default();
+    let mut memory = SharedScratch::default();
     let down =
         Action { base: Some(BaseTarget::Twist { linear: [0.0, 0.0, -0.5], angular: [0.0; 3] }), hand: None };
     let mut touched = 0;

@@ -3,7 +3,7 @@
 use palmares_models::hand::Hand;
 use palmares_models::{Rotation, Vec3};
 use palmares_sim::actuation::motor::wound;
-use palmares_sim::statics::equilibrium::rest;
+use palmares_sim::statics::equilibrium::solve_free;
 use palmares_tasks::action::{Action, BaseTarget};
 use palmares_tasks::observation::Sensing;
 use palmares_tasks::run::{Reason, Run};
@@ -62,7 +62,7 @@ fn probes(hand: &Hand) -> Vec<Vec3> {
     let s: Vec<f64> =
         hand.tendons.iter().map(|t| wound(&hand.motors[t.motor], ON_THE_WAY[t.motor])).collect();
     let open: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
-    let q = rest(hand, &s, &vec![0.0; open.len()], &open).expect("it has an equilibrium").q;
+    let q = solve_free(hand, &s, &vec![0.0; open.len()], &open).expect("it has an equilibrium").q;
     let poses = hand.base_from_links(&q);
     let mut all = Vec::new();
     for (link, pose) in hand.links.iter().zip(&poses) {

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use palmares_models::{Mat3, Vec3};
-use palmares_sim::{Command, ContactForce, Model, Outcome, State, World};
+use palmares_sim::{Command, ContactForce, Model, State, StepOutcome, World};
 use std::sync::Arc;
 
 /// Contacts at least this stiff, N/m, stand for rigid bodies: peers get what serves them best there.
@@ -43,7 +43,7 @@ pub trait Engine {
         }
     }
     /// How the last step went. Peers fill in the deepest overlap and whether all numbers are finite.
-    fn outcome(&self) -> Outcome;
+    fn outcome(&self) -> StepOutcome;
     /// Touching contacts of the last step and their forces; none where the engine does not tell.
     fn contacts(&mut self) -> Result<Vec<ContactForce>> {
         Ok(self.world().map_or(Vec::new(), |world| world.contact_forces().to_vec()))

@@ -6,7 +6,7 @@ use anyhow::Result;
 use cpu_time::{ProcessTime, ThreadTime};
 use palmares_models::Vec3;
 use palmares_sim::{Command, Model, State};
-use palmares_sim::{ContactForce, Outcome};
+use palmares_sim::{ContactForce, StepOutcome};
 use std::cell::Cell;
 use std::process::exit;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -137,7 +137,7 @@ impl Engine for Limited {
         self.0.push(object, force, torque);
     }
 
-    fn outcome(&self) -> Outcome {
+    fn outcome(&self) -> StepOutcome {
         self.0.outcome()
     }
 

@@ -6,7 +6,7 @@ use anyhow::Result;
 use cpu_time::ThreadTime;
 use palmares_models::Vec3;
 use palmares_sim::{Command, Model, State, World};
-use palmares_sim::{Outcome, Phase, Probe};
+use palmares_sim::{PhaseTimer, StepOutcome, StepPhase};
 use std::hint::black_box;
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
@@ -25,7 +25,7 @@ impl Own {
         let overhead = clock::overhead(&OVERHEAD, || {
             let start = ThreadTime::now();
             let mut phases = Phases::new();
-            for phase in [Phase::Dynamics, Phase::Collision, Phase::Solver] {
+            for phase in [StepPhase::Dynamics, StepPhase::Collision, StepPhase::Solver] {
                 phases.ended(phase);
             }
             black_box(phases.spent_s);
@@ -46,13 +46,13 @@ impl Phases {
     }
 }
 
-impl Probe for Phases {
-    fn ended(&mut self, phase: Phase) {
+impl PhaseTimer for Phases {
+    fn ended(&mut self, phase: StepPhase) {
         let now = Instant::now();
         let k = match phase {
-            Phase::Dynamics => 0,
-            Phase::Collision => 1,
-            Phase::Solver => 2,
+            StepPhase::Dynamics => 0,
+            StepPhase::Collision => 1,
+            StepPhase::Solver => 2,
         };
         self.spent_s[k] += now.duration_since(self.mark).as_secs_f64();
         self.mark = now;
@@ -67,7 +67,7 @@ impl Engine for Own {
     fn step(&mut self, command: &Command) -> Result<Cost> {
         let start = ThreadTime::now();
         let mut phases = Phases::new();
-        self.world.step_probed(command, &mut phases);
+        self.world.step_timed(command, &mut phases);
         Ok(Cost { total_s: clock::spent_s(start, self.overhead), phases_s: phases.spent_s })
     }
 
@@ -83,7 +83,7 @@ impl Engine for Own {
         self.world.push_object(object, force, torque);
     }
 
-    fn outcome(&self) -> Outcome {
+    fn outcome(&self) -> StepOutcome {
         *self.world.outcome()
     }
 

@@ -9,7 +9,7 @@ use crate::training::{Asked, Training, status};
 use crate::workers::Workers;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods, ToPyArray};
 use palmares_models::hand::Hand;
-use palmares_sim::Workspace;
+use palmares_sim::SharedScratch;
 use palmares_tasks::training::{Shaper, Terms, open};
 use palmares_tasks::{Action, BaseTarget, Fault, Noise, Outcome, Reason, Run, Seed, Sensing, Task};
 use pyo3::exceptions::PyValueError;
@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 
 thread_local! {
     /// What a thread lends to the world that it steps.
-    static WORKSPACE: RefCell<Workspace> = RefCell::default();
+    static WORKSPACE: RefCell<SharedScratch> = RefCell::default();
 }
 
 /// A world of the batch, and what it has to tell.

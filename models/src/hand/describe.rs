@@ -1,4 +1,4 @@
-//! A hand as its users see it: what `GET /v1/hands/{name}` answers.
+//! Description of a hand for users: the answer of `GET /v1/hands/{name}`.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -13,7 +13,7 @@ use crate::shape::Shape;
 pub struct HandDescription {
     /// Identifier.
     pub name: String,
-    /// One sentence for people.
+    /// One sentence for display.
     pub description: String,
     /// Mass of all links, kg.
     pub mass: f64,
@@ -27,9 +27,9 @@ pub struct HandDescription {
     pub tendons: Vec<TendonDescription>,
     /// The fingers, by the names of their first links: the order of `telemetry.fingers`.
     pub fingers: Vec<String>,
-    /// Rectangles that feel touch.
+    /// Tactile patches.
     pub tactile: Vec<PatchDescription>,
-    /// What its sensors are like, and what else it has.
+    /// Properties of its sensors, and its optional sensors.
     pub sensors: Sensors,
     /// Whether the hand's own weight is cancelled.
     pub gravity_compensation: bool,
@@ -42,7 +42,7 @@ pub struct HandDescription {
 pub struct LinkDescription {
     /// Name.
     pub name: String,
-    /// Name of the parent link; none for the base.
+    /// Name of the parent link; absent for the base.
     pub parent: Option<String>,
     /// Name of the coordinate that moves it.
     pub coordinate: Option<String>,
@@ -52,7 +52,7 @@ pub struct LinkDescription {
     pub mass: f64,
     /// Centre of mass in the link frame, m.
     pub com: [f64; 3],
-    /// Where it is in the base frame when the hand is at rest.
+    /// Pose in the base frame when the hand is at rest.
     pub base_from_link_at_rest: PoseDescription,
     /// Collision shapes.
     pub shapes: Vec<PlacedShape>,
@@ -85,7 +85,7 @@ pub struct PoseDescription {
 /// A shape fixed to a link.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct PlacedShape {
-    /// Where it sits in the link frame.
+    /// Pose in the link frame.
     #[serde(flatten)]
     pub pose: PoseDescription,
     /// The shape.
@@ -99,7 +99,7 @@ pub struct PlacedShape {
 pub struct CoordinateDescription {
     /// Name.
     pub name: String,
-    /// Lower limit, rad or m; none where there is none.
+    /// Lower limit, rad or m; absent if unlimited.
     pub minimum: Option<f64>,
     /// Upper limit.
     pub maximum: Option<f64>,
@@ -107,7 +107,7 @@ pub struct CoordinateDescription {
     pub stiffness: f64,
     /// D, N·m·s/rad.
     pub damping: f64,
-    /// Where its spring is at rest.
+    /// Rest position of its spring.
     pub rest: f64,
 }
 
@@ -133,9 +133,9 @@ pub struct TendonDescription {
     pub motor: String,
     /// Its row of R at rest, one entry per coordinate.
     pub moment_arms: Vec<f64>,
-    /// What makes R depend on the configuration.
+    /// Elements whose moment arm depends on the configuration.
     pub elements: Vec<ElementDescription>,
-    /// Whether it pushes as well as it pulls.
+    /// Whether it is a drive that pushes as well as pulls.
     pub both_ways: bool,
     /// K
     pub stiffness: f64,
@@ -150,12 +150,12 @@ pub struct TendonDescription {
 pub struct ElementDescription {
     /// Name of the coordinate.
     pub coordinate: String,
-    /// How the tendon passes it.
+    /// Path of the tendon over the joint.
     #[serde(flatten)]
     pub path: PathDescription,
 }
 
-/// How a tendon passes a joint.
+/// Path of a tendon over a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum PathDescription {
@@ -163,7 +163,7 @@ pub enum PathDescription {
     DaVinci(DaVinciGeometry),
 }
 
-/// A rectangle on a link that feels touch: in the xy-plane of its frame, z outwards.
+/// A tactile patch: a rectangle on a link, in the xy-plane of its frame, z outwards.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct PatchDescription {
     /// Name.
@@ -188,7 +188,7 @@ pub struct SpecDescription {
     pub shape: [usize; 1],
     /// Unit.
     pub unit: &'static str,
-    /// Least value of each entry; none where there is no bound.
+    /// Smallest value of each entry; absent if unbounded.
     pub minimum: Vec<Option<f64>>,
     /// Largest value of each entry.
     pub maximum: Vec<Option<f64>>,
@@ -203,7 +203,7 @@ fn bound(x: f64) -> Option<f64> {
 }
 
 impl Hand {
-    /// What users of the hand need to know of it.
+    /// Description of the hand for users.
     pub fn describe(&self) -> HandDescription {
         let rest: Vec<f64> = self.coordinates.iter().map(|c| c.rest).collect();
         let base_from_links = self.base_from_links(&rest);

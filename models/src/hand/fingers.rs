@@ -1,8 +1,8 @@
-//! Which links belong to which finger.
+//! Fingers of a hand and their links.
 
 use super::Hand;
 
-/// What hangs on the palm at one place.
+/// A branch of links on the palm.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finger {
     /// Name of its first link.
@@ -12,8 +12,8 @@ pub struct Finger {
 }
 
 impl Hand {
-    /// The fingers: the palm is the first link, from the base on, that carries more than one other; each of these begins a
-    /// finger. A hand without such a link has one finger, which is all that hangs on its base.
+    /// The fingers: the palm is the first link, from the base on, with more than one child; each child begins
+    /// a finger. A hand without such a link has one finger: all links below its base.
     pub fn fingers(&self) -> Vec<Finger> {
         let children = |link: usize| {
             (0..self.links.len()).filter(move |k| self.links[*k].parent == Some(link)).collect::<Vec<_>>()

@@ -1,4 +1,4 @@
-//! Where links are and what tendons' moment arms are at given coordinates q.
+//! Poses of links and moment arms of tendons at given coordinates q.
 
 use parry3d_f64::query;
 use parry3d_f64::shape::SharedShape;
@@ -13,8 +13,8 @@ impl Hinge {
         self.pose_knowing(q, &mut None)
     }
 
-    /// The same; `known` has an angle, rad, and sine and cosine of its half, and takes those of this hinge. The two hinges of
-    /// a rolling joint turn by the same angle.
+    /// The same with a cache: `known` has an angle, rad, with sine and cosine of its half, and is updated to
+    /// those of this hinge. The two hinges of a rolling joint turn by the same angle.
     fn pose_knowing(&self, q: f64, known: &mut Option<(f64, (f64, f64))>) -> Pose {
         let x = self.ratio * q + self.offset;
         let before = self.parent_from_hinge;
@@ -53,7 +53,7 @@ impl Hand {
         poses
     }
 
-    /// Pose of each link in its parent's frame at coordinates q; of the base, in its own.
+    /// Pose of each link in its parent's frame at coordinates q; for the base, in its own.
     pub fn parent_from_links(&self, q: &[f64]) -> impl Iterator<Item = Pose> {
         self.links.iter().map(|link| {
             let Some(joint) = &link.joint else { return Pose::IDENTITY };
@@ -71,7 +71,7 @@ impl Hand {
         self.tendons.iter().map(row).collect()
     }
 
-    /// Pairs of links, beside parent and child, that are closer than `distance` at coordinates q.
+    /// Pairs of links, except parent and child, that are closer than `distance` at coordinates q.
     pub fn pairs_closer_than(&self, distance: f64, q: &[f64]) -> Vec<[usize; 2]> {
         let poses = self.base_from_links(q);
         // Built once: a hull is computed from its points every time.

@@ -19,9 +19,9 @@ use serde::Deserialize;
 pub struct Hand {
     /// Identifier, unique in a catalogue: `softhand`.
     pub name: String,
-    /// One sentence for people.
+    /// One sentence for display.
     pub description: String,
-    /// Topologically sorted: a parent stands before its children, `links[0]` is the base.
+    /// Topologically sorted: a parent comes before its children, `links[0]` is the base.
     pub links: Vec<Link>,
     /// The independent joint coordinates q.
     pub coordinates: Vec<Coordinate>,
@@ -32,13 +32,14 @@ pub struct Hand {
     /// Whether the exact gravity torque of the hand's own links is added (Rocchi & Hauser 2016, eq. 6), so
     /// that the free hand closes along the closed form in every orientation.
     pub gravity_compensation: bool,
-    /// Pairs of links (lower index first) that never collide with each other, beside parent and child.
+    /// Pairs of links (lower index first) that never collide with each other, in addition to parent and
+    /// child.
     pub no_collision: Vec<[usize; 2]>,
-    /// Where the hand can feel touch.
+    /// Tactile patches.
     pub tactile: Vec<TactilePatch>,
-    /// What its sensors are like, and what else it has.
+    /// Properties of its sensors, and its optional sensors.
     pub sensors: Sensors,
-    /// Which of its shapes are soft.
+    /// Soft shapes.
     pub pads: Vec<PadOn>,
 }
 
@@ -61,7 +62,7 @@ pub struct Link {
     pub name: String,
     /// Index of the parent link; `None` for the base.
     pub parent: Option<usize>,
-    /// How the link moves against its parent; `None` for the base, which floats.
+    /// Joint to the parent; `None` for the base, which floats.
     pub joint: Option<Joint>,
     /// Mass properties in the link frame.
     pub inertia: Inertia,
@@ -98,19 +99,19 @@ pub struct Hinge {
     pub offset: f64,
 }
 
-/// What an elementary motion does.
+/// Kind of an elementary motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HingeKind {
-    /// Turns about its axis.
+    /// Rotation about its axis.
     Revolute,
-    /// Slides along its axis.
+    /// Translation along its axis.
     Prismatic,
 }
 
 /// An independent coordinate q with its spring, damper and limits.
 #[derive(Clone, Debug)]
 pub struct Coordinate {
-    /// Name of the joint it stands for.
+    /// Name of the joint it represents.
     pub name: String,
     /// Lower limit, rad (m for a prismatic joint).
     pub lower: f64,
@@ -120,7 +121,7 @@ pub struct Coordinate {
     pub stiffness: f64,
     /// Viscous damping D, N·m·s/rad.
     pub damping: f64,
-    /// Where the spring is at rest, rad.
+    /// Rest position of the spring, rad.
     pub rest: f64,
 }
 
@@ -137,31 +138,32 @@ pub struct Motor {
     pub speed_limit: f64,
 }
 
-/// A soft surface: pressed against something round, or round itself, it flattens, and holds torque about the normal.
+/// A soft surface: pressed against something round, or round itself, it flattens, and resists spin about the
+/// normal.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pad {
-    /// Of a layer on something hard, m; left out, the whole body is of one stuff (Hertz).
+    /// Thickness of a layer on something hard, m; without it, the whole body is of one material (Hertz).
     pub thickness: Option<f64>,
-    /// Of a layer its modulus in compression, pressure over strain, of a body `E/(1 − ν²)`, Pa.
+    /// Modulus, Pa: for a layer, pressure over strain in compression; for a body, `E/(1 − ν²)`.
     pub modulus: f64,
 }
 
-/// A shape that is soft.
+/// A soft shape.
 #[derive(Clone, Copy, Debug)]
 pub struct PadOn {
-    /// Whose it is: place in [`Hand::links`].
+    /// Index in [`Hand::links`].
     pub link: usize,
-    /// Place in [`Link::geoms`].
+    /// Index in [`Link::geoms`].
     pub geom: usize,
-    /// How soft.
+    /// Softness.
     pub pad: Pad,
 }
 
 /// A collision shape fixed to a link.
 #[derive(Clone, Debug)]
 pub struct Geom {
-    /// Where the shape sits.
+    /// Pose of the shape in the link frame.
     pub link_from_geom: Pose,
     /// The shape.
     pub shape: Shape,

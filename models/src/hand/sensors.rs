@@ -1,12 +1,12 @@
-//! What a hand's sensors are, and how good. What they read is computed by the simulation.
+//! Sensors of a hand and their accuracy. The simulation computes their readings.
 
 use crate::camera::Camera;
 use crate::{Pose, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A rectangle on the hand's surface that feels touch: in the xy-plane of its frame, centred on it; z points out of the
-/// hand. Equal taxels divide it without gaps.
+/// A tactile patch: a rectangle on the hand's surface, in the xy-plane of its frame, centred on it; z points
+/// out of the hand. Equal taxels divide it without gaps.
 #[derive(Clone, Debug)]
 pub struct TactilePatch {
     /// Unique in the hand: `finger_1_distal`.
@@ -22,17 +22,17 @@ pub struct TactilePatch {
 }
 
 impl TactilePatch {
-    /// How many taxels it has.
+    /// Number of its taxels.
     pub fn len(&self) -> usize {
         self.taxels[0] * self.taxels[1]
     }
 
-    /// Whether it has none; never so in a valid hand.
+    /// Whether it has none; never the case in a valid hand.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The names of its taxels, along x first: its own if it has one, else numbered from 1 on.
+    /// The names of its taxels, along x first: its own name if it has one taxel, else numbered from 1 on.
     pub fn taxel_names(&self) -> impl Iterator<Item = String> {
         let alone = self.len() == 1;
         (1..=self.len()).map(move |k| if alone { self.name.clone() } else { format!("{}_{k}", self.name) })
@@ -46,31 +46,31 @@ impl TactilePatch {
     }
 }
 
-/// What the sensors of a hand are like, and which it has beside its motors' own. The arm it is mounted on brings the
-/// sensors of its wrist.
+/// Properties of the sensors of a hand, and its sensors besides those of the motors. The arm that carries it
+/// has the sensors of its wrist.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Sensors {
-    /// Every motor's.
+    /// Sensor of every motor.
     pub motors: MotorSensor,
-    /// Encoders of joints; none when the hand has none.
+    /// Encoders of joints; absent if the hand has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub joints: Option<JointEncoders>,
-    /// What a taxel of its tactile patches is like.
+    /// Taxels of its tactile patches.
     pub touch: Touch,
-    /// Feels accelerations; none when the hand has none.
+    /// Accelerometer; absent if the hand has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accelerometer: Option<Accelerometer>,
-    /// Cameras on it.
+    /// Cameras on the hand.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub cameras: Vec<Camera>,
 }
 
 impl Sensors {
-    /// What is wrong with the numbers, if anything is.
+    /// Checks the numbers.
     ///
     /// # Errors
-    /// The field, what it is and what would be valid.
+    /// The field, its value and the valid values.
     pub fn check(&self) -> Result<(), String> {
         let Sensors { motors, joints, touch, accelerometer, cameras } = self;
         let within = |field: &str, value: f64, low: f64, high: f64| {
@@ -106,11 +106,11 @@ impl Sensors {
     }
 }
 
-/// The encoder of a motor, and how its tension is known: by the motor's current.
+/// The encoder of a motor, and its estimate of tension from the motor's current.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MotorSensor {
-    /// Least step of the position, in σ.
+    /// Resolution of the position, in σ.
     pub resolution: f64,
     /// Standard deviation of its constant error, in σ.
     pub bias: f64,
@@ -131,9 +131,9 @@ impl Default for MotorSensor {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JointEncoders {
-    /// The coordinates that have one, in the order in which they are read.
+    /// Coordinates with an encoder, in the order of the readings.
     pub on: Vec<String>,
-    /// Least step, rad.
+    /// Resolution, rad.
     pub resolution: f64,
     /// Standard deviation of the constant error of each, rad.
     #[serde(default)]
@@ -143,19 +143,19 @@ pub struct JointEncoders {
     pub noise: f64,
 }
 
-/// What a taxel is like.
+/// Properties of a taxel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Touch {
-    /// The pressure below a point of contact spreads so far to each side, m.
+    /// Distance by which the pressure below a contact point spreads to each side, m.
     pub footprint: f64,
-    /// How far beside the patch's plane a touched point may lie, m: the bulge of a curved surface.
+    /// Largest distance of a touched point from the patch's plane, m: the bulge of a curved surface.
     pub depth: f64,
-    /// Whether forces along the surface are felt.
+    /// Whether it measures forces along the surface.
     pub shear: bool,
-    /// Least step, N.
+    /// Resolution, N.
     pub resolution: f64,
-    /// Largest force that is told of one taxel, N.
+    /// Largest force on a taxel, N.
     pub saturation: f64,
     /// Standard deviation of the noise, N.
     pub noise: f64,
@@ -182,7 +182,7 @@ impl Default for Touch {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Accelerometer {
-    /// Link of the URDF on which it sits.
+    /// Link of the URDF that carries it.
     pub link: String,
     /// Largest magnitude along each axis, m/s².
     pub range: f64,

@@ -35,11 +35,11 @@ pub struct Tendon {
 pub struct TendonElement {
     /// Index into [`Hand::coordinates`](super::Hand::coordinates) of the coordinate it depends on.
     pub coordinate: usize,
-    /// How.
+    /// Its path.
     pub path: TendonPath,
 }
 
-/// How a tendon passes a joint.
+/// Path of a tendon over a joint.
 #[derive(Clone, Debug)]
 pub enum TendonPath {
     /// Over two pulleys, one on either side of the joint.
@@ -77,8 +77,8 @@ impl Tendon {
         s
     }
 
-    /// Its row of R(q), told to `entry` as pairs of coordinate and moment arm. A coordinate may come twice: its arms
-    /// add up.
+    /// Its row of R(q): calls `entry` with pairs of coordinate and moment arm. A coordinate may occur twice:
+    /// its arms add up.
     pub fn gradient(&self, q: &[f64], mut entry: impl FnMut(usize, f64)) {
         for &(c, r) in &self.moment_arms {
             entry(c, r);
@@ -88,7 +88,7 @@ impl Tendon {
         }
     }
 
-    /// Coordinates it acts on, ascending: where its row of R can be other than zero.
+    /// Coordinates it acts on, ascending: those where its row of R can differ from zero.
     pub fn coordinates(&self) -> Vec<usize> {
         let linear = self.moment_arms.iter().map(|&(c, _)| c);
         let mut all: Vec<usize> = linear.chain(self.elements.iter().map(|e| e.coordinate)).collect();
@@ -98,12 +98,13 @@ impl Tendon {
     }
 }
 
-/// Places and radii of the pulleys of a [`DaVinci`] mechanism, m. Frame: that of the finger's first phalanx with
-/// its joint at the origin, x along the phalanx, y to the side it bends to; the second joint stands at `(l1, 0)`.
+/// Positions and radii of the pulleys of a [`DaVinci`] mechanism, m. Frame: that of the finger's first
+/// phalanx with its joint at the origin, x along the phalanx, y to the side it bends to; the second joint is
+/// at `(l1, 0)`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DaVinciGeometry {
-    /// Radius of the pulley on the first joint, which the tendon's length is measured in: s is in rad there.
+    /// Radius of the pulley on the first joint, the unit of the tendon's length: s is in rad there.
     pub r0: f64,
     /// Radius of the pulley on the first phalanx.
     pub r1: f64,
@@ -137,7 +138,7 @@ impl DaVinci {
     /// Checks that the pulleys never overlap, so that the length is smooth for every angle.
     ///
     /// # Errors
-    /// What is wrong with the geometry.
+    /// The problem of the geometry.
     pub fn new(geometry: DaVinciGeometry) -> Result<Self, String> {
         let g = &geometry;
         let numbers = [g.r0, g.r1, g.r2, g.a1, g.b1, g.l1, g.a2, g.b2];

@@ -1,4 +1,4 @@
-//! What must hold for a hand before anything computes with it.
+//! Checks of a hand before anything computes with it.
 
 use std::collections::BTreeSet;
 
@@ -7,10 +7,10 @@ use crate::error::ModelError;
 use crate::shape::validate::{not_negative, positive};
 
 impl Hand {
-    /// Checks that indices lie inside, numbers are finite and signs are right. Loaded hands already are valid.
+    /// Checks that indices are in range, numbers are finite and signs are right. Loaded hands are valid.
     ///
     /// # Errors
-    /// The first contradiction, with the element it is in.
+    /// The first contradiction, with its element.
     pub fn validate(&self) -> Result<(), ModelError> {
         let bad = |element: String, problem: String| {
             Err(ModelError::Inconsistent { name: self.name.clone(), element, problem })

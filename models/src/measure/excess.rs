@@ -1,4 +1,4 @@
-//! Which figures of a hand go beyond a competition's limits.
+//! Figures of a hand that exceed a competition's limits.
 
 use std::fmt;
 
@@ -9,15 +9,15 @@ use super::sources::{SourceLocation, Sources};
 /// A figure beyond its limit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Excess {
-    /// What it is.
+    /// The figure.
     pub spec: &'static Spec,
-    /// What was found.
+    /// Its value.
     pub found: f64,
-    /// What is allowed.
+    /// The limit.
     pub limit: f64,
-    /// Which file and element states it.
+    /// File and element that state it.
     pub location: SourceLocation,
-    /// Whether it is the size of something made of meshes: their unit may be wrong.
+    /// Whether it is the size of a mesh: its unit may be wrong.
     pub of_mesh: bool,
 }
 
@@ -40,7 +40,7 @@ impl fmt::Display for Excess {
 }
 
 impl HandLimits {
-    /// The figures that go beyond, each with the file and element that states it.
+    /// The figures that exceed limits, each with the file and element that state it.
     pub fn excesses(&self, figures: &[Figure], sources: &Sources) -> Vec<Excess> {
         let beyond = |figure: &&Figure| !self.allows(figure);
         let excess = |figure: &Figure| Excess {

@@ -1,5 +1,5 @@
-//! What a hand measures: sizes, masses, forces, speeds. The same figures are held against the limits of a competition
-//! and shown to its organizer.
+//! Figures of a hand: sizes, masses, forces, speeds. They are compared with the limits of a competition and
+//! shown to its organizer.
 
 use std::f64::consts::PI;
 use std::fmt;
@@ -15,7 +15,7 @@ use crate::{Mat3, Pose, Vec3};
 /// Samples of a moment arm over the range of its joint.
 const ARM_SAMPLES: usize = 65;
 
-/// A part of a hand that a figure is found in.
+/// The part of a hand that a figure belongs to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Part {
     /// The hand as a whole.
@@ -42,22 +42,22 @@ impl fmt::Display for Part {
     }
 }
 
-/// A measured number: the worst of the hand, and the part it was found in.
+/// A measured number: the worst of the hand, and the part with that value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
-    /// What it is.
+    /// The figure.
     pub spec: &'static Spec,
-    /// How much, in the unit of `spec`.
+    /// Value in the unit of `spec`.
     pub value: f64,
-    /// Where.
+    /// Part with that value.
     pub part: Part,
-    /// The field of `hand.toml` that may state it; empty when none does.
+    /// The field of `hand.toml` that may state it; empty if none does.
     pub field: &'static str,
-    /// Whether it is the size of something made of meshes.
+    /// Whether it is the size of a mesh.
     pub of_mesh: bool,
 }
 
-/// A number for people: five digits that count, or fewer.
+/// A number for display: five significant digits, or fewer.
 pub fn number(x: f64) -> String {
     let magnitude = x.abs();
     if x != 0.0 && x.is_finite() && !(1e-3..1e6).contains(&magnitude) {
@@ -90,8 +90,8 @@ impl Worst {
 }
 
 impl Hand {
-    /// The hand's figures, in the order of [`SPECS`]. One that the hand has nothing of, as the stroke of a hand
-    /// without sliding joints, is left out.
+    /// The hand's figures, in the order of [`SPECS`]. A figure that does not apply, such as the stroke of a
+    /// hand without sliding joints, is omitted.
     pub fn figures(&self) -> Vec<Figure> {
         let mut worst = Worst::default();
         self.sizes(&mut worst);
@@ -131,8 +131,8 @@ impl Hand {
         self.coordinates.iter().map(|c| c.rest.clamp(c.lower, c.upper)).collect()
     }
 
-    /// The closed hand: every joint where its tendons pull it to, as far as its limits let it; half a turn where there
-    /// is no limit.
+    /// The closed hand: every joint where its tendons pull it, within its limits; half a turn where there is
+    /// no limit.
     pub fn closed(&self) -> Vec<f64> {
         let open = self.open();
         let mut pull = vec![0.0; open.len()];
@@ -149,7 +149,7 @@ impl Hand {
         .collect()
     }
 
-    /// Smallest box along the base's axes around all shapes at coordinates q; none without shapes.
+    /// Smallest box along the base's axes around all shapes at coordinates q; `None` without shapes.
     pub fn bounding_box(&self, q: &[f64]) -> Option<(Vec3, Vec3)> {
         let poses = self.base_from_links(q);
         let boxes = self.links.iter().zip(&poses).filter_map(|(link, pose)| bounds(&solid(link), pose));
@@ -273,7 +273,8 @@ impl Hand {
         }
     }
 
-    /// Inertia that each coordinate alone moves at coordinates q, base held: the diagonal of the mass matrix.
+    /// Inertia that each coordinate alone moves at coordinates q, with a fixed base: the diagonal of the mass
+    /// matrix.
     fn joint_inertias(&self, q: &[f64]) -> Vec<f64> {
         let base_from_links = self.base_from_links(q);
         (0..self.coordinates.len()).map(|c| self.joint_inertia(c, q, &base_from_links)).collect()
@@ -314,13 +315,13 @@ impl Hand {
 }
 
 impl Link {
-    /// Edges of the smallest box along the link's axes around its shapes; none without shapes.
+    /// Edges of the smallest box along the link's axes around its shapes; `None` without shapes.
     pub fn size(&self) -> Option<Vec3> {
         bounds(&solid(self), &Pose::IDENTITY).map(|around| around.extents())
     }
 }
 
-/// The parry shapes of a link and where they sit in its frame.
+/// The parry shapes of a link and their poses in its frame.
 fn solid(link: &Link) -> Vec<(SharedShape, Pose)> {
     let placed = link.geoms.iter().filter_map(|g| {
         let (shape, upright) = g.shape.to_parry()?;

@@ -1,12 +1,12 @@
-//! How far a competition lets the figures of a hand go. A hand beyond them is a machine: it wins by its build, not by
-//! its controller.
+//! A competition's limits for the figures of a hand. A hand beyond them is a machine: it wins by its
+//! construction, not by its controller.
 //!
 //! [`Limits`](crate::read::Limits) bound what a *file* may ask of a parser; these bound what the *hand* is.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// On which side of its limit a figure is allowed.
+/// Allowed side of a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Bound {
@@ -16,20 +16,20 @@ pub enum Bound {
     Least,
 }
 
-/// What a figure is and how far it may go unless the organizer says otherwise.
+/// A figure and its default limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spec {
     /// Its name, also as a field of `[hand_limits]`.
     pub name: &'static str,
     /// Its unit; empty for a count or a ratio.
     pub unit: &'static str,
-    /// On which side of the limit it is allowed.
+    /// Allowed side of the limit.
     pub bound: Bound,
-    /// The limit unless the organizer sets another.
+    /// Default limit.
     pub default: f64,
-    /// What it is, in words.
+    /// Meaning of the figure.
     pub what: &'static str,
-    /// Why the default is what it is.
+    /// Reason for the default.
     pub because: &'static str,
 }
 
@@ -59,7 +59,7 @@ macro_rules! limits {
         },)*];
 
         impl HandLimits {
-            /// The limit of a figure; NaN for a name that is none.
+            /// The limit of a figure; NaN for an unknown name.
             pub fn of(&self, name: &str) -> f64 {
                 match name {
                     $(stringify!($name) => self.$name,)*
@@ -134,10 +134,10 @@ limits! {
 }
 
 impl HandLimits {
-    /// What is wrong with the limits themselves: each must be more than 0, `inf` for none.
+    /// Checks the limits themselves: each must be more than 0, `inf` for unlimited.
     ///
     /// # Errors
-    /// Field, value and what would be valid.
+    /// Field, value and valid values.
     pub fn check(&self) -> Result<(), String> {
         for Spec { name, bound, .. } in SPECS {
             let limit = self.of(name);

@@ -1,4 +1,4 @@
-//! What a hand measures, which of its numbers are odd, and which go beyond a competition's limits.
+//! Figures of a hand, odd values among them, and those beyond a competition's limits.
 
 mod excess;
 mod figures;

@@ -1,4 +1,4 @@
-//! Warnings about a valid hand: numbers that its author hardly can have meant.
+//! Warnings about a valid hand: numbers that its author hardly can have intended.
 
 use std::path::Path;
 
@@ -7,23 +7,24 @@ use crate::error::LoadWarning;
 use crate::hand::{Hand, Link, Motor, Tendon};
 use crate::shape::{Shape, inertia};
 
-/// A spring weaker than this holds nothing, N·m/rad.
+/// Stiffness below which a spring has no effect, N·m/rad.
 pub const LOOSE: f64 = 1e-6;
-/// A coordinate that takes longer than this to follow its spring is called slow, s.
+/// Time constant of a coordinate and its spring above which it is slow, s.
 const SLOW_S: f64 = 0.5;
-/// More than this is heavy for a hand on an arm, kg.
+/// Mass above which a hand on an arm is heavy, kg.
 const HEAVY_KG: f64 = 5.0;
-/// A link made of meshes is hardly larger than this, m.
+/// Size above which a link made of meshes is suspicious, m.
 const LARGE_M: f64 = 0.3;
-/// Mass over volume of the collision shapes of a link, kg/m³: from foam around a wire to twice the density of steel,
-/// as shapes are coarser than the part.
+/// Plausible mass over volume of the collision shapes of a link, kg/m³: from foam around a wire to twice the
+/// density of steel, because shapes are coarser than the part.
 const DENSITY: std::ops::RangeInclusive<f64> = 20.0..=16_000.0;
-/// A link that is this many times heavier than another is odd, and hard on the solver.
+/// Ratio of the masses of two links above which it is odd, and hard on the solver.
 const MASS_RATIO: f64 = 1000.0;
-/// A motor that winds this many times what its joints can take up is odd, as is one that winds less than its inverse.
+/// Ratio of a motor's winding to the length that its joints can take up above which it is odd; the inverse
+/// for too little.
 const WINDING: f64 = 5.0;
 
-/// What is odd about the finished hand; what is odd in its files was reported while they were read.
+/// Warnings about the finished hand; warnings about its files are reported while reading.
 pub fn oddities(hand: &Hand, file: &Path) -> Vec<LoadWarning> {
     let mut out = Vec::new();
     let mut warn = |element: String, message: String| {
@@ -85,7 +86,7 @@ pub fn oddities(hand: &Hand, file: &Path) -> Vec<LoadWarning> {
     out
 }
 
-/// Sizes and masses of links that do not go together.
+/// Sizes and masses of links that do not match.
 fn lengths_and_masses(hand: &Hand) -> Vec<(Part, String)> {
     let mut out = Vec::new();
     for link in &hand.links {
@@ -121,7 +122,7 @@ fn lengths_and_masses(hand: &Hand) -> Vec<(Part, String)> {
     out
 }
 
-/// Motors that wind far more or far less than their tendons' joints can take up between their limits.
+/// Motors that wind far more or far less than the range of their tendons' joints.
 fn windings(hand: &Hand) -> Vec<(Part, String)> {
     let taken_up = |tendon: &Tendon| -> Option<f64> {
         let ends: Option<Vec<f64>> = (0..hand.coordinates.len())

@@ -1,4 +1,4 @@
-//! Which file and element states a number of a hand, so that messages blame the right one.
+//! File and element that state each number of a hand, so that messages name the right one.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::figures::{Figure, Part};
 
-/// The file and the element of it that state a number.
+/// The file and the element that state a number.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SourceLocation {
     /// The file.
@@ -21,18 +21,18 @@ impl fmt::Display for SourceLocation {
     }
 }
 
-/// Where a hand's numbers come from: its URDF, except for what `hand.toml` states.
+/// Sources of a hand's numbers: its URDF, except for those in `hand.toml`.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
     pub(crate) urdf: PathBuf,
-    /// The `hand.toml`; looked at only for what it states.
+    /// The `hand.toml`; used only for the numbers it states.
     pub(crate) settings: PathBuf,
     /// Numbers of `hand.toml` by table and field: `[links.palm]`, `friction`.
     pub(crate) stated: BTreeMap<(String, &'static str), f64>,
 }
 
 impl Sources {
-    /// Of a hand that has nothing but a URDF.
+    /// Sources of a hand with only a URDF.
     pub fn of_urdf(urdf: &Path) -> Sources {
         Sources { urdf: urdf.to_owned(), ..Sources::default() }
     }
@@ -42,13 +42,13 @@ impl Sources {
         &self.urdf
     }
 
-    /// Where a figure of the hand is stated.
+    /// Location of a figure of the hand.
     pub fn location(&self, figure: &Figure) -> SourceLocation {
         let field = figure.field;
         let in_settings = |table: &String| self.stated.contains_key(&(table.clone(), field));
         let tables = match &figure.part {
             Part::Hand => vec![],
-            // Links that a fixed joint merges are one here, but stay apart in hand.toml.
+            // Links that a fixed joint merges are one here, but separate in hand.toml.
             Part::Link(_) if field == "friction" => {
                 let says = |((table, field), value): (&(String, &'static str), &f64)| {
                     (*field == "friction" && *value == figure.value).then(|| table.clone())

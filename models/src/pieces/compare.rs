@@ -1,4 +1,4 @@
-//! How well pieces stand for a mesh: volumes, largest distances, mass properties.
+//! Accuracy of convex pieces for a mesh: volumes, largest distances, mass properties.
 
 use parry3d_f64::query::{PointQuery, PointQueryWithLocation};
 use parry3d_f64::shape::{TriMesh, TrianglePointLocation};
@@ -10,31 +10,31 @@ use crate::shape::hull::{outside, planes};
 use crate::shape::inertia::{Inertia, of_shapes, volume_of_triangles};
 use crate::{Pose, Vec3};
 
-/// How well convex pieces stand for a mesh.
+/// Accuracy of convex pieces for a mesh.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// What the mesh encloses, m³; `None` when it is not closed.
+    /// Volume of the mesh, m³; `None` if it is not closed.
     pub mesh_volume: Option<f64>,
-    /// What is in its closed cavities, m³, which pieces fill.
+    /// Volume of its closed cavities, m³, which pieces fill.
     pub cavities: f64,
-    /// Of all pieces, m³; where they overlap counts as often as there are pieces, as it does for an object's mass.
+    /// Sum of the volumes of all pieces, m³; overlaps count once per piece, as they do for an object's mass.
     pub pieces_volume: f64,
-    /// What counts more than once, m³; to a few parts in a thousand of the whole.
+    /// Volume counted more than once, m³; accurate to a few parts in a thousand of the whole.
     pub overlap_volume: f64,
-    /// The point of the mesh that lies farthest outside of all pieces.
+    /// The point of the mesh that is farthest outside of all pieces.
     pub uncovered: Farthest,
-    /// The point of the pieces' common surface that lies farthest outside of the mesh; of one that is not closed, farthest
-    /// from it.
+    /// The point of the pieces' common surface that is farthest outside of the mesh; if the mesh is not closed,
+    /// farthest from it.
     pub beyond: Farthest,
-    /// Distance of neighbours among the points that were looked at, m.
+    /// Distance of neighbouring sample points, m.
     pub spacing: f64,
-    /// How far apart the centres of mass are, m; `None` when the mesh is not closed.
+    /// Distance of the centres of mass, m; `None` if the mesh is not closed.
     pub com_shift: Option<f64>,
-    /// The largest difference of a principal moment of inertia, as a part of the mesh's; of equal masses.
+    /// The largest difference of a principal moment of inertia for equal masses, relative to the mesh's.
     pub inertia_error: Option<f64>,
 }
 
-/// A point and how far away it is.
+/// A point and its distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Farthest {
     /// m
@@ -70,7 +70,7 @@ const SAMPLES: usize = 40_000;
 /// Cells along the longest side in which overlaps are counted.
 const CELLS: usize = 96;
 
-/// A convex piece, ready to be asked where points are.
+/// A convex piece, prepared for point queries.
 struct Solid {
     planes: Vec<(Vec3, f64)>,
     mesh: TriangleMesh,
@@ -88,13 +88,13 @@ impl Solid {
         Some(Solid { planes: planes(&mesh.vertices, &mesh.triangles), mesh, surface, low, high })
     }
 
-    /// Whether the point lies within, or not farther outside than `margin`.
+    /// Whether the point is inside, or outside by no more than `margin`.
     fn has(&self, p: Vec3, margin: f64) -> bool {
         let box_gap = (self.low - p).max(p - self.high).max_element();
         box_gap <= margin && outside(&self.planes, p) <= margin
     }
 
-    /// Distance of a point, or something larger than `most`; 0 inside.
+    /// Distance of a point, or a number larger than `most`; 0 inside.
     fn distance(&self, p: Vec3, most: f64) -> f64 {
         let least = (self.low - p).max(p - self.high).max_element();
         if least > most {
@@ -140,7 +140,7 @@ pub fn compare(mesh: &TriangleMesh, pieces: &[Vec<Vec3>]) -> Option<Fit> {
     })
 }
 
-/// How the mass properties of hulls differ from those of the mesh.
+/// Difference of the mass properties of hulls from those of the mesh.
 fn apart(of_mesh: &Inertia, pieces: &[Vec<Vec3>]) -> Option<(f64, f64)> {
     let hull = |points: &Vec<Vec3>| Shape::Hull {
         points: points.iter().map(|p| p.to_array()).collect(),
@@ -171,7 +171,8 @@ fn uncovered(mesh: &TriangleMesh, solids: &[Solid]) -> Farthest {
     farthest
 }
 
-/// The point of the pieces' common surface that is farthest outside of the mesh, or, when that is not closed, from it.
+/// The point of the pieces' common surface that is farthest outside of the mesh, or farthest from it if it is
+/// not closed.
 fn beyond(mesh: &TriangleMesh, of_mesh: &TriMesh, closed: bool, solids: &[Solid], tiny: f64) -> Farthest {
     let area: f64 = solids.iter().map(|s| s.mesh.area()).sum();
     let mut candidates: Vec<(f64, Vec3)> = Vec::new();
@@ -184,7 +185,7 @@ fn beyond(mesh: &TriangleMesh, of_mesh: &TriMesh, closed: bool, solids: &[Solid]
             let p = p + (b - a).cross(c - a).normalize_or_zero() * tiny;
             if others().all(|other| !other.has(p, tiny)) {
                 let (near, (nearest, location)) = of_mesh.project_local_point_and_get_location(p, false);
-                // Below a face that is nearest, the point is within the mesh, and so stands out nowhere.
+                // If it is below the nearest face, the point is within the mesh, and not outside.
                 let [a, b, c] = mesh.corners(mesh.triangles[nearest as usize]);
                 let below = (p - near.point).dot((b - a).cross(c - a)) < 0.0;
                 if !(closed && below && matches!(location, TrianglePointLocation::OnFace(..))) {
@@ -198,7 +199,7 @@ fn beyond(mesh: &TriangleMesh, of_mesh: &TriMesh, closed: bool, solids: &[Solid]
     found.map_or(Farthest::NONE, |(distance, at)| Farthest { distance: *distance, at: *at })
 }
 
-/// Which part of the pieces' volumes counts more than once.
+/// Part of the pieces' volume that is counted more than once.
 fn overlap(solids: &[Solid]) -> f64 {
     if solids.len() < 2 {
         return 0.0;

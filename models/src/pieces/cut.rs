@@ -1,5 +1,5 @@
-//! A mesh in parts: voxels, cut by planes until each part is nearly convex (V-HACD, Mamou and Ghorbel), and what the mesh
-//! has in each part.
+//! Cuts a mesh into parts: voxels, cut by planes until each part is nearly convex (V-HACD, Mamou and
+//! Ghorbel), and the part of the mesh in each.
 
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -11,15 +11,16 @@ use super::error::PiecesError;
 use super::mesh::{Surface, TriangleMesh};
 use crate::Vec3;
 
-/// A part is cut while its voxels have less volume than its hull by more than this part of the whole hull's volume.
+/// A part is cut if the volume of its hull exceeds that of its voxels by more than this part of the whole
+/// hull's volume.
 const CONCAVITY: f64 = 5e-4;
-/// Parts for each piece that is wanted: `merge.rs` joins those that belong together.
+/// Parts per requested piece: `merge.rs` joins those that belong together.
 const PARTS_PER_PIECE: u32 = 4;
-/// Parts are at most so many: joining them takes time.
-const MOST_PARTS: u32 = 128;
+/// Largest number of parts: joining them takes time.
+const MAX_PARTS: u32 = 128;
 
-/// Points of each part of a mesh, m, and the edge of the voxels. The parts cover the mesh; what lies in closed cavities
-/// belongs to them.
+/// Points of each part of a mesh, m, and the edge of the voxels. The parts cover the mesh, including its
+/// closed cavities.
 pub(super) fn cut(
     mesh: &TriangleMesh,
     surface: &Surface,
@@ -44,15 +45,15 @@ pub(super) fn cut(
         concavity: CONCAVITY,
         resolution,
         fill_mode: fill,
-        max_convex_hulls: pieces.saturating_mul(PARTS_PER_PIECE).clamp(32, MOST_PARTS),
+        max_convex_hulls: pieces.saturating_mul(PARTS_PER_PIECE).clamp(32, MAX_PARTS),
         ..VHACDParameters::default()
     };
-    // The library's hulls panic on some point sets; other voxels make others.
+    // The library's hulls panic on some point sets; other voxels give others.
     let parts = catch_unwind(AssertUnwindSafe(|| VHACD::from_voxels(&parameters, voxels)));
     let Ok(parts) = parts else { return Err(PiecesError::Failed { resolution }) };
     let points = parts.voxel_parts().iter().map(|part| {
         let mut points = part.compute_primitive_intersections(&unit, &mesh.triangles);
-        // Where a cut has laid the inside open, the part reaches to the cut.
+        // Where a cut has opened the inside, the part extends to the cut.
         for voxel in part.voxels().iter().filter(|v| v.is_on_surface && !on_surface.contains(&place(v))) {
             let middle = part.get_voxel_point(voxel);
             points.extend((0..8).map(|corner| {

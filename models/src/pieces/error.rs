@@ -1,12 +1,12 @@
-//! Why a mesh has no pieces.
+//! Reasons why a mesh has no pieces.
 
-/// Why there are no pieces.
+/// Reason why there are no pieces.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PiecesError {
     /// All in one plane.
     #[error("the mesh spans no volume: its {triangles} triangles lie in one plane, line or point")]
     Flat {
-        /// How many there are.
+        /// Number of triangles.
         triangles: usize,
     },
     /// A sheet with two sides.

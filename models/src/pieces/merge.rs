@@ -1,4 +1,4 @@
-//! Parts become fewer pieces: the two whose common hull adds least are joined, again and again.
+//! Joins parts to fewer pieces: repeatedly the two whose common hull adds the least volume.
 
 use parry3d_f64::transformation::try_convex_hull;
 
@@ -6,27 +6,29 @@ use crate::Vec3;
 use crate::shape::hull::thinned;
 use crate::shape::inertia::volume_of_triangles;
 
-/// Pieces are joined, also when there are few enough, while a piece's hull has no more than this above its parts' volume.
+/// Pieces are joined, even below the requested number, while the excess of a piece's hull over its parts'
+/// volume is within this.
 const FREE: f64 = 0.03;
 
-/// Points by which pieces are compared: of more, the support points along so many directions stand for the hull.
+/// Points by which pieces are compared: of more, the support points along this number of directions represent
+/// the hull.
 const PROXY: usize = 96;
 
 /// The hull of some parts.
 pub(super) struct Piece {
-    /// Vertices of the hull, or, when it is flat, points.
+    /// Vertices of the hull, or, if it is flat, points.
     pub(super) points: Vec<Vec3>,
-    /// Few of them, which stand for the hull while pieces are joined.
+    /// A few of them that represent the hull while pieces are joined.
     proxy: Vec<Vec3>,
-    /// Of the few points' hull, m³.
+    /// Volume of the hull of these few points, m³.
     pub(super) volume: f64,
-    /// Of the parts it was joined from, m³.
+    /// Volume of the parts it was joined from, m³.
     parts_volume: f64,
     low: Vec3,
     high: Vec3,
 }
 
-/// Vertices and volume of a hull; none and 0 when it is flat.
+/// Vertices and volume of a hull; empty and 0 if it is flat.
 fn hull(points: &[Vec3]) -> (Vec<Vec3>, f64) {
     let found = try_convex_hull(points).ok();
     found.map_or((Vec::new(), 0.0), |(vertices, faces)| {
@@ -60,18 +62,18 @@ impl Piece {
     }
 }
 
-/// What joining two pieces would add.
+/// Effect of joining two pieces.
 struct Pair {
     a: usize,
     b: usize,
     /// m³
     added: f64,
-    /// What the common hull has above its parts, as a part of their volume.
+    /// Excess of the common hull over its parts, relative to their volume.
     excess: f64,
 }
 
-/// At most `most` pieces of the parts' points. `margin` is how far apart neighbours may lie, m. `tell` hears how many
-/// pieces are left.
+/// At most `most` pieces of the parts' points. `margin` is the largest distance of neighbours, m. `tell` is
+/// called with the remaining number of pieces.
 pub(super) fn merge(
     parts: Vec<Vec<Vec3>>,
     most: usize,
@@ -97,7 +99,7 @@ pub(super) fn merge(
     let mut far = false;
     loop {
         let flat = |p: &Pair| [p.a, p.b].iter().any(|&k| pieces[k].as_ref().is_some_and(|x| x.volume <= 0.0));
-        // A flat part is none by itself: it joins a neighbour whatever that adds.
+        // A flat part is no piece: it joins a neighbour whatever that adds.
         let cheap = |p: &Pair| flat(p) || p.excess <= FREE;
         let best = (0..pairs.len())
             .filter(|&k| left > most || cheap(&pairs[k]))
@@ -106,7 +108,7 @@ pub(super) fn merge(
             if left <= most || far {
                 break;
             }
-            // What is left touches nothing: any two may be joined.
+            // The rest touches nothing: any two may be joined.
             far = true;
             for b in 0..pieces.len() {
                 pairs.extend((0..b).filter_map(|a| pair(&pieces, a, b, true)));

@@ -19,44 +19,44 @@ pub struct TriangleMesh {
 /// Whether the triangles of a mesh are the surface of a solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Surface {
-    /// They are.
+    /// Closed surface.
     Closed {
         /// m³
         volume: f64,
         /// Triangles face into the solid: the mesh, or a part of it, is inside out.
         inward: bool,
-        /// What is in closed cavities, m³: no part of the volume, and nothing gets in.
+        /// Volume of closed cavities, m³: no part of the volume, and unreachable.
         cavities: f64,
     },
-    /// They have borders.
+    /// The surface has borders.
     Open {
         /// Edges of an odd number of triangles.
         edges: usize,
     },
-    /// They have no borders, but neighbours face opposite sides.
+    /// No borders, but neighbouring triangles face opposite sides.
     Twisted {
         /// Edges between triangles that face opposite sides.
         edges: usize,
     },
-    /// They are closed, but nothing is between them: a sheet with two sides.
+    /// Closed, but without volume: a sheet with two sides.
     Empty,
 }
 
-/// Triangles that are looked at to tell cavities from parts that are inside out, some tenths of a second; parts beyond
-/// count as inside out.
-const MOST_LOOKED_AT: usize = 5_000_000;
+/// Largest number of triangles checked to distinguish cavities from parts that are inside out, some tenths of
+/// a second; further parts count as inside out.
+const MAX_CHECKED: usize = 5_000_000;
 
 /// A connected part of a mesh.
 struct Part {
     triangles: Vec<[u32; 3]>,
 }
 
-/// A closed mesh with less than this part of its hull's volume encloses nothing.
+/// A closed mesh with less than this part of its hull's volume is empty.
 const EMPTY: f64 = 1e-4;
 
 impl TriangleMesh {
-    /// A mesh of triangles by their corners. Equal corners become one vertex; triangles with two equal corners are left
-    /// out.
+    /// A mesh of triangles by their corners. Equal corners become one vertex; triangles with two equal
+    /// corners are dropped.
     pub fn new(corners: &[[Vec3; 3]]) -> TriangleMesh {
         // Minus zero is zero.
         let clean = |p: &Vec3| (*p + Vec3::ZERO).to_array();
@@ -75,14 +75,14 @@ impl TriangleMesh {
         TriangleMesh { vertices: vertices.into_iter().map(Vec3::from_array).collect(), triangles }
     }
 
-    /// The convex hull of points; `None` when they span no volume.
+    /// The convex hull of points; `None` if they span no volume.
     pub fn hull(points: &[Vec3]) -> Option<TriangleMesh> {
         let (vertices, triangles) = try_convex_hull(points).ok()?;
         let hull = TriangleMesh { vertices, triangles };
         matches!(hull.surface(), Surface::Closed { .. }).then_some(hull)
     }
 
-    /// The mesh with each axis so many times as long.
+    /// The mesh with each axis scaled by a factor.
     #[must_use]
     pub fn scaled(&self, scale: Vec3) -> TriangleMesh {
         let vertices = self.vertices.iter().map(|v| *v * scale).collect();
@@ -105,8 +105,8 @@ impl TriangleMesh {
         self.outward().1
     }
 
-    /// Whether the mesh is closed, and if so, the same mesh with all triangles facing out of the solid: connected parts
-    /// that are inside out are turned over, but for cavities, which lie within another part.
+    /// Whether the mesh is closed, and if so, the same mesh with all triangles facing out of the solid:
+    /// connected parts that are inside out are flipped, except for cavities, which are within another part.
     pub(crate) fn outward(&self) -> (TriangleMesh, Surface) {
         let (open, twisted) = self.odd_edges();
         if open > 0 || self.triangles.is_empty() {
@@ -124,10 +124,10 @@ impl TriangleMesh {
         let mut looked_at = 0;
         let (mut inward, mut cavities) = (false, 0.0);
         for (k, part) in parts.iter().enumerate() {
-            // As it is when the largest part faces outward.
+            // Unchanged if the largest part faces outward.
             let faces_inward = volumes[k] * largest < 0.0;
             looked_at += if faces_inward { self.triangles.len() } else { 0 };
-            let cavity = faces_inward && looked_at <= MOST_LOOKED_AT && self.within_others(&parts, k);
+            let cavity = faces_inward && looked_at <= MAX_CHECKED && self.within_others(&parts, k);
             let turn_over = (volumes[k] < 0.0) != cavity;
             inward |= turn_over;
             cavities += if cavity { volumes[k].abs() } else { 0.0 };
@@ -144,7 +144,8 @@ impl TriangleMesh {
         (mesh, Surface::Closed { volume, inward, cavities })
     }
 
-    /// How many edges have an odd number of triangles, and how many others triangles that face opposite sides.
+    /// Number of edges with an odd number of triangles, and number of other edges with triangles that face
+    /// opposite sides.
     fn odd_edges(&self) -> (usize, usize) {
         // Each edge of a closed surface is passed as often one way as the other.
         let mut edges: Vec<(u32, u32, i64)> = Vec::with_capacity(3 * self.triangles.len());
@@ -168,7 +169,7 @@ impl TriangleMesh {
 
     /// The parts of the mesh whose triangles share vertices, in the order of their first triangles.
     fn connected(&self) -> Vec<Part> {
-        // Each vertex leads to the first one of its part.
+        // Each vertex points to the first one of its part.
         let mut first: Vec<u32> = (0..self.vertices.len() as u32).collect();
         let find = |first: &mut [u32], mut v: u32| {
             while first[v as usize] != v {
@@ -195,7 +196,7 @@ impl TriangleMesh {
         parts
     }
 
-    /// Whether a part lies within the others: then its outermost point does.
+    /// Whether a part is within the others: its outermost point decides.
     fn within_others(&self, parts: &[Part], k: usize) -> bool {
         let points = parts[k].triangles.iter().flatten().map(|&i| self.vertices[i as usize]);
         let Some(outermost) = points.max_by(|a, b| a.x.total_cmp(&b.x)) else { return false };
@@ -204,7 +205,7 @@ impl TriangleMesh {
         self.winding_of(triangles, outermost).abs() > 0.5
     }
 
-    /// Mass properties of `mass` kg spread evenly over what the mesh encloses; `None` when it is not closed.
+    /// Mass properties of `mass` kg spread evenly over the enclosed volume; `None` if it is not closed.
     pub fn inertia(&self, mass: f64) -> Option<Inertia> {
         let (mesh, surface) = self.outward();
         matches!(surface, Surface::Closed { .. })
@@ -212,7 +213,7 @@ impl TriangleMesh {
             .flatten()
     }
 
-    /// How often the mesh winds about a point: ±1 inside a closed mesh, 0 outside.
+    /// Winding number of the mesh about a point: ±1 inside a closed mesh, 0 outside.
     pub(crate) fn winding(&self, p: Vec3) -> f64 {
         self.winding_of(&self.triangles, p)
     }
@@ -229,7 +230,7 @@ impl TriangleMesh {
         triangles.into_iter().map(angle).sum::<f64>() / (4.0 * core::f64::consts::PI)
     }
 
-    /// How far the farthest of about `count` points on this mesh is from another mesh, m.
+    /// Distance of the farthest of about `count` points on this mesh from another mesh, m.
     pub(crate) fn farthest_from(&self, other: &TriangleMesh, count: usize) -> f64 {
         let Ok(other) = TriMesh::new(other.vertices.clone(), other.triangles.clone()) else { return 0.0 };
         let distance = |(_, p): &(usize, Vec3)| other.distance_to_local_point(*p, false);
@@ -249,7 +250,7 @@ impl TriangleMesh {
         for (k, triangle) in self.triangles.iter().enumerate() {
             let [a, b, c] = self.corners(*triangle);
             passed += area([a, b, c]);
-            // A sample for every so much area that has been passed.
+            // One sample per equal share of the area.
             while (out.len() as f64 + 0.5) * each < passed {
                 // The plane's quasi-random sequence with the plastic number (Roberts 2018).
                 let n = (out.len() + 1) as f64;
@@ -263,7 +264,7 @@ impl TriangleMesh {
         out
     }
 
-    /// The bytes of a binary STL file; `about` is what its header says, up to 80 bytes of ASCII.
+    /// The bytes of a binary STL file; `about` is its header, up to 80 bytes of ASCII.
     ///
     /// A file has single precision.
     pub fn to_stl(&self, about: &str) -> Vec<u8> {

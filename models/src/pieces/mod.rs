@@ -1,8 +1,9 @@
-//! A mesh that is not convex as convex pieces, which are written as files: nothing is taken apart when a task is played.
+//! Decomposes a mesh that is not convex into convex pieces, which are written as files before a task is
+//! played.
 //!
 //! 1. `mesh.rs`: triangles, and whether they enclose a volume.
 //! 2. `cut.rs` cuts the mesh into parts, `merge.rs` joins parts to pieces.
-//! 3. `compare.rs` measures how well the pieces stand for the mesh.
+//! 3. `compare.rs` measures the accuracy of the pieces.
 
 mod compare;
 mod cut;
@@ -17,34 +18,34 @@ pub use self::mesh::{Surface, TriangleMesh};
 use crate::Vec3;
 use crate::shape::hull::few_points;
 
-/// How a mesh is taken apart.
+/// Options of a decomposition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// Pieces are at most so many.
+    /// Largest number of pieces.
     pub pieces: u32,
     /// Voxels along the longest side.
     pub resolution: u32,
 }
 
-/// What is being done, for those who wait.
+/// Progress, for display.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// Voxels are cut into parts.
     Cutting,
-    /// Parts are joined; so many pieces are left.
+    /// Parts are joined; the number of remaining pieces.
     Joining(usize),
-    /// Pieces are held against the mesh.
+    /// Pieces are compared with the mesh.
     Comparing,
 }
 
-/// Points of a piece are at most so many: as many as are kept of a mesh that is played.
-pub const MOST_POINTS: usize = 64;
-/// Points are left out of a piece that stand out from the others by no more than this part of the mesh's longest side.
+/// Largest number of points of a piece: the same as for a mesh of an object.
+pub const MAX_POINTS: usize = 64;
+/// Points that stand out from the others by no more than this part of the mesh's longest side are dropped.
 const TOLERANCE: f64 = 3e-3;
 
-/// A mesh is one piece when its hull has no more than this above its volume.
+/// A mesh is one piece if the excess of its hull over its volume is within this.
 const CONVEX: f64 = 1e-3;
-/// Resolutions that are tried, one voxel more each time, when the library gives up.
+/// Number of resolutions tried, one voxel more each time, when the library fails.
 const TRIES: usize = 8;
 
 /// Convex pieces of a mesh: the points of each, in single precision, as a file has them. The same mesh and options give
@@ -53,8 +54,8 @@ const TRIES: usize = 8;
 /// # Errors
 /// The mesh is flat, or has no inside.
 ///
-/// The library panics on some voxels. That is caught, and others are tried; a program that has a panic hook of its own
-/// hears of it.
+/// The library panics on some voxels. The panic is caught, and others are tried; a panic hook of the program
+/// is called.
 pub fn decompose(
     mesh: &TriangleMesh,
     options: Options,
@@ -63,7 +64,7 @@ pub fn decompose(
     let flat = || PiecesError::Flat { triangles: mesh.triangles.len() };
     let (low, high) = mesh.bounds();
     let size = (high - low).max_element();
-    // Hulls need four corners that are no plane.
+    // Hulls need four corners that are not in one plane.
     if !(mesh.vertices.len() >= 4 && size.is_finite() && (high - low).min_element() > 1e-6 * size) {
         return Err(flat());
     }
@@ -97,10 +98,10 @@ pub fn decompose(
     if out.is_empty() { Err(flat()) } else { Ok(out) }
 }
 
-/// The points of a piece: few, and in single precision. `None` when that flattens it.
+/// The points of a piece: few, and in single precision. `None` if that flattens it.
 fn single(points: &[Vec3], size: f64) -> Option<Vec<Vec3>> {
-    let points = few_points(points, MOST_POINTS, TOLERANCE * size)?;
+    let points = few_points(points, MAX_POINTS, TOLERANCE * size)?;
     let single = |p: &Vec3| Vec3::from_array(p.to_array().map(|x| f64::from(x as f32)));
     let points: Vec<Vec3> = points.iter().map(single).collect();
-    few_points(&points, MOST_POINTS, 0.0).filter(|points| points.len() >= 4)
+    few_points(&points, MAX_POINTS, 0.0).filter(|points| points.len() >= 4)
 }

@@ -10,10 +10,11 @@ use crate::error::ModelError;
 use crate::hand::tendon::{DaVinci, DaVinciGeometry, TendonElement, TendonPath};
 use crate::hand::{Motor, Tendon};
 
-/// Stands in for a motor no `hand.toml` describes: the 2016 manipulation challenge drove its SoftHand by σ times 7;
-/// the speed is this project's SoftHand's.
+/// Motor for an actuator without entry in `hand.toml`: the 2016 manipulation challenge drove its SoftHand by
+/// σ times 7; the speed is that of this project's SoftHand.
 const DEFAULT_MOTOR: MotorSettings = MotorSettings { scaling: 7.0, offset: 0.0, speed_limit: 2.0 };
-/// Stands in for a tendon no `hand.toml` describes: stiff against any joint spring, 20 N on a 45 mm cylinder.
+/// Tendon for a transmission without entry in `hand.toml`: stiff compared with any joint spring, 20 N on a 45
+/// mm cylinder.
 static DEFAULT_TENDON: TendonSettings = TendonSettings {
     stiffness: 300.0,
     damping: 0.0,

@@ -9,7 +9,7 @@ use super::urdf::tree::Urdf;
 use crate::error::ModelError;
 use crate::hand::Coordinate;
 
-/// Each coordinate; what `hand.toml` states of its spring and damper replaces what the URDF does.
+/// Each coordinate; spring and damper of `hand.toml` replace those of the URDF.
 pub(crate) fn coordinates(
     tree: &Urdf,
     reduced: &Reduced,
@@ -36,7 +36,7 @@ pub(crate) fn coordinates(
             }
             if joint.joint_type != JointType::Continuous {
                 check_limits(&joint.name, joint.limit.lower, joint.limit.upper, report)?;
-                // The limits of a follower bind its leader.
+                // The limits of a follower apply to its leader.
                 let a = (joint.limit.lower - motion.offset) / motion.ratio;
                 let b = (joint.limit.upper - motion.offset) / motion.ratio;
                 lower = f64::max(lower, a.min(b));

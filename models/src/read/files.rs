@@ -1,4 +1,5 @@
-//! Where the files of a hand or a task lie: a folder on disk, or an archive that is read in memory and never unpacked to disk.
+//! Files of a hand or a task: a folder on disk, or an archive that is read in memory and never unpacked to
+//! disk.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -11,7 +12,7 @@ use super::limits::Limits;
 use super::report::Report;
 use crate::error::ModelError;
 
-/// How well a file of an archive is packed is looked at only if it is larger than this, bytes.
+/// Size from which the compression ratio of a file in an archive is checked, bytes.
 const RATIO_COUNTS_FROM: u64 = 1 << 20;
 
 /// The files of a hand or a task. A path never leads outside.
@@ -23,7 +24,7 @@ pub enum Files {
     Archive {
         /// The archive, for messages.
         file: PathBuf,
-        /// Its folder in which the URDF lies, empty for the archive itself.
+        /// Its folder with the URDF, empty for the archive itself.
         folder: PathBuf,
         /// Its files by path inside the archive.
         entries: BTreeMap<PathBuf, Vec<u8>>,
@@ -41,7 +42,7 @@ impl Files {
         Files::archive(file, &bytes, limits)
     }
 
-    /// Reads an archive that is in memory already; `file` is its name in messages.
+    /// Reads an archive in memory; `file` is its name in messages.
     ///
     /// # Errors
     /// As [`Files::open_archive`].
@@ -50,7 +51,7 @@ impl Files {
         let valid = "plain files in folders inside the archive, each name once";
         at.limit("archive", "bytes", bytes.len(), limits.archive_bytes)?;
         let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| at.syntax("ZIP", e))?;
-        // The reader keeps the last of a name.
+        // The reader keeps the last entry of a name.
         if archive.has_duplicate_names() {
             return Err(at.bad("archive", "holds several entries of one name", valid));
         }
@@ -70,7 +71,7 @@ impl Files {
             if entry.is_dir() || !wanted(&path) {
                 continue;
             }
-            // What the archive says about sizes is only a claim; what comes out is counted.
+            // Sizes in the archive are only claims; the unpacked bytes are counted.
             let packed = entry.compressed_size().min(bytes.len() as u64);
             let left = limits.archive_unpacked_bytes - total;
             let of_ratio = packed.saturating_mul(limits.archive_ratio).max(RATIO_COUNTS_FROM);
@@ -91,8 +92,8 @@ impl Files {
         Ok(Files::Archive { file: file.to_owned(), folder: PathBuf::new(), entries })
     }
 
-    /// The hand's URDF: `hand.urdf`, or the only `.urdf` there is. For an archive, the folder it lies in becomes the
-    /// one that other paths start from.
+    /// The hand's URDF: `hand.urdf`, or the only `.urdf`. For an archive, other paths are relative to its
+    /// folder.
     ///
     /// # Errors
     /// There is none, or several and none is called `hand.urdf`.
@@ -139,7 +140,7 @@ impl Files {
         }
     }
 
-    /// How messages call a file: `hand.zip/meshes/tip.stl`.
+    /// Name of a file in messages: `hand.zip/meshes/tip.stl`.
     pub fn display(&self, relative: &Path) -> PathBuf {
         match self {
             Files::Folder(folder) => folder.join(relative),
@@ -147,7 +148,7 @@ impl Files {
         }
     }
 
-    /// Whether there is such a file.
+    /// Whether the file exists.
     pub fn contains(&self, relative: &Path) -> bool {
         match self {
             Files::Folder(folder) => folder.join(relative).is_file(),
@@ -158,8 +159,8 @@ impl Files {
     /// A file's bytes.
     ///
     /// # Errors
-    /// The path leads outside (by `..`, as an absolute path or through a link), there is no such file, or it has
-    /// more than `limit` bytes; `element` is who asked for it.
+    /// The path leads outside (by `..`, as an absolute path or through a link), the file does not exist, or
+    /// it has more than `limit` bytes; `element` is the element that names it.
     pub fn read(&self, relative: &Path, element: &str, limit: u64) -> Result<Vec<u8>, ModelError> {
         let file = self.display(relative);
         let missing = |kind: std::io::ErrorKind| ModelError::Read { file: file.clone(), source: kind.into() };
@@ -203,7 +204,7 @@ fn inside(path: &Path) -> Option<PathBuf> {
     (!out.as_os_str().is_empty()).then_some(out)
 }
 
-/// Whether a hand may need this file of an archive; the rest (readme, licence, textures) stays packed.
+/// Whether a hand may need this file of an archive; the others (readme, licence, textures) stay packed.
 fn wanted(path: &Path) -> bool {
     let hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
     !hidden && ["urdf", "toml", "stl"].iter().any(|kind| has_extension(path, kind))
@@ -216,7 +217,7 @@ pub(crate) fn has_extension(path: &Path, kind: &str) -> bool {
 /// A plain file's bytes, never more than `limit` of them in memory.
 ///
 /// # Errors
-/// It cannot be read, is no plain file, or is larger; `element` is who asked for it.
+/// It cannot be read, is no plain file, or is larger; `element` is the element that names it.
 pub(crate) fn read_limited(file: &Path, element: &str, limit: u64) -> Result<Vec<u8>, ModelError> {
     let failed = |source| ModelError::Read { file: file.to_owned(), source };
     // Opening a pipe would wait for ever.

@@ -1,4 +1,4 @@
-//! A hand from a URDF and a `hand.toml` beside it for what a URDF has no place for.
+//! Reads a hand from a URDF and a `hand.toml` next to it, for everything that a URDF cannot express.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -25,22 +25,22 @@ use crate::measure::{Sources, oddities};
 /// Pairs of links closer than this at rest never collide with each other, m.
 const TOUCHING_AT_REST: f64 = 1e-3;
 
-/// A hand and what its author should know.
+/// A hand and the warnings for its author.
 #[derive(Clone, Debug)]
 pub struct Loaded {
     /// The hand.
     pub hand: Hand,
-    /// Its URDF, as messages call it, and what its `hand.toml` states instead.
+    /// Its URDF, as in messages, and the numbers that its `hand.toml` overrides.
     pub sources: Sources,
-    /// What was odd: about the files in the order it was found, then about the hand.
+    /// Warnings: about the files in order, then about the hand.
     pub warnings: Vec<LoadWarning>,
 }
 
-/// Reads a hand: a URDF file, a folder or a ZIP archive with one. The `hand.toml` beside the URDF is used, if there
-/// is one and the options name no other.
+/// Reads a hand: a URDF file, a folder or a ZIP archive with one. The `hand.toml` next to the URDF is used if
+/// it exists and the options name no other.
 ///
 /// # Errors
-/// The first thing found wrong, with file, element and what would be valid.
+/// The first problem, with file, element and valid values.
 pub fn hand(path: &Path, options: &LoadOptions) -> Result<Loaded, ModelError> {
     if has_extension(path, "zip") && path.is_file() {
         return from_files(Files::open_archive(path, &options.limits)?, None, options);
@@ -79,7 +79,7 @@ pub fn from_files(
     from_text((&urdf_file, &text), settings, Some(&files), options)
 }
 
-/// Reads a hand from texts already in memory, each with the name to report it by. Without files, a mesh is an error.
+/// Reads a hand from texts in memory, each with its name for messages. Without files, a mesh is an error.
 ///
 /// # Errors
 /// As [`hand`].
@@ -126,7 +126,7 @@ pub fn from_text(
         pads: reduced.pads,
     };
     hand.validate().map_err(|error| match error {
-        // What hand.toml states was looked at where it was read.
+        // Numbers of hand.toml were checked when they were read.
         ModelError::Inconsistent { element, problem, .. } => {
             ModelError::Inconsistent { name: report.file.display().to_string(), element, problem }
         }
@@ -140,7 +140,7 @@ pub fn from_text(
     Ok(Loaded { hand, sources, warnings })
 }
 
-/// How the links of a hand look, by what its URDF says: parts that can be read, on the links that [`from_files`] gives.
+/// Appearance of the links of a hand by its URDF: the readable parts, on the links that [`from_files`] gives.
 ///
 /// # Errors
 /// The URDF cannot be read as a hand.
@@ -156,14 +156,14 @@ pub fn visuals(mut files: Files, options: &LoadOptions) -> Result<Vec<Visual>, M
     Ok(visual::visuals(&tree, &reduced.merged_into, &files, &options.limits))
 }
 
-/// A hand's name stands in addresses, on pages and in file names.
+/// A hand's name is part of URLs, pages and file names.
 fn check_name(name: &str, at: &Report) -> Result<(), ModelError> {
-    const LONGEST: usize = 64;
+    const MAX_LENGTH: usize = 64;
     let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
-    if (1..=LONGEST).contains(&name.len()) && name.chars().all(plain) && !name.starts_with('.') {
+    if (1..=MAX_LENGTH).contains(&name.len()) && name.chars().all(plain) && !name.starts_with('.') {
         return Ok(());
     }
-    let shown: String = name.chars().take(LONGEST).collect();
+    let shown: String = name.chars().take(MAX_LENGTH).collect();
     Err(at.bad(
         "name of the hand",
         format!("is '{}'", shown.escape_debug()),
@@ -171,7 +171,7 @@ fn check_name(name: &str, at: &Report) -> Result<(), ModelError> {
     ))
 }
 
-/// Every name in the settings stands for something in the URDF.
+/// Checks that every name in the settings exists in the URDF.
 fn check_names(settings: &Settings, tree: &Urdf, at: &Report) -> Result<(), ModelError> {
     fn check<'a, T>(
         table: &str,

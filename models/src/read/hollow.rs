@@ -1,4 +1,5 @@
-//! What a convex hull makes of a mesh that is not convex, and what is lost with the points that are left out of it.
+//! Effects of replacing a mesh that is not convex by its convex hull, and of the points dropped from the
+//! hull.
 
 use std::path::Path;
 
@@ -11,25 +12,26 @@ use crate::shape::Shape;
 use crate::shape::hull::{THINNED_DIRECTIONS, thinned};
 use crate::shape::inertia::{volume, volume_of_triangles};
 
-/// Who names a mesh, and so which command takes it apart.
+/// Kind of file that names a mesh; it determines the command that decomposes it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum MeshOf {
     Hand,
     Task,
 }
 
-/// A hull with this many times the volume of its mesh is worth a word.
+/// Ratio of the hull's volume to the mesh's above which there is a warning.
 const MUCH_LARGER: f64 = 1.1;
-/// So is a hull that stands so far off a mesh which is not closed, as a part of its longest side.
+/// The same for a mesh that is not closed: distance of the hull from it, relative to its longest side.
 const DEEP: f64 = 0.05;
-/// Points of such a hull that are looked at.
+/// Number of points checked on such a hull.
 const HULL_SAMPLES: usize = 2000;
-/// So are left out points with this part of the hull's volume, ...
+/// Part of the hull's volume lost with dropped points above which there is a warning.
 const MUCH_LOST: f64 = 0.1;
-/// ... or with corners that stood out so far, m. A rounding of 2 mm takes 1.5 mm from a box's corner.
+/// Distance of dropped corners from the hull above which there is a warning, m. A rounding of 2 mm takes 1.5
+/// mm from a box's corner.
 const FAR_OUT: f64 = 5e-3;
 
-/// What a note says of a mesh whose hull is much larger.
+/// Text of a note on a mesh whose hull is much larger.
 const FILLED: &str = "holes and hollows are filled";
 
 /// Whether a warning is about a mesh whose convex hull fills its hollows.
@@ -37,7 +39,7 @@ pub fn tells_of_filled_hollows(warning: &LoadWarning) -> bool {
     warning.message.contains(FILLED)
 }
 
-/// What the author of a mesh should know of the hull that is played. `points` are the mesh's corners.
+/// Notes for the author of a mesh on its hull. `points` are the mesh's corners.
 pub(super) fn notes(
     mesh: &TriangleMesh,
     points: &[Vec3],
@@ -79,11 +81,11 @@ pub(super) fn notes(
     notes
 }
 
-/// What is filled, in words.
+/// Describes the filled volume.
 fn hollow(mesh: &TriangleMesh, hull_volume: f64, vertices: &[Vec3], faces: &[[u32; 3]]) -> Option<String> {
     let surface = mesh.surface();
     if let Surface::Closed { volume, cavities, .. } = surface {
-        // Cavities are filled by pieces, too.
+        // Pieces fill cavities, too.
         let times = hull_volume / (volume + cavities);
         return (times > MUCH_LARGER).then(|| {
             format!(
@@ -93,7 +95,7 @@ fn hollow(mesh: &TriangleMesh, hull_volume: f64, vertices: &[Vec3], faces: &[[u3
             )
         });
     }
-    // Without a volume, how far the hull is from the mesh tells whether something is filled.
+    // Without a volume, the distance of the hull from the mesh decides.
     let hull = TriangleMesh { vertices: vertices.to_vec(), triangles: faces.to_vec() };
     let filled = hull.farthest_from(mesh, HULL_SAMPLES);
     let (low, high) = mesh.bounds();
@@ -113,13 +115,13 @@ fn hollow(mesh: &TriangleMesh, hull_volume: f64, vertices: &[Vec3], faces: &[[u3
     })
 }
 
-/// How far the points of a hull lie outside of what is played of it, m.
+/// Largest distance of a hull's points outside of the shape used for collisions, m.
 fn farthest_outside(played: &Shape, vertices: &[Vec3]) -> f64 {
     let Some((parry, upright)) = played.to_parry() else { return 0.0 };
     vertices.iter().map(|v| parry.distance_to_point(&upright, *v, true)).fold(0.0, f64::max)
 }
 
-/// A volume for people.
+/// A volume for display.
 pub fn cubic_cm(volume: f64) -> String {
     let cm3 = volume * 1e6;
     if cm3 < 0.1 {

@@ -1,9 +1,9 @@
-//! Bounds on what a hand's files may ask for: they may come from a stranger.
+//! Limits for a hand's files: they may come from a stranger.
 //!
-//! Every refusal names the file, the element, what was found and how much is allowed. Sizes are looked at before
-//! anything is computed from them, so that no file makes a parser or a hull algorithm work for long.
+//! Every error names the file, the element, the found value and the limit. Sizes are checked before anything
+//! is computed from them, so that no file keeps a parser or a hull algorithm busy for long.
 
-/// Bounds on what a file may ask for. The defaults are several times what the hands in `hands/` need.
+/// Limits for files. The defaults are several times the needs of the hands in `hands/`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limits {
     /// Bytes of a URDF or `hand.toml`. The published SoftHand's URDF has 60 kB.
@@ -46,8 +46,8 @@ pub struct Limits {
     pub archive_entries: usize,
     /// Bytes of all files of an archive after unpacking.
     pub archive_unpacked_bytes: u64,
-    /// How many times larger than its packed form a file of more than a megabyte may be. Text packs to a tenth,
-    /// zeros to a thousandth.
+    /// Largest compression ratio of a file of more than a megabyte. Text compresses to a tenth, zeros to a
+    /// thousandth.
     pub archive_ratio: u64,
     /// Largest size and distance, m.
     pub length_m: f64,

@@ -1,4 +1,4 @@
-//! The meshes that a URDF or a task names: each file is read once and becomes a convex hull.
+//! Meshes of a URDF or a task: each file is read once and becomes a convex hull.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -16,15 +16,15 @@ use crate::shape::Shape;
 use crate::shape::hull::{rounded_hull, sharp_hull};
 
 /// Largest edge radius of a mesh's hull, m.
-const MOST_ROUNDING: f64 = 0.1;
+const MAX_ROUNDING: f64 = 0.1;
 
-/// What becomes of a mesh.
+/// Result of reading a mesh.
 #[derive(Clone)]
 pub(crate) struct MeshHull {
     pub(crate) shape: Shape,
-    /// False when it is too thin to be rounded.
+    /// False if it is too thin to be rounded.
     pub(crate) rounded: bool,
-    /// What its author should know.
+    /// Notes for its author.
     pub(crate) notes: Vec<String>,
 }
 
@@ -45,12 +45,12 @@ pub(crate) struct MeshReader<'a> {
 type MeshKey = (PathBuf, [u64; 3], u64);
 
 impl<'a> MeshReader<'a> {
-    /// A reader that has read nothing yet.
+    /// A reader without any meshes yet.
     pub(crate) fn new(options: &'a LoadOptions, files: Option<&'a Files>, of: MeshOf) -> Self {
         MeshReader { options, files, of, hulls: BTreeMap::new(), bytes: 0, vertices: 0 }
     }
 
-    /// The hull of a mesh with edges of this radius; left out, the options'. With 0 it keeps its corners.
+    /// The hull of a mesh with edges of this radius; by default the options'. With 0 it keeps its corners.
     pub(crate) fn hull(
         &mut self,
         name: &str,
@@ -60,8 +60,8 @@ impl<'a> MeshReader<'a> {
         report: &Report,
     ) -> Result<MeshHull, ModelError> {
         let relative = mesh_path(name, element, report)?;
-        if let Some(rounding) = rounding.filter(|r| !(0.0..=MOST_ROUNDING).contains(r)) {
-            let valid = format!("0 to {MOST_ROUNDING} m; 0 keeps edges as they are");
+        if let Some(rounding) = rounding.filter(|r| !(0.0..=MAX_ROUNDING).contains(r)) {
+            let valid = format!("0 to {MAX_ROUNDING} m; 0 keeps edges as they are");
             return Err(report.bad(element, format!("mesh '{name}' has rounding {rounding}"), valid));
         }
         let bits = rounding.map_or(u64::MAX, f64::to_bits);
@@ -120,8 +120,8 @@ pub fn triangle_mesh(file: &Path, scale: Vec3, limits: &Limits) -> Result<Triang
     stl::corners(&bytes, scale, "mesh", limits, &Report::new(file)).map(|corners| TriangleMesh::new(&corners))
 }
 
-/// The points that are played of an STL file's bytes when its hull keeps its corners, in metres; `None` when they span no
-/// volume.
+/// The collision points of an STL file's bytes for a hull that keeps its corners, in metres; `None` if they
+/// span no volume.
 pub fn played_points(bytes: &[u8], scale: Vec3) -> Option<Vec<Vec3>> {
     let (limits, report) = (Limits::default(), Report::new(Path::new("")));
     let corners = stl::corners(bytes, scale, "mesh", &limits, &report).ok()?;
@@ -131,7 +131,7 @@ pub fn played_points(bytes: &[u8], scale: Vec3) -> Option<Vec<Vec3>> {
     }
 }
 
-/// `package://name/path` and relative paths lie in the URDF's folder, and never outside it.
+/// `package://name/path` and relative paths are relative to the URDF's folder, and never outside it.
 pub(crate) fn mesh_path(name: &str, element: &str, report: &Report) -> Result<PathBuf, ModelError> {
     let relative = match name.strip_prefix("package://") {
         Some(rest) => rest.split_once('/').map_or(rest, |(_, path)| path),

@@ -1,15 +1,16 @@
-//! Hands and objects from files that may come from a stranger.
+//! Reads hands and objects from files that may come from a stranger.
 //!
-//! 1. `files.rs` finds the files in a folder or an archive; `limits.rs` bounds what they may ask for.
-//! 2. `urdf/` makes the URDF a checked tree, folds mimic joints and merges what does not move; `mesh.rs` and `stl.rs`
-//!    make meshes rounded hulls, `hollow.rs` says what a hull fills. `settings.rs` reads and checks `hand.toml`.
-//! 3. `coordinates.rs`, `actuation.rs` and `tactile.rs` build from both what the hand has beside its links.
-//!    `visual.rs` tells how links look, for those who draw them.
+//! 1. `files.rs` finds the files in a folder or an archive; `limits.rs` has their limits.
+//! 2. `urdf/` turns the URDF into a checked tree, folds mimic joints and merges fixed links; `mesh.rs` and
+//!    `stl.rs` turn meshes into rounded hulls, `hollow.rs` reports the hollows that a hull fills.
+//!    `settings.rs` reads and checks `hand.toml`.
+//! 3. `coordinates.rs`, `actuation.rs` and `tactile.rs` build the other parts of the hand from both.
+//!    `visual.rs` reads the appearance of links, for rendering.
 //! 4. `hand.rs` goes through these in order.
-//! 5. `objects.rs` reads the catalogue's objects, `own_object.rs` those of a task's own, both out of `parts.rs`.
-//! 6. `named.rs` finds what names a mesh, for those who take it apart.
+//! 5. `objects.rs` reads the catalogue's objects, `own_object.rs` a task's own objects, both from `parts.rs`.
+//! 6. `named.rs` finds the files that name a mesh, for its decomposition.
 //!
-//! What is odd is a warning, what cannot be meant an error (`report.rs`).
+//! Oddities are warnings, invalid elements errors (`report.rs`).
 
 mod actuation;
 mod coordinates;

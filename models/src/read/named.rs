@@ -1,4 +1,4 @@
-//! Where a mesh is named: the `task.toml` and URDF files in the folders above it.
+//! Finds the `task.toml` and URDF files that name a mesh, in the folders above it.
 
 use std::path::{Path, PathBuf};
 
@@ -9,22 +9,22 @@ use super::limits::Limits;
 use super::report::Report;
 use super::urdf::xml::document;
 
-/// A place that names a mesh.
+/// A reference to a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshUse {
     /// The `task.toml` or URDF.
     pub file: PathBuf,
-    /// The object of its own, or the link.
+    /// The task's own object, or the link.
     pub owner: String,
-    /// The mesh's name as it is written there.
+    /// The mesh's name in that file.
     pub name: String,
-    /// Its scale there.
+    /// Its scale in that file.
     pub scale: [f64; 3],
-    /// Where it is placed, m.
+    /// Its position, m.
     pub at: [f64; 3],
-    /// How it is turned, rad.
+    /// Its rotation, rad.
     pub rpy: [f64; 3],
-    /// What kind of file it is.
+    /// Kind of file.
     pub kind: UseKind,
 }
 
@@ -37,11 +37,11 @@ pub enum UseKind {
     Urdf,
 }
 
-/// Folders above a mesh that are looked at.
+/// Number of folders above a mesh that are searched.
 const FOLDERS: usize = 4;
 
-/// Every place that names this mesh, in the nearest folder above it that has one. What cannot be read is passed over: who
-/// plays it will be told.
+/// Every reference to this mesh, in the nearest folder above it that has one. Unreadable files are skipped:
+/// playing them reports the error.
 pub fn mesh_uses(mesh: &Path) -> Vec<MeshUse> {
     let Ok(mesh) = mesh.canonicalize() else { return Vec::new() };
     for folder in mesh.ancestors().skip(1).take(FOLDERS) {
@@ -69,7 +69,7 @@ pub fn mesh_uses(mesh: &Path) -> Vec<MeshUse> {
     Vec::new()
 }
 
-/// A mesh's path below the folder of the file that names it.
+/// A mesh's path below the folder of the referring file.
 fn path_of(name: &str) -> &str {
     match name.strip_prefix("package://") {
         Some(rest) => rest.split_once('/').map_or(rest, |(_, path)| path),

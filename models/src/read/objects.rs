@@ -1,11 +1,12 @@
-//! The files of the catalogue, `objects/*.toml`: each object's parts become shapes, and both are checked.
+//! Reads the files of the catalogue, `objects/*.toml`: each object's parts become shapes, and both are
+//! checked.
 
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use serde::Deserialize;
 
-use super::parts::{HEAVIEST_KG, LARGEST_M, MOST_PARTS, Part};
+use super::parts::{MAX_EXTENT_M, MAX_MASS_KG, MAX_PARTS, Part};
 use super::report::Report;
 use crate::catalogue::{Catalogue, Item};
 use crate::error::ModelError;
@@ -53,11 +54,11 @@ impl Entry {
             let valid = "finite sizes in m, angles in rad, points that span a volume; a mesh only in a task's own object";
             parts.extend(part.solids().map_err(|problem| bad(&element, problem, valid))?);
         }
-        if parts.len() > MOST_PARTS {
-            let valid = format!("at most {MOST_PARTS}, a wall's slabs counted one by one");
+        if parts.len() > MAX_PARTS {
+            let valid = format!("at most {MAX_PARTS}, a wall's slabs counted one by one");
             return Err(bad("", format!("has {} convex parts", parts.len()), &valid));
         }
-        if self.mass > HEAVIEST_KG {
+        if self.mass > MAX_MASS_KG {
             return Err(bad("", format!("mass = {}", self.mass), "at most 20 kg"));
         }
         if !self.color.iter().all(|c| (0.0..=1.0).contains(c)) {
@@ -67,7 +68,7 @@ impl Entry {
             .with_torsional_friction(self.torsional_friction)?;
         let (low, high) = object.bounds();
         let size = (high - low).to_array();
-        if size.iter().any(|x| *x > LARGEST_M) {
+        if size.iter().any(|x| *x > MAX_EXTENT_M) {
             return Err(bad("", format!("measures {size:?} m"), "at most 1 m along each axis"));
         }
         Ok(Item {
@@ -86,7 +87,7 @@ impl Catalogue {
     /// Reads one file's objects.
     ///
     /// # Errors
-    /// The file, the object and what would be valid.
+    /// The file, the object and the valid values.
     pub fn parse(file: &str, text: &str) -> Result<Catalogue, ModelError> {
         let at = Report::new(Path::new(file));
         let read: File = toml::from_str(text).map_err(|error| at.syntax("TOML", error))?;
@@ -98,7 +99,7 @@ impl Catalogue {
         Ok(catalogue)
     }
 
-    /// The objects that come with the program, loaded once.
+    /// The built-in objects, loaded once.
     ///
     /// # Panics
     /// Never in a build whose tests pass: the files are part of the program, and a test loads them all.

@@ -1,4 +1,4 @@
-//! How a hand is read, where its files leave a choice.
+//! Options for reading a hand.
 
 use std::path::PathBuf;
 
@@ -7,21 +7,21 @@ use serde::{Deserialize, Serialize};
 
 use super::limits::Limits;
 
-/// Where a link's inertia comes from.
+/// Source of a link's inertia.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum InertiaPolicy {
-    /// What the file states; what cannot be true is reported.
+    /// The file's numbers; implausible ones are reported.
     #[default]
     FromFile,
     /// From the collision shapes and the stated mass.
     FromGeometry,
 }
 
-/// How to read a hand.
+/// Options for reading a hand.
 #[derive(Clone, Debug)]
 pub struct LoadOptions {
-    /// The `hand.toml`; `None` for the one beside the URDF, if there is one.
+    /// The `hand.toml`; `None` for the one next to the URDF, if it exists.
     pub settings: Option<PathBuf>,
     /// Used unless `hand.toml` says otherwise.
     pub inertia: InertiaPolicy,
@@ -31,7 +31,7 @@ pub struct LoadOptions {
     pub hull_directions: usize,
     /// Edge radius of a mesh's hull, m.
     pub hull_rounding: f64,
-    /// Bounds on what a file may ask for.
+    /// Limits for files.
     pub limits: Limits,
 }
 

@@ -1,4 +1,4 @@
-//! An object that a task brings along: parts and meshes, or a URDF, and what a URDF has no place for.
+//! A task's own object: parts and meshes, or a URDF, and the properties that a URDF cannot express.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use super::files::Files;
 use super::hollow::MeshOf;
 use super::mesh::MeshReader;
 use super::options::LoadOptions;
-use super::parts::{HEAVIEST_KG, LARGEST_M, MOST_FRICTION, MOST_PARTS, Part, place};
+use super::parts::{MAX_EXTENT_M, MAX_FRICTION, MAX_MASS_KG, MAX_PARTS, Part, place};
 use super::report::Report;
 use super::settings::{LinkSettings, Settings};
 use super::urdf::link::LinkReader;
@@ -18,19 +18,19 @@ use crate::error::{LoadWarning, ModelError};
 use crate::object::Object;
 use crate::shape::Shape;
 
-/// An object as a `task.toml` writes it: `parts` and `mass`, or a `urdf` that has both.
+/// An object in a `task.toml`: `parts` and `mass`, or a `urdf` that has both.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OwnObject {
-    /// Identifier, by which placing and rules speak of it.
+    /// Identifier, used by placing and rules.
     pub name: String,
-    /// Where shape and figures come from, and whose they are: author, licence, measured or chosen.
+    /// Source of shape and figures, and their owner: author, licence, measured or chosen.
     pub source: String,
     #[serde(default)]
     parts: Vec<Part>,
     /// kg, spread evenly over the parts.
     mass: Option<f64>,
-    /// A URDF of one link, beside the task: its collision geometry and its inertial.
+    /// A URDF of one link, next to the task: its collision geometry and its inertial.
     urdf: Option<String>,
     /// Edge radius of the hulls of the URDF's meshes, m; 0 keeps their corners.
     mesh_rounding: Option<f64>,
@@ -55,10 +55,10 @@ fn grey() -> [f64; 3] {
 }
 
 impl OwnObject {
-    /// The object, and what is odd about it; `file` is the `task.toml`, `files` the folder it lies in.
+    /// The object, and warnings about it; `file` is the `task.toml`, `files` its folder.
     ///
     /// # Errors
-    /// The file, the field and what would be valid.
+    /// The file, the field and the valid values.
     pub fn read(&self, file: &Path, files: Option<&Files>) -> Result<(Object, Vec<LoadWarning>), ModelError> {
         let at = Report::new(file);
         let field = |field: &str| format!("objects.own `{}`: {field}", self.name);
@@ -99,15 +99,15 @@ impl OwnObject {
                 return Err(bad("mass", "is missing".to_owned(), "kg, for `parts`"));
             }
         };
-        if self.friction > MOST_FRICTION {
+        if self.friction > MAX_FRICTION {
             return Err(bad("friction", format!("is {}", self.friction), "at most 1000"));
         }
-        if object.mass > HEAVIEST_KG {
+        if object.mass > MAX_MASS_KG {
             return Err(bad("mass", format!("is {} kg", object.mass), "at most 20 kg"));
         }
         let (low, high) = object.bounds();
         let size = (high - low).to_array();
-        if size.iter().any(|x| *x > LARGEST_M) {
+        if size.iter().any(|x| *x > MAX_EXTENT_M) {
             return Err(bad("parts", format!("measure {size:.3?} m"), "at most 1 m along each axis"));
         }
         Ok((object.with_restitution(self.restitution), warnings))
@@ -139,9 +139,9 @@ impl OwnObject {
                 part => parts.extend(part.solids().map_err(bad)?),
             }
         }
-        if parts.len() > MOST_PARTS {
+        if parts.len() > MAX_PARTS {
             let element = format!("objects.own `{}`: parts", self.name);
-            let valid = format!("at most {MOST_PARTS}, a wall's slabs counted one by one");
+            let valid = format!("at most {MAX_PARTS}, a wall's slabs counted one by one");
             return Err(at.bad(element, format!("are {}", parts.len()), valid));
         }
         let object = Object::new(&self.name, parts, mass, self.friction, self.rolling_friction);
@@ -190,7 +190,7 @@ impl OwnObject {
         Ok((self.named(object, &report)?, report.warnings))
     }
 
-    /// An error names the file.
+    /// Adds the file to an error.
     fn named(&self, object: Result<Object, ModelError>, at: &Report) -> Result<Object, ModelError> {
         object.and_then(|object| object.with_torsional_friction(self.torsional_friction)).map_err(|error| {
             match error {

@@ -1,4 +1,4 @@
-//! The parts of an object as a file writes them, and the convex shapes they stand for.
+//! The parts of an object in a file, and their convex shapes.
 
 use serde::Deserialize;
 
@@ -6,15 +6,15 @@ use crate::shape::Shape;
 use crate::{Pose, Rotation, Vec3, rotation};
 
 /// Largest extent of an object, m.
-pub(super) const LARGEST_M: f64 = 1.0;
-/// No object has a larger friction coefficient: as for furniture.
-pub(super) const MOST_FRICTION: f64 = 1e3;
-/// Heaviest object, kg.
-pub(super) const HEAVIEST_KG: f64 = 20.0;
-/// Most convex parts of an object.
-pub(super) const MOST_PARTS: usize = 64;
+pub(super) const MAX_EXTENT_M: f64 = 1.0;
+/// Largest friction coefficient of an object: as for furniture.
+pub(super) const MAX_FRICTION: f64 = 1e3;
+/// Largest mass of an object, kg.
+pub(super) const MAX_MASS_KG: f64 = 20.0;
+/// Largest number of convex parts of an object.
+pub(super) const MAX_PARTS: usize = 64;
 
-/// A part as written: full sizes, m; angles, rad.
+/// A part in a file: full sizes, m; angles, rad.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "shape", rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum Part {
@@ -40,7 +40,8 @@ pub(super) enum Part {
     },
     /// All points within `radius` of the segment between two ends.
     Capsule { radius: f64, ends: [[f64; 3]; 2] },
-    /// The wall of a vessel: a ring of slabs that stands on `at`, with outer radii at the bottom and at the top.
+    /// The wall of a vessel: a ring of slabs whose bottom is at `at`, with outer radii at the bottom and at
+    /// the top.
     Wall {
         sides: usize,
         bottom: f64,
@@ -58,7 +59,7 @@ pub(super) enum Part {
         #[serde(default)]
         rpy: [f64; 3],
     },
-    /// The convex hull of an STL file beside the task, its edges rounded.
+    /// The convex hull of an STL file next to the task, its edges rounded.
     Mesh {
         file: String,
         #[serde(default = "one")]
@@ -77,10 +78,10 @@ fn one() -> [f64; 3] {
 }
 
 fn finite(numbers: &[f64]) -> bool {
-    numbers.iter().all(|x| x.is_finite() && x.abs() <= LARGEST_M * 10.0)
+    numbers.iter().all(|x| x.is_finite() && x.abs() <= MAX_EXTENT_M * 10.0)
 }
 
-/// Where a part is in the object's frame.
+/// Pose of a part in the object's frame.
 pub(super) fn place(at: &[f64; 3], rpy: &[f64; 3]) -> Result<Pose, String> {
     if finite(at) && finite(rpy) {
         Ok(Pose::from_parts(Vec3::from_array(*at), rotation::from_rpy(*rpy)))
@@ -90,7 +91,7 @@ pub(super) fn place(at: &[f64; 3], rpy: &[f64; 3]) -> Result<Pose, String> {
 }
 
 impl Part {
-    /// As poses and shapes, or what is wrong. A mesh has no file here.
+    /// Poses and shapes, or the problem. A mesh is not allowed here.
     pub(super) fn solids(&self) -> Result<Vec<(Pose, Shape)>, String> {
         Ok(match self {
             Part::Sphere { radius, at } => vec![(place(at, &[0.0; 3])?, Shape::Sphere { radius: *radius })],
@@ -114,8 +115,8 @@ impl Part {
                 vec![(Pose::from_parts((a + b) * 0.5, from_z_to(along / length)), shape)]
             }
             Part::Wall { sides, bottom, top, height, thickness, at } => {
-                if !(3..=MOST_PARTS).contains(sides) {
-                    return Err(format!("sides = {sides}; 3 to {MOST_PARTS} are possible"));
+                if !(3..=MAX_PARTS).contains(sides) {
+                    return Err(format!("sides = {sides}; 3 to {MAX_PARTS} are possible"));
                 }
                 if !(*height > 0.0 && *thickness > 0.0 && bottom.min(*top) > *thickness) {
                     return Err(
@@ -125,9 +126,9 @@ impl Part {
                 wall(*sides, *bottom, *top, *height, *thickness, place(at, &[0.0; 3])?)
             }
             Part::Hull { points, at, rpy } => {
-                if !(4..=MOST_POINTS).contains(&points.len()) || !points.iter().all(|p| finite(p)) {
+                if !(4..=MAX_POINTS).contains(&points.len()) || !points.iter().all(|p| finite(p)) {
                     return Err(format!(
-                        "it has {} points; 4 to {MOST_POINTS} finite ones are possible",
+                        "it has {} points; 4 to {MAX_POINTS} finite ones are possible",
                         points.len()
                     ));
                 }
@@ -138,8 +139,8 @@ impl Part {
     }
 }
 
-/// Most points of a hull.
-const MOST_POINTS: usize = 256;
+/// Largest number of points of a hull.
+const MAX_POINTS: usize = 256;
 
 /// The shortest turn of z to a unit vector.
 fn from_z_to(d: Vec3) -> Rotation {

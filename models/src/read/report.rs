@@ -11,7 +11,7 @@ pub(crate) struct Report {
 }
 
 impl Report {
-    /// No warnings yet about a file.
+    /// A report on a file without warnings.
     pub(crate) fn new(file: &Path) -> Report {
         Report { file: file.to_owned(), warnings: Vec::new() }
     }
@@ -21,7 +21,7 @@ impl Report {
         self.warnings.push(LoadWarning { file: self.file.clone(), element, message });
     }
 
-    /// The error about an element that cannot be meant.
+    /// The error about an invalid element.
     pub(crate) fn bad(
         &self,
         element: impl Into<String>,
@@ -37,7 +37,7 @@ impl Report {
         ModelError::Syntax { file: self.file.clone(), format, message: error.to_string() }
     }
 
-    /// The error about more of something than is allowed.
+    /// The error about a count above its limit.
     pub(crate) fn too_large(
         &self,
         element: impl Into<String>,
@@ -49,7 +49,7 @@ impl Report {
         ModelError::TooLarge { file, element, what, found, limit }
     }
 
-    /// Refuses more than `limit` of something.
+    /// Rejects more than `limit` of something.
     pub(crate) fn limit(
         &self,
         element: impl Into<String>,
@@ -62,7 +62,7 @@ impl Report {
         if found <= limit { Ok(()) } else { Err(self.too_large(element, what, found, limit)) }
     }
 
-    /// Refuses a number that is not finite or larger than `limit`.
+    /// Rejects a number that is not finite or larger than `limit`.
     pub(crate) fn number(
         &self,
         element: impl FnOnce() -> String,

@@ -1,4 +1,4 @@
-//! Sensors that `hand.toml` puts on links of the URDF, on the links that these became part of.
+//! Moves sensors that `hand.toml` mounts on links of the URDF to the merged links.
 
 use super::report::Report;
 use super::urdf::reduce::Reduced;

@@ -1,4 +1,4 @@
-//! `hand.toml`: what a URDF has no place for.
+//! `hand.toml`: everything that a URDF cannot express.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use crate::error::ModelError;
 use crate::hand::tendon::DaVinciGeometry;
 use crate::hand::{Pad, Sensors};
 
-/// The file beside a URDF. All of it is optional.
+/// The file next to a URDF. Every field is optional.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Settings {
@@ -28,7 +28,7 @@ pub(crate) struct Settings {
     /// By name of the URDF's transmission.
     #[serde(default)]
     pub(crate) tendons: BTreeMap<String, TendonSettings>,
-    /// What holds for every coordinate that `[coordinates]` does not name.
+    /// Values for every coordinate that `[coordinates]` does not name.
     #[serde(default)]
     pub(crate) every_coordinate: CoordinateSettings,
     /// By name of the URDF's joint.
@@ -44,7 +44,8 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    /// Refuses numbers that are not finite, absurdly large or of the wrong sign, before anything is computed from them.
+    /// Rejects numbers that are not finite, absurdly large or of the wrong sign, before anything is computed
+    /// from them.
     pub(crate) fn check(&self, limits: &Limits, at: &Report) -> Result<(), ModelError> {
         let check = |table: &str, name: &str, what: &str, value: Option<f64>, most: f64, sign: Sign| {
             let Some(value) = value else { return Ok(()) };
@@ -87,7 +88,7 @@ impl Settings {
             check("links", name, "friction", l.friction, most, Sign::NotNegative)?;
             if let Some(Pad { thickness, modulus }) = l.pad {
                 check("links", name, "pad.thickness", thickness, limits.length_m, Sign::Positive)?;
-                check("links", name, "pad.modulus", Some(modulus), MOST_MODULUS, Sign::Positive)?;
+                check("links", name, "pad.modulus", Some(modulus), MAX_MODULUS, Sign::Positive)?;
             }
         }
         for patches in &self.tactile {
@@ -99,7 +100,7 @@ impl Settings {
         Ok(())
     }
 
-    /// The numbers it states, by table and field: `[links.palm]`, `friction`.
+    /// Its numbers by table and field: `[links.palm]`, `friction`.
     pub(crate) fn stated(&self) -> BTreeMap<(String, &'static str), f64> {
         let mut stated = BTreeMap::new();
         let mut state = |table: String, field: &'static str, value: Option<f64>| {
@@ -127,10 +128,10 @@ impl Settings {
     }
 }
 
-/// No stuff is stiffer, Pa: diamond has 1.2e12.
-const MOST_MODULUS: f64 = 1e13;
+/// Largest modulus, Pa: diamond has 1.2e12.
+const MAX_MODULUS: f64 = 1e13;
 
-/// Which finite numbers a field may have.
+/// Valid range of a field.
 #[derive(Clone, Copy)]
 enum Sign {
     Any,
@@ -176,7 +177,7 @@ pub(crate) struct TendonSettings {
     #[serde(default)]
     pub(crate) damping: f64,
     pub(crate) force_limit: f64,
-    /// Pushes as well as it pulls.
+    /// Whether it pushes as well as pulls.
     #[serde(default)]
     pub(crate) both_ways: bool,
     /// Joints it passes by a Da Vinci mechanism, by name of the URDF's joint.
@@ -206,7 +207,7 @@ pub(crate) struct LinkSettings {
     /// Edge radius of the hulls of the link's meshes, m; 0 keeps their corners.
     pub(crate) mesh_rounding: Option<f64>,
     pub(crate) friction: Option<f64>,
-    /// How soft its surface is.
+    /// Softness of its surface.
     pub(crate) pad: Option<Pad>,
 }
 
@@ -214,19 +215,19 @@ pub(crate) struct LinkSettings {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TactileSettings {
-    /// The patch's name; of several the names are this and their number, from 1 on.
+    /// The patch's name; several patches get this name and their number, from 1 on.
     pub(crate) name: String,
     /// URDF link whose frame the vectors are in.
     pub(crate) link: String,
     /// Direction of the patches' first extent.
     pub(crate) along: [f64; 3],
-    /// Out of the hand.
+    /// Direction out of the hand.
     pub(crate) normal: [f64; 3],
     /// Extents along `along` and across it, m.
     pub(crate) size: [f64; 2],
-    /// One per patch, m.
+    /// Centre of each patch, m.
     pub(crate) centers: Vec<[f64; 3]>,
-    /// Into how many taxels each patch is divided along its extents.
+    /// Number of taxels of each patch along its extents.
     #[serde(default = "one_taxel")]
     pub(crate) taxels: [usize; 2],
 }
@@ -236,7 +237,7 @@ fn one_taxel() -> [usize; 2] {
 }
 
 impl TactileSettings {
-    /// How many taxels its patches have together.
+    /// Total number of taxels of its patches.
     pub(crate) fn taxels(&self) -> usize {
         let [nx, ny] = self.taxels;
         self.centers.len().saturating_mul(nx).saturating_mul(ny)

@@ -5,10 +5,10 @@ use super::report::Report;
 use crate::Vec3;
 use crate::error::ModelError;
 
-/// Corners of the triangles of an STL file's bytes, scaled to metres; `element` is what names the file.
+/// Corners of the triangles of an STL file's bytes, scaled to metres; `element` names the file in messages.
 ///
 /// # Errors
-/// It is not STL, is cut short, has too many corners, or one that is not finite or too far away.
+/// It is not STL, is truncated, has too many corners, or one that is not finite or too far away.
 pub(crate) fn corners(
     bytes: &[u8],
     scale: Vec3,
@@ -40,7 +40,7 @@ pub(crate) fn corners(
     Ok(triangles)
 }
 
-/// Corners of triangles, sorted and each once.
+/// Corners of triangles, sorted and unique.
 pub(crate) fn points(triangles: &[[Vec3; 3]]) -> Vec<Vec3> {
     let mut points: Vec<Vec3> = triangles.iter().flatten().copied().collect();
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
@@ -48,7 +48,8 @@ pub(crate) fn points(triangles: &[[Vec3; 3]]) -> Vec<Vec3> {
     points
 }
 
-/// The triangles of an STL file's bytes, scaled to metres; none if it is not STL, or a corner is not finite or too far away.
+/// The triangles of an STL file's bytes, scaled to metres; `None` if it is not STL, or a corner is not finite
+/// or too far away.
 pub(crate) fn triangles(bytes: &[u8], scale: Vec3, length_m: f64) -> Option<Vec<[[f32; 3]; 3]>> {
     check_count(bytes).ok()?;
     let scene = mesh_loader::stl::from_slice(bytes).ok()?;
@@ -66,11 +67,11 @@ pub(crate) fn triangles(bytes: &[u8], scale: Vec3, length_m: f64) -> Option<Vec<
     Some(triangles)
 }
 
-/// A binary STL states how many triangles follow; what it states must be there. Parsers trust one or the other.
+/// Checks that a binary STL has the number of triangles that it states. Parsers trust one or the other.
 fn check_count(bytes: &[u8]) -> Result<(), String> {
     const HEADER: usize = 80;
     const TRIANGLE: u64 = 50;
-    // `solid` begins an ASCII file, or a binary one by careless authors: then the size decides.
+    // `solid` begins an ASCII file, or sometimes a binary one: then the size decides.
     let text = bytes.trim_ascii_start().starts_with(b"solid");
     let Some(count) = bytes.get(HEADER..HEADER + 4).and_then(|b| <[u8; 4]>::try_from(b).ok()) else {
         return if text { Ok(()) } else { Err(format!("{} bytes are no STL file", bytes.len())) };

@@ -1,4 +1,4 @@
-//! The hand's tactile patches, from the groups that `hand.toml` states on links of the URDF.
+//! The hand's tactile patches, from the groups on links of the URDF in `hand.toml`.
 
 use super::report::Report;
 use super::settings::TactileSettings;
@@ -8,7 +8,7 @@ use crate::error::ModelError;
 use crate::hand::TactilePatch;
 use crate::{Mat3, Pose, Rotation, Vec3};
 
-/// Every patch, on the link that its URDF link became part of.
+/// Every patch, on the link into which its URDF link was merged.
 pub(crate) fn patches(
     settings: &[TactileSettings],
     tree: &Urdf,

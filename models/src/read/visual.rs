@@ -1,4 +1,4 @@
-//! How a URDF wants its links to look. Nothing of it touches the physics, so what cannot be read is left out.
+//! Appearance of links in a URDF. The physics does not use it, so unreadable parts are skipped.
 
 use std::path::Path;
 
@@ -13,37 +13,37 @@ use super::urdf::tree::{Urdf, pose};
 use crate::shape::Shape;
 use crate::{Pose, Vec3};
 
-/// Triangles of all meshes together; what goes beyond is left out.
-const MOST_TRIANGLES: usize = 200_000;
+/// Largest number of triangles of all meshes together; the rest is skipped.
+const MAX_TRIANGLES: usize = 200_000;
 
-/// What a part of a link looks like.
+/// Appearance of a part of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Look {
-    /// As a shape that the physics knows, too.
+    /// A shape that the physics also has.
     Shape(Shape),
     /// Triangles: three corners each, m.
     Mesh(Vec<[[f32; 3]; 3]>),
 }
 
-/// A part of a link as it looks.
+/// A visible part of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Visual {
-    /// The link that it is a part of, as the hand counts them.
+    /// Index of its link in the hand.
     pub link: usize,
-    /// Where it is in the link's frame.
+    /// Pose in the link's frame.
     pub link_from_visual: Pose,
-    /// What it looks like.
+    /// Its appearance.
     pub look: Look,
 }
 
-/// Every `<visual>` of a tree that can be read, on the links that the hand has; `merged_into` says which those are.
+/// Every readable `<visual>` of a tree, on the links of the hand; `merged_into` maps to these.
 pub(super) fn visuals(
     urdf: &Urdf,
     merged_into: &[Option<(usize, Pose)>],
     files: &Files,
     limits: &Limits,
 ) -> Vec<Visual> {
-    let mut left = MOST_TRIANGLES;
+    let mut left = MAX_TRIANGLES;
     let mut seen = Vec::new();
     for (link, into) in urdf.robot.links.iter().zip(merged_into) {
         let Some((index, link_from_urdf)) = *into else { continue };

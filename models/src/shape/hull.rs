@@ -1,8 +1,8 @@
-//! The points of a triangle mesh become a rounded hull of few points.
+//! Turns the points of a triangle mesh into a rounded hull of few points.
 //!
-//! Colliding a mesh's full hull takes too long: a fingertip has hundreds of vertices. So each face of the hull is
-//! moved inward by the rounding, of the result the support points along evenly spread directions are kept, and the
-//! hull of these is grown by the rounding again. Faces stay where they were; edges and corners become round.
+//! Colliding a mesh's full hull takes too long: a fingertip has hundreds of vertices. So each face of the
+//! hull is moved inward by the rounding, the support points of the result along evenly spread directions are
+//! kept, and their hull is grown by the rounding again. Faces stay in place; edges and corners become round.
 
 use parry3d_f64::transformation::try_convex_hull;
 
@@ -11,8 +11,8 @@ use super::inertia::volume;
 use super::support::{fibonacci_direction, support};
 use crate::Vec3;
 
-/// The rounded hull of points: see the module. Falls back to a hull without rounding, and says so by the flag,
-/// when the body is too thin to be moved inward. `None` when the points span no volume.
+/// The rounded hull of points: see the module. For a body too thin to be moved inward it is a hull without
+/// rounding, and the flag is false. `None` if the points span no volume.
 pub fn rounded_hull(points: &[Vec3], directions: usize, rounding: f64) -> Option<(Shape, bool)> {
     let thinned = (points.len() > THINNED_DIRECTIONS).then(|| thinned(points, THINNED_DIRECTIONS));
     let points = thinned.as_deref().unwrap_or(points);
@@ -32,11 +32,11 @@ pub fn rounded_hull(points: &[Vec3], directions: usize, rounding: f64) -> Option
     (volume(&shape) > 0.0).then_some((shape, rounded))
 }
 
-/// Directions whose support points stand for a mesh of more points: a ball of 5 cm loses 0.03 mm. Comparing faces with
-/// each other takes time by the square of their number.
+/// Number of directions whose support points represent a mesh of more points: a ball of 5 cm loses 0.03 mm.
+/// The time to compare faces with each other grows with the square of their number.
 pub const THINNED_DIRECTIONS: usize = 1024;
 
-/// The points of these that lie farthest along so many directions.
+/// The points that are farthest along this number of directions.
 pub fn thinned(points: &[Vec3], directions: usize) -> Vec<Vec3> {
     let along = |i| support(points, fibonacci_direction(i, directions));
     let mut kept: Vec<Vec3> = (0..directions).filter_map(along).collect();
@@ -45,8 +45,8 @@ pub fn thinned(points: &[Vec3], directions: usize) -> Vec<Vec3> {
     kept
 }
 
-/// The hull of points as it is, without rounding, where `most` points make it; else the hull of `most` of them, each chosen
-/// where the hull of those before lacks most. `None` when the points span no volume.
+/// The hull of points without rounding, if it has at most `most` points; else the hull of `most` of them,
+/// each chosen where the hull of the earlier ones is farthest off. `None` if the points span no volume.
 pub fn sharp_hull(points: &[Vec3], most: usize) -> Option<Shape> {
     let thinned = (points.len() > UNTHINNED).then(|| thinned(points, THINNED_DIRECTIONS));
     let kept = few_points(thinned.as_deref().unwrap_or(points), most, 0.0)?;
@@ -54,11 +54,11 @@ pub fn sharp_hull(points: &[Vec3], most: usize) -> Option<Shape> {
     (volume(&shape) > 0.0).then_some(shape)
 }
 
-/// Points from which a sharp hull chooses; of more, only the support points along many directions are looked at.
+/// Number of points from which a sharp hull chooses; of more, only the support points along many directions.
 const UNTHINNED: usize = 4096;
 
-/// Vertices of the hull of points: all of them, or so many that no point lies farther than `tolerance` outside of their
-/// hull, and never more than `most`.
+/// Vertices of the hull of points: all of them, or enough that no point is farther than `tolerance` outside
+/// of their hull, and never more than `most`.
 pub(crate) fn few_points(points: &[Vec3], most: usize, tolerance: f64) -> Option<Vec<Vec3>> {
     let (vertices, _) = try_convex_hull(points).ok()?;
     if vertices.len() <= most && tolerance <= 0.0 {
@@ -90,7 +90,7 @@ pub(crate) fn few_points(points: &[Vec3], most: usize, tolerance: f64) -> Option
 /// Directions along which the first points of a hull are chosen: they span a volume.
 const FIRST_DIRECTIONS: usize = 14;
 
-/// Planes n·x = d of a hull's faces, n outward. Slivers, which have no direction of their own, are left out.
+/// Planes n·x = d of a hull's faces, n outward. Slivers have no reliable normal and are skipped.
 pub(crate) fn planes(vertices: &[Vec3], faces: &[[u32; 3]]) -> Vec<(Vec3, f64)> {
     let plane = |face: &[u32; 3]| {
         let [a, b, c] = face.map(|i| vertices[i as usize]);
@@ -104,7 +104,8 @@ pub(crate) fn planes(vertices: &[Vec3], faces: &[[u32; 3]]) -> Vec<(Vec3, f64)> 
     faces.iter().filter_map(plane).collect()
 }
 
-/// How far a point lies outside of the planes of a hull, m: at most its distance from the hull; negative inside.
+/// Distance of a point outside of the planes of a hull, m: at most its distance from the hull; negative
+/// inside.
 pub(crate) fn outside(planes: &[(Vec3, f64)], p: Vec3) -> f64 {
     planes.iter().map(|(n, d)| n.dot(p) - d).fold(f64::NEG_INFINITY, f64::max)
 }
@@ -120,7 +121,7 @@ fn inset_vertices(points: &[Vec3], distance: f64) -> Option<Vec<Vec3>> {
     for face in faces {
         let [a, b, c] = face.map(|i| vertices[i as usize] - centre);
         let normal = (b - a).cross(c - a);
-        // Slivers have no direction of their own; their neighbours bound the body.
+        // Slivers have no reliable normal; their neighbours bound the body.
         if normal.length() < 1e-12 {
             continue;
         }
@@ -142,7 +143,8 @@ fn inset_vertices(points: &[Vec3], distance: f64) -> Option<Vec<Vec3>> {
         let d = normal.dot(a);
         if d > 0.0 {
             let p = normal / d;
-            // A sliver of the polar body would place its vertex outside; keep what every plane admits.
+            // A sliver of the polar body would put its vertex outside; only points within every plane are
+            // kept.
             if planes.iter().all(|(n, e)| n.dot(p) <= e + 1e-6) {
                 out.push(p + centre);
             }

@@ -1,6 +1,6 @@
 //! Mass properties of shapes, in closed form where there is one.
 //!
-//! Written out here because rounding matters at fingertip size (a third of a phalanx is rounding) and because
+//! Own formulas, because rounding matters at fingertip size (a third of a phalanx is rounding) and because
 //! these sums end up in every run's hash: additions, products and square roots only.
 
 use core::f64::consts::PI;
@@ -11,7 +11,7 @@ use super::Shape;
 use super::support::{fibonacci_direction, support};
 use crate::{Mat3, Pose, Vec3};
 
-/// Directions by which a rounded hull is approximated: its volume then is within a few parts in a thousand.
+/// Number of directions that approximate a rounded hull: its volume is then within a few parts in a thousand.
 const ROUNDED_HULL_DIRECTIONS: usize = 1024;
 
 /// Mass properties of a rigid body, in the frame of its link or shape.
@@ -80,7 +80,7 @@ impl Moments {
     }
 }
 
-/// Moments of a shape in its own frame; `None` when it has no volume.
+/// Moments of a shape in its own frame; `None` without volume.
 fn moments(shape: &Shape) -> Option<Moments> {
     let m = match shape {
         Shape::Sphere { radius: r } => rounded_box([0.0; 3], *r),
@@ -103,7 +103,7 @@ fn moments(shape: &Shape) -> Option<Moments> {
             }
         }
     };
-    // A hull of points in one plane comes back as two faces with nothing but rounding errors between.
+    // The hull of points in one plane has two faces with only rounding errors between them.
     (m.volume > 1e-15).then_some(m)
 }
 
@@ -136,7 +136,7 @@ fn polytope(points: &[Vec3]) -> Option<Moments> {
     Some(enclosed(&vertices, &faces))
 }
 
-/// What triangles enclose: tetrahedra between the origin and each of them.
+/// Moments of the volume that triangles enclose: tetrahedra between the origin and each of them.
 fn enclosed(vertices: &[Vec3], faces: &[[u32; 3]]) -> Moments {
     let mut sum = Moments::ZERO;
     for face in faces {
@@ -150,9 +150,9 @@ fn enclosed(vertices: &[Vec3], faces: &[[u32; 3]]) -> Moments {
     sum
 }
 
-/// Volume that a closed mesh encloses, m³, by the divergence theorem; negative when its triangles face inward.
+/// Volume of a closed mesh, m³, by the divergence theorem; negative if its triangles face inward.
 pub(crate) fn volume_of_triangles(vertices: &[Vec3], faces: &[[u32; 3]]) -> f64 {
-    // From a point of the mesh: it may lie far from the origin.
+    // Relative to a point of the mesh: it may be far from the origin.
     let Some(origin) = vertices.first() else { return 0.0 };
     let six_fold = faces.iter().map(|face| {
         let [a, b, c] = face.map(|i| vertices[i as usize] - *origin);
@@ -161,7 +161,7 @@ pub(crate) fn volume_of_triangles(vertices: &[Vec3], faces: &[[u32; 3]]) -> f64 
     six_fold.sum::<f64>() / 6.0
 }
 
-/// Mass properties of `mass` kg spread evenly over what a closed mesh encloses.
+/// Mass properties of `mass` kg spread evenly over the volume of a closed mesh.
 pub(crate) fn of_triangles(vertices: &[Vec3], faces: &[[u32; 3]], mass: f64) -> Option<Inertia> {
     let origin = *vertices.first()?;
     let moved: Vec<Vec3> = vertices.iter().map(|v| *v - origin).collect();
@@ -169,7 +169,7 @@ pub(crate) fn of_triangles(vertices: &[Vec3], faces: &[[u32; 3]], mass: f64) -> 
     Some(Inertia { com: inertia.com + origin, ..inertia })
 }
 
-/// Volume of a shape, m³; 0 when it is flat. For a rounded hull, to a few parts in a thousand.
+/// Volume of a shape, m³; 0 if it is flat. For a rounded hull, accurate to a few parts in a thousand.
 pub fn volume(shape: &Shape) -> f64 {
     moments(shape).map_or(0.0, |m| m.volume)
 }
@@ -221,7 +221,7 @@ impl Inertia {
         e
     }
 
-    /// What keeps this from being the inertia of any rigid body; `None` when nothing does.
+    /// The reason why no rigid body has this inertia; `None` if it is plausible.
     pub fn implausible(&self) -> Option<String> {
         let [a, b, c] = self.principal();
         if !(self.mass.is_finite() && self.com.is_finite() && c.is_finite()) {

@@ -1,4 +1,4 @@
-//! Collision shapes: what the solver, the files and the wire share.
+//! Collision shapes, shared by the solver, the files and the wire.
 
 pub mod hull;
 pub mod inertia;
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Pose, Rotation, Vec3};
 
-/// A convex shape centred on its own frame. Lengths in m. Cylinders and capsules stand along z.
+/// A convex shape centred on its own frame. Lengths in m. The axis of cylinders and capsules is z.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shape {
@@ -53,7 +53,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The same shape with all lengths so many times as large.
+    /// The same shape with all lengths scaled by a factor.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Shape {
         match self {
@@ -74,8 +74,8 @@ impl Shape {
         }
     }
 
-    /// The parry shape and the rotation that stands it up (parry's cylinders and capsules lie along y).
-    /// `None` when a hull's points span no volume.
+    /// The parry shape and the rotation to it (the axis of parry's cylinders and capsules is y). `None` if a
+    /// hull's points span no volume.
     pub fn to_parry(&self) -> Option<(SharedShape, Pose)> {
         let upright = Pose::from_parts(Vec3::ZERO, Rotation::from_rotation_x(core::f64::consts::FRAC_PI_2));
         Some(match self {

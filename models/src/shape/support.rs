@@ -1,4 +1,4 @@
-//! Support points: the points of a body that lie farthest along a direction.
+//! Support points: the points of a body that are farthest along a direction.
 
 use core::f64::consts::PI;
 

@@ -1,10 +1,10 @@
-//! What must hold for a shape before anything computes with it.
+//! Checks of a shape before anything computes with it.
 
 use super::Shape;
 use super::inertia::volume;
 
 impl Shape {
-    /// Checks sizes; the error says what is wrong.
+    /// Checks sizes; the error names the problem.
     ///
     /// # Errors
     /// A size that is not positive and finite, a rounding larger than its box, a hull without volume.
@@ -46,7 +46,7 @@ impl Shape {
     }
 }
 
-/// What is wrong with the sizes of a shape.
+/// Problem with the sizes of a shape.
 const SIZES: &str = "not positive and finite";
 
 pub(crate) fn positive(x: f64) -> bool {

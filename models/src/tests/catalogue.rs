@@ -1,4 +1,4 @@
-//! The catalogue's data, and what its loader says to wrong data.
+//! The catalogue's data, and its loader's errors about wrong data.
 
 use crate::Vec3;
 use crate::catalogue::Catalogue;
@@ -80,7 +80,7 @@ fn a_vessel_is_hollow_and_closed_around() {
     let (_, high) = mug.bounds();
     let middle_x = high.x - 0.5 * Catalogue::builtin().get("025_mug").expect("it is there").size[0];
     assert!(middle_x.abs() < 2e-3);
-    // The wall of radius 0.04 stands around the bottom's centre.
+    // The wall of radius 0.04 is around the bottom's centre.
     let (bottom, _) = &mug.parts[0];
     for k in 0..360 {
         let (s, c) = libm::sincos(f64::from(k).to_radians());

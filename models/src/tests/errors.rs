@@ -1,4 +1,4 @@
-//! Each way a description can be wrong names file, element and what would be valid.
+//! Every error about a description names file, element and valid values.
 
 use std::path::Path;
 

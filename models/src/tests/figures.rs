@@ -1,4 +1,4 @@
-//! The figures of hands whose numbers are known.
+//! Figures of hands with known numbers.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! What is said of meshes whose hull is not what they are, and that their pieces are.
+//! Notes about meshes whose hull differs from them, and their suggestion of pieces.
 
 use std::path::Path;
 
@@ -26,7 +26,7 @@ fn object(parts: &str, meshes: &[(String, Vec<u8>)]) -> Result<(Object, Vec<Load
     own.read(Path::new("task.toml"), Some(&Files::Folder(folder.path().to_owned())))
 }
 
-/// What is said of one mesh.
+/// Notes about one mesh.
 fn told(corners: &Corners, more: &str) -> Vec<String> {
     let part = format!("{{ shape = \"mesh\", file = \"a.stl\"{more} }}");
     let (_, warnings) = object(&part, &[("a.stl".to_owned(), stl(corners))]).unwrap();
@@ -73,7 +73,7 @@ fn convex_meshes_are_not_worth_a_word_however_they_are_made() {
     for convex in [cube.clone(), open, twisted, inside_out(&cube), ball] {
         assert_eq!(told(&convex, ""), Vec::<String>::new());
     }
-    // A cavity is not seen from outside.
+    // A cavity is not visible from outside.
     let inner: Corners = inside_out(&cells(0.03, &|_| true, 1));
     let shell: Corners =
         cube.into_iter().chain(inner.into_iter().map(|t| t.map(|p| p + Vec3::splat(0.01)))).collect();

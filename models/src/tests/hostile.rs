@@ -1,4 +1,4 @@
-//! Files that are meant to hurt: each is refused in good time, with file, element, value and limit.
+//! Hostile files: each is refused quickly, with file, element, value and limit.
 
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
@@ -97,7 +97,7 @@ fn long_chains_and_tags_are_not_followed() {
     let attributes: String = (0..60_000).map(|i| format!(" a{i}=''")).collect();
     let many = SMALL.replacen("<robot", &format!("<robot{attributes}"), 1);
     refused(read(&many, None), &["<robot>", "bytes in one tag; the limit is 16384"]);
-    // A '>' in quotes does not end a tag, a long comment is none, and what never ends does not hang.
+    // A '>' in quotes does not end a tag, a long comment is no tag, and an unterminated tag does not hang.
     let quoted = SMALL.replacen("<robot", &format!("<robot a='>'{attributes}"), 1);
     refused(read(&quoted, None), &["bytes in one tag"]);
     read(&SMALL.replacen("<link", &format!("<!-- {} --><link", "<x ".repeat(10_000)), 1), None).unwrap();
@@ -124,7 +124,7 @@ fn long_chains_and_tags_are_not_followed() {
 
 #[test]
 fn every_number_is_checked() {
-    // Nothing here reads `effort` and `velocity`, and a finite limit may be as far away as it likes.
+    // Nothing here reads `effort` and `velocity`, and a finite limit may have any value.
     let unread = ["7", "8"];
     let bounds = ["-0.25", "0.75"];
     for (from, to) in numbers(SMALL) {
@@ -185,7 +185,7 @@ fn tetrahedron(size: f32) -> Vec<[f32; 3]> {
     [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].iter().flatten().map(|&i: &usize| p[i]).collect()
 }
 
-/// The small hand with a mesh for a tip.
+/// The small hand with a mesh as its tip.
 fn meshed(name: &str, scale: &str) -> String {
     SMALL.replacen("<sphere radius=\"0.03\"/>", &format!("<mesh filename=\"{name}\" scale=\"{scale}\"/>"), 1)
 }
@@ -300,7 +300,7 @@ fn links_out_of_the_folder_are_not_followed() {
     let load = |path: &Path| read::hand(path, &LoadOptions::default());
     std::os::unix::fs::symlink("../secret.stl", folder.join("tip.stl")).unwrap();
     refused(load(&folder), &["mine/tip.stl: link 'tip'", "lies outside the folder"]);
-    // Within the folder a link is as good as a file.
+    // Within the folder a link is allowed like a file.
     std::fs::remove_file(folder.join("tip.stl")).unwrap();
     std::fs::rename(outer.path().join("secret.stl"), folder.join("real.stl")).unwrap();
     std::os::unix::fs::symlink("real.stl", folder.join("tip.stl")).unwrap();
@@ -311,14 +311,14 @@ fn links_out_of_the_folder_are_not_followed() {
     refused(load(&PathBuf::from("/dev/zero")), &["/dev/zero", "not a plain file"]);
 }
 
-/// Random changes to good files: whatever comes of them, it is an answer and no panic.
+/// Random changes to good files: the result is an answer and never a panic.
 mod mutations {
     use proptest::prelude::*;
     use proptest::test_runner::RngSeed;
 
     use super::*;
 
-    /// What one mutation does at a place and with a piece of text.
+    /// One mutation at a position with a piece of text.
     #[derive(Clone, Debug)]
     struct Mutation {
         kind: u8,
@@ -453,7 +453,7 @@ mod mutations {
     }
 }
 
-/// The guide states the limits as they are.
+/// The guide states the actual limits.
 #[test]
 fn the_guide_lists_the_limits() {
     let guide = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/hands.md");

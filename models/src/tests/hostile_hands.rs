@@ -1,11 +1,11 @@
-//! Hands that are machines: each is refused with what was found, what is allowed, and where.
+//! Hands that are machines: each is refused with value, limit and location.
 
 use std::path::Path;
 
 use crate::measure::{Bound, Figure, HandLimits, SPECS};
 use crate::read::{self, LoadOptions, Loaded};
 
-/// A palm and a finger that slides out and bends; every number of a hand is in one of the two files.
+/// A palm and a finger that slides out and bends; each number of a hand is in one of the two files.
 pub(super) const URDF: &str = r#"<robot name="two">
   <link name="palm"><inertial><mass value="0.3"/>
     <inertia ixx="1e-4" ixy="0" ixz="0" iyy="1e-4" iyz="0" izz="1e-4"/></inertial>
@@ -124,7 +124,7 @@ fn machines_are_refused_with_number_bound_and_place() {
 
 #[test]
 fn a_hand_that_unfolds_is_as_large_as_it_can_get() {
-    // Folded it is small; its joint lets it stretch.
+    // Folded it is small; its joint lets it extend.
     let long = URDF.replace("<origin xyz=\"0 0 0.01\"/>\n    <axis", "<origin xyz=\"0 0 -0.7\"/>\n    <axis");
     assert_ne!(long, URDF);
     let all = refusals(&long, SETTINGS);

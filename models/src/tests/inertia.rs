@@ -64,7 +64,7 @@ fn a_hull_agrees_with_the_box_it_is() {
 fn two_halves_are_the_whole() {
     let whole = Inertia { ..one(&Shape::Box { half_extents: [0.2, 0.1, 0.1], rounding: 0.0 }, 2.0) };
     let half = Shape::Box { half_extents: [0.1, 0.1, 0.1], rounding: 0.0 };
-    // Somewhere else and turned by a quarter about x, under which the half is symmetric.
+    // At another position, and turned by a quarter about x, under which the half is symmetric.
     let place = |x: f64| {
         let turn = Rotation::from_xyzw(0.5_f64.sqrt(), 0.0, 0.0, 0.5_f64.sqrt());
         Pose::from_parts(Vec3::new(x, 0.3, 0.4), turn)

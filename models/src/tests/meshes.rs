@@ -104,7 +104,7 @@ pub(super) fn ell() -> Corners {
     cells(0.02, &|[x, y, z]| z == 0 && (x == 0 && y < 2 || y == 0 && x < 2), 2)
 }
 
-/// All triangles turned over.
+/// All triangles flipped.
 pub(super) fn inside_out(corners: &Corners) -> Corners {
     corners.iter().map(|[a, b, c]| [*a, *c, *b]).collect()
 }

@@ -1,4 +1,4 @@
-//! Meshes that are not convex, and the convex pieces that stand for them.
+//! Meshes that are not convex, and their convex pieces.
 
 use core::f64::consts::PI;
 
@@ -249,7 +249,7 @@ fn a_sharp_hull_keeps_all_corners_or_the_ones_that_matter() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 
-    /// Random heaps of cells, with holes, edges that four faces share and parts that hang on nothing.
+    /// Random heaps of cells, with holes, edges shared by four faces and unconnected parts.
     #[test]
     fn pieces_of_random_cells_cover_them(filled in proptest::collection::vec(any::<bool>(), 27)) {
         prop_assume!(filled.contains(&true));
@@ -269,7 +269,7 @@ proptest! {
         prop_assert!(fit.uncovered.distance < 1e-3, "{fit:?}");
     }
 
-    /// Random surfaces with one radius in each direction, spikes and all: never a panic, nothing lost.
+    /// Random surfaces with one radius in each direction, with spikes: never a panic, nothing lost.
     #[test]
     fn pieces_of_random_stars_cover_them(radii in proptest::collection::vec(0.2_f64..1.0, 12 * 5)) {
         let at = |row: usize, k: usize| {

@@ -1,4 +1,4 @@
-//! The pinch hand: its transmission is what its pulleys make it.
+//! The pinch hand: its pulleys determine its transmission.
 
 use crate::hand::Hand;
 
@@ -12,7 +12,8 @@ fn moment_arms_are_the_radii_halved_at_every_floating_pulley() {
     let hand = Hand::builtin("pinch").unwrap();
     let names: Vec<&str> = hand.coordinates.iter().map(|c| c.name.as_str()).collect();
     assert_eq!(names, ["left_base", "left_tip", "right_base", "right_tip"]);
-    // Two floating pulleys lie between the closing motor and a joint, one between the curling motor and a tip.
+    // Two floating pulleys are between the closing motor and a joint, one between the curling motor and a
+    // tip.
     let (base, tip, curl) = (BASE_PULLEY / 4.0, TIP_PULLEY / 4.0, CURL_PULLEY / 2.0);
     assert_eq!(hand.tendons[0].moment_arms, [(0, base), (1, tip), (2, base), (3, tip)]);
     assert_eq!(hand.tendons[1].moment_arms, [(1, curl), (3, curl)]);

@@ -1,4 +1,4 @@
-//! The published SoftHand of 2016, read unchanged from where it lies; skipped where it does not.
+//! The published SoftHand of 2016, read unchanged from its folder; skipped if the folder does not exist.
 
 use std::path::{Path, PathBuf};
 
@@ -134,7 +134,7 @@ fn hull_surface(points: &[Vec3], spacing: f64) -> Vec<Vec3> {
     out
 }
 
-/// How far the published meshes' hulls lie from our primitives: the figures that README.md quotes.
+/// Distances of our primitives from the published meshes' hulls: the figures that README.md quotes.
 #[test]
 fn primitives_stay_near_the_published_meshes() {
     let Some(folder) = folder() else { return };

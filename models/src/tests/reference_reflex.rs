@@ -1,4 +1,4 @@
-//! The published ReFlex of the 2016 challenge against ours; skipped where its data are not at hand.
+//! The published ReFlex of the 2016 challenge against ours; skipped without its data.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -95,7 +95,7 @@ fn limits_masses_and_pulleys_are_the_published_ones() {
         let expected = match name {
             "base" => mass("base") + mass("pad"),
             _ if name.starts_with("swivel") => mass(name),
-            // README: the 0.05 kg of distal_1 alone are taken for a slip.
+            // README: the 0.05 kg of distal_1 alone count as an error in the file.
             "distal_1" => mass("distal_2") + mass("distal_pad_2"),
             _ => mass(name) + mass(&pad),
         };
@@ -114,7 +114,7 @@ fn limits_masses_and_pulleys_are_the_published_ones() {
     }
 }
 
-/// Least and largest coordinates of a shape in its link's frame.
+/// Smallest and largest coordinates of a shape in its link's frame.
 fn extents(geom: &Geom) -> [Vec3; 2] {
     let (shape, up) = geom.shape.to_parry().unwrap();
     let bounds = shape.compute_aabb(&(geom.link_from_geom * up));

@@ -1,4 +1,4 @@
-//! The ReFlex that comes with the program, and tendons whose arms depend on the configuration.
+//! The built-in ReFlex, and tendons whose arms depend on the configuration.
 
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;

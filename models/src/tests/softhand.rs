@@ -1,4 +1,4 @@
-//! The SoftHand that comes with the program.
+//! The built-in SoftHand.
 
 use std::path::Path;
 
@@ -106,7 +106,7 @@ fn stated_inertias_are_those_of_the_shapes() {
     super::inertia::assert_stated(URDF, SETTINGS);
 }
 
-/// The published anchors, in the palm frame, which stands at (0.002, 0.00695, 0.0905) in the base frame.
+/// The published anchors, in the palm frame, which is at (0.002, 0.00695, 0.0905) in the base frame.
 #[test]
 fn at_rest_links_stand_where_published() {
     let hand = load_with(InertiaPolicy::FromFile).hand;

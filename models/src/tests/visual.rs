@@ -1,4 +1,4 @@
-//! How links look is read beside what they touch with.
+//! The appearance of links is read in addition to their collision shapes.
 
 use crate::Vec3;
 use crate::read::{self, Files, LoadOptions, Look};
@@ -20,7 +20,7 @@ const URDF: &str = r#"<robot name="looks">
     <limit lower="0" upper="1" effort="1" velocity="1"/></joint>
 </robot>"#;
 
-/// In millimetres: without its scale it would be 90 m wide, and is left out.
+/// In millimetres: without its scale it would be 90 m wide, and is skipped.
 const STL: &str = "solid c\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 90 0 0\nvertex 0 90 0\nendloop\nendfacet\nendsolid c\n";
 
 #[test]
@@ -33,7 +33,7 @@ fn parts_stand_on_the_links_that_the_hand_has_and_what_cannot_be_read_is_left_ou
     let [block, cover] = &seen[..] else { panic!("{seen:?}") };
     assert!(matches!(&block.look, Look::Shape(_)) && block.link == 0);
     assert_eq!(block.link_from_visual.translation, Vec3::new(0.0, 0.0, 0.1));
-    // The cover is a part of the palm, to which it is glued.
+    // The cover is a part of the palm, by a fixed joint.
     assert_eq!((cover.link, cover.link_from_visual.translation), (0, Vec3::new(0.0, 0.5, 1.0)));
     let Look::Mesh(triangles) = &cover.look else { panic!("no mesh") };
     assert_eq!(triangles[..], [[[0.0, 0.0, 0.0], [0.09, 0.0, 0.0], [0.0, 0.09, 0.0]]]);

@@ -1,9 +1,9 @@
 //! Builds the parts of the program from its configuration.
 
-use super::state::App;
 use crate::archive::Archive;
 use crate::auth::{self, Role};
 use crate::backup;
+use crate::clock::SessionClocks;
 use crate::competition::Competition;
 use crate::compute::Compute;
 use crate::config::{Config, Mode};
@@ -12,8 +12,10 @@ use crate::lifecycle::Lifecycle;
 use crate::names;
 use crate::rules::{Rules, write_secret};
 use crate::session::Sessions;
+use crate::state::AppState;
 use crate::store::{NewAuditEntry, Store};
 use crate::transport::InboundLimits;
+use crate::transport::guard::Guard;
 use crate::watch::Hub;
 use anyhow::{Context, anyhow, bail};
 use palmares_models::builtin::builtin_hands;
@@ -23,13 +25,28 @@ use palmares_tasks::{Task, inspect, task};
 use std::num::NonZero;
 use std::sync::Arc;
 
+/// The requests that the server accepts, by the names under which it is served.
+///
+/// # Errors
+/// A configured name or site cannot be compared with those of a request.
+pub(super) fn guard(config: &Config) -> anyhow::Result<Guard> {
+    let guard = Guard {
+        loopback: config.listen.ip().is_loopback(),
+        hosts: config.allowed_hosts.clone(),
+        origins: config.allowed_origins.clone(),
+    };
+    guard.check_names()?;
+    Ok(guard)
+}
+
 /// Everything, with this store.
 pub(super) async fn app(
     config: &Config,
+    guard: Guard,
     store: Store,
     tasks: Vec<Arc<Task>>,
     hands: Vec<Arc<Hand>>,
-) -> anyhow::Result<App> {
+) -> anyhow::Result<AppState> {
     let rules = Rules::open(config, &store).await?;
     first_organizer(config, &store).await?;
     abort_open_runs(&store).await?;
@@ -37,7 +54,7 @@ pub(super) async fn app(
     let settings = config.settings.clone();
     let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
     let compute = Arc::new(Compute::new(cores, settings.max_worlds));
-    let inbound = Arc::new(InboundLimits::new(&settings, config.guard.clone()));
+    let inbound = Arc::new(InboundLimits::new(&settings, guard));
     let own_hands = OwnHands::new(&config.data_dir, config.hand_limits.clone(), tasks.clone());
     let sensing = config.sensing.clone();
     if let Some(unknown) = sensing.sensors_only().iter().find(|name| !tasks.iter().any(|t| t.name == **name))
@@ -47,6 +64,7 @@ pub(super) async fn app(
     }
     let competition = Arc::new(Competition { rules, tasks, hands, own_hands, sensing, settings });
     let (hub, lifecycle) = (Arc::<Hub>::default(), Arc::<Lifecycle>::default());
+    let clocks = Arc::<SessionClocks>::default();
     for newest in store.announcements(1).await? {
         hub.announce_text(&newest);
     }
@@ -57,13 +75,26 @@ pub(super) async fn app(
         archive: archive.clone(),
         hub: hub.clone(),
         lifecycle: lifecycle.clone(),
+        clocks: clocks.clone(),
         registry: Default::default(),
     });
     let secrets =
         vec![("seed.secret", config.seed_secret.clone()), ("signing.key", config.signing_key.clone())];
     let backup = Arc::new(backup::Files { data_dir: config.data_dir.clone(), secrets });
     let auth = Arc::default();
-    Ok(App { store, competition, compute, sessions, archive, hub, auth, inbound, lifecycle, backup })
+    Ok(AppState {
+        store,
+        competition,
+        compute,
+        sessions,
+        clocks,
+        archive,
+        hub,
+        auth,
+        inbound,
+        lifecycle,
+        backup,
+    })
 }
 
 /// Runs that were open when an earlier process stopped count for nothing.

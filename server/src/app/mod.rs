@@ -2,7 +2,5 @@
 
 mod assemble;
 mod serve;
-pub(crate) mod state;
 
 pub use serve::serve;
-pub(crate) use state::App;

@@ -1,13 +1,13 @@
 //! How a server comes up, runs, and goes down.
 
 use super::assemble;
-use super::state::App;
 use crate::archive;
 use crate::compute::{STACK, overrun};
 use crate::config::{Config, ServeOptions};
 use crate::http;
 use crate::logging;
 use crate::rules::Phase;
+use crate::state::AppState;
 use crate::store::{Location, Store};
 use crate::transport;
 use crate::transport::low_latency::listener::Listener;
@@ -50,6 +50,7 @@ pub fn serve(options: &ServeOptions) -> anyhow::Result<ExitCode> {
 
 async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     let (mut interrupt, mut terminate) = (on(SignalKind::interrupt())?, on(SignalKind::terminate())?);
+    let guard = assemble::guard(config)?;
     let tasks = assemble::tasks(config)?;
     let hands = assemble::hands(config, &tasks)?;
     // The port before the database: a second server by mistake must not touch the first one's runs.
@@ -59,9 +60,10 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     let address = listener.local_addr().context("the listening socket has no address")?;
     std::fs::create_dir_all(&config.data_dir)
         .with_context(|| format!("cannot make the data directory {}", config.data_dir.display()))?;
-    let store = Store::open(&config.location).await?;
+    let location = Location::new(&config.data_dir, config.database_url.clone());
+    let store = Store::open(&location).await?;
     let audited: Arc<[Arc<Task>]> = tasks.clone().into();
-    let app = assemble::app(config, store, tasks, hands).await?;
+    let app = assemble::app(config, guard, store, tasks, hands).await?;
     let lifecycle = app.lifecycle.clone();
     let auditor = app.archive.clone().map(|archive| {
         let (store, hub, lifecycle) = (app.store.clone(), app.hub.clone(), lifecycle.clone());
@@ -69,7 +71,7 @@ async fn run(config: &Config) -> anyhow::Result<ExitCode> {
     });
     app.sessions.give_back_all().await?;
     app.sessions.restore().await?;
-    greet(address, &config.location, &app)?;
+    greet(address, &location, &app)?;
 
     let signalled = {
         let lifecycle = lifecycle.clone();
@@ -130,7 +132,7 @@ fn on(kind: SignalKind) -> anyhow::Result<Signal> {
 }
 
 /// One line for programs on stdout, hints for people on stderr.
-fn greet(address: SocketAddr, location: &Location, app: &App) -> anyhow::Result<()> {
+fn greet(address: SocketAddr, location: &Location, app: &AppState) -> anyhow::Result<()> {
     let database = match location {
         Location::DataDir(folder) => folder.join("palmares.sqlite").display().to_string(),
         Location::Url(_) => "as given by --database-url".into(),

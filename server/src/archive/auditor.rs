@@ -2,8 +2,8 @@
 
 use super::folder::Archive;
 use super::retention::apply_retention;
-use super::similar_runs::Marks;
 use crate::compute::{Background, Level};
+use crate::fingerprint::Marks;
 use crate::store::{RunRecord, Store, StoreError, UnverifiedRun, Verdict};
 use crate::watch::Hub;
 use palmares_replay::{Replay, VerifyError, read, verify, word};

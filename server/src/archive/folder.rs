@@ -12,8 +12,6 @@ use tokio::sync::{Notify, oneshot};
 
 /// Folder of the replays in the data directory.
 const FOLDER: &str = "replays";
-/// File of the key in the data directory, unless the configuration names another.
-pub(crate) const KEY_FILE: &str = "signing.key";
 
 /// The replays of a server.
 #[derive(Debug)]

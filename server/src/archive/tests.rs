@@ -1,7 +1,8 @@
 //! Official runs in the database, and what the auditor makes of them.
 
-use super::similar_runs::tests::{balls, fetching};
-use super::{Archive, KEY_FILE, audit, stored_path};
+use super::{Archive, audit, stored_path};
+use crate::config::SIGNING_KEY_FILE;
+use crate::fingerprint::tests::{balls, fetching};
 use crate::store::{FinishedRun, Location, NewAuditEntry, NewRun, NewSession, Store};
 use palmares_models::hand::Hand;
 use palmares_replay::forge::rewritten;
@@ -23,7 +24,7 @@ impl Place {
     async fn new() -> Self {
         let folder = tempfile::tempdir().expect("folder");
         let store = Store::open(&Location::DataDir(folder.path().to_owned())).await.expect("store");
-        let key = folder.path().join(KEY_FILE);
+        let key = folder.path().join(SIGNING_KEY_FILE);
         let archive = Arc::new(Archive::open(folder.path(), &key, 0).expect("archive"));
         Place { folder, store, archive }
     }
@@ -174,7 +175,7 @@ async fn what_does_not_replay_is_rejected_with_the_reason() {
     std::fs::write(place.path("run_other"), &good).expect("written");
     // By somebody who has the key and changes an action, or does not have the key.
     let bytes = std::fs::read(place.path("run_forged")).expect("file");
-    let signer = Signer::open(&place.folder.path().join(KEY_FILE)).expect("key");
+    let signer = Signer::open(&place.folder.path().join(SIGNING_KEY_FILE)).expect("key");
     let change = |topic: &str, text: &str| {
         if topic == "/action" && text.starts_with("{\"tick\":42,") {
             text.replace("0.4,0.6", "0.4,0.7")

@@ -2,9 +2,9 @@
 
 use super::extract::{Asking, Segment};
 use super::hands::{Whose, find};
-use crate::app::App;
 use crate::compute::Level;
 use crate::problem::Problem;
+use crate::state::AppState;
 use crate::transport::Caller;
 use axum::Json;
 use axum::body::Body;
@@ -15,8 +15,8 @@ use palmares_models::{Pose, Rotation, Vec3};
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
 use palmares_sim::dynamics::tree::Kinematics;
-use palmares_sim::statics::held::{Held, Hold, held};
-use palmares_sim::statics::prediction::{Law, settled, torques};
+use palmares_sim::statics::constrained::{ConstrainedEquilibrium, PointConstraint, solve_constrained};
+use palmares_sim::statics::prediction::{Method, solve_loaded, torques};
 use palmares_sim::{Config, Push};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -137,7 +137,7 @@ struct Loads {
     sigma: Vec<f64>,
     base: Pose,
     pushes: Vec<Push>,
-    holds: Vec<Hold>,
+    holds: Vec<PointConstraint>,
 }
 
 fn bad(field: &str, why: &str) -> Refusal {
@@ -182,7 +182,7 @@ impl Asked {
             })
         });
         let holds = self.contacts.iter().enumerate().map(|(i, contact)| {
-            Ok(Hold {
+            Ok(PointConstraint {
                 link: link(format!("contacts[{i}].link"), &contact.link)?,
                 point: vector(&format!("contacts[{i}].point"), contact.point, FAR.0, "m")?,
                 place: vector(&format!("contacts[{i}].position"), contact.position, FAR.1, "m")?,
@@ -215,12 +215,12 @@ fn solve(hand: &Hand, loads: &Loads) -> Result<Answer, Refusal> {
     let config = Config::default();
     let Loads { sigma, base, pushes, holds } = loads;
     let found = if holds.is_empty() {
-        let free = settled(&config, hand, *base, sigma, pushes);
-        free.map(|equilibrium| Held { equilibrium, reactions: Vec::new() })
+        let free = solve_loaded(&config, hand, *base, sigma, pushes);
+        free.map(|equilibrium| ConstrainedEquilibrium { equilibrium, reactions: Vec::new() })
     } else {
-        held(&config, hand, *base, sigma, pushes, holds)
+        solve_constrained(&config, hand, *base, sigma, pushes, holds)
     };
-    let Held { equilibrium, reactions } =
+    let ConstrainedEquilibrium { equilibrium, reactions } =
         found.map_err(|why| Refusal::new(Code::WrongState, format!("the hand does not rest so: {why}")))?;
     let mut kin = Kinematics::default();
     kin.update(hand, *base, &equilibrium.q);
@@ -234,9 +234,9 @@ fn solve(hand: &Hand, loads: &Loads) -> Result<Answer, Refusal> {
     Ok(Answer {
         links: links.collect(),
         torque: torques(&config, hand, *base, &equilibrium.q, &all),
-        law: match equilibrium.law {
-            Law::ClosedForm => "closed_form",
-            Law::Newton => "newton",
+        law: match equilibrium.method {
+            Method::ClosedForm => "closed_form",
+            Method::Newton => "newton",
         },
         reactions: reactions
             .iter()
@@ -250,7 +250,7 @@ fn solve(hand: &Hand, loads: &Loads) -> Result<Answer, Refusal> {
 
 /// Where a hand rests.
 pub(super) async fn equilibrium(
-    State(app): State<App>,
+    State(app): State<AppState>,
     Segment(name): Segment,
     Asking(whose): Asking<Whose>,
     ConnectInfo(caller): ConnectInfo<Caller>,

@@ -1,11 +1,11 @@
 //! Hands: those that come with the program, and those that teams send in.
 
 use super::extract::{Asking, Segment};
-use crate::app::App;
 use crate::auth::{Identity, Role, forbidden};
 use crate::hands::largest;
 use crate::problem::Problem;
 use crate::session::practice_team;
+use crate::state::AppState;
 use crate::transport::Caller;
 use axum::Json;
 use axum::body::Body;
@@ -29,7 +29,11 @@ pub(super) struct Whose {
 }
 
 /// The team that asks: by its token, on a practice server also by its name.
-pub(super) async fn team(app: &App, headers: &HeaderMap, whose: Whose) -> Result<Option<String>, Problem> {
+pub(super) async fn team(
+    app: &AppState,
+    headers: &HeaderMap,
+    whose: Whose,
+) -> Result<Option<String>, Problem> {
     let identity = app.auth.identify(&app.store, headers).await?;
     match identity {
         Some(Identity { role: Role::Team, team, .. }) => Ok(team),
@@ -52,7 +56,7 @@ pub(super) struct Hands {
 
 /// The hands in short.
 pub(super) async fn list(
-    State(app): State<App>,
+    State(app): State<AppState>,
     Asking(whose): Asking<Whose>,
     headers: HeaderMap,
 ) -> Result<Json<Hands>, Problem> {
@@ -67,7 +71,7 @@ pub(super) async fn list(
 
 /// A hand in full.
 pub(super) async fn describe(
-    State(app): State<App>,
+    State(app): State<AppState>,
     Segment(name): Segment,
     Asking(whose): Asking<Whose>,
     headers: HeaderMap,
@@ -77,7 +81,7 @@ pub(super) async fn describe(
 
 /// The hand of that name, for whoever asks: everybody's, or its team's own.
 pub(super) async fn find(
-    app: &App,
+    app: &AppState,
     headers: &HeaderMap,
     whose: Whose,
     name: &str,
@@ -98,7 +102,7 @@ pub(super) async fn find(
 
 /// Takes a hand in: the body is a ZIP archive of URDF, meshes and hand.toml.
 pub(super) async fn submit(
-    State(app): State<App>,
+    State(app): State<AppState>,
     Asking(whose): Asking<Whose>,
     ConnectInfo(caller): ConnectInfo<Caller>,
     headers: HeaderMap,

@@ -15,11 +15,11 @@ mod replay;
 mod runs;
 mod visuals;
 
-use crate::app::App;
 use crate::hands::Submitted;
 use crate::problem;
+use crate::state::AppState;
 use crate::store::RunRecord;
-use crate::{transport, watch};
+use crate::{control, transport, watch};
 use axum::Router;
 use axum::http::Method;
 use axum::http::header::CONTENT_TYPE;
@@ -40,7 +40,7 @@ fn html(path: &'static str, summary: &'static str) -> Operation {
 }
 
 /// Addresses for everybody and for teams.
-fn routes() -> Routes<App> {
+fn routes() -> Routes<AppState> {
     Routes::of(Token::None)
         .add(html("/", "The leaderboard as a page"), pages::leaderboard::leaderboard)
         .add(html("/live", "The worlds that can be watched, as a page"), pages::live)
@@ -77,7 +77,7 @@ fn routes() -> Routes<App> {
         .add(get_json::<Value>("/openapi.json", "This document"), openapi)
         .add(
             get("/v1/control", "The control socket of a team", Content::Socket).token(Token::Optional),
-            transport::control,
+            control::control,
         )
         .add(
             get("/v1/watch", "The watch socket of a spectator", Content::Socket).token(Token::Optional),
@@ -155,7 +155,7 @@ fn routes() -> Routes<App> {
 }
 
 /// All addresses of the server.
-pub(crate) fn router(app: App) -> Router {
+pub(crate) fn router(app: AppState) -> Router {
     let admin = admin::routes().router;
     let admin = admin.route_layer(from_fn_with_state(app.clone(), admin::only_organizers));
     let router = routes().router.merge(admin);

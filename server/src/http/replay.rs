@@ -1,9 +1,9 @@
 //! Replays as files.
 
 use super::extract::Segment;
-use crate::app::App;
 use crate::auth::{Role, forbidden};
 use crate::problem::Problem;
+use crate::state::AppState;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_TYPE};
@@ -13,7 +13,7 @@ use palmares_protocol::text::shortened;
 
 /// The replay of a run.
 pub(super) async fn replay(
-    State(app): State<App>,
+    State(app): State<AppState>,
     Segment(id): Segment,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, Problem> {

@@ -1,12 +1,12 @@
 //! Runs and sessions: what of them whoever asks may see.
 
 use super::extract::Segment;
-use crate::app::App;
 use crate::auth::Auth;
 use crate::auth::{Identity, Role};
 use crate::competition::Competition;
 use crate::problem::Problem;
 use crate::rules::Rules;
+use crate::state::AppState;
 use crate::store::Store;
 use crate::store::{RunRecord, SessionRow};
 use axum::Json;
@@ -73,8 +73,8 @@ pub(super) struct SessionNow {
 impl SessionNow {
     /// While somebody holds a session, or waits for its client, its clock is ahead of the database: while a run is
     /// open there stands from where a crash would go on.
-    pub(super) fn of(mut row: SessionRow, app: &App) -> Self {
-        if let Some(clock) = app.sessions.registry.clock(&row.session_id) {
+    pub(super) fn of(mut row: SessionRow, app: &AppState) -> Self {
+        if let Some(clock) = app.clocks.get(&row.session_id) {
             let spent = clock.spent(app.lifecycle.now());
             (row.clock_wall_s, row.clock_simulated_s) = (spent.wall_s, spent.simulated_s);
             row.refunded_s = clock.refunded_s();
@@ -93,7 +93,10 @@ pub(super) struct Sessions {
 }
 
 /// The sessions: all of them for organizers and spectators, its own for a team; in practice all for everybody.
-pub(super) async fn sessions(State(app): State<App>, headers: HeaderMap) -> Result<Json<Sessions>, Problem> {
+pub(super) async fn sessions(
+    State(app): State<AppState>,
+    headers: HeaderMap,
+) -> Result<Json<Sessions>, Problem> {
     let identity = if app.competition.rules.official() {
         Some(app.auth.require(&app.store, &headers).await?)
     } else {

@@ -2,8 +2,8 @@
 
 use super::extract::{Asking, Segment};
 use super::hands::{Whose, find, team};
-use crate::app::App;
 use crate::problem::Problem;
+use crate::state::AppState;
 use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
@@ -68,7 +68,7 @@ fn form(look: Look) -> Form {
 
 /// How the links of a hand look: of those who may know all of it.
 pub(super) async fn visuals(
-    State(app): State<App>,
+    State(app): State<AppState>,
     Segment(name): Segment,
     Asking(whose): Asking<Whose>,
     headers: HeaderMap,

@@ -1,7 +1,7 @@
 //! A run that has ended, and what becomes of it.
 
-use super::clock::Spent;
 use super::machine::Playing;
+use crate::clock::Spent;
 use crate::world::live::RealtimeStats;
 use palmares_replay::ReplayFile;
 use palmares_tasks::run::Failure;

@@ -1,6 +1,6 @@
 //! What a session may do when: a pure state machine. No sockets, no clocks of its own, no world.
 
-use super::clock::{ClockState, SessionClock, Spent};
+use crate::clock::{ClockState, SessionClock, Spent};
 use palmares_protocol::reply::{RunInfo, RunResult};
 use palmares_protocol::{Code, Mode, Refusal};
 use std::time::Duration;

@@ -1,11 +1,10 @@
 //! Sessions: a team's visit, its clock, its runs.
 //!
-//! What may happen when is decided by [`machine`] and [`clock`], which know neither sockets nor worlds;
+//! What may happen when is decided by [`machine`] and [`crate::clock`], which know neither sockets nor worlds;
 //! [`Session`] carries it out. A session belongs to the thread of its connection; while its client is away, to a
 //! task that waits for it (see [`waiting`]) and computes nothing.
 
 mod begin;
-mod clock;
 mod command;
 mod entry;
 mod failure;

@@ -4,9 +4,9 @@
 //! it is owed. Giving it back and taking it away from there is one transaction: of whoever holds the session, or else
 //! of the database alone.
 
-use super::clock::{ClockState, SessionClock, Spent};
 use super::failure::store_failed;
 use super::session::{Session, Sessions};
+use crate::clock::{ClockState, SessionClock, Spent};
 use crate::rules::Phase;
 use crate::store::{self, Paid, StoreError, Taken};
 use palmares_protocol::Refusal;

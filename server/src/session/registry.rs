@@ -1,7 +1,6 @@
 //! Where sessions wait for clients that lost their connection, and how organizers reach them. It does not know what a
 //! session is.
 
-use super::clock::SessionClock;
 use super::command::{Command, PendingCommand};
 use palmares_protocol::text::shortened;
 use palmares_protocol::{Code, Refusal};
@@ -30,13 +29,11 @@ const COMMANDS: usize = 8;
 pub(crate) struct Registry<S> {
     holders: Mutex<HashMap<String, Holder<S>>>,
     commands: Mutex<HashMap<String, mpsc::Sender<PendingCommand>>>,
-    /// Clocks by session id, as they stood when something last happened; they run on by themselves.
-    clocks: Mutex<HashMap<String, SessionClock>>,
 }
 
 impl<S> Default for Registry<S> {
     fn default() -> Self {
-        Registry { holders: Mutex::default(), commands: Mutex::default(), clocks: Mutex::default() }
+        Registry { holders: Mutex::default(), commands: Mutex::default() }
     }
 }
 
@@ -48,10 +45,6 @@ impl<S> Registry<S> {
 
     fn ways(&self) -> MutexGuard<'_, HashMap<String, mpsc::Sender<PendingCommand>>> {
         self.commands.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn clocks(&self) -> MutexGuard<'_, HashMap<String, SessionClock>> {
-        self.clocks.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Sessions now.
@@ -86,21 +79,6 @@ impl<S> Registry<S> {
     pub(super) fn remove(&self, token_hash: &str, session_id: &str) {
         self.holders().remove(token_hash);
         self.ways().remove(session_id);
-        self.clocks().remove(session_id);
-    }
-
-    /// Lets organizers see a session's clock.
-    pub(super) fn show(&self, session_id: &str, clock: &SessionClock) {
-        let mut clocks = self.clocks();
-        match clocks.get_mut(session_id) {
-            Some(shown) => shown.clone_from(clock),
-            None => drop(clocks.insert(session_id.to_owned(), clock.clone())),
-        }
-    }
-
-    /// The clock of a session that somebody holds.
-    pub(crate) fn clock(&self, session_id: &str) -> Option<SessionClock> {
-        self.clocks().get(session_id).cloned()
     }
 
     /// Asks something of a session and waits until it is done.
@@ -219,10 +197,8 @@ mod tests {
         assert_eq!(code(toys.claim("old").await), Some(Code::SessionOver));
         assert_eq!(code(toys.claim("new").await), Some(Code::SessionTaken));
         assert!(toys.insert_once("third", "ses").is_none() && toys.knows("ses"));
-        toys.show("ses", &SessionClock::new(Some(9.0)));
-        assert_eq!(toys.clock("ses").and_then(|clock| clock.limit_s()), Some(9.0));
         toys.remove("new", "ses");
-        assert!(!toys.knows("ses") && toys.clock("ses").is_none() && toys.len() == 0);
+        assert!(!toys.knows("ses") && toys.len() == 0);
     }
 
     #[tokio::test]

@@ -1,11 +1,11 @@
 //! A team's visit: what it consists of, what it tells of itself, how it ends.
 
-use super::clock::ClockState;
 use super::command::PendingCommand;
 use super::finished::Finished;
 use super::machine::Machine;
 use super::registry::Registry;
 use crate::archive::{Archive, Recording};
+use crate::clock::{ClockState, SessionClocks};
 use crate::competition::Competition;
 use crate::compute::Compute;
 use crate::lifecycle::Lifecycle;
@@ -44,6 +44,8 @@ pub(crate) struct Sessions {
     pub(crate) hub: Arc<Hub>,
     /// Whether the server is finishing.
     pub(crate) lifecycle: Arc<Lifecycle>,
+    /// Where organizers and spectators find the sessions' clocks.
+    pub(crate) clocks: Arc<SessionClocks>,
     /// Where sessions wait for their clients.
     pub(crate) registry: Registry<Session>,
 }
@@ -149,7 +151,7 @@ impl Session {
         let left_s = limit_s.map(|s| s - state.spent.counts_s());
         tracing::info!(session = session_id, team, ?left_s, "session restored");
         let machine = Machine::restored(limit_s, &state, paused, shared.lifecycle.now());
-        shared.registry.show(&session_id, machine.clock());
+        shared.clocks.show(&session_id, machine.clock());
         // The client that comes back brings the token.
         let names = Names { session_id, resume_token: String::new(), token_hash, team };
         Some(Session::new(shared, names, true, machine, commands))
@@ -274,7 +276,7 @@ impl Session {
     /// Shows the clock to organizers, and saves it, so that the session outlives the server; `now` or when it is time
     /// again.
     pub(super) async fn save(&mut self, now: bool) {
-        self.shared.registry.show(&self.session_id, self.machine.clock());
+        self.shared.clocks.show(&self.session_id, self.machine.clock());
         let due = self.official && (now || self.saved.elapsed() >= SAVE_INTERVAL);
         if !due && self.paid.is_empty() {
             return;
@@ -306,6 +308,7 @@ impl Session {
             tracing::error!(%error, session = self.session_id, "the session's end could not be stored");
         }
         self.shared.registry.remove(&self.token_hash, &self.session_id);
+        self.shared.clocks.remove(&self.session_id);
         tracing::info!(session = self.session_id, "session ended");
         result.map(|result| Reply::Result(Box::new(result)))
     }

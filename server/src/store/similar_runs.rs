@@ -4,7 +4,7 @@ use super::audit::NewAuditEntry;
 use super::database::Store;
 use super::error::StoreError;
 use super::number::signed;
-use crate::archive::{Marks, is_told};
+use crate::fingerprint::{Marks, is_told};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -1,5 +1,6 @@
 //! Who calls.
 
+use super::low_latency::busy_poll::BusyPoll;
 use super::low_latency::listener::Link;
 use super::socket_limits::SocketPermit;
 use std::net::{IpAddr, SocketAddr};
@@ -12,7 +13,7 @@ pub(crate) struct Caller {
     /// Where it calls from.
     pub(crate) address: IpAddr,
     /// Its end of the low-latency path.
-    pub(super) link: Link,
+    link: Link,
     _permit: Arc<SocketPermit>,
 }
 
@@ -20,6 +21,11 @@ impl Caller {
     pub(super) fn new(from: Peer, permit: SocketPermit) -> Self {
         let Peer { address, link } = from;
         Caller { address, link, _permit: Arc::new(permit) }
+    }
+
+    /// How its connection waits for requests, on a machine with this number of cores.
+    pub(crate) fn busy_poll(&self, cores: usize) -> BusyPoll {
+        self.link.clone().busy_poll(cores)
     }
 }
 

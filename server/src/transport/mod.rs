@@ -2,22 +2,19 @@
 
 mod body;
 mod caller;
-mod connection;
 mod connections;
-mod control;
 mod counts;
 mod farewell;
 pub(crate) mod guard;
 mod guard_layer;
 mod inbound_limits;
 pub(crate) mod low_latency;
-mod rate;
 mod serve;
 mod socket_limits;
 
 pub(crate) use body::Received;
 pub(crate) use caller::Caller;
-pub(crate) use control::control;
+pub(crate) use connections::ConnectionPermit;
 pub(crate) use farewell::farewell;
 pub(crate) use guard_layer::guard;
 pub(crate) use inbound_limits::InboundLimits;

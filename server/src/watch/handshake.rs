@@ -1,8 +1,8 @@
 //! How a viewer's connection begins: who it is, and in which form it is told.
 
 use super::access::Watcher;
+use super::context::WatchContext;
 use super::viewer::Viewer;
-use crate::app::App;
 use crate::auth::{Identity, Role};
 use crate::config::settings::MESSAGE_BYTES;
 use crate::problem::Problem;
@@ -19,7 +19,7 @@ const BINARY: &str = "palmares.v1.bin";
 
 /// `GET /v1/watch`.
 pub(crate) async fn watch(
-    State(app): State<App>,
+    State(context): State<WatchContext>,
     ConnectInfo(caller): ConnectInfo<Caller>,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
@@ -38,11 +38,11 @@ pub(crate) async fn watch(
         return refuse(Refusal::new(Code::BadRequest, message));
     };
     let binary = protocol == BINARY;
-    let identity = match app.auth.identify_browser(&app.store, &headers).await {
+    let identity = match context.auth.identify_browser(&context.store, &headers).await {
         Ok(identity) => identity,
         Err(refusal) => return refuse(refusal),
     };
-    let Some(place) = app.hub.place() else {
+    let Some(place) = context.hub.place() else {
         let message = "all places for viewers are taken";
         return refuse(Refusal::new(Code::Capacity, message).retry_after(5.0));
     };
@@ -54,7 +54,7 @@ pub(crate) async fn watch(
     };
     upgrade.max_message_size(MESSAGE_BYTES).max_frame_size(MESSAGE_BYTES).on_upgrade(async move |socket| {
         let (_place, _caller) = (place, caller);
-        let _alive = app.lifecycle.alive();
-        Viewer::new(socket, app.clone(), watcher, binary).serve(identity.as_ref()).await;
+        let _alive = context.lifecycle.alive();
+        Viewer::new(socket, context, watcher, binary).serve(identity.as_ref()).await;
     })
 }

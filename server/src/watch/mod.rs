@@ -8,6 +8,7 @@
 mod access;
 mod binary;
 mod channel;
+mod context;
 mod frame;
 mod handshake;
 mod hub;
@@ -16,5 +17,6 @@ pub(crate) mod request;
 mod snapshot;
 mod viewer;
 
+pub(crate) use context::WatchContext;
 pub(crate) use handshake::watch;
 pub(crate) use hub::Hub;

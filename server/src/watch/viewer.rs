@@ -3,12 +3,12 @@
 use super::access::Watcher;
 use super::binary::Seven;
 use super::channel::{Following, News};
+use super::context::WatchContext;
 use super::frame::text;
 use super::hub::Nothing;
 use super::messages::{Clock, Ranking, Runs, Score, Subscribed, WatchReply};
 use super::request::{Request, Target, parse};
 use super::snapshot::Overlays;
-use crate::app::App;
 use crate::auth::Identity;
 use crate::metrics::METRICS;
 use crate::store::Announcement;
@@ -46,7 +46,7 @@ type End = Option<(u16, &'static str)>;
 /// One viewer's connection.
 pub(super) struct Viewer {
     socket: WebSocket,
-    app: App,
+    context: WatchContext,
     watcher: Watcher,
     target: Option<Target>,
     following: Option<Following>,
@@ -108,16 +108,16 @@ async fn fresh<T>(changes: &mut watch::Receiver<T>, not_before: Instant) {
 }
 
 impl Viewer {
-    pub(super) fn new(socket: WebSocket, app: App, watcher: Watcher, binary: bool) -> Self {
+    pub(super) fn new(socket: WebSocket, context: WatchContext, watcher: Watcher, binary: bool) -> Self {
         let now = Instant::now();
-        let (changes, mut ranking) = (app.hub.changes(), app.hub.ranking_changes());
-        let mut announced = app.hub.announcements();
+        let (changes, mut ranking) = (context.hub.changes(), context.hub.ranking_changes());
+        let mut announced = context.hub.announcements();
         // The first ones are for everybody who comes.
         ranking.mark_changed();
         announced.mark_changed();
         Viewer {
             socket,
-            app,
+            context,
             watcher,
             target: None,
             following: None,
@@ -141,12 +141,12 @@ impl Viewer {
     }
 
     pub(super) async fn serve(mut self, identity: Option<&Identity>) {
-        let app = self.app.clone();
-        let revoked = app.auth.revoked(identity);
+        let context = self.context.clone();
+        let revoked = context.auth.revoked(identity);
         tokio::pin!(revoked);
-        let stopping = app.lifecycle.stopping();
+        let stopping = context.lifecycle.stopping();
         tokio::pin!(stopping);
-        let interval = self.app.competition.settings.ping_interval();
+        let interval = self.context.competition.settings.ping_interval();
         let mut ping = interval_at(Instant::now() + interval, interval);
         ping.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let end = loop {
@@ -184,7 +184,7 @@ impl Viewer {
     }
 
     async fn beat(&mut self) -> ControlFlow<End> {
-        if self.heard.elapsed() >= self.app.competition.settings.ping_timeout {
+        if self.heard.elapsed() >= self.context.competition.settings.ping_timeout {
             return ControlFlow::Break(None);
         }
         self.send_message(Message::Ping(Bytes::new())).await
@@ -206,7 +206,7 @@ impl Viewer {
                 self.subscribe(id, target, overlays).await
             }
             (Some(id), Ok(Request::List)) => {
-                let runs = self.app.hub.list(&self.watcher);
+                let runs = self.context.hub.list(&self.watcher);
                 self.send(&WatchReply::Runs(Runs { id, runs })).await
             }
             (_, Ok(Request::Bye)) => ControlFlow::Break(Some((1000, "bye"))),
@@ -219,7 +219,7 @@ impl Viewer {
     async fn subscribe(&mut self, id: u64, target: Target, overlays: Option<Overlays>) -> ControlFlow<End> {
         // What opens from here on is looked at again.
         self.changes.mark_unchanged();
-        let found = match (self.app.hub.find(&target, &self.watcher), &target) {
+        let found = match (self.context.hub.find(&target, &self.watcher), &target) {
             (Ok(following), _) => Some(following),
             (Err(Nothing::Waiting), _) => None,
             (Err(Nothing::Forbidden), _) => {
@@ -254,7 +254,7 @@ impl Viewer {
     /// A run opened or ended somewhere while there was nothing to show.
     async fn follow(&mut self) -> ControlFlow<End> {
         let Some(target) = &self.target else { return ControlFlow::Continue(()) };
-        let found = self.app.hub.find(target, &self.watcher).ok();
+        let found = self.context.hub.find(target, &self.watcher).ok();
         self.start(found).await
     }
 
@@ -313,12 +313,12 @@ impl Viewer {
         let Some(following) = &self.following else { return ControlFlow::Continue(()) };
         let info = &following.channel.info;
         let newest = following.channel.snapshots.borrow().clone();
-        let (now, session_now) = (Instant::now(), self.app.lifecycle.now());
+        let (now, session_now) = (Instant::now(), self.context.lifecycle.now());
         let before = self.clocked.replace((newest.tick, now));
         let real_time_factor = before.map(|(tick, then)| {
             newest.tick.saturating_sub(tick) as f64 * info.tick_s / (now - then).as_secs_f64()
         });
-        let clock = self.app.sessions.registry.clock(&info.session_id);
+        let clock = self.context.clocks.get(&info.session_id);
         let message = Clock {
             run_id: info.run_id.clone(),
             session_left_s: clock.as_ref().and_then(|clock| clock.left_s(session_now)),
@@ -383,7 +383,7 @@ impl Viewer {
 
     async fn rank(&mut self) -> ControlFlow<End> {
         self.next_ranking = Instant::now() + RANKING_PERIOD;
-        match self.app.store.leaderboard(self.app.competition.rules.official()).await {
+        match self.context.store.leaderboard(self.context.competition.rules.official()).await {
             Ok(rows) => self.send(&WatchReply::Leaderboard(Ranking { rows })).await,
             Err(error) => {
                 // The viewer has the last one, and gets the next.

@@ -5,13 +5,13 @@ use crate::solver::terms::{AxisTerm, ScalarLaw};
 use crate::state::BaseReference;
 use palmares_models::{Pose, Rotation, Vec3};
 
-/// What the base is told to do.
+/// Command to the base.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BaseCommand {
-    /// Go to a pose and stay, within the limits. `linear` and `angular` say how the pose itself moves, so
-    /// that a smooth path is followed without lag.
+    /// Move to a pose and stay, within the limits. `linear` and `angular` give the target's own motion, so
+    /// that the base follows a smooth path without lag.
     Pose {
-        /// Where to.
+        /// Target pose.
         target: Pose,
         /// Velocity of the target, m/s.
         linear: Vec3,
@@ -25,7 +25,7 @@ pub enum BaseCommand {
         /// rad/s
         angular: Vec3,
     },
-    /// Be the set point of the servo itself: a path computed elsewhere, not limited here.
+    /// Set point of the servo itself: a path computed elsewhere, with no limits applied here.
     Exact(BaseReference),
     /// The servo is off: the hand flies as a free body.
     Free,
@@ -38,11 +38,11 @@ impl BaseCommand {
     }
 }
 
-/// Advances the set point by one step under a command. `at` is where the base is: the set point of a blocked base
-/// waits where the servo's force is at its limit, or the base would be thrown when it comes free.
+/// Advances the set point by one step under a command. `at` is the base's pose. Anti-windup: while the servo
+/// saturates, the set point of a blocked base waits; otherwise the base would jump when it comes free.
 pub fn advance(config: &Config, at: Pose, reference: &mut BaseReference, command: &BaseCommand) {
     let (h, base) = (config.step_s, &config.base);
-    // What is bolted to where it shall stay has no way to go.
+    // A base that is bolted, and stays, has no distance to cover.
     let resting = BaseReference { pose: at, linear: Vec3::ZERO, angular: Vec3::ZERO };
     if base.bolted && *reference == resting && *command == BaseCommand::stay(at) {
         return;
@@ -59,7 +59,7 @@ pub fn advance(config: &Config, at: Pose, reference: &mut BaseReference, command
             turn_towards(reference, linear, angular, h, base);
         }
         BaseCommand::Pose { target, linear, angular } => {
-            // What remains to be closed when the set point moves along with the target.
+            // Remaining offset when the set point moves along with the target.
             let offset = target.translation - reference.pose.translation - linear * h;
             let rotation = shortest_turn(reference.pose.rotation, target.rotation) - angular * h;
             let linear = bounded(approach(offset, linear, base.acceleration_limit, h), base.speed_limit);
@@ -72,7 +72,7 @@ pub fn advance(config: &Config, at: Pose, reference: &mut BaseReference, command
     }
 }
 
-/// Takes a set point back that leads the base by more than what saturates the servo.
+/// Moves the set point back to where the servo just saturates.
 fn wait_for(at: Pose, reference: &mut BaseReference, base: &BaseConfig) {
     let lead = reference.pose.translation - at.translation;
     let most = base.force_limit / base.stiffness;
@@ -94,8 +94,8 @@ fn turn_towards(reference: &mut BaseReference, linear: Vec3, angular: Vec3, h: f
         (Rotation::from_scaled_axis(reference.angular * h) * reference.pose.rotation).normalize();
 }
 
-/// Velocity that closes `offset` to a target moving at `target`, fast but able to stop there: beyond the
-/// last step the speed is that from which the limit `a` can brake, `−a h/2 + √((a h/2)² + 2 a d)`.
+/// Velocity that closes `offset` to a target moving at `target`, as fast as braking with the limit `a`
+/// allows: the speed is `−a h/2 + √((a h/2)² + 2 a d)` until the last step.
 fn approach(offset: Vec3, target: Vec3, a: f64, h: f64) -> Vec3 {
     let distance = offset.length();
     if distance == 0.0 {
@@ -119,15 +119,15 @@ pub fn shortest_turn(from: Rotation, to: Rotation) -> Vec3 {
     turn.to_scaled_axis()
 }
 
-/// Translation and turn from where the base is to its set point.
+/// Translation and turn from the base's pose to its set point.
 pub(crate) fn way(reference: &BaseReference, base: Pose) -> [f64; 6] {
     let [x, y, z] = (reference.pose.translation - base.translation).to_array();
     let [a, b, c] = shortest_turn(base.rotation, reference.pose.rotation).to_array();
     [x, y, z, a, b, c]
 }
 
-/// The servo's spring along and about one of the world axes, numbered as velocities are: error, velocity of the set point,
-/// stiffness, damping and limit.
+/// The servo's spring along and about each world axis, in the order of velocities: error, velocity of the set
+/// point, stiffness, damping and limit.
 fn axes(servo: &BaseConfig, reference: &BaseReference, base: Pose) -> [[f64; 5]; 6] {
     let (linear, angular) = (reference.linear.to_array(), reference.angular.to_array());
     let way = way(reference, base);
@@ -145,7 +145,7 @@ pub(crate) fn servo(
     h: f64,
     terms: &mut Vec<AxisTerm>,
 ) {
-    // The set point is that of the end of the step, and so is the implicit law: f = k (x_ref,1 − x_1) + …
+    // The set point is the one at the end of the step, and so is the implicit law: f = k (x_ref,1 − x_1) + …
     for (dof, [error, target, stiffness, damping, limit]) in
         axes(servo, reference, base).into_iter().enumerate()
     {
@@ -154,7 +154,7 @@ pub(crate) fn servo(
     }
 }
 
-/// The servo's force and torque at a moment, the base having velocity `v`.
+/// Force and torque of the servo when the base has velocity `v`.
 pub(crate) fn pull(servo: &BaseConfig, reference: &BaseReference, base: Pose, v: &[f64]) -> [f64; 6] {
     let axes = axes(servo, reference, base);
     std::array::from_fn(|i| {
@@ -195,7 +195,7 @@ mod tests {
         for _ in 0..1000 {
             advance(&config, at(0.0), &mut reference, &BaseCommand::stay(at(1.5)));
         }
-        // 500 N at 2e4 N/m, and one step on.
+        // 500 N at 2e4 N/m, plus one step.
         assert!(reference.pose.translation.x < 0.025 + 2.1 * config.step_s);
     }
 

@@ -1,4 +1,4 @@
-//! What moves the hand: the base servo, motors and tendons.
+//! Actuation of the hand: base servo, motors and tendons.
 
 pub mod base;
 pub mod motor;

@@ -1,6 +1,6 @@
 //! Tendons as solver terms: `f = clamp(K (s_ref − s(q) − h ṡ) − b ṡ, 0, f_max)`, `τ = R(q)ᵀ f`.
 //!
-//! R is that of the start of the step, so a hand at rest is in the exact equilibrium of R(q).
+//! R is taken at the start of the step, so a hand at rest is in the exact equilibrium of R(q).
 
 use super::motor::wound;
 use crate::solver::terms::{RowTerm, ScalarLaw};
@@ -42,10 +42,10 @@ pub fn terms(hand: &Hand, q: &[f64], motors: &[MotorState], h: f64, terms: &mut 
     }
 }
 
-/// Geometric stiffness of tendons whose moment arm R depends on the joint: `−f dR/dq`, N·m/rad, from
-/// `τ(q + h v) ≈ τ + h f R' v`. `add` is told (coordinate, stiffness) of the positive part only, so that the problem stays
-/// convex; taken implicitly it damps one step's motion and leaves forces at rest as they are. `tension` f is that of the last
-/// step, N.
+/// Geometric stiffness of tendons whose moment arm R depends on the joint: `−f dR/dq`, N·m/rad, from `τ(q + h
+/// v) ≈ τ + h f R' v`. `add` receives (coordinate, stiffness) of the positive part only, so that the problem
+/// stays convex. Taken implicitly, it damps the motion of one step and leaves forces at rest unchanged.
+/// `tension` f is that of the last step, N.
 pub fn geometric_stiffness(hand: &Hand, q: &[f64], tension: &[f64], mut add: impl FnMut(usize, f64)) {
     for (tendon, f) in hand.tendons.iter().zip(tension) {
         for element in &tendon.elements {

@@ -1,41 +1,43 @@
-//! Conservative advancement (Mirtich 1996): how far two convex shapes can go on their ways through a step before they overlap by
-//! more than they may.
+//! Conservative advancement (Mirtich 1996): the part of a step up to which two convex shapes move before
+//! their overlap exceeds a limit.
 //!
 //! Along a direction n of the world the overlap of two shapes grows no faster than
 //!
 //! `−n·(w_b − w_a) + |n × θ_a| r_a + |n × θ_b| r_b`
 //!
-//! with their ways w, m, and their turns θ, rad, over the step, each about an axis through the body's centre, from which no point
-//! of the shape's core is farther than r, m. What is apart along n, less what overlap is allowed, over this rate is a part of the
-//! step in which nothing can happen. Then the direction is found anew.
+//! with their translations w, m, and their turns θ, rad, over the step. Each turn is about an axis through
+//! the body's centre, and no point of the shape's core is farther than r, m, from that axis. The separation
+//! along n plus the allowed overlap, divided by this rate, is a part of the step in which the limit cannot be
+//! exceeded. Then the direction is computed again.
 
 use super::narrow_phase::apart;
 use crate::bounds::MANIFOLD_WORK;
 use crate::model::Collider;
 use palmares_models::{Pose, Rotation, Vec3};
 
-/// So often the direction of a pair is found anew at most; then it stops where it has come to.
-const MOST: usize = 128;
+/// Largest number of directions computed for a pair; then the search stops at the part it has reached.
+const MAX_DIRECTIONS: usize = 128;
 
-/// Shapes that could come to overlap by more than they may stop at this part of it, ...
-const STOP: f64 = 0.5;
+/// Shapes whose overlap could exceed the limit stop at this part of it.
+const STOP_AT: f64 = 0.5;
 
-/// ... and go on at least by this part of it at a time.
-const NEAR: f64 = 1.0 / 32.0;
+/// Each advance covers at least this part of the limit.
+const MIN_ADVANCE: f64 = 1.0 / 32.0;
 
 /// The motion of a body in a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sweep {
-    /// Where it starts.
+    /// Pose at the start.
     pub start: Pose,
-    /// Way of its centre, m.
+    /// Translation of its centre, m.
     pub way: Vec3,
     /// Its turn about an axis of the world through its centre, rad.
     pub turn: Vec3,
 }
 
 impl Sweep {
-    /// From one pose to another. Of all turns that lead there it is the one nearest to `about`, rad.
+    /// SpatialVelocity from one pose to another. If several turns lead there, the one nearest to `about` is taken,
+    /// rad.
     pub fn between(start: Pose, end: Pose, about: Vec3) -> Self {
         let turn = end.rotation * start.rotation.inverse();
         let turn = if turn.w < 0.0 { -turn } else { turn };
@@ -50,7 +52,7 @@ impl Sweep {
         Sweep { start, way: end.translation - start.translation, turn }
     }
 
-    /// Where the body is after a part of the step.
+    /// Pose of the body after a part of the step.
     pub fn at(&self, part: f64) -> Pose {
         Pose::from_parts(
             self.start.translation + self.way * part,
@@ -58,19 +60,19 @@ impl Sweep {
         )
     }
 
-    /// Ends it after a part of it.
+    /// Ends the motion after a part of it.
     pub fn shorten(&mut self, part: f64) {
         self.way *= part;
         self.turn *= part;
     }
 
-    /// How far a point of a shape on the body goes at most, m.
+    /// Largest distance that a point of a shape on the body travels, m.
     pub fn longest_way(&self, shape: &Collider) -> f64 {
         self.way.length() + self.turn.length() * radius_about(self, shape)
     }
 }
 
-/// How far a shape's core reaches from the axis that its body turns about, m.
+/// Distance of the farthest point of a shape's core from the body's axis of rotation, m.
 fn radius_about(sweep: &Sweep, shape: &Collider) -> f64 {
     let Some(axis) = sweep.turn.try_normalize() else { return 0.0 };
     let axis = shape.body_from_shape.rotation.inverse() * (sweep.start.rotation.inverse() * axis);
@@ -97,13 +99,13 @@ pub struct Moving<'a> {
 }
 
 impl Moving<'_> {
-    /// Where the shape is after a part of the step.
+    /// Pose of the shape after a part of the step.
     fn at(&self, part: f64) -> Pose {
         self.sweep.at(part) * self.shape.body_from_shape
     }
 }
 
-/// How fast two shapes can come to overlap along directions of the world.
+/// Largest rates at which the overlap of two shapes grows along directions of the world.
 struct Rate {
     way: Vec3,
     turns: [(Vec3, f64); 2],
@@ -121,29 +123,29 @@ impl Rate {
         a + b - self.way.dot(normal)
     }
 
-    /// Along any.
+    /// Bound for every direction.
     fn at_most(&self) -> f64 {
         let [a, b] = self.turns.map(|(turn, radius)| turn.length() * radius);
         a + b + self.way.length()
     }
 }
 
-/// Whether two shapes that are `apart`, m, along a unit direction of the world from A to B cannot come to overlap along it by more
-/// than `most` in the step.
+/// Whether the overlap of two shapes that are `apart`, m, along a unit direction of the world from A to B
+/// cannot exceed `most` along it in the step.
 pub fn stays_apart(a: Moving<'_>, b: Moving<'_>, normal: Vec3, apart: f64, most: f64) -> bool {
     Rate::of(a, b).along(normal) <= apart + most
 }
 
-/// The part of the step after which two shapes stop that could come to overlap by more than `most`, m: where they overlap by half of
-/// it, or nearly so; 1 if they do not. Shapes that start with a deeper overlap may deepen it by 1/32 of `most`. What it computes is
-/// added to `spent`.
+/// The part of the step after which two shapes whose overlap could exceed `most`, m, stop: where they overlap
+/// by about half of it; 1 if they do not. Shapes that start with a deeper overlap may deepen it by 1/32 of
+/// `most`. The computing is added to `spent`.
 pub fn free_part(a: Moving<'_>, b: Moving<'_>, most: f64, spent: &mut u64) -> f64 {
     let rate = Rate::of(a, b);
     let reach = rate.at_most();
-    let near = NEAR * most;
-    let (mut part, mut before, mut least) = (0.0, 0.0, -STOP * most);
+    let near = MIN_ADVANCE * most;
+    let (mut part, mut before, mut least) = (0.0, 0.0, -STOP_AT * most);
     let mut direction = Vec3::ZERO;
-    for k in 0..MOST {
+    for k in 0..MAX_DIRECTIONS {
         *spent += MANIFOLD_WORK;
         let (at_a, at_b) = (a.at(part), b.at(part));
         let a_from_b = at_a.inv_mul(&at_b);
@@ -202,7 +204,8 @@ mod tests {
         }
     }
 
-    /// A rod whose end turns through a plate stops in it, less deep than it may; one that turns beside the plate goes on.
+    /// A rod whose end turns through a plate stops in it, less deep than the limit; one that turns next to
+    /// the plate continues.
     #[test]
     fn what_turns_stops_where_it_meets() {
         let shapes = shapes();
@@ -220,10 +223,10 @@ mod tests {
                 let part = free_part(a, b, most, &mut spent);
                 let reaches = meets && libm::sin(angle.min(1.57)) * 0.03 > -x;
                 assert_eq!(part < 1.0, reaches, "{angle} {x}: {part}");
-                assert!(spent <= MOST as u64 * MANIFOLD_WORK);
+                assert!(spent <= MAX_DIRECTIONS as u64 * MANIFOLD_WORK);
                 let stops = b.at(part);
                 let (_, apart) = apart(a.shape, b.shape, &stops, 1.0, Vec3::ZERO).expect("they are near");
-                assert!(!reaches || apart > -STOP * most && apart < 0.0, "{angle} {x}: {apart}");
+                assert!(!reaches || apart > -STOP_AT * most && apart < 0.0, "{angle} {x}: {apart}");
             }
         }
     }

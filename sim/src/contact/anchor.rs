@@ -1,4 +1,4 @@
-//! What a contact remembers from step to step: stiction without creep.
+//! Memory of a contact from step to step: stiction without creep.
 //!
 //! Regularised friction alone creeps: it needs a slip speed to give a force. A stiction anchor is a spring of stiffness
 //! k_t, N/m (`Config::anchor_stiffness`), with a damper k_t τ in parallel (τ = `Config::contact_dissipation_s`, s), both in
@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 /// Memory of one contact point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Anchor {
-    /// parry's point was there in an earlier step. A point that is not takes over from the points it replaces.
+    /// parry's point existed in an earlier step. A new point takes over the memory of the points it replaces.
     pub known: bool,
     /// The point was under load in the last step.
     pub loaded: bool,
@@ -31,33 +31,35 @@ pub struct Anchor {
     pub slip: f64,
     /// Normal force in the last step, N.
     pub normal_force: f64,
-    /// The same over the last [`BEARING_S`], N: a patch that chatters bears where it does on the whole.
+    /// Normal force averaged over the last [`BEARING_S`], N: the mean share of a point in a patch that
+    /// chatters.
     pub bearing: f64,
 }
 
-/// Over how long a point's bearing is taken, s: longer than a body chatters, shorter than it rocks.
+/// Time over which the bearing is averaged, s: longer than a period of chatter, shorter than rocking.
 const BEARING_S: f64 = 5e-3;
 
-/// Memory of a pair of shapes. The state has it of those alone that remember something.
+/// Memory of a pair of shapes. The state keeps only pairs that remember something.
 #[derive(Serialize, Deserialize)]
 pub struct Pair {
     /// Collider indices, the lower one first.
     pub key: (u32, u32),
     /// parry's contact points.
     pub manifold: ContactManifold<(), Anchor>,
-    /// What a newly found point starts from: the mean over the pair's loaded points.
+    /// Start value of a new point: the mean over the pair's loaded points.
     pub mean: Anchor,
-    /// Whose face the contact's normal is.
+    /// The shape whose face gives the contact's normal.
     pub facing: Facing,
-    /// Every point needs a face that is covered: it is known where they are, and they are no contact.
+    /// Every point would need a covered face: the points are known, but they are no contact.
     pub covered: bool,
-    /// How far from the middle of its points friction acts, as a part of how far they are: see [`super::manifold`].
+    /// Distance of friction from the middle of the points, as a part of the points' own distance: see
+    /// [`super::manifold`].
     pub lever: f64,
-    /// Overlap that the contact did not bring about, m: the shapes were first seen in each other. It counts as
-    /// touching and is taken back slowly.
+    /// Overlap that was there when the shapes were first found, m. It counts as touching and is removed
+    /// slowly.
     pub initial_overlap: f64,
-    /// Gap of the deepest point when the points were last looked at, m, and where B then stood in A's frame; of a pair
-    /// without points 0 and nothing.
+    /// Gap of the deepest point at the last update of the points, m, and the pose of B in A's frame then; 0
+    /// and identity for a pair without points.
     pub seen: (f64, Pose),
 }
 
@@ -76,7 +78,7 @@ impl Clone for Pair {
         }
     }
 
-    /// Keeps the list of points it has.
+    /// Keeps the allocated list of points.
     fn clone_from(&mut self, from: &Self) {
         let Pair { key, manifold, mean, facing, covered, lever, initial_overlap, seen } = from;
         let ContactManifold { points, local_n1, local_n2, subshape1, subshape2, subshape_poses, data: () } =
@@ -92,7 +94,7 @@ impl Clone for Pair {
 }
 
 impl Anchor {
-    /// Of a point that carries nothing.
+    /// Anchor of a point without load.
     pub const IDLE: Anchor = Anchor {
         known: true,
         loaded: false,
@@ -120,11 +122,12 @@ impl Anchor {
     }
 }
 
-/// No number of a contact's memory is larger, m, m/s or N: a square of it times any stiffness is still a number.
-const LARGEST: f64 = 1e15;
+/// Largest magnitude of a number in a contact's memory, m, m/s or N: its square times any stiffness is still
+/// finite.
+const MAX_MAGNITUDE: f64 = 1e15;
 
 fn bounded(numbers: &[f64]) -> bool {
-    numbers.iter().all(|x| x.abs() <= LARGEST)
+    numbers.iter().all(|x| x.abs() <= MAX_MAGNITUDE)
 }
 
 fn bounded_vector(v: Vec3) -> bool {
@@ -146,9 +149,9 @@ impl Pair {
         }
     }
 
-    /// Whether there is nothing to remember. From its normals parry begins its search, so that they count.
+    /// Whether there is nothing to remember. parry starts its search from the normals, so they count.
     pub(crate) fn is_blank(&self) -> bool {
-        // Without points no face is known, and no lever.
+        // Without points neither face nor lever is known.
         let Pair { key: _, manifold, mean, facing: _, covered: _, lever: _, initial_overlap, seen: _ } = self;
         manifold.points.is_empty()
             && manifold.local_n1 == Vec3::ZERO
@@ -157,7 +160,7 @@ impl Pair {
             && *initial_overlap == 0.0
     }
 
-    /// Whether every number can be one of a pair that was stepped.
+    /// Whether every number is possible for a pair that was stepped.
     pub(crate) fn is_bounded(&self) -> bool {
         let Pair {
             key: _,
@@ -185,7 +188,7 @@ impl Pair {
     }
 
     pub(crate) fn digest(&self, h: &mut Digest) {
-        // Taken apart by name, so that nothing can be forgotten; of convex shapes the rest is empty.
+        // Destructured by name, so that nothing can be forgotten; for convex shapes the rest is empty.
         let Pair { key, manifold, mean, facing, covered, lever, initial_overlap, seen: (gap, a_from_b) } =
             self;
         let ContactManifold { points, local_n1, local_n2, subshape1, subshape2, subshape_poses: _, data: () } =
@@ -221,14 +224,15 @@ pub fn stretch_after(before: Vec3, impulse: Vec3, stiffness: f64, dissipation_s:
     (impulse * (-1.0 / (h * stiffness)) + before * ratio) / (1.0 + ratio)
 }
 
-/// Elastic stretch `x₁` of a contact that slid in the step: along the friction impulse's line, and no longer than the
-/// spring alone would hold it, `0 ≤ x·(−f̂) ≤ |f|/k_t`. Without it a spring stretched by an impact, or by slip in another
-/// direction, relaxes over the dissipation time and turns friction away from the slip meanwhile. It only shortens the
+/// Elastic stretch `x₁` of a contact that slid in the step: along the line of the friction impulse, and no
+/// longer than the spring alone would hold it, `0 ≤ x·(−f̂) ≤ |f|/k_t`. Otherwise a spring stretched by an
+/// impact, or by slip in another direction, relaxes over the dissipation time and meanwhile turns friction
+/// away from the slip. The rule only shortens the spring, so that energy is lost.
 /// spring: energy is lost.
 #[inline]
 pub fn stretch_sliding(stretch: Vec3, impulse: Vec3, stiffness: f64, h: f64) -> Vec3 {
     let size = impulse.length();
-    // Also of a solve that came to no number, whose step is none.
+    // Also covers a solve that ended in NaN, whose step is discarded.
     if size.is_nan() || size == 0.0 {
         return Vec3::ZERO;
     }

@@ -1,27 +1,28 @@
-//! Broad phase: which pairs of shapes are near enough to be looked at in every step.
+//! Broad phase: pairs of shapes that are close enough to check in every step.
 //!
-//! Every shape has a generous box. Only when a shape leaves its box is the list of near pairs made anew, so
-//! that most steps test a few dozen pairs instead of all. The list is a superset of what touches; a step's
-//! result does not depend on it.
+//! Every shape has an enlarged box. The list of near pairs is rebuilt only when a shape leaves its box, so
+//! that most steps test a few dozen pairs instead of all. The list is a superset of the touching pairs; the
+//! result of a step does not depend on it.
 
 use crate::model::{Model, Owner};
 use palmares_models::{Mat3, Pose, Vec3};
 use parry3d_f64::bounding_volume::Aabb;
 
-/// How far the generous box reaches beyond the tight one, m: a hand at 1 m/s refreshes it every 20 ms.
+/// Distance by which the enlarged box exceeds the tight one, m: a hand at 1 m/s refreshes it every 20 ms.
 const SLACK_M: f64 = 0.02;
 
-/// When a list is made, boxes are renewed that leave less than this, m: links that move together then leave theirs together,
-/// and a list serves for longer.
+/// A rebuild of the list also refits boxes with less slack than this, m: links that move together then leave
+/// their boxes together, and a list lasts longer.
 const SPENT_M: f64 = 0.01;
 
-/// The generous boxes.
+/// Enlarged boxes.
 #[derive(Clone, Default)]
 pub struct BroadPhase {
     boxes: Vec<Aabb>,
     /// Pairs of boxes that share a point, ascending.
     keys: Vec<(u32, u32)>,
-    /// The shapes, by where their boxes begin along x: a box shares no point with those that begin beyond it.
+    /// Shapes sorted by the start of their boxes along x: a box shares no point with boxes that start beyond
+    /// it.
     by_x: Vec<usize>,
     /// The last list, while a new one is made.
     old: Vec<(u32, u32)>,
@@ -33,12 +34,12 @@ impl BroadPhase {
         self.boxes.clear();
     }
 
-    /// The near pairs of shapes, the lower place first, ascending.
+    /// Near pairs of shapes, lower index first, ascending.
     pub fn keys(&self) -> &[(u32, u32)] {
         &self.keys
     }
 
-    /// Brings the list up to date with the tight bounds of all shapes; false when it is still the same.
+    /// Updates the list for the tight bounds of all shapes; false if it did not change.
     pub fn update(&mut self, model: &Model, tight: &[Aabb]) -> bool {
         let known = self.boxes.len() == tight.len();
         if known && self.boxes.iter().zip(tight).all(|(outer, inner)| contains(outer, inner)) {
@@ -81,7 +82,7 @@ impl BroadPhase {
     }
 }
 
-/// Whether two shapes, the lower place first, can be in contact.
+/// Whether two shapes, lower index first, can be in contact.
 fn may_touch(model: &Model, i: usize, j: usize) -> bool {
     match (model.colliders()[i].owner, model.colliders()[j].owner) {
         (Owner::Static, Owner::Static) => false,
@@ -102,7 +103,7 @@ pub fn tight_bounds(local: &Aabb, pose: &Pose, margin: f64) -> Aabb {
     Aabb { mins: center - reach, maxs: center + reach }
 }
 
-/// How far two boxes are apart along the axis that parts them best; negative where they share a point.
+/// Gap of two boxes along the axis that separates them best; negative where they share a point.
 #[inline]
 pub fn separation(a: &Aabb, b: &Aabb) -> f64 {
     (a.mins - b.maxs).max(b.mins - a.maxs).max_element()

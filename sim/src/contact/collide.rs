@@ -1,4 +1,4 @@
-//! Collision detection of one step: bounds, near pairs, contact points; bodies that are touched wake.
+//! Collision detection of one step: bounds, near pairs, contact points. Touched bodies wake.
 
 use super::broad_phase::{BroadPhase, tight_bounds};
 use super::distance_cache::DistanceCache;
@@ -14,24 +14,24 @@ use parry3d_f64::bounding_volume::Aabb;
 #[derive(Default)]
 pub(crate) struct Collision {
     pub contacts: Contacts,
-    /// Of every shape in the world.
+    /// World pose of every shape.
     pub poses: Vec<Pose>,
     pub distances: DistanceCache,
     broad_phase: BroadPhase,
-    /// Of every shape, grown by half the margin and by what its speed takes it in a step.
+    /// Bounds of every shape, grown by half the margin and by its motion in a step.
     pub bounds: Vec<Aabb>,
     /// Upper bound of the speed of any point of each shape at the start of the step, m/s.
     pub speeds: Vec<f64>,
-    /// The same one step earlier; empty when the state was changed from outside.
+    /// The same speeds one step earlier; empty after a change of the state from outside.
     speeds_before: Vec<f64>,
-    /// Largest way that any point of each shape can have made in the last step, m.
+    /// Largest distance that any point of each shape can have moved in the last step, m.
     paths: Vec<f64>,
-    /// Which objects slept when it was last looked.
+    /// Objects that slept at the last update.
     asleep: Vec<bool>,
 }
 
 impl Collision {
-    /// Forgets what was found in earlier steps: the state has been changed from outside.
+    /// Discards cached results: the state has been changed from outside.
     pub(crate) fn invalidate(&mut self) {
         self.broad_phase.invalidate();
         self.bounds.clear();
@@ -40,9 +40,9 @@ impl Collision {
     }
 }
 
-/// Finds the contact points of a step in `state`, whose hand has these `dynamics`; bodies that are touched wake, and with
-/// them what they touch. `spent` has been computed in the step already; returns what has been then. Beyond
-/// [`step_work`] the search ends.
+/// Finds the contact points of a step in `state`, whose hand has these `dynamics`. Touched bodies wake, and
+/// so do the bodies that they touch. `spent` is the computing of the step up to here; returns the computing
+/// after the search. The search ends beyond [`step_work`].
 pub(crate) fn collide(
     model: &Model,
     state: &mut State,
@@ -58,25 +58,25 @@ pub(crate) fn collide(
         collision;
     if broad_phase.update(model, bounds) {
         distances.follow(broad_phase.keys());
-        // Of others nothing is remembered.
+        // The memory of all other pairs is dropped.
         state.pairs.retain(|pair| broad_phase.keys().binary_search(&pair.key).is_ok());
         spent += (model.colliders().len() * model.colliders().len()) as u64;
     }
     let known = speeds_before.len() == speeds.len();
     update_paths(model, speeds, speeds_before, paths);
     if !known {
-        distances.forget(speeds.len());
+        distances.clear(speeds.len());
     }
     let h = model.config().step_s;
     let from_rest = model.config().from_rest(false);
     let ahead = speeds.iter().map(|speed| 2.0 * h * speed + 0.5 * from_rest);
     distances.travel(if known { paths } else { &[] }, ahead);
     let allowed = step_work(model.objects().len());
-    // Every round but the last wakes an object at least.
+    // Every round but the last wakes at least one object.
     loop {
         let bodies = Bodies { model, dynamics, v: &state.v, objects: &state.objects, sleep: &state.sleep };
         if asleep.iter().zip(&state.sleep).any(|(slept, sleep)| *slept && !sleep.asleep) {
-            distances.rouse(|shape| bodies.is_awake(model.colliders()[shape].owner));
+            distances.reactivate(|shape| bodies.is_awake(model.colliders()[shape].owner));
         }
         asleep.clear();
         asleep.extend(state.sleep.iter().map(|sleep| sleep.asleep));
@@ -111,12 +111,12 @@ fn update_shapes(model: &Model, state: &State, dynamics: &HandDynamics, collisio
     speeds.clear();
     for (i, collider) in model.colliders().iter().enumerate() {
         let pose = match collider.owner {
-            // Furniture is where it was.
+            // Furniture has not moved.
             Owner::Static if !fresh => {
                 speeds.push(0.0);
                 continue;
             }
-            // So is what slept through the last step.
+            // Neither has an object that slept through the last step.
             Owner::Object(k) if !fresh && state.sleep[k].asleep && asleep.get(k) == Some(&true) => {
                 speeds.push(0.0);
                 continue;
@@ -137,8 +137,8 @@ fn update_shapes(model: &Model, state: &State, dynamics: &HandDynamics, collisio
     }
 }
 
-/// How far each shape can have moved in the last step. Nothing moved farther than at the faster of its two speeds, but for
-/// what gravity adds to a ballistic way and rounding.
+/// Largest motion of each shape in the last step. No point moved faster than the faster of its two speeds,
+/// apart from gravity on a ballistic path and rounding.
 fn update_paths(model: &Model, speeds: &[f64], before: &[f64], paths: &mut Vec<f64>) {
     let h = model.config().step_s;
     let fall = model.config().gravity.length() * h * h;
@@ -150,7 +150,7 @@ fn update_paths(model: &Model, speeds: &[f64], before: &[f64], paths: &mut Vec<f
     let faster = speeds.iter().zip(before).map(|(a, b)| a.max(*b));
     for ((path, speed), collider) in paths.iter_mut().zip(faster).zip(model.colliders()) {
         let own = if speed > 0.0 { 1.01 * h * speed + fall } else { 0.0 };
-        // A hand's step begins with a third of the way of the last one (BDF2).
+        // The step of a hand starts with a third of its last displacement (BDF2).
         let linked = matches!(collider.owner, Owner::Link(_)) && path.is_finite();
         *path = if linked { own.max((*path + 2.0 * own) / 3.0) } else { own };
     }

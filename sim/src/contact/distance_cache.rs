@@ -1,47 +1,47 @@
-//! Distances of near pairs: which of them have to be looked at in a step.
+//! Distances of near pairs: selects the pairs that a step has to check.
 //!
-//! Every shape has an odometer: an upper bound of the way that any of its points has made. A pair that is known to be
-//! some distance apart is not looked at before the odometers could have used that distance up, so that most pairs
-//! cost one comparison. A cache: no result depends on it.
+//! Every shape has an odometer: an upper bound of the distance that any of its points has travelled. A pair
+//! with a known gap is not checked before the odometers could have used up that gap, so that most pairs cost
+//! one comparison. This is a cache: no result depends on it.
 
 use palmares_models::Pose;
 
-/// A pair and when to look at it.
+/// A pair and the odometer value at which it is due.
 #[derive(Clone, Copy, Debug)]
-struct Watch {
+struct PairBound {
     key: (u32, u32),
-    /// The sum of both odometers that uses up what is known of the pair's distance.
+    /// Sum of both odometers that uses up the known gap of the pair.
     until: f64,
 }
 
-/// Odometers, and what is known of the distances of the near pairs.
+/// Odometers, and the known gaps of the near pairs.
 #[derive(Clone, Debug, Default)]
 pub struct DistanceCache {
     /// In the order of the near pairs.
-    watches: Vec<Watch>,
+    bounds: Vec<PairBound>,
     /// The same before the list of pairs changed.
-    old: Vec<Watch>,
-    /// Of every pair: the distance that its shapes were found to have, m, and where B then stood in A's frame.
+    old: Vec<PairBound>,
+    /// Per pair: the gap that was found, m, and the pose of B in A's frame then.
     gaps: Vec<(f64, Pose)>,
     /// The same before the list of pairs changed.
     old_gaps: Vec<(f64, Pose)>,
-    /// Of every shape: the way so far, m.
+    /// Per shape: distance travelled since the cache began, m.
     odometer: Vec<f64>,
-    /// ... and with it what may count against a distance in this step.
+    /// The same plus the distance that may count against a gap in this step.
     ahead: Vec<f64>,
 }
 
 impl DistanceCache {
-    /// Forgets all distances: the state has been changed from outside.
-    pub fn forget(&mut self, shapes: usize) {
+    /// Discards all gaps: the state has been changed from outside.
+    pub fn clear(&mut self, shapes: usize) {
         self.odometer.clear();
         self.odometer.resize(shapes, 0.0);
-        for watch in &mut self.watches {
-            watch.until = f64::NEG_INFINITY;
+        for bound in &mut self.bounds {
+            bound.until = f64::NEG_INFINITY;
         }
     }
 
-    /// Counts the last step's `paths`; `reach` of a shape is how much of a pair's distance it can use up in this step.
+    /// Adds the last step's `paths`; `reach` of a shape is the part of a gap that it can use up in this step.
     pub fn travel(&mut self, paths: &[f64], reach: impl Iterator<Item = f64>) {
         for (odometer, path) in self.odometer.iter_mut().zip(paths) {
             *odometer += path;
@@ -52,83 +52,83 @@ impl DistanceCache {
 
     /// Follows a new list of near pairs.
     pub fn follow(&mut self, keys: &[(u32, u32)]) {
-        std::mem::swap(&mut self.watches, &mut self.old);
+        std::mem::swap(&mut self.bounds, &mut self.old);
         std::mem::swap(&mut self.gaps, &mut self.old_gaps);
         let mut old = self.old.drain(..).zip(self.old_gaps.drain(..)).peekable();
-        self.watches.clear();
+        self.bounds.clear();
         self.gaps.clear();
         for &key in keys {
-            while old.next_if(|(watch, _)| watch.key < key).is_some() {}
-            let unknown = (Watch { key, until: f64::NEG_INFINITY }, (0.0, Pose::IDENTITY));
-            let (watch, gap) = old.next_if(|(watch, _)| watch.key == key).unwrap_or(unknown);
-            self.watches.push(watch);
+            while old.next_if(|(bound, _)| bound.key < key).is_some() {}
+            let unknown = (PairBound { key, until: f64::NEG_INFINITY }, (0.0, Pose::IDENTITY));
+            let (bound, gap) = old.next_if(|(bound, _)| bound.key == key).unwrap_or(unknown);
+            self.bounds.push(bound);
             self.gaps.push(gap);
         }
     }
 
     /// Number of near pairs.
     pub fn count(&self) -> usize {
-        self.watches.len()
+        self.bounds.len()
     }
 
     /// The next pair from `from` on that may have come near.
     #[inline]
     pub fn next(&self, from: usize) -> Option<usize> {
-        let due = |watch: &Watch| {
-            let (a, b) = watch.key;
-            watch.until <= self.ahead[a as usize] + self.ahead[b as usize]
+        let due = |bound: &PairBound| {
+            let (a, b) = bound.key;
+            bound.until <= self.ahead[a as usize] + self.ahead[b as usize]
         };
-        self.watches.get(from..)?.iter().position(due).map(|k| from + k)
+        self.bounds.get(from..)?.iter().position(due).map(|k| from + k)
     }
 
     /// The shapes of pair `index`.
     #[inline]
     pub fn key(&self, index: usize) -> (usize, usize) {
-        let (a, b) = self.watches[index].key;
+        let (a, b) = self.bounds[index].key;
         (a as usize, b as usize)
     }
 
-    /// Whether two shapes, the lower place first, are a near pair.
+    /// Whether two shapes, lower index first, are a near pair.
     pub fn has(&self, key: (u32, u32)) -> bool {
-        self.watches.binary_search_by_key(&key, |watch| watch.key).is_ok()
+        self.bounds.binary_search_by_key(&key, |bound| bound.key).is_ok()
     }
 
-    /// Neither shape of pair `index` moves: it is not looked at until one of them is roused.
-    pub fn rest(&mut self, index: usize) {
-        self.watches[index].until = f64::INFINITY;
+    /// Neither shape of pair `index` moves: the pair is not checked until one of them is reactivated.
+    pub fn deactivate(&mut self, index: usize) {
+        self.bounds[index].until = f64::INFINITY;
     }
 
-    /// Looks at the pairs at rest again in which a shape `is_awake`.
-    pub fn rouse(&mut self, is_awake: impl Fn(usize) -> bool) {
-        for Watch { key: (a, b), until } in &mut self.watches {
+    /// Checks the pairs at rest again in which a shape `is_awake`.
+    pub fn reactivate(&mut self, is_awake: impl Fn(usize) -> bool) {
+        for PairBound { key: (a, b), until } in &mut self.bounds {
             if *until == f64::INFINITY && (is_awake(*a as usize) || is_awake(*b as usize)) {
                 *until = f64::NEG_INFINITY;
             }
         }
     }
 
-    /// What is left of the distance of pair `index`, m.
+    /// Remaining gap of pair `index`, m.
     pub fn slack(&self, index: usize) -> f64 {
-        self.watches[index].until - self.ways(index)
+        self.bounds[index].until - self.ways(index)
     }
 
-    /// The shapes of pair `index` are this far apart, m.
-    pub fn learn(&mut self, index: usize, distance: f64) {
-        self.watches[index].until = distance + self.ways(index);
+    /// Stores a lower bound of the gap of pair `index`, m.
+    pub fn set_bound(&mut self, index: usize, distance: f64) {
+        self.bounds[index].until = distance + self.ways(index);
     }
 
-    /// What is known of the distance of pair `index`, m, and where B then stood in A's frame; 0 if nothing is.
+    /// Known gap of pair `index`, m, and the pose of B in A's frame when it was found; 0 if unknown.
     pub fn gap(&self, index: usize) -> (f64, Pose) {
         self.gaps[index]
     }
 
-    /// The shapes of pair `index` have this distance, m, where B stands there in A's frame.
-    pub fn remember(&mut self, index: usize, gap: f64, a_from_b: Pose) {
+    /// Stores the gap of pair `index`, m, at this pose of B in A's frame.
+    pub fn set_gap(&mut self, index: usize, gap: f64, a_from_b: Pose) {
         self.gaps[index] = (gap, a_from_b);
     }
 
     fn ways(&self, index: usize) -> f64 {
-        let (a, b) = self.watches[index].key;
+        let (a, b) = self.bounds[index].key;
         self.odometer[a as usize] + self.odometer[b as usize]
     }
 }
@@ -140,36 +140,36 @@ mod tests {
     #[test]
     fn a_pair_is_looked_at_when_its_distance_may_be_used_up() {
         let mut cache = DistanceCache::default();
-        cache.forget(3);
+        cache.clear(3);
         cache.follow(&[(0, 1), (0, 2), (1, 2)]);
         let reach = [0.5, 0.0, 1.0];
         cache.travel(&[0.0; 3], reach.into_iter());
         assert_eq!((cache.next(0), cache.next(1), cache.next(3)), (Some(0), Some(1), None));
-        cache.learn(0, 2.0);
-        cache.learn(1, 2.0);
+        cache.set_bound(0, 2.0);
+        cache.set_bound(1, 2.0);
         assert_eq!((cache.next(0), cache.next(3)), (Some(2), None));
         cache.travel(&[0.25, 0.5, 0.5], reach.into_iter());
         // 0.75 of 2 m are used up, and 0.5 and 1.5 m of reach.
         assert_eq!((cache.next(0), cache.slack(0)), (Some(1), 1.25));
-        // What is known survives a new list; what is new is looked at.
+        // Known gaps survive a new list; new pairs are checked.
         cache.follow(&[(0, 1), (0, 3)]);
         assert_eq!(cache.slack(0), 1.25);
-        cache.forget(3);
+        cache.clear(3);
         assert_eq!(cache.slack(0), f64::NEG_INFINITY);
     }
 
     #[test]
     fn a_pair_at_rest_is_looked_at_when_one_of_it_is_roused() {
         let mut cache = DistanceCache::default();
-        cache.forget(3);
+        cache.clear(3);
         cache.follow(&[(0, 1), (1, 2)]);
         cache.travel(&[], [1.0; 3].into_iter());
-        cache.rest(0);
-        cache.rest(1);
+        cache.deactivate(0);
+        cache.deactivate(1);
         assert_eq!(cache.next(0), None);
-        cache.rouse(|shape| shape == 2);
+        cache.reactivate(|shape| shape == 2);
         assert_eq!((cache.next(0), cache.key(1)), (Some(1), (1, 2)));
-        // A new list does not wake what is at rest.
+        // A new list does not wake pairs at rest.
         cache.follow(&[(0, 1), (0, 2), (1, 2)]);
         assert_eq!((cache.next(0), cache.next(2)), (Some(1), Some(2)));
     }

@@ -1,11 +1,11 @@
-//! Free bodies and the points at which they could meet, as a sequence of impacts sees them.
+//! Free bodies and the points at which they could meet, for a sequence of impacts.
 
 use palmares_models::{Mat3, Vec3};
 
-/// Furniture's place among the bodies.
+/// Index that marks furniture among the bodies.
 pub const FIXED: usize = usize::MAX;
 
-/// What presses on a contact in a step less than this part of an impact's impulse is rounding, no load.
+/// A load in a step below this part of an impact's impulse is rounding.
 const NO_LOAD: f64 = 1e-6;
 
 /// A free body.
@@ -19,11 +19,11 @@ pub struct ImpactBody {
     pub inverse_inertia: Mat3,
     /// Velocities at the start of the step: linear in m/s, angular in rad/s.
     pub start: [Vec3; 2],
-    /// The same now, without what gravity has added since.
+    /// Velocities now, without gravity's contribution since the start.
     pub(super) now: [Vec3; 2],
-    /// When it was hit first and last, s.
+    /// Times of the first and the last hit, s.
     pub(super) hit: Option<(f64, f64)>,
-    /// Way until it was hit last, without what gravity adds, m.
+    /// Displacement until the last hit, without gravity, m.
     pub(super) way: Vec3,
 }
 
@@ -33,8 +33,8 @@ impl ImpactBody {
         ImpactBody { center, inverse_mass, inverse_inertia, start, now: start, hit: None, way: Vec3::ZERO }
     }
 
-    /// When it was hit first, and how much farther it comes than with the velocity of the start until then and with that
-    /// of the end from then on, m.
+    /// Time of the first hit, and the displacement beyond that of the start velocity until the hit and the
+    /// end velocity after it, m.
     pub fn detour(&self) -> Option<(f64, Vec3)> {
         let (first, last) = self.hit?;
         Some((first, self.way - self.start[0] * first - self.now[0] * (last - first)))
@@ -62,26 +62,26 @@ pub struct ImpactCandidate {
     pub gravity: Vec3,
     /// Coefficient of restitution.
     pub restitution: f64,
-    /// What it carried in the last step, N s.
+    /// Impulse of the last step, N s.
     pub load: f64,
-    /// The caller's name for the point.
+    /// The caller's index of the point.
     pub place: usize,
     /// Change of the bodies' angular velocities per impulse.
     pub(super) turns: [Vec3; 2],
     /// Change of the normal velocity per impulse, 1/kg.
-    pub(super) yielding: f64,
-    /// Impulse so far, N s, ...
+    pub(super) inverse_effective_mass: f64,
+    /// Impulse up to now, N s.
     pub(super) impulse: f64,
-    /// ... and the sum of its parts times their times.
+    /// Sum of its parts times their times.
     pub(super) timed: f64,
-    /// Whether it takes part in the next impact of its bodies, ...
+    /// Whether the point takes part in the next impact of its bodies.
     pub(super) due: bool,
-    /// ... or would if the step were longer.
+    /// Whether it would if the step were longer.
     pub(super) misses: bool,
-    /// Normal velocity to reach in the present impact, m/s, ...
-    pub(super) wanted: f64,
-    /// ... and the impulse that does, N s.
-    pub(super) given: f64,
+    /// Normal velocity that the present impact has to reach, m/s.
+    pub(super) target_velocity: f64,
+    /// Impulse that reaches it, N s.
+    pub(super) added_impulse: f64,
 }
 
 impl ImpactCandidate {
@@ -97,22 +97,22 @@ impl ImpactCandidate {
             load: 0.0,
             place,
             turns: [Vec3::ZERO; 2],
-            yielding: 0.0,
+            inverse_effective_mass: 0.0,
             impulse: 0.0,
             timed: 0.0,
             due: false,
             misses: false,
-            wanted: 0.0,
-            given: 0.0,
+            target_velocity: 0.0,
+            added_impulse: 0.0,
         }
     }
 
-    /// When it was hit, s: the mean over its impulses.
+    /// Time of the hit, s: the mean over its impulses.
     pub fn hit(&self) -> Option<f64> {
         (self.impulse > 0.0).then(|| self.timed / self.impulse)
     }
 
-    /// Whether its surfaces come nearer at the end, fast enough to rebound, but do not meet in the step.
+    /// Whether its surfaces approach at the end, fast enough to rebound, but do not meet in the step.
     pub fn misses(&self) -> bool {
         self.misses
     }
@@ -122,7 +122,7 @@ impl ImpactCandidate {
         (a.min(b), a.max(b), self.place)
     }
 
-    /// Normal velocity now, with what gravity has added until `time`.
+    /// Normal velocity now, including gravity up to `time`.
     pub(super) fn velocity(&self, bodies: &[ImpactBody], time: f64) -> f64 {
         self.normal.dot(self.relative(bodies, |body| body.now) + self.gravity * time)
     }
@@ -137,10 +137,11 @@ impl ImpactCandidate {
         at(1) - at(0)
     }
 
-    /// When the surfaces meet if nothing else happens and they come nearer fast enough, and whether that is within the step.
+    /// Time at which the surfaces meet if nothing else happens and they approach fast enough, and whether
+    /// this is within the step.
     pub(super) fn meets(&self, bodies: &[ImpactBody], time: f64, h: f64, least: f64) -> Option<(f64, bool)> {
         let (velocity, rest) = (self.velocity(bodies, time), h - time);
-        if velocity >= -least || self.load * self.yielding > -velocity * NO_LOAD {
+        if velocity >= -least || self.load * self.inverse_effective_mass > -velocity * NO_LOAD {
             return None;
         }
         let within = self.gap + rest * (velocity + rest * self.gravity.dot(self.normal)) < 0.0;

@@ -1,38 +1,38 @@
-//! Impacts of several bodies within one step, played one after another in the order of time.
+//! Impacts of several bodies within one step, one after another in order of time.
 //!
-//! Newton's law of impact says how two bodies part, not who else is hit by what then moves: all at once, with the
-//! velocities of the start, the second ball of a cradle would take nothing on. So whoever meets first exchanges the
-//! frictionless impulse of two, and what moves differently from then on may meet others, until nothing is due any more.
-//! Surfaces that touch already are a chain of such impacts without time between them.
+//! Newton's law of impact determines how two bodies separate, but not which bodies are hit afterwards. If all
+//! impacts used the velocities of the start, the second ball of a cradle would pass nothing on. So the pair
+//! that meets first exchanges the frictionless impulse of two bodies; bodies with a changed velocity may meet
+//! others, until no impact is due. Surfaces in contact are a chain of such impacts with no time between them.
 //!
-//! All impulses push. So the velocities of the end are also what the step's convex problem has for its solution when each
-//! of the points asks for the normal velocity that it ended with.
+//! All impulses push. The final velocities therefore also solve the step's convex problem, if each point
+//! requires the normal velocity that it ended with.
 
 use super::impact_candidate::{FIXED, ImpactBody, ImpactCandidate};
 use crate::bounds::{POINT_WORK, STEP_WORK};
 use palmares_models::Vec3;
 use std::ops::Range;
 
-/// So many impacts for each two bodies, and the play is given up: something rattles.
-const MOST: usize = 16;
+/// Largest number of impacts per pair of bodies; beyond it the sequence is abandoned (rattling).
+const MAX_IMPACTS: usize = 16;
 
-/// So much computing, in the unit of [`crate::bounds`], and it is given up too.
-const MOST_WORK: u64 = STEP_WORK / 20;
+/// Largest computing of a sequence, in the unit of [`crate::bounds`]; beyond it the sequence is abandoned.
+const MAX_WORK: u64 = STEP_WORK / 20;
 
-/// The points between two bodies share their impulse in so many sweeps at most ...
-const SWEEPS: usize = 200;
+/// Largest number of sweeps over the points between two bodies.
+const MAX_SWEEPS: usize = 200;
 
-/// ... or until none changes its velocity by more than this part of the fastest.
+/// Sweeps end when no point changes its velocity by more than this part of the fastest.
 const SETTLED: f64 = 1e-12;
 
-/// The points between two bodies; furniture is one body.
+/// The points between two bodies; all furniture is one body.
 #[derive(Clone, Debug)]
 struct ImpactEvent {
     bodies: [usize; 2],
     candidates: Range<usize>,
-    /// The gaps are those of this time, s.
+    /// Time for which the gaps are known, s.
     known: f64,
-    /// When the bodies meet next, s; infinite if they do not.
+    /// Time at which the bodies meet next, s; infinite if they do not.
     next: f64,
 }
 
@@ -55,15 +55,15 @@ pub struct ImpactSequence {
 }
 
 impl ImpactSequence {
-    /// Forgets everything.
+    /// Removes all bodies and points.
     pub fn clear(&mut self) {
         self.bodies.clear();
         self.candidates.clear();
         self.events.clear();
     }
 
-    /// Plays a step of `h`, in which surfaces rebound that meet faster than `least`. True if more came of it than a single
-    /// impact, and the number of impacts was reasonable.
+    /// Plays a step of `h`, in which surfaces that meet faster than `least` rebound. True if more than a
+    /// single impact resulted, and their number stayed within the limit.
     pub fn play(&mut self, h: f64, least: f64) -> bool {
         self.arrange();
         self.work = POINT_WORK * self.candidates.len() as u64;
@@ -72,7 +72,7 @@ impl ImpactSequence {
         }
         let mut impacts = 0;
         while let Some((next, time)) = self.earliest() {
-            if impacts == MOST * self.events.len() || self.work > MOST_WORK {
+            if impacts == MAX_IMPACTS * self.events.len() || self.work > MAX_WORK {
                 return false;
             }
             impacts += 1;
@@ -97,7 +97,7 @@ impl ImpactSequence {
                 if let Some(body) = self.bodies.get(body) {
                     let moment = candidate.arms[side].cross(candidate.normal);
                     candidate.turns[side] = body.inverse_inertia * moment;
-                    candidate.yielding += body.inverse_mass + moment.dot(candidate.turns[side]);
+                    candidate.inverse_effective_mass += body.inverse_mass + moment.dot(candidate.turns[side]);
                 }
             }
             let (a, b, _) = candidate.key();
@@ -113,7 +113,7 @@ impl ImpactSequence {
         }
     }
 
-    /// Who meets first; of several at a time those that come first.
+    /// The pair that meets first; of several at the same time, the first in order.
     fn earliest(&self) -> Option<(usize, f64)> {
         let mut found = None;
         for (k, event) in self.events.iter().enumerate() {
@@ -137,7 +137,7 @@ impl ImpactSequence {
         }
     }
 
-    /// Lets two bodies exchange their impulse, and looks at whom they meet now.
+    /// Exchanges the impulse of two bodies, and updates the next meetings of both.
     fn meet(&mut self, which: usize, time: f64, h: f64, least: f64) {
         let who = self.events[which].bodies;
         for event in self.events.iter_mut().filter(|event| event.shares(who)) {
@@ -159,25 +159,25 @@ impl ImpactSequence {
         }
     }
 
-    /// The impulses between two bodies: every point that is due in the step comes out at `−e v_n` at least, and pushes
-    /// only if it comes out at no more.
+    /// The impulses between two bodies: every point that is due in the step ends at `−e v_n` at least, and
+    /// pushes only if it ends exactly there.
     fn exchange(&mut self, candidates: Range<usize>, time: f64) {
         let (bodies, candidates) = (&mut self.bodies, &mut self.candidates[candidates]);
         let (mut fastest, mut together): (f64, usize) = (0.0, 0);
         for candidate in candidates.iter_mut().filter(|candidate| candidate.due) {
             let velocity = candidate.velocity(bodies, time);
-            (candidate.wanted, candidate.given) = (-candidate.restitution * velocity, 0.0);
+            (candidate.target_velocity, candidate.added_impulse) = (-candidate.restitution * velocity, 0.0);
             fastest = fastest.max(-velocity);
             together += 1;
         }
-        for _ in 0..if together == 1 { 1 } else { SWEEPS } {
+        for _ in 0..if together == 1 { 1 } else { MAX_SWEEPS } {
             let mut change: f64 = 0.0;
             for candidate in candidates.iter_mut().filter(|candidate| candidate.due) {
-                let missing = candidate.wanted - candidate.velocity(bodies, time);
-                let more = (missing / candidate.yielding).max(-candidate.given);
+                let missing = candidate.target_velocity - candidate.velocity(bodies, time);
+                let more = (missing / candidate.inverse_effective_mass).max(-candidate.added_impulse);
                 candidate.push(bodies, more);
-                candidate.given += more;
-                change = change.max((more * candidate.yielding).abs());
+                candidate.added_impulse += more;
+                change = change.max((more * candidate.inverse_effective_mass).abs());
                 self.work += POINT_WORK / 2;
             }
             if change <= SETTLED * fastest {
@@ -185,8 +185,8 @@ impl ImpactSequence {
             }
         }
         for candidate in candidates.iter_mut().filter(|candidate| candidate.due) {
-            candidate.impulse += candidate.given;
-            candidate.timed += candidate.given * time;
+            candidate.impulse += candidate.added_impulse;
+            candidate.timed += candidate.added_impulse * time;
         }
     }
 }
@@ -219,7 +219,7 @@ mod tests {
         sequence.bodies.iter().map(|body| body.now[0].x).collect()
     }
 
-    /// Where the bodies come to in the step, from where they were.
+    /// Displacements of the bodies in the step.
     fn ways(sequence: &ImpactSequence) -> Vec<f64> {
         let way = |body: &ImpactBody| match body.detour() {
             None => body.start[0].x * H,
@@ -240,7 +240,7 @@ mod tests {
             let mut cradle = row(&[0.1; 5], &[1.0, 0.0, 0.0, 0.0, 0.0], &[gap; 4], 1.0);
             assert!(cradle.play(H, LEAST));
             close(&speeds(&cradle), &[0.0, 0.0, 0.0, 0.0, 1.0]);
-            // Each comes as far as to its neighbour's old place; the last has what is left of the step.
+            // Each moves up to its neighbour's old position; the last has the rest of the step.
             close(&ways(&cradle), &[gap, gap, gap, gap, H - 4.0 * gap]);
             for (candidate, exact) in cradle.candidates.iter().zip([0.0, 0.0, 0.0, 1.0]) {
                 let [_, end] = cradle.velocities(candidate, H);

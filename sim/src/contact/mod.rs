@@ -1,4 +1,4 @@
-//! Which shapes may touch, and where: broad phase, narrow phase by parry, impacts, and the memory of stiction.
+//! Contact detection: broad phase, narrow phase by parry, impacts, and the memory of stiction.
 
 pub mod advancement;
 pub mod anchor;

@@ -9,7 +9,7 @@ use super::spin::SpinLaw;
 use crate::bounds::{DISTANCE_WORK, MANIFOLD_WORK, POINT_WORK};
 use crate::config::Config;
 use crate::dynamics::hand::HandDynamics;
-use crate::dynamics::spatial::Motion;
+use crate::dynamics::spatial::SpatialVelocity;
 use crate::model::{Collider, Model, Owner, pair_friction};
 use crate::state::Sleep;
 use palmares_models::{Pose, Vec3};
@@ -23,11 +23,12 @@ use std::ops::Range;
 /// A contact point ready for the solver.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactPoint {
-    /// Place, from the pair's origin, m.
+    /// Position from the pair's origin, m.
     pub r: Vec3,
-    /// Where friction acts, from the pair's origin, m: nearer to the middle of a patch than the point itself.
+    /// Point at which friction acts, from the pair's origin, m: nearer to the middle of a patch than the
+    /// point itself.
     pub friction_r: Vec3,
-    /// How far from there it acts against spin alone, m: the point's share of a patch.
+    /// Arm at which it acts against spin alone, m: the point's share of a patch.
     pub arm: f64,
     /// Unit normal from body A to body B.
     pub normal: Vec3,
@@ -35,13 +36,13 @@ pub struct ContactPoint {
     pub tangents: [Vec3; 2],
     /// Gap; negative when the shapes overlap, m.
     pub distance: f64,
-    /// What the point remembers; `stretch` is turned into world axes.
+    /// Memory of the point; `stretch` is rotated to world axes.
     pub anchor: Anchor,
-    /// Which of the manifold's points.
+    /// Index among the manifold's points.
     pub point: u32,
     /// Normal velocity of B against A at the start of the step, m/s; negative when they approach.
     pub approach: f64,
-    /// The rebound that it makes in this step; found before its island is solved.
+    /// Its rebound in this step; found before its island is solved.
     pub rebound: Option<Rebound>,
 }
 
@@ -52,22 +53,22 @@ pub struct ContactPair {
     pub a: Owner,
     /// Body B.
     pub b: Owner,
-    /// Origin of the pair's spatial quantities in the world: the centre of mass of an object, if one is
-    /// part of it, else the hand's base. m
+    /// Origin of the pair's spatial quantities in the world, m: the centre of mass of an object if the pair
+    /// has one, else the hand's base.
     pub origin: Vec3,
     /// Coulomb friction coefficient μ.
     pub friction: f64,
     /// Lever of rolling resistance, m.
     pub rolling_friction: f64,
-    /// How its points hold spin, if they do.
+    /// Law by which its points resist spin, if they do.
     pub spin: Option<SpinLaw>,
     /// Coefficient of restitution.
     pub restitution: f64,
     /// Overlap that counts as touching, m.
     pub initial_overlap: f64,
-    /// Places in the list of points.
+    /// Indices in the list of points.
     pub points: Range<usize>,
-    /// Place in the state's list of pairs.
+    /// Index in the state's list of pairs.
     pub pair: usize,
 }
 
@@ -78,36 +79,39 @@ pub struct Contacts {
     pub pairs: Vec<ContactPair>,
     /// Grouped by pair.
     pub points: Vec<ContactPoint>,
-    /// When a cached manifold of flat and of round shapes is re-used: cosine of the turn and square of the way.
+    /// Limits for the reuse of a cached manifold of flat and of round shapes: cosine of the turn and square
+    /// of the distance.
     reuse: Option<[(f64, f64); 2]>,
     finder: Finder,
 }
 
 /// The bodies of a world and how they move.
 pub struct Bodies<'a> {
-    /// Whose they are.
+    /// Model of the world.
     pub(crate) model: &'a Model,
-    /// Of the hand.
+    /// Dynamics of the hand.
     pub(crate) dynamics: &'a HandDynamics,
     /// Generalized velocity.
     pub(crate) v: &'a [f64],
     /// Central poses of the objects.
     pub(crate) objects: &'a [Pose],
-    /// Who sleeps.
+    /// Sleep state of the objects.
     pub(crate) sleep: &'a [Sleep],
 }
 
 impl Bodies<'_> {
-    /// How a body moves about a point of the world.
+    /// SpatialVelocity of a body about a point of the world.
     #[inline(always)]
-    pub fn velocity(&self, owner: Owner, at: Vec3) -> Motion {
+    pub fn velocity(&self, owner: Owner, at: Vec3) -> SpatialVelocity {
         match owner {
-            Owner::Static => Motion::ZERO,
+            Owner::Static => SpatialVelocity::ZERO,
             Owner::Link(i) => self.dynamics.recursion.velocity[i].moved(at - self.dynamics.kin.origin),
             Owner::Object(k) => {
                 let v = &self.v[self.model.object_dofs(k)..];
-                let motion =
-                    Motion { linear: Vec3::new(v[0], v[1], v[2]), angular: Vec3::new(v[3], v[4], v[5]) };
+                let motion = SpatialVelocity {
+                    linear: Vec3::new(v[0], v[1], v[2]),
+                    angular: Vec3::new(v[3], v[4], v[5]),
+                };
                 motion.moved(at - self.objects[k].translation)
             }
         }
@@ -128,15 +132,15 @@ impl Bodies<'_> {
 pub struct Shapes<'a> {
     /// Their poses.
     pub poses: &'a [Pose],
-    /// Their bounds, grown by the margin and the way of a step.
+    /// Their bounds, grown by the margin and the motion of a step.
     pub bounds: &'a [Aabb],
     /// Upper bounds of the speed of their points, m/s.
     pub speeds: &'a [f64],
 }
 
 impl Contacts {
-    /// Looks at every near pair of which at least one body is awake; `distances` knows which pairs are apart. Returns
-    /// what it took to compute; beyond `allowed` the search ends.
+    /// Checks every near pair with at least one awake body; `distances` knows the pairs that are too far
+    /// apart. Returns the computing; the search ends beyond `allowed`.
     pub fn find(
         &mut self,
         bodies: &Bodies<'_>,
@@ -154,7 +158,8 @@ impl Contacts {
             let flat = (libm::cos(config.manifold_reuse_rad), config.manifold_reuse_m.powi(2));
             [flat, (libm::cos(config.round_reuse_rad), config.round_reuse_m.powi(2))]
         });
-        // Near pairs and remembered ones ascend alike: of the pair looked at, the memory stands or belongs at `place`.
+        // Near pairs and remembered ones have the same order: the memory of the present pair is, or belongs,
+        // at `place`.
         let (mut next, mut place) = (0, 0);
         while let Some(index) = distances.next(next) {
             next = index + 1;
@@ -164,10 +169,10 @@ impl Contacts {
             let (i, j) = distances.key(index);
             let (a, b) = (&model.colliders()[i], &model.colliders()[j]);
             if !bodies.is_awake(a.owner) && !bodies.is_awake(b.owner) {
-                distances.rest(index);
+                distances.deactivate(index);
                 continue;
             }
-            // Twice the present approach speed at most, and what a step may add to it from rest.
+            // At most twice the present approach speed, and the speed that a step may add from rest.
             let approach = config.step_s * (speeds[i] + speeds[j]);
             let within_hand = matches!((a.owner, b.owner), (Owner::Link(_), Owner::Link(_)));
             let from_rest = config.from_rest(within_hand);
@@ -184,8 +189,8 @@ impl Contacts {
                 if is_known {
                     pairs.remove(place);
                 }
-                // The bounds reach beyond the shapes by the margin and as far as they move in a step.
-                distances.learn(index, parted + approach + config.margin(false));
+                // The bounds exceed the shapes by the margin and their motion in a step.
+                distances.set_bound(index, parted + approach + config.margin(false));
                 continue;
             }
             spent += DISTANCE_WORK;
@@ -195,10 +200,10 @@ impl Contacts {
                 if is_known {
                     pairs.remove(place);
                 }
-                distances.learn(index, apart);
+                distances.set_bound(index, apart);
                 continue;
             }
-            distances.learn(index, 0.0);
+            distances.set_bound(index, 0.0);
             if !is_known {
                 pairs.insert(place, Pair::new(key));
             }
@@ -222,15 +227,15 @@ impl Contacts {
                 }
             }
             let deepest = pair.manifold.points.iter().map(|point| point.dist).fold(f64::INFINITY, f64::min);
-            // Bodies first seen overlapping by more than `Config::overlap_m` were placed so; the overlap is removed at
-            // `Config::separation_speed`.
+            // Bodies first found with a deeper overlap than `Config::overlap_m` were placed so; the overlap
+            // is removed at `Config::separation_speed`.
             let taken_back = pair.initial_overlap - config.separation_speed * config.step_s;
             pair.initial_overlap =
                 if first_sight && deepest < -config.overlap_m { -deepest } else { taken_back };
             pair.initial_overlap = pair.initial_overlap.min(-deepest).max(0.0);
             pair.seen = (0.0, Pose::IDENTITY);
             if pair.manifold.points.is_empty() {
-                distances.remember(index, 0.0, a_from_b);
+                distances.set_gap(index, 0.0, a_from_b);
                 pair.mean = Anchor::default();
                 if pair.is_blank() {
                     pairs.remove(place);
@@ -247,8 +252,8 @@ impl Contacts {
             };
             let first = self.points.len();
             let relative = bodies.velocity(b.owner, origin) - bodies.velocity(a.owner, origin);
-            // What no point between the shapes can use up in this step: twice the present approach speed, and what a step
-            // may add to it from rest.
+            // Gap that no point between the shapes can use up in this step: twice the present approach speed,
+            // and the speed that a step may add from rest.
             let (bounded, radius) =
                 if a.bounding_radius.is_finite() { (i, a.bounding_radius) } else { (j, b.bounding_radius) };
             let way = (poses[bounded].translation - origin).length() + radius + margin;
@@ -275,14 +280,14 @@ impl Contacts {
         spent
     }
 
-    /// Takes over the points that the step can bring to touch.
+    /// Collects the points that can touch in this step.
     fn collect(
         &mut self,
         pair: &mut Pair,
         pose_a: &Pose,
         pose_b: &Pose,
         origin: Vec3,
-        relative: Motion,
+        relative: SpatialVelocity,
         (from_rest, farthest, config): (f64, f64, &Config),
     ) {
         if !pair.manifold.points.iter().any(|point| point.data.loaded) {
@@ -300,7 +305,8 @@ impl Contacts {
             .fold(f64::INFINITY, f64::min);
         let first = self.points.len();
         for (k, point) in pair.manifold.points.iter_mut().enumerate() {
-            // The nearest points, which have no features, are a contact of their own only where no corner is as deep.
+            // The nearest points, which have no features, are a contact of their own only where no corner is
+            // as deep.
             let twice = point.fid1 == PackedFeatureId::UNKNOWN && deepest <= point.dist + config.coincident_m;
             if twice || point.dist > farthest {
                 point.data = Anchor::IDLE;
@@ -309,7 +315,7 @@ impl Contacts {
             let on_a = pose_a.transform_point(point.local_p1);
             let on_b = pose_b.transform_point(point.local_p2);
             let r = (on_a + on_b) * 0.5 - origin;
-            // Twice the present approach speed, and what a step may add to it from rest.
+            // Twice the present approach speed, and the speed that a step may add from rest.
             let velocity = relative.at(r);
             let approach = velocity.dot(normal);
             if point.dist > from_rest + 2.0 * approach.abs() * config.step_s {
@@ -334,7 +340,7 @@ impl Contacts {
         }
         spread_friction(&mut self.points[first..], pair.lever, config.step_s);
         for point in &mut self.points[first..] {
-            // A point that carried nothing has no slip of its own yet: it slips as fast as the surfaces move.
+            // A point without load has no slip of its own yet: it slips as fast as the surfaces move.
             if !point.anchor.loaded {
                 let velocity = relative.at(point.friction_r);
                 let across = velocity - normal * velocity.dot(normal);
@@ -345,12 +351,14 @@ impl Contacts {
     }
 }
 
-/// Of the square of the distance at which a patch's point holds spin, the part by which it stands aside of the middle; the rest is
-/// the arm of its own spin. Points alone would brake the slip of a disc that spins fast a quarter too little.
+/// Part of the square of the distance at which a patch's point resists spin that is an offset from the
+/// middle; the rest is the arm of its own spin. Points alone would brake the slip of a fast spinning disc a
+/// quarter too little.
 const ASIDE: f64 = 0.8;
 
-/// Draws the places where the friction of a patch acts together, about the centre of what its points bore of late; where none bore yet,
-/// of the depths that the step brings. With the depths always, what chatters would not come to rest.
+/// Moves the points of friction of a patch together, about the recent centre of the load; without one, about
+/// that of the depths that the step brings. If the depths were always used, a chattering patch would not come
+/// to rest.
 fn spread_friction(points: &mut [ContactPoint], lever: f64, step_s: f64) {
     if points.len() < 2 {
         return;
@@ -376,8 +384,8 @@ fn spread_friction(points: &mut [ContactPoint], lever: f64, step_s: f64) {
     }
 }
 
-/// How far apart the shapes are, if it is more than what is `reachable` in this step. Their exact distance is found
-/// once; until their relative motion could have used it up, nothing needs to be computed.
+/// Gap of the shapes, if it is larger than what is `reachable` in this step. The exact distance is computed
+/// once; until the relative motion could have used it up, nothing needs to be computed.
 fn still_apart(
     pair: Option<&Pair>,
     (distances, index): (&mut DistanceCache, usize),
@@ -385,14 +393,14 @@ fn still_apart(
     a_from_b: &Pose,
     reachable: f64,
 ) -> Option<f64> {
-    // Points are part of the state, the distance found earlier is not: a restored snapshot knows none.
+    // Points are part of the state, the cached distance is not: a restored snapshot has none.
     if pair.is_some_and(|pair| pair.manifold.points.iter().any(|point| point.data.loaded)) {
         return None;
     }
     let touched = pair.filter(|pair| !pair.manifold.points.is_empty());
-    // What was known before a snapshot is known after it: where there are points, the state has it.
+    // Gaps known before a snapshot are known after it: for pairs with points, the state has them.
     let (gap, there) = touched.map_or_else(|| distances.gap(index), |pair| pair.seen);
-    // A shape without end comes nearer by any turn.
+    // An unbounded shape approaches with any turn.
     if gap > reachable && b.bounding_radius.is_finite() {
         let travel = a_from_b.translation.distance(there.translation);
         // Chord of the turn: 2 sin(θ/2), from the quaternions' dot product cos(θ/2).
@@ -407,17 +415,17 @@ fn still_apart(
         return None;
     }
     let gap = distance(a, b, a_from_b);
-    distances.remember(index, gap, *a_from_b);
+    distances.set_gap(index, gap, *a_from_b);
     (gap > reachable).then_some(gap)
 }
 
-/// How far two shapes are apart, m; 0 where they overlap.
+/// Distance of two shapes, m; 0 where they overlap.
 fn distance(a: &Collider, b: &Collider, a_from_b: &Pose) -> f64 {
     let found = DefaultQueryDispatcher.distance(a_from_b, &*a.core, &*b.core);
     found.map_or(0.0, |found| (found.distance - a.rounding - b.rounding).max(0.0))
 }
 
-/// As [`manifold::apart`], of any shapes but a ground.
+/// Like [`manifold::apart`], for any shapes but a ground.
 pub(super) fn apart(
     a: &Collider,
     b: &Collider,
@@ -434,8 +442,9 @@ pub(super) fn apart(
     Some((found.local_n1.normalize_or(Vec3::Z), distance))
 }
 
-/// Whether the points of a pair can be used again as they are. parry's own re-use of old points (up to 1 mm and 1°) gives a
-/// rolling cylinder energy; with none at all polyhedra flicker. So it is decided here, much more strictly.
+/// Whether the points of a pair can be reused. parry's own reuse (up to 1 mm and 1°) gives energy to a
+/// rolling cylinder; without any reuse polyhedra flicker. So the decision is made here, with much tighter
+/// limits.
 fn still_valid(
     pair: &mut Pair,
     a: &Collider,
@@ -446,7 +455,7 @@ fn still_valid(
     !(a.is_ball || b.is_ball) && pair.manifold.try_update_contacts_eps(a_from_b, cosine, squared)
 }
 
-/// The point of a ball and another shape, which remembers what the one before knew.
+/// The point of a ball and another shape, with the memory of the one before.
 fn find_point(
     manifold: &mut ContactManifold<(), Anchor>,
     a: &Collider,
@@ -468,9 +477,9 @@ fn find_point(
     }
 }
 
-/// Gives points that parry takes for new the memory of the nearest old one, if it was in the same place of a shape. Of
-/// points that share a place only one is kept, whose features may be others the next time, as rounding decides: a hold would
-/// lose its friction with them.
+/// Gives points that parry considers new the memory of the nearest old one, if it was at the same position of
+/// a shape. Of points that share a position only one is kept, and rounding decides which features it has the
+/// next time: a grasp would lose its friction with them.
 fn remember(points: &mut [TrackedContact<Anchor>], before: &[TrackedContact<Anchor>], within_squared: f64) {
     for point in points.iter_mut().filter(|point| !point.data.known) {
         let moved = |old: &TrackedContact<Anchor>| {
@@ -486,9 +495,9 @@ fn remember(points: &mut [TrackedContact<Anchor>], before: &[TrackedContact<Anch
     }
 }
 
-/// Leaves one of the points that share a place: the first, with the memory of any. Where a line passes over a corner it is
-/// rounding that decides how many of its crossings with the adjacent edges parry finds, and each would press as much as a
-/// point does.
+/// Keeps one of the points that share a position: the first, with the memory of any. Where a line passes over
+/// a corner, rounding decides how many crossings with the adjacent edges parry finds, and each would press
+/// like a point.
 fn merge_coincident(manifold: &mut ContactManifold<(), Anchor>, within_squared: f64) {
     let points = &mut manifold.points;
     let mut kept = 0;
@@ -550,7 +559,7 @@ mod tests {
     fn a_ball_touches_a_rounded_box_where_geometry_says() {
         let shapes = colliders();
         let (round, ball) = (&shapes[0], &shapes[2]);
-        // By the face, the edge and the corner of the box within; all but the last overlap or touch.
+        // Next to the face, the edge and the corner of the inner box; all but the last overlap or touch.
         let sharp = Vec3::new(0.026, 0.016, 0.006);
         for beyond in [(0.0, 0.0, 0.01), (0.0, 0.006, 0.008), (0.005, 0.006, 0.007), (-0.03, -0.02, -0.001)] {
             let beyond = Vec3::new(beyond.0, beyond.1, beyond.2);
@@ -577,7 +586,7 @@ mod tests {
     #[test]
     fn distances_are_those_of_the_cores_less_what_rounds_them() {
         let shapes = colliders();
-        // The capsule upright beside the box, its lower end above the box's edge.
+        // The capsule upright next to the box, its lower end above the box's edge.
         let apart = Pose::translation(0.026, 0.016 + 0.03, 0.006 + 0.02 + 0.04);
         let found = distance(&shapes[0], &shapes[1], &apart);
         assert!((found - (0.05 - 0.004 - 0.008)).abs() < 1e-15, "{found}");

@@ -3,25 +3,26 @@
 //! v_n is the normal velocity of B against A, m/s, negative when they approach, e the coefficient of restitution, 0 to 1.
 //! Surfaces that slip take Coulomb's impulse on top, and rebound at the same normal velocity: see `step/slip_correction.rs`.
 //!
-//! Why not by the contact springs: against a light ball they act for less than a step, so that what they give back would
-//! depend on the step. Surfaces therefore
-//! rebound as rigid ones, in one step; with e = 0 they stay on each other.
+//! Contact springs cannot do it: against a light ball they act for less than a step, so that the returned
+//! energy would depend on the step. Surfaces therefore rebound as rigid ones, in one step; with e = 0 they
+//! stay on each other.
 
 /// A rebound within a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rebound {
-    /// When the surfaces meet, s from the start of the step.
+    /// Time at which the surfaces meet, s from the start of the step.
     pub time_s: f64,
     /// Normal velocity at the end of the step, m/s.
     pub velocity: f64,
-    /// How fast its surfaces slip past each other after it, m/s, as far as that is known.
+    /// Slip speed of its surfaces after it, m/s, if known.
     pub slip: f64,
-    /// How much farther off than it seems a slip is, where the normal velocity was solved for with another one.
+    /// Factor between the error of a slip and its apparent error, where the normal velocity was solved with
+    /// another slip.
     pub gain: f64,
 }
 
 impl Rebound {
-    /// One of surfaces that do not slip.
+    /// Rebound of surfaces that do not slip.
     pub fn new(time_s: f64, velocity: f64) -> Self {
         Rebound { time_s, velocity, slip: 0.0, gain: 1.0 }
     }
@@ -38,13 +39,14 @@ pub fn rebound(
     h: f64,
     least: f64,
 ) -> Option<Rebound> {
-    // As the solver sees it, with the velocity of the end: what it were to brake first could not rebound any more.
+    // As the solver sees it, with the velocity of the end: a body that it would brake first could not rebound
+    // any more.
     if velocity >= -least || gap + h * (velocity + h * acceleration) >= 0.0 {
         return None;
     }
     let time_s = (gap.max(0.0) / -velocity).min(h);
     if restitution == 0.0 {
-        // It comes to the surface with the step, and is stopped there in the next one.
+        // It reaches the surface with the step, and is stopped there in the next one.
         return Some(Rebound::new(h, -gap.max(0.0) / h));
     }
     let met = velocity + acceleration * time_s;
@@ -71,7 +73,7 @@ mod tests {
         let (g, h, gap, v) = (9.81, 1e-2, 0.03, -5.0);
         let hit = rebound(1.0, gap, v, -g, h, 0.05).expect("it meets");
         let t = h - hit.time_s;
-        // Height over the floor at the end: up from contact with the met speed, less the fall.
+        // Height over the floor at the end: rise from the contact with the velocity of impact, less the fall.
         let height = t * hit.velocity + 0.5 * g * t * t;
         let (before, after) = (0.5 * v * v + g * gap, 0.5 * hit.velocity.powi(2) + g * height);
         assert!((after / before - 1.0).abs() < 2e-3, "{before} {after}");

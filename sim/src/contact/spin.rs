@@ -1,22 +1,23 @@
-//! How much torque about its normal a contact of round or soft shapes holds, as if it were a small disc.
+//! Torque about its normal that a contact of round or soft shapes holds, as if it were a small disc.
 //!
-//! A contact that is pressed with N, N, spreads over a patch of radius a, m, of which the mean distance of friction from the middle,
-//! weighted with the pressure, is the arm at which it holds spin: `τ ≤ μ N · arm`.
+//! A contact pressed with N, N, spreads over a patch of radius a, m. The mean distance of friction from its
+//! middle, weighted with the pressure, is the arm at which it holds spin: `τ ≤ μ N · arm`.
 //!
 //! - Hertz (1882), round bodies of radius R and modulus E*: `a³ = 3 N R/(4 E*)`, pressure `√(1 − r²/a²)`, arm `3π/16 a`.
 //! - A layer of thickness t and modulus E on something hard (Winkler; Johnson, *Contact Mechanics*, 1985, section 4.3):
 //!   `a⁴ = 4 N R t/(π E)`, pressure `1 − r²/a²`, arm `8/15 a`.
 //! - A stated lever of torsional friction ρ, m: `arm = ρ/μ`.
 //!
-//! No arm is longer than the smaller shape: a patch does not reach beyond it, whatever is stated.
+//! No arm is longer than the smaller shape: a patch does not extend beyond it, whatever lever is stated.
 //!
-//! Shapes that touch with flat faces need none of it: their points lie apart, and hold the torque by themselves.
+//! Shapes that touch with flat faces do not need it: their points are apart from each other and hold the
+//! torque by themselves.
 
 use palmares_models::hand::Pad;
 use palmares_models::shape::Shape;
 use std::f64::consts::PI;
 
-/// What a shape's surface adds to the torque that its contacts hold.
+/// Contribution of a shape's surface to the torque that its contacts hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpinSurface {
     /// Lever of torsional friction, m.
@@ -25,14 +26,14 @@ pub struct SpinSurface {
     pub layer: f64,
     /// One over the modulus of a soft body, 1/Pa.
     pub bulk: f64,
-    /// One over the radius of a ball, cylinder or capsule, 1/m; 0 of what has flat faces.
+    /// One over the radius of a ball, cylinder or capsule, 1/m; 0 for flat faces.
     pub curvature: f64,
-    /// Farthest that a point of the shape is from its middle, m.
+    /// Distance of the farthest point of the shape from its middle, m.
     pub reach: f64,
 }
 
 impl SpinSurface {
-    /// Of a shape that reaches so far, m, with a stated lever, m, or a pad.
+    /// Surface of a shape with this reach, m, with a stated lever, m, or a pad.
     pub fn new(shape: &Shape, reach: f64, lever: f64, pad: Option<Pad>) -> Self {
         let curvature = match shape {
             Shape::Sphere { radius } | Shape::Cylinder { radius, .. } | Shape::Capsule { radius, .. } => {
@@ -49,21 +50,22 @@ impl SpinSurface {
     }
 }
 
-/// How two surfaces hold spin.
+/// Law by which two surfaces resist spin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpinLaw {
-    /// Arm whatever the load, m.
+    /// Arm at any load, m.
     least: f64,
-    /// Of a pad, at 1 N, m.
+    /// Arm of a pad at 1 N, m.
     pad: f64,
-    /// Of a pad: a layer's arm grows with the fourth root of the load, a body's with the third.
+    /// Whether the pad is a layer: its arm grows with the fourth root of the load, that of a body with the
+    /// third.
     layered: bool,
-    /// At most, m.
+    /// Largest arm, m.
     most: f64,
 }
 
 impl SpinLaw {
-    /// Of two surfaces with a friction coefficient; `None` where none of them holds any torque.
+    /// Law of two surfaces with a friction coefficient; `None` if neither holds any torque.
     pub fn between(a: &SpinSurface, b: &SpinSurface, friction: f64) -> Option<Self> {
         let lever = a.lever.max(b.lever);
         let (layer, bulk) = (a.layer + b.layer, a.bulk + b.bulk);

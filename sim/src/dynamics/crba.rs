@@ -8,14 +8,14 @@ use palmares_models::hand::Hand;
 /// Inertias of the links about the base origin, and scratch.
 #[derive(Clone, Debug, Default)]
 pub struct Inertias {
-    /// Each link's own.
+    /// Inertia of each link.
     pub link: Vec<RigidInertia>,
-    /// Those before it are not of the present configuration: 1 while the base rests, otherwise 0.
+    /// Index of the first inertia of the present configuration: 1 while the base rests, otherwise 0.
     pub(super) first: usize,
     composite: Vec<RigidInertia>,
 }
 
-/// `r m`, of a matrix that often has a diagonal alone.
+/// `r m` of a matrix that is often diagonal.
 #[inline]
 fn turned(r: Mat3, m: &Mat3) -> Mat3 {
     let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
@@ -24,7 +24,7 @@ fn turned(r: Mat3, m: &Mat3) -> Mat3 {
 }
 
 impl Inertias {
-    /// Re-expresses every link's inertia at the present configuration, or those of the links from `first` on.
+    /// Recomputes every link's inertia at the present configuration, or those of the links from `first` on.
     pub fn update(&mut self, hand: &Hand, kin: &Kinematics, first: usize) {
         self.first = first;
         self.link.truncate(first);
@@ -36,8 +36,8 @@ impl Inertias {
         }
     }
 
-    /// Writes M, row-major n x n with n = 6 + coordinates. What no path to the base couples is left as it is: zero.
-    /// Coordinates that move several links (mimics) sum.
+    /// Writes M, row-major n x n with n = 6 + coordinates. Entries that no path to the base couples stay
+    /// zero. Coordinates that move several links (mimics) sum.
     pub fn mass_matrix(&mut self, hand: &Hand, kin: &Kinematics, m: &mut [f64]) {
         self.tree_matrix::<true>(hand, kin, m);
         let n = 6 + hand.coordinates.len();
@@ -62,7 +62,7 @@ impl Inertias {
         self.tree_matrix::<false>(hand, kin, m);
     }
 
-    /// The joints' part of M, and their coupling with the base if asked for.
+    /// The joints' part of M, and on request their coupling with the base.
     fn tree_matrix<const BASE: bool>(&mut self, hand: &Hand, kin: &Kinematics, m: &mut [f64]) {
         let n = 6 + hand.coordinates.len();
         let jointed = hand.links.iter().filter(|link| link.joint.is_some()).count();

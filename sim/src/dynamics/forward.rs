@@ -1,15 +1,16 @@
 //! Accelerations: `M v̇ = τ − c`, solved from the fingertips to the base.
 
-/// Solves `M x = b` for the coordinates from `first` on, those before it being held: `b` becomes x, the lower triangle of
-/// M its factor `Lᵀ D L` (Featherstone 2008, table 6.3). From the last row to the first it fills in nothing: what
-/// no path to the base couples stays zero, and is passed over. False if M is not positive definite.
+/// Solves `M x = b` for the coordinates from `first` on; those before it are fixed. `b` becomes x, the lower
+/// triangle of M its factor `Lᵀ D L` (Featherstone 2008, table 6.3). From the last row to the first there is
+/// no fill-in: entries that no path to the base couples stay zero and are skipped. False if M is not positive
+/// definite.
 pub fn accelerations(m: &mut [f64], first: usize, b: &mut [f64]) -> bool {
     let n = b.len();
     for k in (first..n).rev() {
         let (above, row) = m.split_at_mut(k * n);
         let row = &mut row[..=k];
         let (d, x) = (row[k], b[k]);
-        // Neither zero, negative nor NaN.
+        // Rejects zero, negative and NaN.
         if !(d > 0.0 && d.is_finite()) {
             return false;
         }

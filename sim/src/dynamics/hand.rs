@@ -8,7 +8,7 @@ use crate::command::Push;
 use crate::model::Model;
 use palmares_models::Pose;
 
-/// What [`HandDynamics::update`] computed last.
+/// Result of the last [`HandDynamics::update`].
 #[derive(Default)]
 pub(crate) struct HandDynamics {
     pub kin: Kinematics,
@@ -16,12 +16,12 @@ pub(crate) struct HandDynamics {
     pub recursion: Recursion,
     /// M, row-major; rows and columns of the base come first.
     pub mass: Vec<f64>,
-    /// c: Coriolis, centrifugal and gravity forces, less the forces from outside.
+    /// c: Coriolis, centrifugal and gravity forces, less external forces.
     pub bias: Vec<f64>,
 }
 
 impl HandDynamics {
-    /// Computes everything at a configuration; only the joints' part of M if the base is `bolted`, which is where it was.
+    /// Computes everything at a configuration; only the joints' part of M if the base is `bolted`.
     pub(crate) fn update(&mut self, model: &Model, bolted: bool, base: Pose, q: &[f64], v: &[f64]) {
         let Some(hand) = model.hand() else { return };
         let n = model.hand_dofs();
@@ -40,7 +40,7 @@ impl HandDynamics {
         recursion.bias(hand, kin, inertias, &v[..n], model.config().gravity, bias);
     }
 
-    /// Adds forces from outside to the bias.
+    /// Adds external forces to the bias.
     pub(crate) fn add_pushes(&mut self, model: &Model, pushes: &[Push]) {
         let Some(hand) = model.hand() else { return };
         for push in pushes {

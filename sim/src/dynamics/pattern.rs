@@ -1,17 +1,17 @@
 //! Products with matrices of the hand's pattern: the base couples with everything, a finger with the base and itself.
 //!
-//! What is left out are products with zero: the sums are the same bits as those over whole rows.
+//! Products with zero are skipped: the sums have the same bits as those over whole rows.
 
 use crate::model::Cluster;
 use std::ops::Range;
 
-/// Beside the base's six columns, those in which the rows of a cluster may differ from zero.
+/// Columns, besides the base's six, in which the rows of a cluster may differ from zero.
 #[inline]
 pub fn columns(clusters: &[Cluster], block: usize, n: usize) -> Range<usize> {
     if block == 0 { 6..n } else { clusters[block].dofs.clone() }
 }
 
-/// `Σ_j row_j x_j`, one after the other.
+/// `Σ_j row_j x_j`, in order.
 #[inline]
 pub fn row_sum(row: &[f64], x: &[f64], columns: &Range<usize>) -> f64 {
     let mut sum = 0.0;
@@ -24,7 +24,7 @@ pub fn row_sum(row: &[f64], x: &[f64], columns: &Range<usize>) -> f64 {
     sum
 }
 
-/// `Σ_j row_j x_j` as four partial sums: a fixed order that the processor can overlap.
+/// `Σ_j row_j x_j` as four partial sums: a fixed order that lets the processor overlap them.
 #[inline]
 pub fn row_sum_abreast(row: &[f64], x: &[f64], columns: &Range<usize>) -> f64 {
     let mut s = [0.0; 4];

@@ -1,7 +1,7 @@
 //! Bias forces c(q, v) by the recursive Newton–Euler algorithm (Featherstone 2008, table 5.1).
 
 use super::crba::Inertias;
-use super::spatial::{Force, Motion};
+use super::spatial::{Force, SpatialVelocity};
 use super::tree::Kinematics;
 use palmares_models::Vec3;
 use palmares_models::hand::Hand;
@@ -10,17 +10,17 @@ use palmares_models::hand::Hand;
 #[derive(Clone, Debug, Default)]
 pub struct Recursion {
     /// Spatial velocity of every link about the base origin.
-    pub velocity: Vec<Motion>,
-    acceleration: Vec<Motion>,
+    pub velocity: Vec<SpatialVelocity>,
+    acceleration: Vec<SpatialVelocity>,
     force: Vec<Force>,
 }
 
 impl Recursion {
     /// Writes c so that `M v̇ + c = τ`: Coriolis, centrifugal and gravity forces.
     ///
-    /// Where the inertias are those of the moving links alone, the base rests, and its rows are left out. So is gravity
-    /// where the hand compensates it: the compensating torque is the exact G(q) of the hand's own links (Rocchi & Hauser
-    /// 2016, eq. 6), so the two cancel identically.
+    /// If the inertias are those of the moving links alone, the base rests, and its rows are skipped. Gravity
+    /// is skipped if the hand compensates it: the compensating torque is the exact G(q) of the hand's own
+    /// links (Rocchi & Hauser 2016, eq. 6), so the two cancel identically.
     pub fn bias(
         &mut self,
         hand: &Hand,
@@ -33,12 +33,12 @@ impl Recursion {
         let (n, first) = (hand.links.len(), inertias.first);
         let gravity = if hand.gravity_compensation { Vec3::ZERO } else { gravity };
         kin.velocities(hand, v, &mut self.velocity);
-        self.acceleration.resize(n, Motion::ZERO);
+        self.acceleration.resize(n, SpatialVelocity::ZERO);
         self.force.resize(n, Force::ZERO);
         // v holds the classical velocity of the base origin; its spatial acceleration at v̇ = 0 is −ω × ṗ.
         let base = self.velocity[0];
         self.acceleration[0] =
-            Motion { angular: Vec3::ZERO, linear: -base.angular.cross(base.linear) - gravity };
+            SpatialVelocity { angular: Vec3::ZERO, linear: -base.angular.cross(base.linear) - gravity };
         for (i, link) in hand.links.iter().enumerate().skip(first) {
             if let (Some(parent), Some(joint)) = (link.parent, &link.joint) {
                 let rate = v[6 + joint.coordinate];

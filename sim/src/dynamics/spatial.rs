@@ -5,7 +5,7 @@ use std::ops::{Add, AddAssign, Mul, Sub};
 
 /// A spatial velocity: angular part, and linear velocity of the point at the origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Motion {
+pub struct SpatialVelocity {
     /// rad/s
     pub angular: Vec3,
     /// m/s
@@ -21,9 +21,9 @@ pub struct Force {
     pub force: Vec3,
 }
 
-impl Motion {
+impl SpatialVelocity {
     /// No motion.
-    pub const ZERO: Motion = Motion { angular: Vec3::ZERO, linear: Vec3::ZERO };
+    pub const ZERO: SpatialVelocity = SpatialVelocity { angular: Vec3::ZERO, linear: Vec3::ZERO };
 
     /// Power of a force along this motion.
     #[inline]
@@ -33,8 +33,8 @@ impl Motion {
 
     /// The cross product of motions, `self × other`.
     #[inline]
-    pub fn cross(self, other: Motion) -> Motion {
-        Motion {
+    pub fn cross(self, other: SpatialVelocity) -> SpatialVelocity {
+        SpatialVelocity {
             angular: self.angular.cross(other.angular),
             linear: self.angular.cross(other.linear) + self.linear.cross(other.angular),
         }
@@ -57,8 +57,8 @@ impl Motion {
 
     /// The same motion about an origin moved by `d`.
     #[inline]
-    pub fn moved(self, d: Vec3) -> Motion {
-        Motion { angular: self.angular, linear: self.at(d) }
+    pub fn moved(self, d: Vec3) -> SpatialVelocity {
+        SpatialVelocity { angular: self.angular, linear: self.at(d) }
     }
 }
 
@@ -116,7 +116,7 @@ macro_rules! arithmetic {
     };
 }
 
-arithmetic!(Motion { angular, linear });
+arithmetic!(SpatialVelocity { angular, linear });
 arithmetic!(Force { moment, force });
 
 /// The matrix of `x ↦ a × x`.
@@ -131,7 +131,7 @@ pub fn cross_columns(a: Vec3, m: &Mat3) -> Mat3 {
     Mat3::from_cols(a.cross(m.x_axis), a.cross(m.y_axis), a.cross(m.z_axis))
 }
 
-/// `m [a]×ᵀ`: what [`cross_columns`] does to columns, done to rows.
+/// `m [a]×ᵀ`: [`cross_columns`] for rows.
 #[inline]
 pub fn cross_rows(a: Vec3, m: &Mat3) -> Mat3 {
     Mat3::from_cols(
@@ -168,7 +168,7 @@ impl RigidInertia {
 
     /// Momentum at a velocity.
     #[inline]
-    pub fn mul(&self, v: Motion) -> Force {
+    pub fn mul(&self, v: SpatialVelocity) -> Force {
         Force {
             moment: self.rotational * v.angular + self.first_moment.cross(v.linear),
             force: v.linear * self.mass - self.first_moment.cross(v.angular),
@@ -205,14 +205,14 @@ impl SpatialMatrix {
 
     /// Product with a motion.
     #[inline]
-    pub fn mul(&self, v: Motion) -> Force {
+    pub fn mul(&self, v: SpatialVelocity) -> Force {
         Force {
             moment: self.aa * v.angular + self.al * v.linear,
             force: self.la * v.angular + self.ll * v.linear,
         }
     }
 
-    /// Rows re-expressed about an origin that lies at `−d` from the present one.
+    /// Rows about an origin at `−d` from the present one.
     #[inline]
     pub fn rows_moved(&self, d: Vec3) -> SpatialMatrix {
         SpatialMatrix {
@@ -223,7 +223,7 @@ impl SpatialMatrix {
         }
     }
 
-    /// Columns re-expressed about an origin that lies at `−d` from the present one.
+    /// Columns about an origin at `−d` from the present one.
     #[inline]
     pub fn columns_moved(&self, d: Vec3) -> SpatialMatrix {
         SpatialMatrix {
@@ -266,7 +266,7 @@ mod tests {
 
     #[test]
     fn moving_the_origin_keeps_power_and_point_velocity() {
-        let v = Motion { angular: Vec3::new(1.0, -2.0, 0.5), linear: Vec3::new(0.3, 0.1, -0.7) };
+        let v = SpatialVelocity { angular: Vec3::new(1.0, -2.0, 0.5), linear: Vec3::new(0.3, 0.1, -0.7) };
         let f = Force { moment: Vec3::new(0.2, 0.4, -0.1), force: Vec3::new(-1.0, 2.0, 3.0) };
         let d = Vec3::new(0.1, -0.4, 0.9);
         assert!((v.dot(f) - v.moved(d).dot(f.moved(d))).abs() < 1e-12);
@@ -291,8 +291,8 @@ mod tests {
             ll: Mat3::from_diagonal(Vec3::new(4.0, 5.0, 6.0)),
         };
         let d = Vec3::new(0.3, -0.2, 0.5);
-        // `moved(d)` puts the origin at +d, `rows_moved(d)` at −d: they undo each other.
-        let v = Motion { angular: Vec3::new(0.4, 1.0, -0.6), linear: Vec3::new(1.0, 2.0, -0.5) };
+        // `moved(d)` puts the origin at +d, `rows_moved(d)` at −d: they cancel.
+        let v = SpatialVelocity { angular: Vec3::new(0.4, 1.0, -0.6), linear: Vec3::new(1.0, 2.0, -0.5) };
         let about_here = v.dot(k.mul(v));
         let w = v.moved(-d);
         let about_there = w.dot(k.rows_moved(d).columns_moved(d).mul(w));

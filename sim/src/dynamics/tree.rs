@@ -1,10 +1,10 @@
 //! Forward kinematics: poses, joint screws and velocities of the hand's links.
 
-use super::spatial::Motion;
+use super::spatial::SpatialVelocity;
 use palmares_models::hand::{Hand, Hinge, HingeKind};
 use palmares_models::{Mat3, Pose, Rotation, Vec3};
 
-/// What follows from the hand's configuration; rebuilt in every step.
+/// Quantities that follow from the hand's configuration; rebuilt in every step.
 #[derive(Clone, Debug, Default)]
 pub struct Kinematics {
     /// World pose of every link.
@@ -14,9 +14,9 @@ pub struct Kinematics {
     /// Origin of all spatial quantities: the base origin in the world, m.
     pub origin: Vec3,
     /// Screw of every link's joint per unit of its coordinate; unused for the base.
-    pub screw: Vec<Motion>,
+    pub screw: Vec<SpatialVelocity>,
     /// The part of `screw` that belongs to the first of two hinges; zero for plain joints.
-    pub first_screw: Vec<Motion>,
+    pub first_screw: Vec<SpatialVelocity>,
 }
 
 /// Quaternion of a turn by `angle` about a unit axis. libm, so that every machine gives the same bits.
@@ -31,21 +31,21 @@ impl Kinematics {
         let n = hand.links.len();
         self.pose.resize(n, Pose::IDENTITY);
         self.rotation.resize(n, Mat3::IDENTITY);
-        self.screw.resize(n, Motion::ZERO);
-        self.first_screw.resize(n, Motion::ZERO);
+        self.screw.resize(n, SpatialVelocity::ZERO);
+        self.first_screw.resize(n, SpatialVelocity::ZERO);
         self.origin = world_from_base.translation;
         self.pose[0] = world_from_base;
         self.rotation[0] = Mat3::from_quat(world_from_base.rotation);
         self.update_joints(hand, q);
     }
 
-    /// The same where the base is where it was.
+    /// The same for an unmoved base.
     pub fn update_joints(&mut self, hand: &Hand, q: &[f64]) {
         for (i, link) in hand.links.iter().enumerate().skip(1) {
             let (Some(parent), Some(joint)) = (link.parent, &link.joint) else { continue };
             let mut pose = self.pose[parent];
-            let mut screw = Motion::ZERO;
-            self.first_screw[i] = Motion::ZERO;
+            let mut screw = SpatialVelocity::ZERO;
+            self.first_screw[i] = SpatialVelocity::ZERO;
             // The two hinges of a rolling joint turn by the same angle: one sine serves both.
             let mut known: Option<(f64, (f64, f64))> = None;
             for (k, hinge) in joint.hinges.iter().enumerate() {
@@ -80,9 +80,10 @@ impl Kinematics {
     }
 
     /// Spatial velocity of every link at generalized velocity `v`.
-    pub fn velocities(&self, hand: &Hand, v: &[f64], out: &mut Vec<Motion>) {
-        out.resize(hand.links.len(), Motion::ZERO);
-        out[0] = Motion { angular: Vec3::new(v[3], v[4], v[5]), linear: Vec3::new(v[0], v[1], v[2]) };
+    pub fn velocities(&self, hand: &Hand, v: &[f64], out: &mut Vec<SpatialVelocity>) {
+        out.resize(hand.links.len(), SpatialVelocity::ZERO);
+        out[0] =
+            SpatialVelocity { angular: Vec3::new(v[3], v[4], v[5]), linear: Vec3::new(v[0], v[1], v[2]) };
         for (i, link) in hand.links.iter().enumerate().skip(1) {
             if let (Some(parent), Some(joint)) = (link.parent, &link.joint) {
                 out[i] = out[parent] + self.screw[i] * v[6 + joint.coordinate];
@@ -91,12 +92,12 @@ impl Kinematics {
     }
 }
 
-/// Motion per unit of the coordinate, about the base origin; `at` is the hinge's place from there.
+/// SpatialVelocity per unit of the coordinate, about the base origin; `at` is the hinge's position from there.
 #[inline]
-fn hinge_screw(hinge: &Hinge, axis: Vec3, at: Vec3) -> Motion {
+fn hinge_screw(hinge: &Hinge, axis: Vec3, at: Vec3) -> SpatialVelocity {
     match hinge.kind {
-        HingeKind::Revolute => Motion { angular: axis, linear: at.cross(axis) } * hinge.ratio,
-        HingeKind::Prismatic => Motion { angular: Vec3::ZERO, linear: axis } * hinge.ratio,
+        HingeKind::Revolute => SpatialVelocity { angular: axis, linear: at.cross(axis) } * hinge.ratio,
+        HingeKind::Prismatic => SpatialVelocity { angular: Vec3::ZERO, linear: axis } * hinge.ratio,
     }
 }
 

@@ -8,19 +8,20 @@ use crate::dynamics::tree::Kinematics;
 use crate::model::{Model, Owner};
 use palmares_models::{Mat3, Vec3};
 
-/// From so many objects on only the pairs that act couple their bodies in the matrix: much of what a step could bring to
-/// touch in a heap does not, and the matrix of what does falls apart. With few it would not pay for the new order.
+/// From this number of objects on only the pairs that act couple their bodies in the matrix. Most pairs that
+/// could touch in a heap do not, and the matrix of those that do is sparser. With few objects the new
+/// ordering would cost more than it saves.
 const MANY_OBJECTS: usize = 20;
 
-/// Adds `Wᵀ G W` of a point whose friction acts elsewhere than its normal force: the rows of W are `[a, r × a]` of each axis a
-/// about its own place r.
+/// Adds `Wᵀ G W` of a point whose friction acts at another point than its normal force: the rows of W are
+/// `[a, r × a]` for each axis a about its own point r.
 fn add_patch_point(k: &mut SpatialMatrix, point: &Point, hessian: &ConeHessian) {
     let [a1, a2, a3] = point.axes;
     let m3 = point.r.cross(a3);
     let law = &point.law;
     let g = match hessian {
         ConeHessian::Open => return,
-        // Alike along both tangents.
+        // Equal along both tangents.
         ConeHessian::Stick => {
             let across = Mat3::from_diagonal(Vec3::splat(law.tangential)) - outer(a3, a3 * law.tangential);
             let moments = cross_columns(point.friction_r, &across);
@@ -34,7 +35,7 @@ fn add_patch_point(k: &mut SpatialMatrix, point: &Point, hessian: &ConeHessian) 
         ConeHessian::Slip(g, spin) => (*g, *spin),
     };
     let (g, [g1s, g2s, g3s, gss]) = g;
-    // Spin's row of W is [0, a n].
+    // The row of W for spin is [0, a n].
     let spin = a3 * law.arm;
     k.aa += outer(spin, spin * gss);
     let [m1, m2] = [a1, a2].map(|axis| point.friction_r.cross(axis));
@@ -49,7 +50,7 @@ fn add_patch_point(k: &mut SpatialMatrix, point: &Point, hessian: &ConeHessian) 
     }
 }
 
-/// Whether a pair adds to the matrix.
+/// Whether a pair contributes to the matrix.
 fn acts(pair: &PairProblem, hessians: &[ConeHessian]) -> bool {
     let open = |hessian: &ConeHessian| matches!(hessian, ConeHessian::Open);
     pair.rolling.limit > 0.0 || !hessians[pair.first..pair.end].iter().all(open)
@@ -113,7 +114,7 @@ impl Newton {
         }
     }
 
-    /// Couplings of the blocks, by all pairs or by those alone that act at the last gradient.
+    /// Couplings of the blocks, by all pairs or only by those that act at the last gradient.
     fn couple_blocks(&mut self, model: &Model, problem: &Problem, acting: bool) {
         let hand_blocks = if problem.hand_dofs > 0 { model.hand_clusters() } else { 0 };
         let tendons = problem.rows > 0 && hand_blocks > 0;
@@ -162,7 +163,7 @@ impl Newton {
         self.cholesky.analyse(&self.sizes, &self.pattern, tendons);
     }
 
-    /// Fills in the matrix at the curvatures of the last gradient.
+    /// Assembles the matrix with the curvatures of the last gradient.
     pub(super) fn assemble(&mut self, model: &Model, kin: &Kinematics, problem: &Problem) {
         if problem.objects.len() >= MANY_OBJECTS {
             self.couple_blocks(model, problem, true);
@@ -293,8 +294,8 @@ impl Newton {
         }
     }
 
-    /// Adds a spatial matrix to the diagonal block of the base or an object, whose order is (linear, angular). The lower
-    /// half counts.
+    /// Adds a spatial matrix to the diagonal block of the base or an object, whose order is (linear,
+    /// angular). Only the lower half is used.
     #[inline]
     pub(super) fn add_square(&mut self, block: usize, k: &SpatialMatrix, sign: f64) {
         let Some(block) = self.cholesky.square(block) else { return };
@@ -315,7 +316,7 @@ impl Newton {
         let at = self.cholesky.at(a, b);
         let Some(block) = self.cholesky.data()[at.offset..].first_chunk_mut::<36>() else { return };
         let (block, _) = block.as_chunks_mut::<6>();
-        // Stored row by row or, where the other order of elimination put it, column by column.
+        // Stored by rows, or by columns if the elimination order is the other one.
         if at.column == 1 {
             for i in 0..3 {
                 for j in 0..3 {
@@ -352,8 +353,8 @@ mod tests {
 
     const STIFF: f64 = 1e3;
 
-    /// A pair of bodies with three points about an origin, held so that all stick; their friction acts at so much of their way from it,
-    /// and against spin at an arm, m.
+    /// A pair of bodies with three sticking points about an origin; their friction acts at the part `lever`
+    /// of their distance from it, and against spin at the arm `arm`, m.
     fn held(problem: &mut Problem, a: Owner, b: Owner, origin: Vec3, lever: f64, arm: f64) {
         let first = problem.points.len();
         for r in [Vec3::new(0.1, 0.0, 0.0), Vec3::new(-0.05, 0.1, 0.0), Vec3::new(0.0, -0.1, 0.02)] {
@@ -366,7 +367,7 @@ mod tests {
         problem.pairs.push(pair);
     }
 
-    /// Two balls, one on furniture, one on the other, and neither pair's origin in a centre.
+    /// Two balls, one on furniture, one on the other; neither pair has its origin in a centre.
     fn two_on_each_other(lever: f64, arm: f64) -> (Model, Problem, Vec<f64>) {
         let mut model = Model::new(Config::default(), None).expect("no hand");
         let mut problem = Problem { fresh: true, ..Problem::default() };
@@ -386,8 +387,8 @@ mod tests {
         (model, problem, start)
     }
 
-    /// Where every point sticks, the function is a quadratic form: one step of Newton's method with its exact matrix is at
-    /// the minimum, with any other it is not.
+    /// While every point sticks, the function is a quadratic form: one Newton step with its exact matrix
+    /// reaches the minimum, with any other it does not.
     #[test]
     fn the_matrix_is_that_of_the_quadratic_form() {
         // With friction at the points, nearer to the middle, and against spin.

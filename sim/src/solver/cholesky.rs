@@ -14,28 +14,28 @@ use super::ordering::Ordering;
 
 const NONE: u32 = u32::MAX;
 
-/// Set in a block's place when its transpose is what is stored.
+/// Flag in a block's entry: the stored block is its transpose.
 const TRANSPOSED: u32 = 1 << 31;
 
-/// Symbolic and numeric factorisation; re-used while the pattern stays.
+/// Symbolic and numeric factorisation; reused while the pattern stays.
 #[derive(Clone, Debug, Default)]
 pub struct BlockCholesky {
     sizes: Vec<usize>,
     pattern: Vec<(u32, u32)>,
     negative_last: bool,
     ordering: Ordering,
-    /// Where the rows of the right-hand side stand in elimination order.
+    /// First row of each block of the right-hand side in elimination order.
     row: Vec<u32>,
     /// The block columns in elimination order.
     columns: Vec<Column>,
     /// The blocks below the diagonal, column by column, by ascending rank.
     below: Vec<Below>,
-    /// Of every two blocks that are coupled: their offset, and whether it is the transpose that stands there. Of others what
-    /// an earlier pattern left: to fill it anew would take longer than the order of a heap does.
+    /// For every coupled pair of blocks: their offset, and whether the transpose is stored. Other entries are
+    /// left over from earlier patterns: clearing them would take longer than ordering a heap.
     place: Vec<u32>,
     data: Vec<f64>,
     transposed: Vec<f64>,
-    /// Ranks of the blocks below the diagonal of the column at hand.
+    /// Ranks of the blocks below the diagonal of the present column.
     ranks: Vec<usize>,
     /// Multiply-adds of a factorisation and of the ordering before it.
     work: u64,
@@ -49,7 +49,7 @@ struct Column {
     start: usize,
     /// Offset of the diagonal block in `data`.
     diagonal: usize,
-    /// Places in the list of blocks below the diagonal.
+    /// Indices in the list of blocks below the diagonal.
     below: Range<usize>,
 }
 
@@ -60,16 +60,16 @@ struct Below {
     rank: usize,
     /// Number of its rows.
     size: usize,
-    /// First of them in elimination order.
+    /// First row in elimination order.
     start: usize,
     /// Offset in `data`.
     offset: usize,
 }
 
-/// Where a block's element (i, j) stands: `offset + i · row + j · column`.
+/// Address of a block's element (i, j): `offset + i · row + j · column`.
 #[derive(Clone, Copy, Debug)]
 pub struct BlockAt {
-    /// Of element (0, 0).
+    /// Offset of element (0, 0).
     pub offset: usize,
     /// Step to the next row.
     pub row: usize,
@@ -78,8 +78,8 @@ pub struct BlockAt {
 }
 
 impl BlockCholesky {
-    /// Orders the blocks. `pattern` lists coupled blocks, ascending and without repeats; with
-    /// `negative_last` the last block is eliminated last and taken as negative definite.
+    /// Orders the blocks. `pattern` lists coupled blocks, ascending and without repeats; with `negative_last`
+    /// the last block is eliminated last and is negative definite.
     pub fn analyse(&mut self, sizes: &[usize], pattern: &[(u32, u32)], negative_last: bool) {
         if self.sizes == sizes && self.pattern == pattern && self.negative_last == negative_last {
             return;
@@ -144,7 +144,7 @@ impl BlockCholesky {
         self.data.fill(0.0);
     }
 
-    /// Where block (a, b) stands; it must be on the diagonal or in the pattern.
+    /// Address of block (a, b); it must be on the diagonal or in the pattern.
     #[inline]
     pub fn at(&self, a: usize, b: usize) -> BlockAt {
         let place = self.place[a * self.sizes.len() + b];
@@ -156,13 +156,14 @@ impl BlockCholesky {
         }
     }
 
-    /// The stored elements, addressed through [`BlockCholesky::at`]. Of diagonal blocks the lower half counts.
+    /// The stored elements, addressed through [`BlockCholesky::at`]. Only the lower half of diagonal blocks
+    /// is used.
     #[inline]
     pub fn data(&mut self) -> &mut [f64] {
         &mut self.data
     }
 
-    /// A block of six rows on the diagonal; none of another size.
+    /// A block of six rows on the diagonal; `None` for another size.
     #[inline]
     pub fn square(&mut self, block: usize) -> Option<&mut [[f64; 6]; 6]> {
         let at = self.at(block, block);
@@ -216,8 +217,8 @@ impl BlockCholesky {
         self.place[order[row] * order.len() + order[column]] as usize
     }
 
-    /// Takes the product of a column's block at place `first` with itself and the blocks after it, up to `end`, from the
-    /// rest of the matrix; the block is N x K.
+    /// Subtracts the product of a column's block at index `first` with itself and the blocks after it, up to
+    /// `end`, from the rest of the matrix; the block is N x K.
     #[inline]
     fn eliminate<const N: usize, const K: usize>(&mut self, first: usize, end: usize) {
         let Some((b, rest)) = self.below[first..end].split_first() else { return };
@@ -231,7 +232,7 @@ impl BlockCholesky {
         }
     }
 
-    /// As [`Self::eliminate`], for a column of any size.
+    /// Like [`Self::eliminate`], for a column of any size.
     fn eliminate_any(&mut self, s: usize, first: usize, end: usize) {
         let Some((b, _)) = self.below[first..end].split_first() else { return };
         self.transposed.clear();
@@ -289,7 +290,7 @@ impl BlockCholesky {
     }
 }
 
-/// Two disjoint ranges of one vector, mutable the second.
+/// Two disjoint ranges of one vector, the second mutable.
 #[inline]
 fn split(data: &mut [f64], a: usize, la: usize, b: usize, lb: usize) -> (&[f64], &mut [f64]) {
     if a < b {

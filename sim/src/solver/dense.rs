@@ -1,9 +1,9 @@
 //! Kernels of the factorisation on small dense blocks, stored row by row.
 //!
-//! Bodies have six velocities, fingers four or three, a tendon is one row: kernels of these sizes are unrolled. Every
-//! element is the same sum in the same order whichever kernel computes it.
+//! Bodies have six velocities, fingers four or three, a tendon is one row: kernels of these sizes are
+//! unrolled. Every element is the same sum in the same order in every kernel.
 
-/// Calls a kernel whose size is a constant where it is a common one: `sized!(s, fixed::<S>(..), general)`.
+/// Calls a kernel with a constant size for common sizes: `sized!(s, fixed::<S>(..), general)`.
 macro_rules! sized {
     ($size:expr, $kernel:ident($($argument:expr),*), $general:expr) => {
         match $size {
@@ -116,11 +116,11 @@ pub(super) fn factor_diagonal(a: &mut [f64], s: usize) -> bool {
     })
 }
 
-/// Whether a matrix given by columns has nothing beside its diagonal, as of a ball that nothing presses on: then no pivot waits
-/// for another.
+/// Whether a matrix given by columns is diagonal, as for a ball without load: then no pivot depends on
+/// another.
 #[inline(always)]
 fn is_diagonal<const S: usize>(c: &[[f64; S]; S]) -> bool {
-    // A negative zero would not stay one.
+    // A negative zero would not be preserved.
     (0..S).all(|j| c[j][j + 1..].iter().all(|x| x.to_bits() == 0))
 }
 
@@ -132,8 +132,8 @@ fn scale_pivot(d: &mut f64) -> bool {
     positive
 }
 
-/// The K-th pivot of a matrix given by columns: scales its column, and takes the column's square from the rest. What
-/// follows waits for the next pivot alone.
+/// The K-th pivot of a matrix given by columns: scales its column, and subtracts the column's square from the
+/// rest. The following operations depend only on the next pivot.
 #[inline(always)]
 fn pivot<const S: usize, const K: usize>(c: &mut [[f64; S]; S]) -> bool {
     if K >= S {
@@ -231,7 +231,7 @@ pub(super) fn forward_block(l: &[f64], s: usize, block: &mut [f64], m: usize) {
     })
 }
 
-/// As [`forward_block`], all M rows abreast.
+/// Like [`forward_block`], with all M rows in parallel.
 #[inline]
 fn forward_columns<const M: usize, const S: usize>(l: &[f64], block: &mut [f64]) {
     let Some(l) = l.as_chunks::<S>().0.first_chunk::<S>() else { return };
@@ -273,7 +273,7 @@ pub(super) fn columns<const N: usize, const K: usize>(block: &[f64]) -> [[f64; N
     columns
 }
 
-/// `C −= A Bᵀ`, given A by rows and B by columns.
+/// `C −= A Bᵀ`, with A by rows and B by columns.
 #[inline]
 pub(super) fn subtract_product<const N: usize, const K: usize>(c: &mut [f64], a: &[f64], b: &[[f64; N]; K]) {
     for (c, a) in c.as_chunks_mut::<N>().0.iter_mut().zip(a.as_chunks::<K>().0) {
@@ -287,7 +287,7 @@ pub(super) fn subtract_product<const N: usize, const K: usize>(c: &mut [f64], a:
     }
 }
 
-/// The lower half of `C −= B Bᵀ`, given B by columns; what is above the diagonal is left undefined.
+/// The lower half of `C −= B Bᵀ`, with B by columns; above the diagonal the result is undefined.
 #[inline]
 pub(super) fn subtract_square<const N: usize, const K: usize>(c: &mut [f64], b: &[[f64; N]; K]) {
     /// The first W elements of row i.
@@ -303,7 +303,7 @@ pub(super) fn subtract_square<const N: usize, const K: usize>(c: &mut [f64], b: 
         }
         *head = sum;
     }
-    // Two at a time, as the processor takes them.
+    // Two at a time, as the processor does.
     for (i, row) in c.as_chunks_mut::<N>().0.iter_mut().enumerate().take(N) {
         match i / 2 {
             0 if N > 2 => part::<2, N, K>(row, b, i),

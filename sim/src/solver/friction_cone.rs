@@ -3,13 +3,13 @@
 //! The impulse γ minimises `½ (γ − y)ᵀ R (γ − y)` over the cone `|γ_t| ≤ μ γ_n` with `y = R⁻¹ (v̂ − v)`,
 //! R = diag(r_t, r_t, r_n, r_t) (Castro, Permenter, Han 2022, section IV-B). Axes: two tangents, normal, spin.
 //!
-//! A point that is a small round patch resists spin, too. With the arm a, m, at which its friction acts, spin is the velocity
-//! `a ω·n` and γ_t has three components, the third of which is the torque about the normal over a. The limit surface is the
-//! ellipsoid of Howe and Cutkosky (1996): `|f|² + (τ/a)² ≤ (μ f_n)²`.
+//! A point that is a small round patch resists spin as well. With the arm a, m, at which its friction acts,
+//! spin is the velocity `a ω·n` and γ_t has three components; the third is the torque about the normal
+//! divided by a. The limit surface is the ellipsoid of Howe and Cutkosky (1996): `|f|² + (τ/a)² ≤ (μ f_n)²`.
 
 use palmares_models::Vec3;
 
-/// A slip that is no more than this part of what the anchor takes up is rounding.
+/// Slip up to this part of the displacement of the anchor is rounding.
 const SLIP_ROUNDING: f64 = 1e-12;
 
 /// Regularised Coulomb law of one contact point.
@@ -23,7 +23,7 @@ pub struct ConeLaw {
     pub normal: f64,
     /// v̂, m/s.
     pub target: [f64; 4],
-    /// At which friction against spin acts, m; 0 of a point without extent.
+    /// Arm of friction against spin, m; 0 for a point without extent.
     pub arm: f64,
     /// μ r_t / r_n: slope of the polar cone in the metric R.
     slope: f64,
@@ -50,7 +50,7 @@ impl ConeLaw {
         ConeLaw { friction, tangential, normal, target, arm: 0.0, slope, shrink }
     }
 
-    /// The same of a point that resists spin at an arm, m, with the spin's v̂, m/s.
+    /// The same law with resistance to spin at an arm, m, and the spin's v̂, m/s.
     #[must_use]
     pub fn with_spin(mut self, arm: f64, target: f64) -> Self {
         (self.arm, self.target[3]) = (arm, target);
@@ -100,8 +100,9 @@ impl ConeLaw {
         ([gt * t0, gt * t1, gn, gt * ts], ConeHessian::Slip(hessian, spin))
     }
 
-    /// Speed of slip at contact velocity `v` and impulse γ, also of a point that carries nothing: what the elastic part
-    /// does not explain, m/s. It is no more than the surfaces' own speed: an anchor that gives way because its load fades does not slide.
+    /// Slip speed at contact velocity `v` and impulse γ, m/s: the part that the elastic law does not explain,
+    /// also for a point without load. It is limited to the surfaces' own speed: an anchor that yields because
+    /// its load fades does not slide.
     #[inline]
     pub fn slip_speed(&self, v: [f64; 4], gamma: [f64; 4]) -> f64 {
         let (a, b, s) = (self.target[0] - v[0], self.target[1] - v[1], self.target[3] - v[3]);
@@ -110,7 +111,7 @@ impl ConeLaw {
         let elastic = held.sqrt() / self.tangential;
         let speed = (v[0] * v[0] + v[1] * v[1] + v[3] * v[3]).sqrt();
         let slip = wanted - elastic;
-        // What sticks does not slip by a rounding: its anchor would give way a little in every step.
+        // A sticking point must not slip by rounding: its anchor would yield a little in every step.
         if slip <= SLIP_ROUNDING * wanted { 0.0 } else { slip.min(speed) }
     }
 
@@ -142,19 +143,19 @@ pub struct RollingLaw {
     pub limit: f64,
     /// Relative angular speed at which it is reached, rad/s.
     pub deadband: f64,
-    /// Unit normal of the pair: spin about it is not rolling.
+    /// Unit normal of the pair: spin about it does not count as rolling.
     pub normal: Vec3,
 }
 
 impl RollingLaw {
-    /// The part of a relative angular velocity that is rolling, rad/s.
+    /// The rolling part of a relative angular velocity, rad/s.
     #[inline]
     pub fn rolling(&self, omega: Vec3) -> Vec3 {
         omega - self.normal * omega.dot(self.normal)
     }
 
-    /// Angular impulse on body B at a relative angular velocity that is [`Self::rolling`], and (isotropic, radial) curvature:
-    /// `H = isotropic · (I − n nᵀ) − radial · ω ωᵀ`.
+    /// Angular impulse on body B at a relative angular velocity from [`Self::rolling`], and (isotropic,
+    /// radial) curvature: `H = isotropic · (I − n nᵀ) − radial · ω ωᵀ`.
     #[inline]
     pub fn impulse(&self, omega: Vec3) -> (Vec3, f64, f64) {
         let squared = omega.length_squared();
@@ -176,7 +177,7 @@ mod tests {
         ConeLaw::new(0.7, 3.0, 2.0, [0.01, -0.02, 0.05]).with_spin(0.01, 0.03)
     }
 
-    /// ℓ by quadrature of −γ along a ray, differentiated numerically, must give γ and its Hessian back.
+    /// γ and its Hessian must equal the numerical derivatives of ℓ, by quadrature of −γ along a ray.
     #[test]
     fn hessian_is_the_derivative_of_the_impulse() {
         for v in [

@@ -2,7 +2,7 @@
 
 use super::problem::Problem;
 use super::workspace::{Joint, Newton};
-use crate::dynamics::spatial::{Force, Motion, SpatialMatrix};
+use crate::dynamics::spatial::{Force, SpatialMatrix, SpatialVelocity};
 use crate::dynamics::tree::Kinematics;
 use crate::model::Model;
 
@@ -33,7 +33,7 @@ fn add_strided(to: &mut [f64], first: usize, step: usize, x: Force, sign: f64) {
 const BOLTED: f64 = 1e30;
 
 impl Newton {
-    /// Of every link: its joint.
+    /// Lists the joint of every link.
     pub(super) fn list_joints(&mut self, model: &Model, problem: &Problem) {
         self.joints.clear();
         let (Some(hand), true) = (model.hand(), problem.hand_dofs > 0) else { return };
@@ -43,7 +43,7 @@ impl Newton {
         }));
     }
 
-    /// A of the hand.
+    /// Writes A of the hand.
     pub(super) fn put_hand(&mut self, model: &Model, problem: &Problem) {
         let h = problem.hand_dofs;
         if h == 0 {
@@ -71,7 +71,7 @@ impl Newton {
         }
     }
 
-    /// Coupling −Sᵀ K of a link with an object; `k` has the link's rows about the base origin.
+    /// Adds the coupling −Sᵀ K of a link with an object; `k` has the link's rows about the base origin.
     pub(super) fn add_link_object(
         &mut self,
         kin: &Kinematics,
@@ -90,8 +90,9 @@ impl Newton {
         self.subtract_spatial(0, object_block, k);
     }
 
-    /// The joints between a link and the base: places in their block and screws; and the block, which is one.
-    fn chain(&self, kin: &Kinematics, mut link: usize, out: &mut Vec<(usize, Motion)>) -> usize {
+    /// The joints between a link and the base: their index in the block and screws; and the block, which is
+    /// the same for all.
+    fn chain(&self, kin: &Kinematics, mut link: usize, out: &mut Vec<(usize, SpatialVelocity)>) -> usize {
         out.clear();
         let mut of = 0;
         while let Some(Joint { parent, block, row }) = self.joints[link] {
@@ -102,12 +103,12 @@ impl Newton {
         of
     }
 
-    /// Coupling −(Sᵢᵀ K Sⱼ + transpose) of two links of the hand; K is about the base origin on both sides. The base's
-    /// columns of S are unit motions, and each link's chain lies within one block.
+    /// Adds the coupling −(Sᵢᵀ K Sⱼ + transpose) of two links of the hand; K is about the base origin on both
+    /// sides. The base's columns of S are unit motions, and each link's chain is within one block.
     pub(super) fn add_link_link(&mut self, kin: &Kinematics, a: usize, b: usize, k: &SpatialMatrix) {
         let [mut rows, mut columns] = std::mem::take(&mut self.columns);
         let (block_a, block_b) = (self.chain(kin, a, &mut rows), self.chain(kin, b, &mut columns));
-        // Fingers with each other, and that of B with the base.
+        // Fingers with each other, and the finger of B with the base.
         if !columns.is_empty() {
             let base = self.cholesky.at(0, block_b);
             let across = (!rows.is_empty()).then(|| self.cholesky.at(block_a, block_b));
@@ -140,13 +141,13 @@ impl Newton {
         self.columns = [rows, columns];
     }
 
-    /// `Sᵀ K S` of all links: composite stiffness, as in the composite-rigid-body algorithm.
+    /// Adds `Sᵀ K S` of all links: composite stiffness, as in the composite-rigid-body algorithm.
     pub(super) fn add_links(&mut self, kin: &Kinematics) {
         for i in (1..self.joints.len()).rev() {
             let (Some(Joint { parent, block, row }), true) = (self.joints[i], self.link_touched[i]) else {
                 continue;
             };
-            // A parent comes before its links.
+            // A parent comes before its children.
             let (before, own) = self.link_stiffness.split_at_mut(i);
             before[parent] += &own[0];
             self.link_touched[parent] = true;
@@ -154,9 +155,10 @@ impl Newton {
             let (square, at) = (self.cholesky.at(block, block), self.cholesky.at(block, 0));
             let data = self.cholesky.data();
             let mut j = i;
-            // Of diagonal blocks the lower half counts.
+            // Only the lower half of diagonal blocks is used.
             while let Some(Joint { parent, row: column, .. }) = self.joints[j] {
-                // A joint that follows another moves with its coordinate: both halves of their coupling are on the diagonal.
+                // A joint that follows another moves with its coordinate: both halves of their coupling are
+                // on the diagonal.
                 let halves = if j != i && column == row { 2.0 } else { 1.0 };
                 let x = halves * kin.screw[j].dot(f);
                 data[square.offset + row.max(column) * square.row + row.min(column)] += x;
@@ -170,7 +172,7 @@ impl Newton {
         }
     }
 
-    /// Limits, servo, mount and tendons.
+    /// Adds limits, servo, mount and tendons.
     pub(super) fn add_terms(&mut self, problem: &Problem) {
         for (term, &k) in problem.axis_terms.iter().zip(&self.axis_curvature) {
             let (block, i) = self.dof_block[term.dof];
@@ -179,7 +181,8 @@ impl Newton {
         }
         self.add_rows(problem);
         if problem.bolted {
-            // As good as infinitely heavy: what the joints do does not depend on it, and its own way is left out.
+            // Practically infinite mass: the joints' motion does not depend on it, and the base's own motion
+            // is not solved.
             if let Some(base) = self.cholesky.square(0) {
                 for (i, row) in base.iter_mut().enumerate() {
                     row[i] *= BOLTED;
@@ -188,8 +191,8 @@ impl Newton {
         }
     }
 
-    /// Tendons as the last, negative block: rows R, diagonal −1/curvature. A slack or saturated tendon has
-    /// no curvature and stands apart.
+    /// Tendons as the last, negative block: rows R, diagonal −1/curvature. A slack or saturated tendon has no
+    /// curvature and is decoupled.
     fn add_rows(&mut self, problem: &Problem) {
         if problem.rows == 0 {
             return;

@@ -1,4 +1,5 @@
-//! Islands: groups of bodies that push each other. Each is solved for itself, and one at rest sleeps.
+//! Islands: groups of bodies that press on each other. Each is solved on its own, and an island at rest
+//! sleeps.
 
 use crate::contact::narrow_phase::{ContactPair, Contacts};
 use crate::model::{Model, Owner};
@@ -10,12 +11,12 @@ pub struct Island {
     pub hand: bool,
     /// Objects, ascending.
     pub objects: Vec<usize>,
-    /// Places in [`Contacts::pairs`], ascending.
+    /// Indices in [`Contacts::pairs`], ascending.
     pub pairs: Vec<usize>,
 }
 
 impl Island {
-    /// Whether it is one object, on furniture at most.
+    /// Whether it is a single object that touches at most furniture.
     pub fn is_lone_object(&self) -> bool {
         !self.hand && self.objects.len() == 1
     }
@@ -28,19 +29,19 @@ pub struct Islands {
     island_of: Vec<usize>,
     islands: Vec<Island>,
     len: usize,
-    /// Whether everybody is alone.
-    apart: bool,
+    /// Whether all islands have one body.
+    all_singletons: bool,
 }
 
 impl Islands {
     /// Partitions the bodies by the step's contact pairs.
     pub fn update(&mut self, model: &Model, contacts: &Contacts) {
         let nodes = model.objects().len() + 1;
-        let apart = contacts.pairs.is_empty();
-        if apart && self.apart && self.parent.len() == nodes {
+        let all_singletons = contacts.pairs.is_empty();
+        if all_singletons && self.all_singletons && self.parent.len() == nodes {
             return;
         }
-        self.apart = apart;
+        self.all_singletons = all_singletons;
         self.parent.clear();
         self.parent.extend(0..nodes);
         for pair in &contacts.pairs {

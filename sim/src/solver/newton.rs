@@ -1,47 +1,47 @@
 //! Newton's method on one island, with exact line search.
 //!
 //! Contacts enter through the relative spatial velocity of their two bodies. A pair of bodies contributes one
-//! 6x6 matrix `K = Σ Wᵀ G W` however many points it has, and K on a link adds up down the tree exactly as
-//! inertia does in the composite-rigid-body algorithm: `H = Sᵀ K S` costs as much as a mass matrix, not as
-//! much as all contact Jacobians.
+//! 6x6 matrix `K = Σ Wᵀ G W`, independent of its number of points, and K on a link adds up down the tree
+//! exactly as inertia does in the composite-rigid-body algorithm: `H = Sᵀ K S` costs as much as a mass
+//! matrix, not as much as all contact Jacobians.
 
 use super::friction_cone::ConeHessian;
 use super::problem::{PairBody, Point, Problem, multiply};
 pub use super::workspace::Newton;
 use crate::bounds::{POINT_WORK, hand_work};
-use crate::dynamics::spatial::{Force, Motion};
+use crate::dynamics::spatial::{Force, SpatialVelocity};
 use crate::dynamics::tree::Kinematics;
 use crate::model::Model;
 use palmares_models::Vec3;
 
-/// The line search is content when the slope has fallen to this part of its first value: the whole step nearly
-/// always is good enough, ...
+/// The line search stops when the slope is this part of its first value: the full step is nearly always good
+/// enough.
 const LINE_TOLERANCE: f64 = 0.5;
 
-/// ... but a solve that has not converged after so many iterations ...
+/// Number of iterations after which the line search becomes finer.
 const MANY_ITERATIONS: usize = 8;
 
-/// ... searches the line exactly.
+/// Tolerance of this finer line search.
 const FINE_LINE_TOLERANCE: f64 = 1e-3;
 
-/// Islands whose residual starts below this are taken to be at rest ...
+/// An island whose residual starts below this counts as at rest.
 const AT_REST: f64 = 1e-3;
 
-/// ... and solved finer by this factor.
+/// Factor on the tolerance for islands at rest.
 const REST_TOLERANCE: f64 = 0.1;
 
-/// When a solve ends.
+/// Stopping criteria of a solve.
 #[derive(Clone, Copy, Debug)]
 pub struct Stop {
-    /// With a solution: at this norm of the gradient, relative to the momenta.
+    /// Norm of the gradient relative to the momenta at which the solve has converged.
     pub tolerance: f64,
-    /// Without: after so many iterations ...
+    /// Largest number of iterations.
     pub max_iterations: usize,
-    /// ... or once more than this has been computed, in the unit of [`crate::bounds`].
+    /// Largest computing, in the unit of [`crate::bounds`].
     pub max_work: u64,
 }
 
-/// How a solve went.
+/// Statistics of a solve.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SolveReport {
     /// Newton iterations.
@@ -52,16 +52,16 @@ pub struct SolveReport {
     pub residual: f64,
     /// Whether the tolerance was reached.
     pub converged: bool,
-    /// The matrix is not positive definite: there is no solution.
+    /// Whether the matrix is not positive definite, so that there is no solution.
     pub unsolvable: bool,
-    /// What the solve computed, in the unit of [`crate::bounds`].
+    /// Computing of the solve, in the unit of [`crate::bounds`].
     pub work: u64,
 }
 
 impl Newton {
     /// Minimises over `v`, which holds the start and then the solution. Impulses stay in the problem's
-    /// points and are returned for tendons by [`Newton::row_impulse`]. It may end without a
-    /// solution, see [`Stop`].
+    /// points; [`Newton::row_impulse`] returns those of tendons. The solve may end without a solution, see
+    /// [`Stop`].
     pub fn solve(
         &mut self,
         model: &Model,
@@ -93,11 +93,11 @@ impl Newton {
         // All laws at one velocity, and products with A.
         let evaluation = POINT_WORK * (problem.points.len() + problem.objects.len() + problem.rows) as u64
             + hand_work(self.link_force.len(), problem.hand_dofs);
-        // Of the line search: laws alone.
+        // For the line search: laws only.
         let scalars = problem.axis_terms.len() + problem.rows;
         let look = POINT_WORK * problem.points.len() as u64 + 10 * scalars as u64;
         report.work = evaluation;
-        // What is all but balanced already is at rest: there a coarse balance would show as creep.
+        // An island that is nearly balanced is at rest: with a coarse tolerance it would visibly creep.
         let Stop { tolerance, max_iterations, max_work } = *stop;
         let tolerance = if report.residual < AT_REST { REST_TOLERANCE * tolerance } else { tolerance };
         while report.residual >= tolerance && report.iterations < max_iterations && report.work <= max_work {
@@ -128,7 +128,7 @@ impl Newton {
                 report.residual = 0.0;
                 break;
             }
-            // The whole step is nearly always the right one, and the next gradient is needed anyway.
+            // The full step is nearly always right, and the next gradient is needed anyway.
             self.advance(problem, v, &direction, 1.0);
             self.gradient_at(model, kin, problem, v);
             report.residual = self.residual(problem);
@@ -149,7 +149,7 @@ impl Newton {
         report
     }
 
-    /// Moves along the search direction: `v += step · direction`, and all that is linear in v with it.
+    /// Moves along the search direction: `v += step · direction`, and everything linear in v with it.
     fn advance(&mut self, problem: &mut Problem, v: &mut [f64], direction: &[f64], step: f64) {
         for (v, by) in v.iter_mut().zip(direction) {
             *v += step * by;
@@ -170,7 +170,7 @@ impl Newton {
         }
     }
 
-    /// Impulse that holds a base whose velocities are given, at the solution.
+    /// Impulse at the solution that holds a base with prescribed velocities.
     pub fn mount_impulse(&self) -> [f64; 6] {
         self.mount
     }
@@ -180,7 +180,8 @@ impl Newton {
         problem.row_terms[row].law.impulse(self.row_velocity[row]).0
     }
 
-    /// Velocities of bodies at `x`, then velocities of pairs, points and rows; of the search direction if asked.
+    /// Velocities of bodies at `x`, then velocities of pairs, points and rows; on request, of the search
+    /// direction.
     fn project(
         &mut self,
         model: &Model,
@@ -204,11 +205,11 @@ impl Newton {
         let (objects, _) = x[*hand_dofs..].as_chunks::<6>();
         let object = |slot: usize| {
             let v = objects[slot];
-            Motion { linear: Vec3::new(v[0], v[1], v[2]), angular: Vec3::new(v[3], v[4], v[5]) }
+            SpatialVelocity { linear: Vec3::new(v[0], v[1], v[2]), angular: Vec3::new(v[3], v[4], v[5]) }
         };
         for pair in pairs {
             let velocity = |body: PairBody| match body {
-                PairBody::Fixed => Motion::ZERO,
+                PairBody::Fixed => SpatialVelocity::ZERO,
                 PairBody::Link(i, lever) => self.link_velocity[i].moved(lever),
                 PairBody::Centre(slot) => object(slot),
                 PairBody::Object(slot, lever) => object(slot).moved(lever),
@@ -234,7 +235,7 @@ impl Newton {
         }
     }
 
-    /// Gradient `A v − A v* − Σ Jᵀ γ(J v)`, and the impulses and curvatures on the way.
+    /// Gradient `A v − A v* − Σ Jᵀ γ(J v)`, with the impulses and curvatures.
     fn gradient_at(&mut self, model: &Model, kin: &Kinematics, problem: &mut Problem, v: &[f64]) {
         let h = problem.hand_dofs;
         for ((gradient, av), momentum) in self.gradient.iter_mut().zip(&self.av).zip(&problem.momentum) {
@@ -332,8 +333,8 @@ impl Newton {
         if gradient < 1e-28 { 0.0 } else { (gradient / f64::max(self.momentum, impulse)).sqrt() }
     }
 
-    /// Root of ℓ' along the direction by safeguarded Newton, counted from the present point, which is the
-    /// whole step, until |ℓ'| is no more than `content`.
+    /// Root of ℓ' along the direction by safeguarded Newton, relative to the present point, which is the full
+    /// step, until |ℓ'| is at most `content`.
     fn line_search(
         &self,
         problem: &Problem,
@@ -381,7 +382,7 @@ impl Newton {
             }
             (first, second)
         };
-        // At the present point the laws have been evaluated already.
+        // The laws are already evaluated at the present point.
         let here = || {
             let mut second = quadratic;
             for pair in &problem.pairs {
@@ -429,10 +430,11 @@ impl Newton {
     }
 }
 
-/// Whether what an iteration could gain, `gᵀ H⁻¹ g`, is the rounding of impulses that balance each other, as between parts of a hand
-/// that press on each other: `(ε γ)²/k` summed over the contacts. No iteration brings the gradient below that.
+/// Whether the possible gain of an iteration, `gᵀ H⁻¹ g`, is rounding of impulses that balance each other, as
+/// between parts of a hand that press on each other: `(ε γ)²/k` summed over the contacts. No iteration brings
+/// the gradient below that.
 fn is_rounding(problem: &Problem, slope: f64) -> bool {
-    // Far above it where anything moves.
+    // Anything that moves is far above it.
     if slope.abs() > 1e-20 {
         return false;
     }
@@ -443,7 +445,7 @@ fn is_rounding(problem: &Problem, slope: f64) -> bool {
     slope.abs() <= ROUNDING * ROUNDING * problem.points.iter().map(of).sum::<f64>()
 }
 
-/// Rounding of a sum of a few impulses, as a part of them.
+/// Rounding of a sum of a few impulses, relative to them.
 const ROUNDING: f64 = 4e-15;
 
 #[inline]
@@ -466,7 +468,7 @@ mod tests {
     const MASS: f64 = 2.0;
     const STIFF: f64 = 1e3;
 
-    /// A ball that one frictional point at its centre holds up, after a step with velocity v*.
+    /// A ball supported by one frictional point at its centre, after a step with velocity v*.
     fn on_a_point(friction: f64, free: Vec3) -> (Model, Problem) {
         let mut model = Model::new(Config::default(), None).expect("no hand");
         let parts = vec![(Pose::IDENTITY, Shape::Sphere { radius: 0.1 })];

@@ -3,7 +3,7 @@
 
 const WORD: usize = u64::BITS as usize;
 
-/// Order of elimination, and which blocks each eliminated one couples.
+/// Order of elimination, and the blocks that each eliminated block couples.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Ordering {
     /// Block eliminated k-th.
@@ -12,18 +12,18 @@ pub(super) struct Ordering {
     pub(super) rank: Vec<usize>,
     /// Words in a row of `graph`.
     words: usize,
-    /// Of every block: those it is coupled with. Of an eliminated one: those left that its elimination coupled.
+    /// Per block: its neighbours. For an eliminated block: the remaining blocks that its elimination coupled.
     graph: Vec<u64>,
-    /// Of every block left: rows that its elimination would touch.
+    /// Per remaining block: rows that its elimination would touch.
     degree: Vec<u32>,
-    /// The blocks left, ascending.
+    /// The remaining blocks, ascending.
     left: Vec<usize>,
     row: Vec<u64>,
 }
 
 impl Ordering {
-    /// Always eliminates the block next that touches the fewest rows; ties go to the first. With `keep_last` the last block
-    /// waits for all others.
+    /// Always eliminates the block that touches the fewest rows; ties go to the first. With `keep_last` the
+    /// last block comes last.
     pub(super) fn find(&mut self, sizes: &[usize], pattern: &[(u32, u32)], keep_last: bool) {
         let n = sizes.len();
         self.words = n.div_ceil(WORD);
@@ -41,7 +41,7 @@ impl Ordering {
         self.rank.clear();
         self.rank.resize(n, usize::MAX);
         self.left.clear();
-        // What is coupled with nothing goes first, as it is: most of a heap that flies apart.
+        // Uncoupled blocks go first: most of a heap that flies apart.
         for block in 0..n {
             if self.degree[block] == 0 && !(keep_last && block + 1 == n) {
                 self.append(block);
@@ -49,7 +49,7 @@ impl Ordering {
                 self.left.push(block);
             }
         }
-        // No block left touches fewer rows than this.
+        // No remaining block touches fewer rows than this.
         let mut bound = 0;
         while let Some(all_but_last) = self.left.len().checked_sub(1) {
             let among = if keep_last && all_but_last > 0 { all_but_last } else { all_but_last + 1 };
@@ -74,7 +74,8 @@ impl Ordering {
         self.order.push(block);
     }
 
-    /// Couples the neighbours of a block with each other, and takes it from the graph. Returns the least degree of a neighbour.
+    /// Couples the neighbours of a block with each other, and removes it from the graph. Returns the smallest
+    /// degree of a neighbour.
     fn eliminate(&mut self, block: usize, sizes: &[usize]) -> u32 {
         let words = self.words;
         self.row.clear();
@@ -101,13 +102,13 @@ impl Ordering {
         least
     }
 
-    /// The blocks below the diagonal in the column of a block, ascending by name.
+    /// The blocks below the diagonal in the column of a block, ascending by index.
     pub(super) fn below(&self, block: usize) -> impl Iterator<Item = usize> {
         ones(&self.graph[block * self.words..][..self.words])
     }
 }
 
-/// The places of the bits that are set.
+/// Indices of the set bits.
 fn ones(row: &[u64]) -> impl Iterator<Item = usize> {
     row.iter().enumerate().flat_map(|(w, &word)| {
         let mut left = word;
@@ -126,7 +127,7 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
-    /// Elimination by the book, on sets.
+    /// Textbook elimination, on sets.
     fn by_the_book(
         sizes: &[usize],
         pattern: &[(u32, u32)],
@@ -162,7 +163,7 @@ mod tests {
             (seed >> 33) as usize % below
         };
         let mut ordering = Ordering::default();
-        // Less than a word of bits, one, and more, in one workspace.
+        // Less than one word of bits, one, and more, in one workspace.
         for n in [1, 7, 64, 65, 150, 30] {
             let sizes: Vec<usize> = (0..n).map(|_| [6, 6, 4, 3][random(4)]).collect();
             let mut pattern: Vec<(u32, u32)> =

@@ -3,24 +3,24 @@
 use super::friction_cone::{ConeLaw, RollingLaw};
 use super::terms::{AxisTerm, RowTerm};
 use crate::dynamics::pattern::{columns, row_sum_abreast};
-use crate::dynamics::spatial::Motion;
+use crate::dynamics::spatial::SpatialVelocity;
 use crate::model::{Model, Owner};
 use palmares_models::{Mat3, Rotation, Vec3};
 
 /// Contact point in the iteration.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
-    /// Place from the pair's origin, m.
+    /// Position from the pair's origin, m.
     pub r: Vec3,
-    /// Where friction acts, from there, m.
+    /// Point at which friction acts, from the pair's origin, m.
     pub friction_r: Vec3,
-    /// Contact axes: two tangents, normal; spin is about the normal.
+    /// Contact axes: two tangents and the normal; spin is about the normal.
     pub axes: [Vec3; 3],
-    /// The law.
+    /// Its friction law.
     pub law: ConeLaw,
     /// Impulse on body B in contact axes.
     pub impulse: [f64; 4],
-    /// Contact velocity; of spin at the law's arm.
+    /// Contact velocity; for spin, at the law's arm.
     pub velocity: [f64; 4],
     pub(super) direction: [f64; 4],
 }
@@ -32,7 +32,7 @@ impl Point {
     }
 
     #[inline]
-    pub(super) fn project(&self, relative: Motion, patch: bool) -> [f64; 4] {
+    pub(super) fn project(&self, relative: SpatialVelocity, patch: bool) -> [f64; 4] {
         let [t1, t2, n] = self.axes;
         let v = relative.at(self.r);
         if !patch {
@@ -53,21 +53,21 @@ impl Point {
     }
 }
 
-/// One of the two bodies of a pair, as the iteration sees it.
+/// One of the two bodies of a pair, for the iteration.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum PairBody {
     /// Furniture.
     Fixed,
-    /// A link of the hand, and the way from the base's origin to the pair's, m.
+    /// A link of the hand, and the vector from the base's origin to the pair's, m.
     Link(usize, Vec3),
-    /// An object, by its place in the island, whose centre is the pair's origin.
+    /// An object, by its index in the island, whose centre is the pair's origin.
     Centre(usize),
-    /// Another, and the way from its centre to the pair's origin, m.
+    /// Another object, and the vector from its centre to the pair's origin, m.
     Object(usize, Vec3),
 }
 
 impl PairBody {
-    /// The way from the body's own origin to the pair's, m.
+    /// The vector from the body's own origin to the pair's, m.
     #[inline]
     pub(super) fn lever(self) -> Vec3 {
         match self {
@@ -92,17 +92,17 @@ pub struct PairProblem {
     pub first: usize,
     /// One past the last.
     pub end: usize,
-    /// Whether friction acts elsewhere than the normal forces, or against spin.
+    /// Whether friction acts at another point than the normal forces, or against spin.
     pub patch: bool,
     pub(super) bodies: [PairBody; 2],
-    pub(super) relative: Motion,
-    pub(super) direction: Motion,
+    pub(super) relative: SpatialVelocity,
+    pub(super) direction: SpatialVelocity,
 }
 
 impl PairProblem {
     /// A pair before its first iteration.
     pub fn new(a: Owner, b: Owner, origin: Vec3, rolling: RollingLaw, first: usize, end: usize) -> Self {
-        let (bodies, still) = ([PairBody::Fixed; 2], Motion::ZERO);
+        let (bodies, still) = ([PairBody::Fixed; 2], SpatialVelocity::ZERO);
         PairProblem {
             a,
             b,
@@ -121,15 +121,16 @@ impl PairProblem {
 /// A free object in an island.
 #[derive(Clone, Copy, Debug)]
 pub struct ObjectProblem {
-    /// Which object.
+    /// Index of the object.
     pub object: usize,
     /// Centre of mass in the world, m.
     pub center: Vec3,
     /// kg
     pub mass: f64,
-    /// Inertia about the centre of mass in world axes, where the body comes to without torque.
+    /// Inertia about the centre of mass in world axes, at the orientation that the body reaches without
+    /// torque.
     pub inertia: Mat3,
-    /// Orientation and angular velocity that it comes to without torque; `None` for a body that keeps its own.
+    /// Orientation and angular velocity that it reaches without torque; `None` for a body that keeps its own.
     pub turn: Option<(Rotation, Vec3)>,
 }
 
@@ -138,7 +139,7 @@ pub struct ObjectProblem {
 pub struct Problem {
     /// Length of the hand's part; 0 without the hand.
     pub hand_dofs: usize,
-    /// Whether the base's velocities are given.
+    /// Whether the base's velocities are prescribed.
     pub bolted: bool,
     /// A of the hand, row-major.
     pub hand_matrix: Vec<f64>,
@@ -156,7 +157,7 @@ pub struct Problem {
     pub row_terms: Vec<RowTerm>,
     /// Number of `row_terms` in use.
     pub rows: usize,
-    /// Posed since the last solve: bodies, masses and places of pairs may be others.
+    /// Set by each new assembly: bodies, masses and origins of pairs may have changed since the last solve.
     pub fresh: bool,
 }
 

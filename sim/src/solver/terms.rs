@@ -9,7 +9,7 @@ pub enum ScalarLaw {
     Limit {
         /// 1 / r
         inverse_regularisation: f64,
-        /// Velocity that brings the coordinate back to its limit.
+        /// Velocity that returns the coordinate to its limit.
         target: f64,
     },
     /// Saturated spring-damper: `f = clamp(k (x − h u) + b (u_t − u), ±limit)`.
@@ -79,7 +79,7 @@ impl ScalarLaw {
 /// A law on one component of the generalized velocity: `u = sign · v[dof]`.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct AxisTerm {
-    /// Place in the hand's part of the generalized velocity.
+    /// Index in the hand's part of the generalized velocity.
     pub dof: usize,
     /// ±1
     pub sign: f64,
@@ -90,7 +90,7 @@ pub struct AxisTerm {
 /// A law on a row: `u = Σ r_i v_i`.
 #[derive(Clone, Debug)]
 pub struct RowTerm {
-    /// (place in the hand's part of the generalized velocity, coefficient), ascending.
+    /// (index in the hand's part of the generalized velocity, coefficient), ascending.
     pub row: Vec<(usize, f64)>,
     /// The law.
     pub law: ScalarLaw,

@@ -1,12 +1,12 @@
-//! What the solver keeps of an island: the block structure of its matrix, and scratch memory.
+//! Data that the solver keeps for an island: the block structure of its matrix, and scratch memory.
 
 use super::cholesky::BlockCholesky;
 use super::friction_cone::ConeHessian;
 use super::problem::Problem;
-use crate::dynamics::spatial::{Force, Motion, SpatialMatrix};
+use crate::dynamics::spatial::{Force, SpatialMatrix, SpatialVelocity};
 use crate::model::Owner;
 
-/// What determines the blocks and their couplings.
+/// Inputs that determine the blocks and their couplings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct BlockStructure {
     hand_dofs: usize,
@@ -17,7 +17,7 @@ pub(super) struct BlockStructure {
 
 impl BlockStructure {
     pub(super) fn describes(&self, problem: &Problem) -> bool {
-        // Lone objects are all alike: what they touch couples nothing.
+        // Lone objects all have the same structure: their contacts couple nothing.
         if problem.hand_dofs == 0 && problem.objects.len() == 1 {
             return self.hand_dofs == 0 && self.objects.len() == 1;
         }
@@ -38,40 +38,40 @@ impl BlockStructure {
     }
 }
 
-/// Where a link's joint enters the matrix.
+/// Position of a link's joint in the matrix.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Joint {
-    /// The link it hangs on.
+    /// Its parent link.
     pub parent: usize,
     /// Block of its coordinate.
     pub block: usize,
-    /// Place in the block.
+    /// Index in the block.
     pub row: usize,
 }
 
-/// Workspace of the solver; one per island, so that orderings are re-used from step to step.
+/// Workspace of the solver; one per island, so that orderings are reused from step to step.
 #[derive(Clone, Debug, Default)]
 pub struct Newton {
     pub(super) cholesky: BlockCholesky,
     pub(super) sizes: Vec<usize>,
     pub(super) pattern: Vec<(u32, u32)>,
-    /// What the present ordering was made for.
+    /// Structure for which the present ordering was made.
     pub(super) block_structure: BlockStructure,
-    /// Of every hand dof: (block, place in it).
+    /// Per hand dof: (block, index in it).
     pub(super) dof_block: Vec<(usize, usize)>,
-    /// Of every object in the model: place in the island.
+    /// Per object in the model: index in the island.
     pub(super) slot: Vec<usize>,
-    /// Of every link: where its joint stands; none of the base.
+    /// Per link: position of its joint; `None` for the base.
     pub(super) joints: Vec<Option<Joint>>,
-    pub(super) link_velocity: Vec<Motion>,
+    pub(super) link_velocity: Vec<SpatialVelocity>,
     pub(super) link_force: Vec<Force>,
     pub(super) link_stiffness: Vec<SpatialMatrix>,
-    /// Which of them are not zero.
+    /// Whether each is not zero.
     pub(super) link_touched: Vec<bool>,
     pub(super) av: Vec<f64>,
     pub(super) a_direction: Vec<f64>,
     pub(super) gradient: Vec<f64>,
-    /// Impulse that holds a base whose velocities are given.
+    /// Impulse that holds a base with prescribed velocities.
     pub(super) mount: [f64; 6],
     pub(super) direction: Vec<f64>,
     pub(super) rhs: Vec<f64>,
@@ -84,5 +84,5 @@ pub struct Newton {
     pub(super) row_curvature: Vec<f64>,
     pub(super) row_velocity: Vec<f64>,
     pub(super) row_direction: Vec<f64>,
-    pub(super) columns: [Vec<(usize, Motion)>; 2],
+    pub(super) columns: [Vec<(usize, SpatialVelocity)>; 2],
 }

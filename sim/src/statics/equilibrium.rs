@@ -1,5 +1,5 @@
-//! Where an unobstructed hand comes to rest: the closed form of adaptive synergies, and Newton's method where there
-//! is none.
+//! Equilibrium of an unobstructed hand: the closed form of adaptive synergies, and Newton's method where
+//! there is none.
 //!
 //! With constant moment arms and tendons taut, `f = A_s (s − R q₀) + B_s τ_c` and `q = q₀ + C_s (s − R q₀) + D_s τ_c` where
 //! `P = (R E⁻¹ Rᵀ + K⁻¹)⁻¹`, `A_s = P`, `B_s = −P R E⁻¹`, `C_s = E⁻¹ Rᵀ P`, `D_s = E⁻¹ − E⁻¹ Rᵀ P R E⁻¹`
@@ -8,7 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 use palmares_models::hand::{Hand, Tendon};
 
-/// The matrices of the closed form for n coordinates and m tendons. Springless coordinates are refused.
+/// The matrices of the closed form for n coordinates and m tendons. Coordinates without springs are refused.
 #[derive(Clone, Debug)]
 pub struct ClosedForm {
     /// P, m x m.
@@ -25,27 +25,27 @@ pub struct ClosedForm {
     pub compliance: DVector<f64>,
 }
 
-/// Why a hand has no closed form.
+/// Reason why a hand has no closed form.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoClosedForm {
     /// A coordinate has no spring, so that no unique equilibrium exists.
     #[error("coordinate `{coordinate}` has stiffness {stiffness}; the closed form needs a positive one")]
     NoSpring {
-        /// Its name.
+        /// Name of the coordinate.
         coordinate: String,
-        /// Its stiffness.
+        /// Stiffness of the coordinate.
         stiffness: f64,
     },
-    /// A tendon's moment arms depend on the configuration; [`rest`] finds the equilibrium.
+    /// A tendon's moment arms depend on the configuration; [`solve_free`] finds the equilibrium.
     #[error("tendon `{tendon}` has no constant moment arms, which the closed form needs")]
     VaryingArms {
-        /// Its name.
+        /// Name of the tendon.
         tendon: String,
     },
 }
 
 impl ClosedForm {
-    /// What [`ClosedForm::new`] computes at most, in the unit of [`crate::bounds`].
+    /// Largest computing of [`ClosedForm::new`], in the unit of [`crate::bounds`].
     pub(super) fn work(hand: &Hand) -> u64 {
         let (n, m) = (hand.coordinates.len() as u64, hand.tendons.len() as u64);
         n * n * (2 * m + 2) + n * m * m + m * m * m
@@ -100,75 +100,86 @@ impl ClosedForm {
 
 /// An equilibrium of a free hand.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rest {
+pub struct FreeEquilibrium {
     /// Coordinates q.
     pub q: Vec<f64>,
     /// Tension of every tendon.
     pub tension: Vec<f64>,
     /// Largest unbalanced torque `|R(q)ᵀ f + τ_c − E (q − q₀)|`.
     pub residual: f64,
-    /// Coordinates beyond their limits, which the equilibrium does not know of: it holds for none of them.
+    /// Coordinates beyond their limits: the equilibrium ignores limits, and is not valid for these.
     pub beyond_limits: Vec<usize>,
 }
 
-/// No equilibrium was found from a starting point.
+/// Error: no equilibrium was found from a starting point.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("no equilibrium found: {residual} N·m are left unbalanced")]
-pub struct NoRest {
+pub struct NoEquilibrium {
     /// Largest unbalanced torque where the search ended.
     pub residual: f64,
 }
 
-/// The most that a search may compute, in the unit of [`crate::bounds`]: for the hands that come with the program a
-/// thousandth is enough.
-const MOST_WORK: u64 = 50_000_000;
+/// Largest computing of a search, in the unit of [`crate::bounds`]; the built-in hands need a thousandth of
+/// it.
+const MAX_WORK: u64 = 50_000_000;
 
-/// Newton's method ends when the torques balance to this part of their sizes.
+/// Newton's method ends when the torques balance to this part of their magnitudes.
 const BALANCE: f64 = 1e-13;
 
-/// How a tendon enters a balance of torques.
+/// Role of a tendon in a balance of torques.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Pull {
-    /// Its length is given: `f = K (s − s(q))`.
+    /// Its length is prescribed: `f = K (s − s(q))`.
     Taut,
-    /// Its tension is given: none, or the motor's limit.
+    /// Its tension is prescribed: zero, or the motor's limit.
     Held(f64),
 }
 
 /// The equilibrium next to `start` at wound lengths s (one per tendon) under joint torques τ_c of contacts:
-/// `E (q − q₀) = R(q)ᵀ f + τ_c` with `f = clamp(K (s − s(q)), 0, f_max)`, for any moment arms, tendons slack or at
-/// their limit. Joint limits are left out and reported.
+/// `E (q − q₀) = R(q)ᵀ f + τ_c` with `f = clamp(K (s − s(q)), 0, f_max)`, for any moment arms, tendons slack
+/// or at their limit. Joint limits are ignored and reported.
 ///
-/// Which tendons are taut is guessed and corrected. For each guess the equilibrium is the minimum of the elastic
-/// energy `½ Σ E (q − q₀)² + Σ ½ K (s − s(q))² − τ_cᵀ q`, found by Newton's method with step halving; a direction
-/// in which the energy is not convex is stiffened until it is.
+/// The search guesses which tendons are taut, and corrects the guess. For each guess the equilibrium is the
+/// minimum of the elastic energy `½ Σ E (q − q₀)² + Σ ½ K (s − s(q))² − τ_cᵀ q`, found by Newton's method
+/// with step halving; directions in which the energy is not convex are stiffened until it is.
 ///
 /// # Errors
-/// No balance was reached, as with a coordinate that has neither spring nor taut tendon but a torque, or not within the
-/// computing that a search may take.
-pub fn rest(hand: &Hand, s: &[f64], tau: &[f64], start: &[f64]) -> Result<Rest, NoRest> {
-    rest_within(hand, s, tau, start, &mut { MOST_WORK })
+/// No balance within the computing budget, for instance for a coordinate with a torque but neither spring nor
+/// taut tendon.
+pub fn solve_free(
+    hand: &Hand,
+    s: &[f64],
+    tau: &[f64],
+    start: &[f64],
+) -> Result<FreeEquilibrium, NoEquilibrium> {
+    solve_free_within(hand, s, tau, start, &mut { MAX_WORK })
 }
 
-/// The same within the work that is left, of which it takes what it needs.
-pub(super) fn rest_within(
+/// The same within the remaining computing, from which its own is subtracted.
+pub(super) fn solve_free_within(
     hand: &Hand,
     s: &[f64],
     tau: &[f64],
     start: &[f64],
     budget: &mut u64,
-) -> Result<Rest, NoRest> {
-    let mut left = MOST_WORK.min(*budget);
+) -> Result<FreeEquilibrium, NoEquilibrium> {
+    let mut left = MAX_WORK.min(*budget);
     let before = left;
     let found = search(hand, s, tau, start, &mut left);
     *budget -= before - left;
     found
 }
 
-fn search(hand: &Hand, s: &[f64], tau: &[f64], start: &[f64], left: &mut u64) -> Result<Rest, NoRest> {
+fn search(
+    hand: &Hand,
+    s: &[f64],
+    tau: &[f64],
+    start: &[f64],
+    left: &mut u64,
+) -> Result<FreeEquilibrium, NoEquilibrium> {
     let mut pulls = vec![Pull::Taut; hand.tendons.len()];
     let mut q = start.to_vec();
-    // Each tendon may come loose, saturate and tighten again; more than that is a circle.
+    // Each tendon may come loose, saturate and tighten again; more than that is a cycle.
     for _ in 0..4 * (1 + pulls.len()) {
         let found = minimise(hand, s, tau, &pulls, &mut q, left);
         let mut right = true;
@@ -184,18 +195,23 @@ fn search(hand: &Hand, s: &[f64], tau: &[f64], start: &[f64], left: &mut u64) ->
         }
         if right {
             if found.residual > 1e-9 * found.size.max(1e-3) || q.iter().any(|q| q.is_nan()) {
-                return Err(NoRest { residual: found.residual });
+                return Err(NoEquilibrium { residual: found.residual });
             }
             let coordinates = hand.coordinates.iter().zip(&q).enumerate();
             let beyond_limits =
                 coordinates.filter(|(_, (c, q))| **q < c.lower || **q > c.upper).map(|(i, _)| i).collect();
-            return Ok(Rest { q, tension: found.tension, residual: found.residual, beyond_limits });
+            return Ok(FreeEquilibrium {
+                q,
+                tension: found.tension,
+                residual: found.residual,
+                beyond_limits,
+            });
         }
     }
-    Err(NoRest { residual: Balance::at(hand, s, tau, &pulls, &q).residual })
+    Err(NoEquilibrium { residual: Balance::at(hand, s, tau, &pulls, &q).residual })
 }
 
-/// Elastic energy of a free hand, J: springs and tendons with their ends held at wound lengths s.
+/// Elastic energy of a free hand, J: springs, and tendons with prescribed wound lengths s.
 pub fn elastic_energy(hand: &Hand, s: &[f64], q: &[f64]) -> f64 {
     let mut energy = 0.0;
     for (c, q) in hand.coordinates.iter().zip(q) {
@@ -204,19 +220,19 @@ pub fn elastic_energy(hand: &Hand, s: &[f64], q: &[f64]) -> f64 {
     for (tendon, s) in hand.tendons.iter().zip(s) {
         let stretch = s - tendon.length(q);
         let f = (tendon.stiffness * stretch).clamp(least(tendon), tendon.force_limit);
-        // ∫f: a parabola, straight on where f is clamped.
+        // ∫f: a parabola, continued linearly where f is clamped.
         energy += f * stretch - 0.5 * f * f / tendon.stiffness;
     }
     energy
 }
 
-/// The least force a tendon transmits: a cable none, a drive that of its limit backwards.
+/// Smallest force of a tendon: zero for a cable; for a drive, the negative limit.
 fn least(tendon: &Tendon) -> f64 {
     if tendon.both_ways { -tendon.force_limit } else { 0.0 }
 }
 
-/// Moves q to the nearest minimum of the energy and returns the balance there, as good as it gets with the work that is
-/// left.
+/// Moves q to the nearest minimum of the energy and returns the balance there, as good as the remaining
+/// computing allows.
 fn minimise(
     hand: &Hand,
     s: &[f64],
@@ -243,7 +259,7 @@ fn minimise(
             let moved: Vec<f64> = q.iter().zip(step.iter()).map(|(q, d)| q - part * d).collect();
             let there = Balance::at(hand, s, tau, pulls, &moved);
             *left = left.saturating_sub(balance_work);
-            // Near the minimum the energy is all rounding; the torques still tell.
+            // Near the minimum the energy is all rounding; the torques still decide.
             if there.energy <= here.energy + 1e-4 * part * slope
                 || (part == 1.0 && there.residual < 0.5 * here.residual)
             {
@@ -268,7 +284,7 @@ struct Balance {
     tension: Vec<f64>,
     /// Largest |gradient|.
     residual: f64,
-    /// Largest torque that takes part in it.
+    /// Largest torque in it.
     size: f64,
 }
 
@@ -315,8 +331,8 @@ impl Balance {
         Balance { energy, gradient, hessian, tension, residual, size }
     }
 
-    /// `H⁻¹ g`, with H stiffened until it is positive definite, and how many factorisations that took; `None` when no
-    /// stiffening helps.
+    /// `H⁻¹ g`, with H stiffened until it is positive definite, and the number of factorisations; `None` when
+    /// no stiffening helps.
     fn newton_step(&self, gradient: &DVector<f64>) -> (Option<DVector<f64>>, u64) {
         let (mut stiffening, mut factors) = (0.0, 0);
         while stiffening < 1e9 {

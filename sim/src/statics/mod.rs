@@ -1,5 +1,5 @@
-//! Where a hand rests, without stepping it.
+//! Statics: equilibria of a hand without stepping it.
 
+pub mod constrained;
 pub mod equilibrium;
-pub mod held;
 pub mod prediction;

@@ -1,4 +1,4 @@
-//! Where a hand should come to rest, without simulating it.
+//! Predicted equilibrium of a hand at limits and under pushes, without simulation.
 
 use crate::actuation::motor::wound;
 use crate::bounds::LINK_WORK;
@@ -6,29 +6,29 @@ use crate::command::Push;
 use crate::config::Config;
 use crate::dynamics::jacobian::add_point_force;
 use crate::dynamics::tree::Kinematics;
-use crate::statics::equilibrium::{ClosedForm, NoClosedForm, NoRest, rest_within};
+use crate::statics::equilibrium::{ClosedForm, NoClosedForm, NoEquilibrium, solve_free_within};
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_models::measure::LOOSE;
 
-/// The most that a prediction may compute, in the unit of [`crate::bounds`]: a second. For the hands that come with the
-/// program a thousandth is enough.
-const MOST_WORK: u64 = 1_000_000_000;
-/// The fixed point is iterated at most so often.
+/// Largest computing of a prediction, in the unit of [`crate::bounds`]: a second. The built-in hands need a
+/// thousandth of it.
+const MAX_WORK: u64 = 1_000_000_000;
+/// Largest number of iterations of the fixed point.
 const ITERATIONS: usize = 500;
 /// Coordinates that change less than this are at rest, rad.
 const SETTLED: f64 = 1e-14;
-/// ... or less than this, when rounding lets them settle no further.
+/// The same limit, when rounding prevents a smaller change.
 const NEARLY_SETTLED: f64 = 1e-9;
-/// A joint is at a limit when its springs and tendons want it this far beyond, rad.
+/// A joint is at a limit if its springs and tendons pull it this far beyond, rad.
 const BEYOND: f64 = 1e-12;
 
-/// How an equilibrium was found.
+/// Method by which an equilibrium was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Law {
-    /// By the closed form of adaptive synergies.
+pub enum Method {
+    /// Closed form of adaptive synergies.
     ClosedForm,
-    /// By Newton's method, where the closed form does not hold.
+    /// Newton's method, where the closed form does not hold.
     Newton,
 }
 
@@ -39,42 +39,42 @@ pub struct Equilibrium {
     pub q: Vec<f64>,
     /// One per tendon, in its own unit.
     pub tension: Vec<f64>,
-    /// How it was found.
-    pub law: Law,
-    /// What the closed form does not know of: joints at limits, tendons slack or at limits, varying moment arms.
+    /// Method.
+    pub method: Method,
+    /// Features outside the closed form: joints at limits, tendons slack or at limits, varying moment arms.
     pub beyond_closed_form: Vec<String>,
 }
 
-/// Why there is no prediction.
+/// Reason why there is no prediction.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoPrediction {
     /// There is no stable equilibrium, or none was found.
     #[error(transparent)]
-    NoRest(#[from] NoRest),
-    /// Nothing holds a joint anywhere.
+    NoEquilibrium(#[from] NoEquilibrium),
+    /// A joint is unconstrained: nothing determines its position.
     #[error("joint '{0}' has no spring: where it rests depends on how it got there")]
     Loose(String),
-    /// The search was ended.
-    #[error("where it rests needs more computing to find than it may")]
+    /// The search exceeded its budget.
+    #[error("the search for the equilibrium exceeded its computing budget")]
     WorkExhausted,
-    /// The torques of weight and pushes lead around in a circle.
+    /// The torques of weight and pushes lead to a cycle.
     #[error("weight and pushes leave no equilibrium to iterate to")]
     Unsettled,
 }
 
-/// The equilibrium at wound lengths `s_ref`, one per tendon, under joint torques `tau`: by the closed form where
+/// The equilibrium at wound lengths `s_ref`, one per tendon, under joint torques `tau`: by the closed form if
 /// every tendon is taut and below its limit and no joint is at one, else by Newton's method.
-pub fn predicted_equilibrium(
+pub fn solve_limited(
     hand: &Hand,
     limit_stiffness: f64,
     s_ref: &[f64],
     tau: &[f64],
 ) -> Result<Equilibrium, NoPrediction> {
-    predicted_within(hand, limit_stiffness, s_ref, tau, &mut { MOST_WORK })
+    solve_limited_within(hand, limit_stiffness, s_ref, tau, &mut { MAX_WORK })
 }
 
-/// The same within the work that is left, of which it takes what it needs.
-fn predicted_within(
+/// The same within the remaining computing, from which its own is subtracted.
+fn solve_limited_within(
     hand: &Hand,
     limit_stiffness: f64,
     s_ref: &[f64],
@@ -94,7 +94,12 @@ fn predicted_within(
             (least..=t.force_limit).contains(f)
         });
         if inside && taut {
-            return Ok(Equilibrium { q, tension, law: Law::ClosedForm, beyond_closed_form: Vec::new() });
+            return Ok(Equilibrium {
+                q,
+                tension,
+                method: Method::ClosedForm,
+                beyond_closed_form: Vec::new(),
+            });
         }
     }
     let mut found = held_at_limits(hand, limit_stiffness, s_ref, tau, left)?;
@@ -107,13 +112,13 @@ fn predicted_within(
     Ok(found)
 }
 
-/// Takes work from what is left of it.
+/// Subtracts work from the remaining budget.
 pub(super) fn spend(left: &mut u64, work: u64) -> Result<(), NoPrediction> {
     *left = left.checked_sub(work).ok_or(NoPrediction::WorkExhausted)?;
     Ok(())
 }
 
-/// Which tendons are slack or at their limits.
+/// The tendons that are slack or at their limits.
 pub(super) fn beyond_tendons(hand: &Hand, tension: &[f64]) -> impl Iterator<Item = String> {
     hand.tendons.iter().zip(tension).filter_map(|(t, &f)| {
         if f.abs() >= t.force_limit {
@@ -126,7 +131,7 @@ pub(super) fn beyond_tendons(hand: &Hand, tension: &[f64]) -> impl Iterator<Item
     })
 }
 
-/// The first joint that neither a spring holds nor a drive of its own, which pushes and pulls.
+/// The first joint that neither a spring nor a drive of its own holds; a drive pushes and pulls.
 pub(super) fn loose(hand: &Hand) -> Option<&str> {
     let springless = |i: usize| hand.coordinates[i].stiffness < LOOSE;
     let driven = |i: usize| {
@@ -140,8 +145,8 @@ pub(super) fn loose(hand: &Hand) -> Option<&str> {
         .map(|i| hand.coordinates[i].name.as_str())
 }
 
-/// The equilibrium with joints that want to go beyond a limit held there, by the spring that a limit is in a
-/// simulation; and which they are. Which joints these are is guessed and corrected.
+/// The equilibrium with joints held at limits that they would exceed, by the spring of a limit in a
+/// simulation; and these joints. The search guesses them and corrects the guess.
 fn held_at_limits(
     hand: &Hand,
     limit_stiffness: f64,
@@ -151,7 +156,7 @@ fn held_at_limits(
 ) -> Result<Equilibrium, NoPrediction> {
     let mut held: Vec<Option<f64>> = vec![None; hand.coordinates.len()];
     let mut start: Vec<f64> = hand.coordinates.iter().map(|c| c.rest).collect();
-    // Joints come to limits one after the other at worst, and may leave them again.
+    // At worst joints reach limits one after the other, and may leave them again.
     for _ in 0..4 * (1 + held.len()) {
         spend(left, LINK_WORK * hand.links.len() as u64)?;
         let mut stiffer = hand.clone();
@@ -161,7 +166,7 @@ fn held_at_limits(
                 c.stiffness += limit_stiffness;
             }
         }
-        let found = match rest_within(&stiffer, s_ref, tau, &start, left) {
+        let found = match solve_free_within(&stiffer, s_ref, tau, &start, left) {
             Err(_) if *left == 0 => return Err(NoPrediction::WorkExhausted),
             found => found?,
         };
@@ -186,21 +191,21 @@ fn held_at_limits(
             };
             let why = hand.coordinates.iter().zip(&held).filter_map(at).collect();
             let (q, tension) = (found.q, found.tension);
-            return Ok(Equilibrium { q, tension, law: Law::Newton, beyond_closed_form: why });
+            return Ok(Equilibrium { q, tension, method: Method::Newton, beyond_closed_form: why });
         }
         start = found.q;
     }
     Err(NoPrediction::Unsettled)
 }
 
-/// Length that every tendon is wound to at motor positions σ.
+/// Wound length of every tendon at motor positions σ.
 pub fn wound_lengths(hand: &Hand, sigma: &[f64]) -> Vec<f64> {
     hand.tendons.iter().map(|t| wound(&hand.motors[t.motor], sigma[t.motor])).collect()
 }
 
-/// The equilibrium at σ under pushes and, where the hand does not cancel it, under its own weight. Their torques
-/// depend on where the links are: q = equilibrium(τ(q)) is iterated to its fixed point.
-pub fn settled(
+/// The equilibrium at σ under pushes and, if the hand does not cancel it, its own weight. Their torques
+/// depend on the links' poses: q = equilibrium(τ(q)) is iterated to its fixed point.
+pub fn solve_loaded(
     config: &Config,
     hand: &Hand,
     base: Pose,
@@ -208,11 +213,11 @@ pub fn settled(
     pushes: &[Push],
 ) -> Result<Equilibrium, NoPrediction> {
     let s_ref = wound_lengths(hand, sigma);
-    let mut left = MOST_WORK;
+    let mut left = MAX_WORK;
     let torque_work = torque_work(hand, pushes.len());
     let mut predict = |tau: &[f64]| {
         spend(&mut left, torque_work)?;
-        predicted_within(hand, config.limit_stiffness, &s_ref, tau, &mut left)
+        solve_limited_within(hand, config.limit_stiffness, &s_ref, tau, &mut left)
     };
     let mut found = predict(&vec![0.0; hand.coordinates.len()])?;
     if pushes.is_empty() && hand.gravity_compensation {
@@ -223,7 +228,7 @@ pub fn settled(
     for _ in 0..ITERATIONS {
         let next = predict(&torques(config, hand, base, &found.q, pushes))?;
         let change = largest_difference(&next.q, &found.q);
-        // A strong push on a soft finger swings about its fixed point: take smaller steps then.
+        // A strong push on a soft finger oscillates about its fixed point: take smaller steps then.
         if change >= last {
             weight *= 0.7;
         }
@@ -256,7 +261,7 @@ pub fn torques(config: &Config, hand: &Hand, base: Pose, q: &[f64], pushes: &[Pu
     tau.split_off(6)
 }
 
-/// What [`torques`] computes at most: every force goes down the tree to the base.
+/// Largest computing of [`torques`]: every force goes down the tree to the base.
 pub(super) fn torque_work(hand: &Hand, pushes: usize) -> u64 {
     let forces = (hand.links.len() + pushes) as u64;
     LINK_WORK * hand.links.len() as u64 + 10 * forces * hand.coordinates.len() as u64
@@ -291,7 +296,7 @@ mod tests {
     fn a_joint_that_nothing_holds_has_no_place() {
         let mut hand = Hand::clone(&Hand::builtin("pinch").expect("it is built in"));
         hand.coordinates[2].stiffness = 1e-30;
-        let why = predicted_equilibrium(&hand, 1e3, &[0.0, 0.0], &[0.0; 4]).expect_err("it is loose");
+        let why = solve_limited(&hand, 1e3, &[0.0, 0.0], &[0.0; 4]).expect_err("it is loose");
         assert!(why.to_string().contains("joint 'right_base' has no spring"), "{why}");
         assert_eq!(loose(&Hand::builtin("reflex").expect("it is built in")), None, "its preshape is a drive");
     }
@@ -300,27 +305,27 @@ mod tests {
     fn limits_and_saturation_are_held_where_the_closed_form_ends() {
         let hand = Hand::builtin("softhand").expect("it is built in");
         let tau = vec![0.0; 19];
-        let free = predicted_equilibrium(&hand, 1e3, &[6.0], &tau).expect("a rest");
-        assert_eq!((free.law, free.beyond_closed_form.len()), (Law::ClosedForm, 0));
+        let free = solve_limited(&hand, 1e3, &[6.0], &tau).expect("a rest");
+        assert_eq!((free.method, free.beyond_closed_form.len()), (Method::ClosedForm, 0));
         assert!(residual(&hand, 1e3, &free, &tau) < 1e-12);
 
         // σ = 0.75: the four long fingers' inner joints are at their limits.
-        let limited = predicted_equilibrium(&hand, 1e3, &[9.375], &tau).expect("a rest");
-        assert_eq!((limited.law, limited.beyond_closed_form.len()), (Law::Newton, 4));
+        let limited = solve_limited(&hand, 1e3, &[9.375], &tau).expect("a rest");
+        assert_eq!((limited.method, limited.beyond_closed_form.len()), (Method::Newton, 4));
         assert!(limited.beyond_closed_form[0].contains("joint 'index_inner' is at its upper limit"));
         assert!(residual(&hand, 1e3, &limited, &tau) < 1e-12);
         let most = hand.coordinates.iter().zip(&limited.q).map(|(c, q)| q - c.upper).fold(0.0, f64::max);
         assert!(most > 0.0 && most < 1e-3, "{most}");
 
-        let strong = predicted_equilibrium(&hand, 1e3, &[40.0], &tau).expect("a rest");
+        let strong = solve_limited(&hand, 1e3, &[40.0], &tau).expect("a rest");
         assert_eq!(strong.tension, [2.0]);
         assert!(strong.beyond_closed_form.iter().any(|w| w == "tendon 'tendon' is at its limit of 2"));
-        let slack = predicted_equilibrium(&hand, 1e3, &[-1.0], &tau).expect("a rest");
+        let slack = solve_limited(&hand, 1e3, &[-1.0], &tau).expect("a rest");
         assert_eq!(slack.tension, [0.0]);
         assert_eq!(slack.beyond_closed_form, ["tendon 'tendon' is slack"]);
     }
 
-    /// As many fingers of two joints as a file may hold links, and more.
+    /// Fingers of two joints: as many as a file may have links, and more.
     fn hand_of_many_links(fingers: usize) -> Hand {
         let mut hand = Hand::clone(&Hand::builtin("pinch").expect("it is built in"));
         let (links, coordinates) = (hand.links[1..3].to_vec(), hand.coordinates[..2].to_vec());
@@ -351,14 +356,15 @@ mod tests {
         let link = hand.links.len() - 1;
         let far = Push { link, point: palmares_models::Vec3::ZERO, force: palmares_models::Vec3::splat(1e3) };
         for pushes in [vec![], vec![far]] {
-            let found = settled(&config, &hand, Pose::IDENTITY, &[0.5, 0.5], &pushes);
+            let found = solve_loaded(&config, &hand, Pose::IDENTITY, &[0.5, 0.5], &pushes);
             assert!(
-                found.is_ok() || matches!(found, Err(NoPrediction::WorkExhausted | NoPrediction::NoRest(_))),
+                found.is_ok()
+                    || matches!(found, Err(NoPrediction::WorkExhausted | NoPrediction::NoEquilibrium(_))),
                 "{found:?}"
             );
         }
         let tau = vec![0.0; hand.coordinates.len()];
-        let found = predicted_within(&hand, 1e3, &[1.0, 1.0], &tau, &mut 1_000);
+        let found = solve_limited_within(&hand, 1e3, &[1.0, 1.0], &tau, &mut 1_000);
         assert_eq!(found, Err(NoPrediction::WorkExhausted));
     }
 }

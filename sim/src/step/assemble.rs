@@ -17,25 +17,25 @@ use crate::solver::terms::{AxisTerm, ScalarLaw};
 use crate::state::State;
 use palmares_models::Vec3;
 
-/// A rebounding contact is this much stiffer than the heavier of its objects is heavy: as good as rigid.
+/// Stiffness of a rebounding contact per mass of the heavier of its objects: practically rigid.
 const REBOUND_STIFFNESS: f64 = 1e6;
 
-/// ... and one that does not rebound so much: it keeps a thousandth of its speed.
+/// The same for a contact with e = 0: it keeps a thousandth of its speed.
 const DEAD_STIFFNESS: f64 = 1e3;
 
-/// What a problem is assembled from.
+/// Inputs of an assembled problem.
 pub(super) struct Input<'a> {
     pub model: &'a Model,
     pub state: &'a State,
     pub dynamics: &'a HandDynamics,
     pub contacts: &'a Contacts,
     pub drive: &'a Drive,
-    /// Force and torque from outside, of every object or of none.
+    /// External force and torque of every object, or empty.
     pub loads: &'a [(Vec3, Vec3)],
 }
 
-/// Fills in A, A v*, contacts and terms of a step of length `h`, s; `v` becomes the starting point: the present velocities,
-/// but those of a bolted base, which are what they must be.
+/// Writes A, A v*, contacts and terms of a step of length `h`, s. `v` becomes the starting point: the present
+/// velocities, and for a bolted base the prescribed ones.
 pub(super) fn assemble(input: &Input<'_>, island: &Island, h: f64, problem: &mut Problem, v: &mut Vec<f64>) {
     v.clear();
     problem.momentum.clear();
@@ -109,8 +109,8 @@ fn assemble_object(input: &Input<'_>, k: usize, h: f64, problem: &mut Problem, v
     problem.objects.push(ObjectProblem { object: k, center, mass: object.mass, inertia, turn });
 }
 
-/// The contact points' laws. The step of a contact is always the whole one, also where the hand's is shorter (BDF2): a hand
-/// that touches is stepped by implicit Euler.
+/// Laws of the contact points. The step of a contact is always the full one, even if the hand's is shorter
+/// (BDF2): a hand in contact is stepped by implicit Euler.
 fn assemble_contacts(model: &Model, contacts: &Contacts, island: &Island, problem: &mut Problem) {
     let config = model.config();
     let (h, tau) = (config.step_s, config.contact_dissipation_s);
@@ -170,7 +170,7 @@ fn push_limit(
     gap: f64,
     rate: f64,
 ) {
-    // Only limits that the step could reach: within 0.05 rad plus what 20 rad/s covers.
+    // Only limits that the step could reach: within 0.05 rad plus the distance at 20 rad/s.
     if gap + h * rate >= 0.05 + 20.0 * h {
         return;
     }

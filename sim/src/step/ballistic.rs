@@ -1,12 +1,12 @@
-//! Flight of an object that touches nothing: `x₁ = x₀ + (v₀ + v₁) h/2`, `v₁ = v₀ + h (g + f/m)`, exact under a constant
-//! force; its rotation is that of [`super::torque_free`].
+//! Free flight of an object without contact: `x₁ = x₀ + (v₀ + v₁) h/2`, `v₁ = v₀ + h (g + f/m)`, exact under
+//! a constant force; [`super::torque_free`] gives its rotation.
 
 use super::torque_free::{omega_at, torque_free};
 use crate::model::Model;
 use crate::state::State;
 use palmares_models::Vec3;
 
-/// Moves an object by a step. `loads` are forces and torques from outside, of every object or of none.
+/// Moves an object by a step. `loads` are the external forces and torques of every object, or empty.
 pub(super) fn fly(model: &Model, state: &mut State, loads: &[(Vec3, Vec3)], object: usize) {
     let config = model.config();
     let (h, at) = (config.step_s, model.object_dofs(object));
@@ -34,7 +34,7 @@ mod tests {
     use palmares_models::{Pose, Vec3};
     use std::sync::Arc;
 
-    /// Whatever the step, a thrown ball is on its parabola, and its spin stays.
+    /// With any step, a thrown ball is on its parabola, and its spin stays.
     #[test]
     fn a_thrown_ball_is_on_its_parabola_at_every_step() {
         let (start, thrown, spin) =

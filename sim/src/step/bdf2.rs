@@ -1,9 +1,9 @@
-//! The second-order backward differentiation formula (BDF2) for a hand that touches nothing.
+//! The second-order backward differentiation formula (BDF2) for a hand without contact.
 //!
 //! `(3 x₁ − 4 x₀ + x₋₁)/(2 h) = f(x₁)` (Curtiss and Hirschfelder 1952) is a step of implicit Euler over `2 h/3` from the point
-//! `(4 x₀ − x₋₁)/3`. It damps what is stiff as Euler does, so that no finger rings, and its error is of the second order.
-//! It lags a change of force by a third of a step; a step whose energy error exceeds [`LATE_J`] is taken by implicit Euler
-//! instead.
+//! `(4 x₀ − x₋₁)/3`. It damps stiff motion as Euler does, so that no finger rings, and its error is of second
+//! order. It lags a change of force by a third of a step; implicit Euler takes steps whose energy error would
+//! exceed [`LATE_J`].
 
 use super::assemble::assemble;
 use super::solve::solve;
@@ -20,15 +20,16 @@ use crate::solver::terms::AxisTerm;
 use crate::state::{Earlier, State};
 use palmares_models::Pose;
 
-/// The part of the last step's way that the point of departure lies ahead.
+/// Part of the last displacement by which the starting point is ahead: x₀ + ⅓ of it.
 const AHEAD: f64 = 1.0 / 3.0;
 
-/// A third of what a force gives in a step arrives with the next one. Where the acceleration changes, energy is that much
-/// early or late: a step in which it would be more than this, J, is Euler's.
+/// A third of a force's effect in a step arrives with the next one. Where the acceleration changes, energy
+/// arrives early or late by that much; if it would be more than this, J, implicit Euler takes the step.
 const LATE_J: f64 = 1e-5;
 
-/// Where no coordinate is faster, m/s or rad/s, the hand comes to rest, and its steps are Euler's: a pushed fingertip of
-/// the ReFlex ended 1.16e-9 rad from its equilibrium with this formula, and less than 1e-9 rad with Euler's.
+/// Speed, m/s or rad/s, below which the hand comes to rest, and implicit Euler takes its steps: a pushed
+/// fingertip of the ReFlex ended 1.16e-9 rad from its equilibrium with BDF2, and less than 1e-9 rad with
+/// Euler.
 const AT_REST: f64 = 1e-6;
 
 /// Scratch memory of the method.
@@ -36,12 +37,12 @@ const AT_REST: f64 = 1e-6;
 pub(crate) struct History {
     /// The hand at the start of the step.
     now: Earlier,
-    /// By how much its velocities change more than in the step before.
+    /// Change of the velocities beyond the change in the step before.
     change: Vec<f64>,
 }
 
-/// Steps a hand that touches nothing, and did not in the step before. False, and nothing done, when a contact or a limit
-/// acts or the motion is not smooth: what sets in with a jump is Euler's.
+/// Steps a hand that has no contact, and had none in the step before. Returns false without effect when a
+/// contact or a limit acts or the motion is not smooth: implicit Euler takes steps with jumps.
 pub(super) fn step(
     model: &Model,
     state: &mut State,
@@ -99,8 +100,8 @@ pub(super) fn step(
     true
 }
 
-/// Energy that a change of the acceleration brings early or late, J, at velocity `v`; `change` is by how much the
-/// velocities change more than in the step before, and `mass` the hand's mass matrix.
+/// Energy that a change of the acceleration brings early or late, J, at velocity `v`; `change` is the change
+/// of the velocities beyond the change in the step before, and `mass` the hand's mass matrix.
 fn late_energy(model: &Model, mass: &[f64], v: &[f64], change: &[f64]) -> f64 {
     let n = model.hand_dofs();
     let clusters = &model.clusters()[..model.hand_clusters()];
@@ -129,7 +130,7 @@ mod tests {
     use palmares_models::Pose;
     use palmares_models::hand::Hand;
 
-    /// Where the fingers of the SoftHand are, its tendon slack, 50 ms after they were let go, in steps of h.
+    /// Coordinates of the SoftHand's fingers with a slack tendon, 50 ms after release, in steps of h.
     fn springing_back(h: f64) -> Vec<f64> {
         let mut hand = Hand::clone(&Hand::builtin("softhand").expect("it is built in"));
         hand.motors.iter_mut().for_each(|motor| motor.offset = 10.0);
@@ -149,7 +150,7 @@ mod tests {
         let fine = springing_back(6.25e-5);
         let [coarse, half] = [2e-3, 1e-3]
             .map(|h| springing_back(h).iter().zip(&fine).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
-        // 4 of a method of the second order, 2 of implicit Euler.
+        // Ratio 4 for a method of second order, 2 for implicit Euler.
         assert!(coarse / half > 3.0, "{coarse:e} {half:e}");
     }
 }

@@ -1,7 +1,7 @@
 //! An explicit Runge–Kutta method for a hand that loses no energy: its motion is smooth and hardly stiff.
 //!
-//! The pair of orders 5 and 4 of Cash and Karp (1990), with their way out after two stages. The first stage is the
-//! dynamics the step begins with anyway; the difference of two orders says into how many substeps a step is divided.
+//! The pair of orders 5 and 4 of Cash and Karp (1990), with their early exit after two stages. The first
+//! stage is the dynamics at the start of the step; the difference of two orders gives the number of substeps.
 
 use super::drive::Drive;
 use super::momentum;
@@ -9,7 +9,7 @@ use super::torque_free::{rate, turned};
 use super::work::Work;
 use crate::actuation::base;
 use crate::actuation::motor::wound;
-use crate::bounds::{MOST_SUBSTEPS, STEP_WORK, hand_work};
+use crate::bounds::{MAX_SUBSTEPS, STEP_WORK, hand_work};
 use crate::dynamics::forward::accelerations;
 use crate::dynamics::hand::HandDynamics;
 use crate::model::Model;
@@ -19,10 +19,10 @@ use palmares_models::{Pose, Rotation, Vec3};
 
 const STAGES: usize = 6;
 
-/// Where in a substep a stage lies.
+/// Position of each stage in a substep.
 const NODES: [f64; STAGES] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 3.0 / 5.0, 1.0, 7.0 / 8.0];
 
-/// How much of the slopes before it leads to a stage, ...
+/// Weights of the earlier slopes in each stage.
 const COUPLINGS: [[f64; STAGES - 1]; STAGES] = [
     [0.0; 5],
     [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0],
@@ -32,10 +32,10 @@ const COUPLINGS: [[f64; STAGES - 1]; STAGES] = [
     [1631.0 / 55296.0, 175.0 / 512.0, 575.0 / 13824.0, 44275.0 / 110592.0, 253.0 / 4096.0],
 ];
 
-/// ... to the end by the fifth order, ...
+/// Weights of the fifth order.
 const WEIGHTS: [f64; STAGES] = [37.0 / 378.0, 0.0, 250.0 / 621.0, 125.0 / 594.0, 0.0, 512.0 / 1771.0];
 
-/// ... and how much more than by the fourth.
+/// Their differences from the weights of the fourth order.
 const DIFFERENCES: [f64; STAGES] = [
     37.0 / 378.0 - 2825.0 / 27648.0,
     0.0,
@@ -45,41 +45,42 @@ const DIFFERENCES: [f64; STAGES] = [
     512.0 / 1771.0 - 1.0 / 4.0,
 ];
 
-/// The second order needs the first two stages alone, ...
+/// Weights of the second order, which needs only the first two stages.
 const STEADY_WEIGHTS: [f64; 2] = [-3.0 / 2.0, 5.0 / 2.0];
 
-/// ... and differs by this from the first.
+/// Their differences from the first order.
 const STEADY_DIFFERENCES: [f64; 2] = [-5.0 / 2.0, 5.0 / 2.0];
 
-/// Where that is no more than this part of what may be, accelerations do not change: a hand rests, a top precesses
-/// steadily. All other stages would say the same.
+/// Below this part of the allowed difference the acceleration is constant: a hand at rest, a top in steady
+/// precession. The other stages would give the same, and are skipped.
 const STEADY: f64 = 1e-4;
 
-/// Orders may differ in the velocities by this part, in the norm of the energy: the whipping chain of a SoftHand's joints
-/// changes its energy by a millionth of the kinetic one in 2 s, ...
+/// Allowed difference of the orders in the velocities, relative, in the norm of the energy: the whipping
+/// chain of a SoftHand's joints then changes its energy by a millionth of the kinetic energy in 2 s.
 const TOLERANCE: f64 = 1e-7;
 
-/// ... or by what is rounding, √J.
+/// The same in absolute terms, for rounding, √J.
 const ROUNDING: f64 = 1e-13;
 
-/// A substep twice as long differs 32 times as much, and a little more.
+/// A substep twice as long has 32 times the difference, and a little more.
 const AMPLE: f64 = 1.0 / 64.0;
 
-/// A bolted base that is not farther from its set point than this, m or rad, and not faster, is there.
+/// Distance, m or rad, and speed from its set point up to which a bolted base is at rest there.
 const STANDS: f64 = 1e-12;
 
-/// What needs more than [`MOST_SUBSTEPS`], or more computing than this, is stiff, and a case for implicit Euler.
-const MOST_WORK: u64 = STEP_WORK / 10;
+/// A motion that needs more than [`MAX_SUBSTEPS`], or more computing than this, is stiff, and implicit Euler
+/// takes it.
+const MAX_WORK: u64 = STEP_WORK / 10;
 
 /// Memory of the method.
 #[derive(Default)]
 pub(crate) struct Stages {
-    /// Where the step, and the substep, began.
+    /// Coordinates and velocities at the start of the step, and of the substep.
     start: Place,
     from: Place,
     /// A stage's coordinates and velocities.
     at: Place,
-    /// Velocities and accelerations of the stages, and how their base turns.
+    /// Velocities and accelerations of the stages, and the rotation of their base.
     rates: [Vec<f64>; STAGES],
     changes: [Vec<f64>; STAGES],
     turns: [Rotation; STAGES],
@@ -105,8 +106,8 @@ impl Place {
     }
 }
 
-/// Steps a hand without dampers that touches nothing. False, and nothing done, when a tendon or a limit acts, when a
-/// bolted base moves, or when the motion is too stiff.
+/// Steps a hand without dampers that has no contact. Returns false without effect when a tendon or a limit
+/// acts, when a bolted base moves, or when the motion is too stiff.
 pub(super) fn step(model: &Model, state: &mut State, work: &mut Work, stages: &mut Stages) -> bool {
     let Some(hand) = model.hand() else { return false };
     if work.drive.bolted && !base_stands(state) || acts(hand, state) {
@@ -133,7 +134,7 @@ pub(super) fn step(model: &Model, state: &mut State, work: &mut Work, stages: &m
     done
 }
 
-/// Whether the set point of a bolted base stands, and the base at it.
+/// Whether the set point of a bolted base is at rest, and the base at it.
 fn base_stands(state: &State) -> bool {
     let reference = &state.reference;
     let still = |x: &f64| x.abs() < STANDS;
@@ -172,7 +173,7 @@ fn substeps(model: &Model, hand: &Hand, state: &mut State, work: &mut Work, stag
         for stage in 1..STAGES {
             stages.go(&COUPLINGS[stage][..stage], part, bolted);
             work.outcome.work += hand_work(hand.links.len(), n) + (n * n * n / 6) as u64;
-            if work.outcome.work > MOST_WORK {
+            if work.outcome.work > MAX_WORK {
                 return false;
             }
             stage_dynamics(model, work, &stages.at);
@@ -187,7 +188,7 @@ fn substeps(model: &Model, hand: &Hand, state: &mut State, work: &mut Work, stag
         let difference = stages.difference(differences, part, bolted);
         if difference > 1.0 {
             (parts, done, known) = (2 * parts, 2 * done, true);
-            if parts > MOST_SUBSTEPS {
+            if parts > MAX_SUBSTEPS {
                 return false;
             }
             continue;
@@ -230,7 +231,7 @@ fn stage_dynamics(model: &Model, work: &mut Work, at: &Place) {
     work.dynamics.add_pushes(model, &work.drive.pushes);
 }
 
-/// Velocities and accelerations at a stage, `left` before the end of the step. False if there is no such thing.
+/// Velocities and accelerations at a stage, `left` before the end of the step. False if they are undefined.
 fn stage_slopes(
     model: &Model,
     hand: &Hand,
@@ -295,7 +296,7 @@ impl Stages {
         }
     }
 
-    /// Goes from the start of the substep along slopes.
+    /// Moves from the start of the substep along slopes.
     fn go(&mut self, weights: &[f64], part: f64, bolted: bool) {
         let Stages { from, at, rates, changes, turns, .. } = self;
         let first = if bolted { 6 } else { 0 };
@@ -316,7 +317,7 @@ impl Stages {
         }
     }
 
-    /// How much the two orders differ, as a multiple of what they may.
+    /// Difference of the two orders relative to the allowed one.
     fn difference(&self, differences: &[f64], part: f64, bolted: bool) -> f64 {
         let (mut difference, mut scale) = (0.0, 0.0);
         for i in if bolted { 6 } else { 0 }..self.weights.len() {
@@ -334,7 +335,8 @@ impl Stages {
 mod tests {
     use super::*;
 
-    /// `Σ wᵢ cᵢᵖ`, which is `1/(p + 1)` up to the order of the weights: a method integrates powers of time exactly.
+    /// `Σ wᵢ cᵢᵖ` equals `1/(p + 1)` up to the order of the weights: a method integrates powers of time
+    /// exactly.
     fn moment(weights: &[f64], power: i32) -> f64 {
         weights.iter().zip(NODES).map(|(w, c)| w * c.powi(power)).sum()
     }
@@ -357,7 +359,7 @@ mod tests {
         for (stage, couplings) in COUPLINGS.iter().enumerate() {
             assert!((couplings.iter().sum::<f64>() - NODES[stage]).abs() < 1e-15, "stage {stage}");
         }
-        // ... and of the fifth order is also what needs two stages in a row: Σ b a c = 1/6, Σ b a c² = 1/12.
+        // The conditions of fifth order with two stages in a row: Σ b a c = 1/6, Σ b a c² = 1/12.
         for (power, expected) in [(1, 1.0 / 6.0), (2, 1.0 / 12.0)] {
             let inner = COUPLINGS.map(|row| moment(&row, power));
             let sum: f64 = WEIGHTS.iter().zip(inner).map(|(b, inner)| b * inner).sum();

@@ -1,4 +1,4 @@
-//! What a step's solution leaves with its contact points: anchors for the next step, forces for those who ask.
+//! Writes a step's solution back to its contact points: anchors for the next step, and forces for observers.
 
 use super::forces::StepForces;
 use super::impacts::{ObjectImpact, on_object};
@@ -10,7 +10,8 @@ use crate::outcome::ContactForce;
 use crate::solver::island::Island;
 use crate::solver::problem::{Point, Problem};
 
-/// Writes the island's anchors to `pairs`, its contact forces to `forces`, and when objects rebound to `impacts`.
+/// Writes the island's anchors to `pairs`, its contact forces to `forces`, and the times of rebounds to
+/// `impacts`.
 pub(super) fn remember(
     model: &Model,
     collision: &Collision,
@@ -22,7 +23,7 @@ pub(super) fn remember(
 ) {
     let config = model.config();
     let (h, tau) = (config.step_s, config.contact_dissipation_s);
-    // A point that was not worth solving for has been blanked by the search already.
+    // The search has already blanked points that were not worth solving.
     for (&index, solved) in island.pairs.iter().zip(&problem.pairs) {
         let found = &collision.contacts.pairs[index];
         let pair = &mut pairs[found.pair];
@@ -37,10 +38,10 @@ pub(super) fn remember(
                 *data = Anchor { bearing: seen.anchor.bearing_after(0.0, h), ..Anchor::IDLE };
                 continue;
             }
-            // What a rebound exchanges in an instant says nothing about the next step.
+            // The instantaneous impulse of a rebound gives no information about the next step.
             if let Some(rebound) = seen.rebound {
                 *data = Anchor::IDLE;
-                // A rebound that never comes was only not to be braked.
+                // A rebound that never comes only prevents braking.
                 let stays = found.restitution == 0.0;
                 for k in [found.a, found.b].into_iter().filter_map(on_object) {
                     if rebound.time_s.is_finite() {
@@ -54,9 +55,9 @@ pub(super) fn remember(
                 continue;
             }
             let mut friction = t1 * g1 + t2 * g2;
-            // The law saw the stretch's projection on the tangent plane.
+            // The law used the stretch's projection on the tangent plane.
             let mut before = t1 * seen.anchor.stretch.dot(t1) + t2 * seen.anchor.stretch.dot(t2);
-            // Stretch and twist are one vector, as slip and spin are one cone: twist stands along the normal.
+            // Stretch and twist are one vector, as slip and spin are one cone: twist is along the normal.
             let spins = point.law.arm > 0.0;
             if spins {
                 friction += normal * gs;
@@ -90,7 +91,7 @@ pub(super) fn remember(
     }
 }
 
-/// A contact as the solution has it.
+/// A contact in the solution.
 fn contact_force(
     point: &Point,
     seen: &ContactPoint,

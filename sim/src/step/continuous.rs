@@ -1,12 +1,13 @@
-//! Continuous detection: what is fast, or turns far, passes through nothing.
+//! Continuous detection: fast bodies, and bodies that turn far, do not pass through others.
 //!
-//! Contacts are foreseen along the directions and with the velocities of the start of a step. A rod whose tip is hit turns by a
-//! radian within the step, and its other end is on the far side of a plate at its end. So the motions of fast objects are looked at
-//! once more when all islands are solved. An object that could come to overlap another, or furniture, by more than half of the
-//! thinner one's width stops where it does so by a quarter ([`crate::contact::advancement`]), with the velocities it has, seen from
-//! the body, so that its energy stays: the next step's contacts take them. What it would still have moved in the step is lost.
+//! Contacts are predicted along the directions and with the velocities at the start of a step. A rod whose
+//! tip is hit can turn by a radian within the step, so that its other end is beyond a plate at the end of the
+//! step. So the motions of fast objects are checked again when all islands are solved. An object whose
+//! overlap with another, or with furniture, could exceed half of the thinner one's width stops at a quarter
+//! of it ([`crate::contact::advancement`]). It keeps its velocities as seen from the body, so that its energy
+//! stays, and the contacts of the next step act on them. The rest of its motion in the step is lost.
 //!
-//! Links of the hand take no part: they are thick, and a link cannot stop alone. Nor does a ground, which has no far side.
+//! Links of the hand are exempt: they are thick, and a link cannot stop alone. A ground has no far side.
 
 use crate::bounds::step_work;
 use crate::contact::advancement::{Moving, Sweep, free_part, stays_apart};
@@ -17,38 +18,39 @@ use crate::state::State;
 use palmares_models::{Pose, Vec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Objects may come to overlap by this part of the thinner one's width in a step: beyond it the near side might not be the nearer one
-/// any more.
-const DEEPEST: f64 = 0.5;
+/// Allowed overlap of objects in a step, as a part of the thinner one's width: beyond it the near side might
+/// no longer be the nearer one.
+const MAX_OVERLAP: f64 = 0.5;
 
-/// What goes less far in a step than this part of that is left to its contacts.
+/// An object that moves less than this part of the limit in a step is left to its contacts.
 const SLOW: f64 = 0.25;
 
-/// What stops may be in the way of others: so often all is looked at again at most.
+/// Largest number of passes: stopped objects may be in the way of others.
 const PASSES: usize = 4;
 
 /// The motions of a step's objects.
 #[derive(Default)]
 pub(crate) struct Continuous {
-    /// Where the objects start.
+    /// Poses of the objects at the start.
     starts: Vec<Pose>,
     sweeps: Vec<Sweep>,
-    /// Which of them have been stopped.
+    /// Whether each has been stopped.
     stopped: Vec<bool>,
-    /// How far any point of each object goes at most, m.
+    /// Largest distance that a point of each object moves, m.
     ways: Vec<f64>,
-    /// Pairs of shapes that have to be looked at.
+    /// Pairs of shapes to check.
     due: Vec<(usize, usize)>,
 }
 
 impl Continuous {
-    /// Remembers where the objects are before they move.
+    /// Stores the poses of the objects before they move.
     pub(super) fn begin(&mut self, state: &State) {
         self.starts.clone_from(&state.objects);
     }
 }
 
-/// Stops the objects that would pass through something; all islands have moved. Adds what it takes to `spent`.
+/// Stops the objects that would pass through others, once all islands have moved. Adds its computing to
+/// `spent`.
 pub(super) fn stop_short(
     model: &Model,
     state: &mut State,
@@ -60,7 +62,7 @@ pub(super) fn stop_short(
     ways.clear();
     ways.extend(starts.iter().enumerate().map(|(k, start)| longest_way(model, state, start, k)));
     let farthest = ways.iter().copied().fold(0.0, f64::max);
-    if 2.0 * farthest <= SLOW * DEEPEST * model.thinnest_m() || farthest.is_nan() {
+    if 2.0 * farthest <= SLOW * MAX_OVERLAP * model.thinnest_m() || farthest.is_nan() {
         return;
     }
     list_due(model, state, continuous, collision, spent);
@@ -71,7 +73,7 @@ pub(super) fn stop_short(
     let Continuous { starts, sweeps, stopped, .. } = &mut *continuous;
     sweeps.clear();
     sweeps.extend(starts.iter().zip(&state.objects).enumerate().map(|(k, (start, end))| {
-        // What is at rest has moved by nothing.
+        // A sleeping object has not moved.
         if state.sleep[k].asleep {
             return Sweep { start: *start, ..Sweep::default() };
         }
@@ -104,7 +106,7 @@ pub(super) fn stop_short(
     }
 }
 
-/// How far any point of an object went at most in the step, m.
+/// Largest distance that a point of an object moved in the step, m.
 fn longest_way(model: &Model, state: &State, start: &Pose, k: usize) -> f64 {
     if state.sleep[k].asleep {
         return 0.0;
@@ -112,15 +114,15 @@ fn longest_way(model: &Model, state: &State, start: &Pose, k: usize) -> f64 {
     let end = &state.objects[k];
     let turn = state.object_velocity(model, k).1.length() * model.config().step_s;
     let cosine = start.rotation.dot(end.rotation);
-    // An arc of up to half a turn is at most pi/2 times its chord; of longer turns whole ones are not seen in it.
+    // An arc of up to half a turn is at most pi/2 times its chord; full turns do not show in the chord.
     let chord = 2.0 * (1.0 - cosine * cosine).max(0.0).sqrt();
     let turned = if turn > 1.0 { turn + PI } else { turn.max(FRAC_PI_2 * chord) };
     start.translation.distance(end.translation) + turned * model.object_radius(k)
 }
 
-/// The overlap that two shapes may come to in a step, m.
+/// The allowed overlap of two shapes in a step, m.
 fn most(a: &Collider, b: &Collider) -> f64 {
-    DEEPEST * a.width.min(b.width)
+    MAX_OVERLAP * a.width.min(b.width)
 }
 
 /// Whether a shape takes part.
@@ -128,7 +130,7 @@ fn takes_part(shape: &Collider) -> bool {
     !matches!(shape.owner, Owner::Link(_)) && shape.bounding_radius.is_finite()
 }
 
-/// Lists the pairs of shapes that their motions could bring through each other, by how far they go.
+/// Lists the pairs of shapes whose motions could bring them through each other, by distance.
 fn list_due(
     model: &Model,
     state: &State,
@@ -145,7 +147,7 @@ fn list_due(
     due.clear();
     let distances = &collision.distances;
     *spent += distances.count() as u64;
-    // Near pairs and remembered ones ascend alike.
+    // Near pairs and remembered ones have the same order.
     let mut place = 0;
     for index in 0..distances.count() {
         let (i, j) = distances.key(index);
@@ -162,13 +164,13 @@ fn list_due(
             due.push((i, j));
         }
     }
-    // Near pairs are those that the velocities of the start could bring together.
+    // Near pairs are those that the velocities at the start could bring together.
     let (h, margin) = (model.config().step_s, 0.5 * model.config().margin(false));
     let beyond = |i: usize| (way(&colliders[i]) - h * collision.speeds[i] - margin).max(0.0);
     for i in (0..colliders.len()).filter(|&i| beyond(i) > 0.0) {
         *spent += colliders.len() as u64;
         for (j, other) in colliders.iter().enumerate() {
-            // Of two such shapes the first looks for the second.
+            // If both shapes qualify, only the first searches.
             if other.owner == colliders[i].owner || j < i && beyond(j) > 0.0 || !takes_part(other) {
                 continue;
             }
@@ -181,7 +183,7 @@ fn list_due(
     }
 }
 
-/// Stops both objects of every listed pair where they would pass through each other; true if there are any.
+/// Stops both objects of every listed pair before they pass through each other; true if there are any.
 fn stop_due(
     model: &Model,
     state: &State,
@@ -204,7 +206,7 @@ fn stop_due(
         let (of_a, of_b) = (sweep(a), sweep(b));
         let (moving_a, moving_b) = (Moving { shape: a, sweep: &of_a }, Moving { shape: b, sweep: &of_b });
         let most = most(a, b);
-        // Along the normal of their contact it is known already how far apart they were.
+        // The gap along the normal of an existing contact is known.
         let known = state.pairs.binary_search_by_key(&(i as u32, j as u32), |pair| pair.key);
         let known = known.ok().map(|place| &state.pairs[place]).filter(|p| !p.manifold.points.is_empty());
         let apart = known.is_some_and(|pair| {

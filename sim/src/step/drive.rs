@@ -1,11 +1,11 @@
-//! What drives the hand in a step, beside its motors.
+//! Inputs that drive the hand in a step, besides its motors.
 
 use crate::command::Push;
 
-/// Forces from outside, and the base's servo.
+/// External forces, and the base's servo.
 #[derive(Default)]
 pub(crate) struct Drive {
-    /// Forces from outside.
+    /// External forces.
     pub pushes: Vec<Push>,
     /// Whether the base servo acts.
     pub servo_on: bool,

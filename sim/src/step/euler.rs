@@ -36,9 +36,10 @@ pub(super) fn step(
     }
     let transferred = support_transfer::transfer(model, work, island, (problem, newton), v, support);
     let alone = island.is_lone_object();
-    // It ends by itself: after the last pass there is no tolerance left.
+    // The loop terminates: after the last pass there is no tolerance left.
     for pass in 0.. {
-        // Slip that changes evenly is left to the lag, however hard the contact. Later passes are for rebounds alone.
+        // The lag covers slip that changes evenly, for contacts of any stiffness. Later passes are for
+        // rebounds only.
         let finer = slip_correction::finer(config, pass);
         let is_over = transferred || finer.is_none() && !(alone && pass < slip_correction::REBOUND_PASSES);
         if is_over || !slip_correction::correct(config, &work.collision.contacts, island, problem, finer) {

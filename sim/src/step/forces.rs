@@ -7,19 +7,19 @@ use crate::solver::problem::Problem;
 use crate::solver::terms::AxisTerm;
 use serde::{Deserialize, Serialize};
 
-/// Forces that acted in the last step.
+/// Forces of the last step.
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub(crate) struct StepForces {
-    /// At touching contacts.
+    /// Forces at touching contacts.
     pub contacts: Vec<ContactForce>,
-    /// Of the joint limits that act: N or N·m.
+    /// Forces of the active joint limits: N or N·m.
     pub limits: Vec<(AxisTerm, f64)>,
     /// Force and torque of the base servo, or of the mount of a bolted base: N, N·m about the base's origin.
     pub base: [f64; 6],
 }
 
 impl StepForces {
-    /// Whether all bodies, shapes and joints it names are those of this model.
+    /// Whether all bodies, shapes and joints in it exist in this model.
     pub(crate) fn fits(&self, model: &Model) -> bool {
         let there = |owner: Owner| match owner {
             Owner::Static => true,
@@ -33,7 +33,7 @@ impl StepForces {
             && self.limits.iter().all(|(term, _)| term.dof < model.hand_dofs())
     }
 
-    /// Forgets contacts and limits.
+    /// Removes contacts and limits.
     pub(crate) fn clear(&mut self) {
         self.contacts.clear();
         self.limits.clear();

@@ -1,5 +1,5 @@
-//! Which contact points rebound in a step, and how fast: alone by Newton's law of impact, `v_n⁺ = −e v_n⁻`, where several
-//! bodies meet as the sequence of their impacts leaves them ([`crate::contact::impact_sequence`]).
+//! The contact points that rebound in a step, and their speeds: alone by Newton's law of impact, `v_n⁺ = −e
+//! v_n⁻`; if several bodies meet, by the sequence of their impacts ([`crate::contact::impact_sequence`]).
 
 use super::slip_correction::rest_target;
 use super::torque_free::free_turn;
@@ -14,23 +14,23 @@ use crate::solver::problem::Problem;
 use crate::state::State;
 use palmares_models::{Mat3, Vec3};
 
-/// Rebounds that together give more than this part of what they exchange are taken back.
+/// Rebounds that together add more than this part of the energy they exchange are withdrawn.
 const GAIN: f64 = 1e-5;
 
-/// Detours up to this part of an object's way need not be thought of where gaps are remembered.
+/// Detours up to this part of an object's displacement do not invalidate cached gaps.
 const DETOUR: f64 = 0.01;
 
-/// A body that turns by more than this in a step, rad, is stopped by its contact's spring.
-const LARGEST_TURN: f64 = 0.01;
+/// The spring of the contact stops a body that turns by more than this in a step, rad.
+const MAX_TURN: f64 = 0.01;
 
-/// When an object rebounds within a step.
+/// Rebound of an object within a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ObjectImpact {
-    /// For the first time, s from the start of the step.
+    /// Time of the first rebound, s from the start of the step.
     pub time_s: f64,
-    /// What later rebounds in the same step add to its way, m.
+    /// Displacement that later rebounds in the same step add, m.
     pub detour: Vec3,
-    /// It only comes to the surface with the step, and does not part from it.
+    /// Whether it only reaches the surface at the end of the step, and does not separate from it.
     pub stays: bool,
 }
 
@@ -49,14 +49,14 @@ impl ObjectImpact {
 /// The impacts of a step.
 #[derive(Default)]
 pub(crate) struct Impacts {
-    /// Of every object: when it rebounds, if it does.
+    /// Per object: its rebound, if any.
     pub of_objects: Vec<Option<ObjectImpact>>,
     /// Impacts of several bodies.
     sequence: ImpactSequence,
 }
 
-/// Finds the rebounds of an island's points. True if more than one impact within the step went into them: they are then in
-/// `impacts`. What it computes is added to `spent`.
+/// Finds the rebounds of an island's points. True if more than one impact within the step went into them:
+/// they are then in `impacts`. Its computing is added to `spent`.
 pub(super) fn find(
     model: &Model,
     state: &State,
@@ -66,9 +66,9 @@ pub(super) fn find(
     spent: &mut u64,
 ) -> bool {
     let (mut due, mut able) = (false, 0);
-    // What turns far within a step does not come to the surface where its velocity says.
-    let turns = |k: usize| state.object_velocity(model, k).1.length() * model.config().step_s > LARGEST_TURN;
-    // What stands on something already tips onto the next support: see `support_transfer`.
+    // A body that turns far within a step does not reach the surface where its velocity predicts.
+    let turns = |k: usize| state.object_velocity(model, k).1.length() * model.config().step_s > MAX_TURN;
+    // A body that already rests on a support tips onto the next: see `support_transfer`.
     let stands = || {
         let points = |&index: &usize| &contacts.points[contacts.pairs[index].points.clone()];
         island.pairs.iter().flat_map(points).any(|point| point.anchor.loaded)
@@ -77,7 +77,7 @@ pub(super) fn find(
     for &index in &island.pairs {
         let pair = &contacts.pairs[index];
         let free = !on_hand(pair);
-        // The hand's own contacts are soft, and its links light: they return nothing. Nor do heaps.
+        // The hand's own contacts are soft, and its links light: they do not rebound. Neither do heaps.
         if pair.restitution == 0.0 && !alone {
             continue;
         }
@@ -89,7 +89,7 @@ pub(super) fn find(
             }
         }
     }
-    // A lone object has furniture to meet, at once.
+    // A lone object meets only furniture, all at once.
     if !(due && able > 1 && island.objects.len() > 1) {
         return false;
     }
@@ -98,8 +98,8 @@ pub(super) fn find(
     several
 }
 
-/// Plays the impacts of an island's free bodies; true if there were several. Then every point has the rebound that it ends
-/// with.
+/// Plays the impacts of an island's free bodies; true if there were several. Then every point has the rebound
+/// that it ends with.
 fn play(
     model: &Model,
     state: &State,
@@ -140,7 +140,7 @@ fn play(
         }
     }
     let several = sequence.play(h, config.rebound_speed);
-    // Back in the order of the contacts.
+    // Restores the order of the contacts.
     sequence.candidates.sort_unstable_by_key(|candidate| candidate.place);
     let mut candidates = sequence.candidates.iter();
     for &index in if several { island.pairs.as_slice() } else { &[] } {
@@ -151,7 +151,7 @@ fn play(
         for (point, candidate) in contacts.points[pair.points.clone()].iter_mut().zip(&mut candidates) {
             let [_, end] = sequence.velocities(candidate, h);
             let velocity = end.dot(candidate.normal);
-            // Those that will meet in a later step go on as they are.
+            // Points that will meet in a later step continue unchanged.
             let missed = || candidate.misses() && velocity < rest_target(config, pair, point).0;
             let time_s = candidate.hit().or_else(|| missed().then_some(f64::INFINITY));
             point.rebound =
@@ -166,7 +166,7 @@ fn free_body(model: &Model, state: &State, k: usize) -> ImpactBody {
     let (linear, angular) = state.object_velocity(model, k);
     let rotation = state.objects[k].rotation;
     let inverse = model.object_inertia_inverse(k);
-    // Inertia and spin as the step's problem sees them.
+    // Inertia and spin as in the step's problem.
     let (_, turn) = free_turn(rotation, angular, object.inertia, inverse, model.config().step_s);
     let (rotation, angular) = turn.unwrap_or((rotation, angular));
     let r = Mat3::from_quat(rotation);
@@ -174,9 +174,9 @@ fn free_body(model: &Model, state: &State, k: usize) -> ImpactBody {
     ImpactBody::new(center, 1.0 / object.mass, r * inverse * r.transpose(), [linear, angular])
 }
 
-/// Lets the objects take the ways of the sequence, if its rebounds gave no energy in the step's solution. What the
-/// sequence knows nothing of, a hand or a loaded wall behind a ball, may have made them press harder than they should:
-/// then every point is left to its own rebound, and the answer is false.
+/// Moves the objects along the paths of the sequence, if its rebounds added no energy in the step's solution.
+/// Bodies outside the sequence, such as a hand or a loaded wall behind a ball, may have raised the load
+/// beyond the correct one: then every point has its own rebound, and the answer is false.
 pub(super) fn keep_sequence(
     model: &Model,
     state: &State,
@@ -204,7 +204,8 @@ pub(super) fn keep_sequence(
             }
             let ([t1, t2, n], [g1, g2, gn, _], [v1, v2, vn, _]) = (point.axes, point.impulse, point.velocity);
             let [start, _] = sequence.velocities(candidate, h);
-            // An impulse works with the mean of the velocities before and after; gravity had its part until then.
+            // The work of an impulse uses the mean of the velocities before and after; gravity acted until
+            // then.
             let pull = gravity * (falls(pair.b) - falls(pair.a));
             let after = t1 * v1 + t2 * v2 + n * vn - pull * h;
             let mean = (start + after) * 0.5 + pull * candidate.hit().unwrap_or(h);
@@ -228,13 +229,13 @@ pub(super) fn keep_sequence(
             astray |= detour.length() > DETOUR * h * body.start[0].length();
         }
     }
-    // Gaps are remembered because nothing goes farther than the faster of its velocities takes it.
+    // Cached gaps rely on no body moving farther than the faster of its velocities allows.
     if astray {
-        collision.distances.forget(model.colliders().len());
+        collision.distances.clear(model.colliders().len());
     }
     true
 }
-/// The object that a body is, if it is one.
+/// The object of a body, if it is one.
 pub(super) fn on_object(owner: Owner) -> Option<usize> {
     match owner {
         Owner::Object(k) => Some(k),
@@ -261,8 +262,8 @@ fn rebound_of(model: &Model, state: &State, pair: &ContactPair, point: &ContactP
     let gap = point.distance + pair.initial_overlap;
     let (h, least) = (config.step_s, config.rebound_speed);
     let velocity = point.approach + h * acceleration;
-    // What will meet in a later step must not be braked in this one: the contact's dissipation sets in before surfaces
-    // candidate. It goes on as it is, as a rebound that never comes.
+    // A point that will meet in a later step must not be braked in this one: the contact's dissipation sets
+    // in before surfaces meet. It continues unchanged, as a rebound that never comes.
     if pair.restitution > 0.0 && point.approach < -least && gap + h * velocity >= 0.0 {
         let braked = velocity < rest_target(config, pair, point).0;
         return braked.then_some(Rebound::new(f64::INFINITY, velocity));
@@ -271,8 +272,9 @@ fn rebound_of(model: &Model, state: &State, pair: &ContactPair, point: &ContactP
     Some(with_slip(model, state, pair, point, found))
 }
 
-/// A rebound with the slip after it, as of two bodies that meet in this point alone: with W, 1/kg, the velocity per impulse at the
-/// point, the normal impulse `p = (v⁺ − v⁻)/(W_nn − μ W_nt)`, and a slip that Coulomb's impulse μ p makes slower by `W_tt μ p`.
+/// A rebound with the slip after it, for two bodies that meet only in this point. W, 1/kg, is the velocity
+/// per impulse at the point. The normal impulse is `p = (v⁺ − v⁻)/(W_nn − μ W_nt)`, and Coulomb's impulse μ p
+/// reduces the slip by `W_tt μ p`.
 fn with_slip(
     model: &Model,
     state: &State,
@@ -303,7 +305,7 @@ fn with_slip(
         return Rebound { slip: before, ..found };
     }
     let (nn, nt, tt) = (of_normal.dot(normal), of_normal.dot(direction), yielding(direction).dot(direction));
-    // Change of the slip with the normal velocity that is asked for.
+    // Change of the slip with the required normal velocity.
     let change = (nt - mu * tt) / (nn - mu * nt).max(0.1 * nn);
     let slip = (before + change * (found.velocity - point.approach).max(0.0)).clamp(0.0, before);
     Rebound { slip, gain: (1.0 - mu * change).clamp(0.5, 10.0), ..found }
@@ -320,7 +322,7 @@ mod tests {
     const RADIUS: f64 = 0.05;
     const STEP_S: f64 = 1e-3;
 
-    /// Elastic balls in a row without weight, by where they are and how fast along x; after one step.
+    /// Elastic balls in a row without weight, by positions and velocities along x; after one step.
     fn after_a_step(balls: &[(f64, f64)]) -> World {
         let config = Config { gravity: Vec3::ZERO, ..Config::with_step(STEP_S) };
         let mut model = Model::new(config, None).expect("an empty world");
@@ -343,7 +345,8 @@ mod tests {
         (0..world.state().objects.len()).map(|ball| world.state().v[6 * ball]).collect()
     }
 
-    /// A rebounding contact is a million times as stiff as its balls are heavy, so that each impact lacks a millionth.
+    /// A rebounding contact is a million times as stiff as its balls are heavy, so that each impact lacks a
+    /// millionth.
     const LACKING: f64 = 3e-6;
 
     fn assert_near(found: &[f64], expected: &[f64]) {
@@ -353,7 +356,7 @@ mod tests {
         );
     }
 
-    /// Two balls 0.4 mm apart meet after 0.4 of a step, and are where an exact impact would have taken them.
+    /// Two balls 0.4 mm apart meet after 0.4 of a step, and end where an exact impact would take them.
     #[test]
     fn an_impact_within_a_step_is_at_its_time() {
         let gap = 0.4e-3;
@@ -363,7 +366,7 @@ mod tests {
         assert_near(&[x(0), x(1)], &[gap, 2.0 * RADIUS + gap + 0.6e-3]);
     }
 
-    /// A ball that strikes a row of two within a step stops, and the last of the row goes on.
+    /// A ball that strikes a row of two within a step stops, and the last of the row moves on.
     #[test]
     fn impacts_that_follow_within_a_step_are_played_in_their_order() {
         let world = after_a_step(&[(0.0, 1.0), (2.0 * RADIUS + 0.2e-3, 0.0), (4.0 * RADIUS + 0.4e-3, 0.0)]);

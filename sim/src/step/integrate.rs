@@ -1,7 +1,7 @@
 //! Positions at the end of a step, from the velocities there: `x₁ = x₀ + h v₁`.
 //!
-//! An object that rebounds at time t within the step flies ballistically before and after it; one that contacts leave free
-//! moves with the mean velocity ([`super::midpoint_correction`]).
+//! An object that rebounds at time t within the step flies ballistically before and after it; an object that
+//! contacts leave free moves with the mean velocity ([`super::midpoint_correction`]).
 
 use super::impacts::ObjectImpact;
 use super::midpoint_correction::{Correction, correction};
@@ -12,12 +12,13 @@ use crate::solver::problem::Problem;
 use crate::state::State;
 use palmares_models::{Pose, Rotation, Vec3};
 
-/// A body that contacts turn far in a step takes its angular velocity along: as seen from the body it is that of the solution, whose
-/// energy it has. Kept in the world's axes, part of a needle's turn about its middle would be spin about itself, at a thousand times the
-/// speed. Far is more than this, rad, the turn times how unlike the body's moments of inertia are, 1 of a ball, 550 of a needle.
+/// Limit beyond which a body that contacts turn in a step rotates its angular velocity with it: in body axes
+/// the velocity stays that of the solution, and with it the energy. In world axes, part of a needle's turn
+/// about its middle would become spin about its axis, at a thousand times the speed. The limit, rad, is on
+/// the turn times the ratio of the body's moments of inertia, 1 for a ball, 550 for a needle.
 const FAR_TURN: f64 = 0.25;
 
-/// Moves joint coordinates by `v · time`; returns where the base comes to.
+/// Moves joint coordinates by `v · time`; returns the new pose of the base.
 fn advanced(base: Pose, q: &mut [f64], v: &[f64], time: f64) -> Pose {
     for (q, rate) in q.iter_mut().zip(&v[6..]) {
         *q += time * rate;
@@ -26,7 +27,7 @@ fn advanced(base: Pose, q: &mut [f64], v: &[f64], time: f64) -> Pose {
     Pose::from_parts(base.translation + linear * time, turned(base.rotation, angular * time))
 }
 
-/// Moves the hand with velocity `v` for a time, s. A bolted base comes to its set point.
+/// Moves the hand with velocity `v` for a time, s. A bolted base moves to its set point.
 pub(super) fn move_hand(model: &Model, state: &mut State, bolted: bool, v: &[f64], time_s: f64) {
     let n = model.hand_dofs();
     state.v[..n].copy_from_slice(&v[..n]);
@@ -36,7 +37,7 @@ pub(super) fn move_hand(model: &Model, state: &mut State, bolted: bool, v: &[f64
     }
 }
 
-/// Moves the objects of an island, whose part of `v` begins at `at`; takes their `impacts`.
+/// Moves the objects of an island, whose part of `v` begins at `at`; consumes their `impacts`.
 pub(super) fn move_objects(
     model: &Model,
     state: &mut State,
@@ -64,7 +65,8 @@ pub(super) fn move_objects(
             None => {
                 let short = ((before - after) * (0.5 * h), (carried - angular) * (0.5 * h));
                 more = correction(problem, slot, angular * h, short.0, short.1);
-                // Nothing may go farther than the faster of its velocities takes it: gaps are trusted for that.
+                // No object may move farther than the faster of its velocities allows: cached gaps rely on
+                // that.
                 let farthest = before.length_squared().max(after.length_squared()) * h * h;
                 if (after * h + more.linear).length_squared() > farthest {
                     more = Correction::default();
@@ -79,7 +81,7 @@ pub(super) fn move_objects(
             }
         }
         state.v[to..to + 6].copy_from_slice(own);
-        // Torque turns the body on from where it comes to without: its angular momentum is kept to rounding.
+        // Torque turns the body from its torque-free orientation: its angular momentum is kept to rounding.
         let (start, by) = match solved.turn {
             None => (pose.rotation, angular * h + more.angular),
             Some((rotation, omega)) => (rotation, (angular - omega) * h + more.angular),

@@ -1,4 +1,4 @@
-//! One island: which integrator steps it.
+//! Choice of the integrator for an island.
 
 use super::scratch::Scratch;
 use super::{bdf2, cash_karp, euler};
@@ -6,9 +6,9 @@ use crate::model::Model;
 use crate::solver::island::Island;
 use crate::state::State;
 
-/// Takes one step of an island; `slot` is where its solver keeps its orderings. A hand that touches nothing is stepped by a
-/// method of higher order: an undamped one by [`cash_karp`], a damped one by [`bdf2`]. All else, and what these decline, is
-/// stepped by implicit [`euler`].
+/// Takes one step of an island; `slot` is the index of the solver that keeps its orderings. A hand without
+/// contact is stepped by a method of higher order: an undamped one by [`cash_karp`], a damped one by
+/// [`bdf2`]. Implicit [`euler`] steps everything else, and the steps that these decline.
 pub(super) fn step(model: &Model, state: &mut State, scratch: &mut Scratch, island: &Island, slot: usize) {
     if scratch.solvers.len() <= slot {
         scratch.solvers.resize_with(slot + 1, Default::default);

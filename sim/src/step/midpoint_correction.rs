@@ -1,6 +1,6 @@
 //! Second-order positions where nothing is stiff.
 //!
-//! Springs and contacts need the velocity of the end of a step; with it a body that Coulomb friction brakes evenly
+//! Springs and contacts need the velocity at the end of a step; with it a body under even Coulomb braking
 //! would fall short by v₀ h/2. Where contacts leave an object free, along a floor, rolling, or in the air, it
 //! moves with the mean of the velocities before and after instead.
 
@@ -9,19 +9,19 @@ use crate::solver::friction_cone::ConeHessian;
 use crate::solver::problem::Problem;
 use palmares_models::Vec3;
 
-/// Ways below this, m, are left alone: a body at rest is not worth the search.
-const LEAST_M: f64 = 1e-9;
+/// Displacements below this, m, are not corrected: a body at rest is not worth the search.
+const MIN_M: f64 = 1e-9;
 
-/// A body that turns about a contact lifts it off its tangent by this much, m, at most: one that pivots faster has the
-/// dissipation of the end's velocity instead, or the lift would be energy from nowhere.
+/// Largest distance, m, by which a body that turns about a contact may lift it off its tangent. A body that
+/// pivots faster keeps the dissipation of the end velocity; otherwise the lift would add energy.
 const PIVOT_M: f64 = 1e-5;
 
-/// A direction is new if at least this part of it is none of the others'.
+/// A direction is new if at least this part of it is independent of the others.
 const NEW: f64 = 1e-6;
 
 type Row = [f64; 6];
 
-/// What the mean velocity adds to the way of an object that moves with the velocity of the end.
+/// Displacement that the mean velocity adds to that of the end velocity.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Correction {
     /// m
@@ -30,8 +30,8 @@ pub(super) struct Correction {
     pub angular: Vec3,
 }
 
-/// Directions, each of length one and across the others, in which an object is held. Turns are measured by the ways
-/// they make at the radius of gyration.
+/// Orthonormal directions in which an object is constrained. Turns are measured by their displacement at the
+/// radius of gyration.
 #[derive(Default)]
 struct Held {
     rows: [Row; 6],
@@ -49,10 +49,10 @@ impl Held {
         x
     }
 
-    /// Adds a direction; false when none is left free.
+    /// Adds a direction; false when no free direction is left.
     fn hold(&mut self, row: Row) -> bool {
         let length = dot(&row, &row).sqrt();
-        // Twice, so that they stay across each other to rounding.
+        // Twice, so that they stay orthogonal to rounding.
         let rest = self.without(self.without(row));
         let new = dot(&rest, &rest).sqrt();
         if self.count < 6 && new > NEW * length {
@@ -71,9 +71,10 @@ fn dot(a: &Row, b: &Row) -> f64 {
     sum
 }
 
-/// The correction for the object in `slot` of the problem, which turns by `turn` in the step and whose velocities fell
-/// short of the mean's by `linear` and `angular` over it: only the part that moves no contact against its normal, and
-/// none that sticks. An object that leans on something that moves, or pivots about an edge, is left alone.
+/// The correction for the object in `slot` of the problem, which turns by `turn` in the step and whose
+/// displacement with the end velocity falls short of that with the mean by `linear` and `angular`: only the
+/// part that moves no contact along its normal, and no sticking one. An object that leans on a moving body,
+/// or pivots about an edge, is not corrected.
 pub(super) fn correction(
     problem: &Problem,
     slot: usize,
@@ -88,7 +89,7 @@ pub(super) fn correction(
     let mut wanted = [0.0; 6];
     wanted[..3].copy_from_slice(&linear.to_array());
     wanted[3..].copy_from_slice(&(angular * gyration).to_array());
-    if dot(&wanted, &wanted) < LEAST_M * LEAST_M {
+    if dot(&wanted, &wanted) < MIN_M * MIN_M {
         return Correction::default();
     }
     let mut held = Held::default();
@@ -103,11 +104,11 @@ pub(super) fn correction(
                 let moment = arm.cross(axis) / gyration;
                 [axis.x, axis.y, axis.z, moment.x, moment.y, moment.z]
             };
-            // What rolls stands over its contact.
+            // A rolling body is above its contact.
             let pivots = || 0.5 * turn.length() * turn.cross(point.axes[2]).dot(arm).abs() > PIVOT_M;
             let normal = row(point.axes[2], arm);
             let free = match point.law.impulse(point.velocity).1 {
-                // It would come nearer to what it does not touch.
+                // It would approach a body that it does not touch.
                 ConeHessian::Open => sign * dot(&normal, &held.without(wanted)) >= 0.0 || held.hold(normal),
                 _ if !on_furniture || pivots() => false,
                 ConeHessian::Slip(..) => held.hold(normal),

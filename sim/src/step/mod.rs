@@ -1,11 +1,12 @@
 //! One step: forces and contacts at the start, one convex solve for the velocities at the end, integration.
 //!
 //! 1. [`prepare`]: dynamics of the hand, then [`collide`].
-//! 2. `actuate`: motors and the base's set point follow the command; forces from outside act.
+//! 2. `actuate`: motors and the base's set point follow the command; external forces act.
 //! 3. Islands: bodies that touch each other are solved together.
-//! 4. For each island, [`island::step`]: assemble the problem, solve it, integrate; or fly, where nothing is touched.
-//! 5. [`sleep::update`]: an island that has been still for long falls asleep.
-//! 6. [`continuous::stop_short`]: what is fast stops before it passes through something.
+//! 4. For each island, [`island::step`]: assemble the problem, solve it, integrate; or free flight without
+//!    contact.
+//! 5. [`sleep::update`]: an island that has been still for long enough falls asleep.
+//! 6. [`continuous::stop_short`]: fast bodies stop before they pass through others.
 
 mod assemble;
 mod ballistic;
@@ -32,7 +33,7 @@ mod workspace;
 
 pub(crate) use forces::StepForces;
 pub(crate) use scratch::Scratch;
-pub use workspace::Workspace;
+pub use workspace::SharedScratch;
 
 use crate::actuation::base::{self, BaseCommand};
 use crate::actuation::motor;
@@ -40,25 +41,25 @@ use crate::bounds::{Fault, hand_work, step_work};
 use crate::command::Command;
 use crate::contact::collide::collide;
 use crate::model::Model;
-use crate::outcome::{Outcome, Phase, Probe};
+use crate::outcome::{PhaseTimer, StepOutcome, StepPhase};
 use crate::state::{BaseReference, State};
 use drive::Drive;
 use palmares_models::Vec3;
 use work::Work;
 
-/// Advances `state` by one step and tells `probe` when a phase is over. With a fault the state stays as it is, but for
-/// one that is found while the step is solved.
+/// Advances `state` by one step and notifies `timer` at the end of each phase. With a fault the state stays
+/// unchanged, unless the fault is found while the step is solved.
 pub(crate) fn step(
     model: &Model,
     state: &mut State,
     scratch: &mut Scratch,
     command: &Command,
-    probe: &mut impl Probe,
+    timer: &mut impl PhaseTimer,
 ) {
-    prepare(model, state, scratch, probe);
+    prepare(model, state, scratch, timer);
     let spent = scratch.prepared.take().unwrap_or_default();
     let work = &mut scratch.work;
-    work.outcome = Outcome::default();
+    work.outcome = StepOutcome::default();
     if work.fault.is_some() {
         return;
     }
@@ -69,12 +70,12 @@ pub(crate) fn step(
         scratch.work.fault = Some(Fault::WorkExhausted);
     }
     state.step += 1;
-    probe.ended(Phase::Solver);
+    timer.ended(StepPhase::Solver);
 }
 
-/// What a step does before its command matters: the hand's dynamics and the search for contacts. Does nothing if it has
-/// been done already.
-pub(crate) fn prepare(model: &Model, state: &mut State, scratch: &mut Scratch, probe: &mut impl Probe) {
+/// The part of a step that does not depend on its command: the hand's dynamics and the search for contacts.
+/// Does nothing if already done.
+pub(crate) fn prepare(model: &Model, state: &mut State, scratch: &mut Scratch, timer: &mut impl PhaseTimer) {
     if scratch.prepared.is_some() {
         return;
     }
@@ -86,13 +87,13 @@ pub(crate) fn prepare(model: &Model, state: &mut State, scratch: &mut Scratch, p
     }
     let links = model.hand().map_or(0, |hand| hand.links.len());
     dynamics.update(model, false, state.base, &state.q, &state.v);
-    probe.ended(Phase::Dynamics);
+    timer.ended(StepPhase::Dynamics);
     let spent = collide(model, state, dynamics, collision, hand_work(links, model.hand_dofs()));
     scratch.prepared = Some(spent);
     if spent > step_work(model.objects().len()) {
         *fault = Some(Fault::WorkExhausted);
     }
-    probe.ended(Phase::Collision);
+    timer.ended(StepPhase::Collision);
 }
 
 /// Motors and the base's set point follow the command.
@@ -114,7 +115,7 @@ fn actuate(model: &Model, state: &mut State, drive: &mut Drive, command: &Comman
     }
 }
 
-/// Partitions the bodies into islands and steps each; `spent` is what the step has computed so far.
+/// Partitions the bodies into islands and steps each; `spent` is the computing of the step up to here.
 fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent: u64) {
     let mut islands = std::mem::take(&mut scratch.islands);
     let work = &mut scratch.work;
@@ -123,7 +124,8 @@ fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent:
     work.forces.clear();
     work.impacts.of_objects.resize(model.objects().len(), None);
     let points = &work.collision.contacts.points;
-    work.outcome = Outcome { converged: true, points: points.len(), work: spent, ..Outcome::default() };
+    work.outcome =
+        StepOutcome { converged: true, points: points.len(), work: spent, ..StepOutcome::default() };
     for point in points {
         work.outcome.penetration_m = work.outcome.penetration_m.max(-point.distance);
     }
@@ -140,7 +142,8 @@ fn solve_islands(model: &Model, state: &mut State, scratch: &mut Scratch, spent:
         if !island.hand && island.pairs.is_empty() {
             ballistic::fly(model, state, &scratch.work.loads, island.objects[0]);
         } else {
-            // Alone all have the same ordering: they share the first solver, which stays in the processor's cache.
+            // Lone objects all have the same ordering: they share the first solver, which stays in the
+            // processor's cache.
             coupled += usize::from(!island.is_lone_object());
             let slot = if island.is_lone_object() { 0 } else { coupled };
             island::step(model, state, scratch, island, slot);

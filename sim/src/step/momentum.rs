@@ -1,4 +1,4 @@
-//! Momentum of a hand whose base flies freely: a step must not make any.
+//! Conservation of momentum of a hand with a free base.
 //!
 //! The momentum at generalized velocity v is `(M v)` of the base's six rows, about the base's origin.
 
@@ -22,9 +22,9 @@ fn first_moment(mass: &[f64], n: usize) -> Vec3 {
     Vec3::new(mass[5 * n + 1], mass[3 * n + 2], mass[4 * n])
 }
 
-/// Momentum that the hand must have at the end of a step that changes `v₀` into `v`, about its base's origin at the
-/// start: `M(q₀) v₁ + h c(q₀, v₀)` with the velocity-dependent part of the bias, which is the momentum before plus all
-/// impulses from outside.
+/// Momentum required at the end of a step that changes `v₀` into `v`, about its base's origin at the start:
+/// `M(q₀) v₁ + h c(q₀, v₀)` with the velocity-dependent part of the bias. This is the momentum before plus
+/// all external impulses.
 pub(super) fn due_after_step(model: &Model, dynamics: &HandDynamics, pushes: &[Push], v: &[f64]) -> Force {
     let (h, gravity) = (model.config().step_s, model.config().gravity);
     let HandDynamics { mass, bias, .. } = dynamics;
@@ -43,8 +43,8 @@ pub(super) fn due_after_step(model: &Model, dynamics: &HandDynamics, pushes: &[P
     due
 }
 
-/// Momentum after a step of free flight of `state`, about the base's present origin: the centre of mass falls, and the
-/// angular momentum about it stays.
+/// Momentum required after a step of free flight of `state`, about the base's present origin: the centre of
+/// mass falls, and the angular momentum about it stays.
 pub(super) fn due_after_flight(model: &Model, dynamics: &HandDynamics, state: &State) -> Force {
     let h = model.config().step_s;
     let floats = model.hand().is_some_and(|hand| hand.gravity_compensation);
@@ -57,8 +57,9 @@ pub(super) fn due_after_flight(model: &Model, dynamics: &HandDynamics, state: &S
     Force { force, moment: before.moment - center.cross(before.force) + fallen.cross(force) }
 }
 
-/// Gives the hand the momentum that is due about `from`, its base's origin before the step: the same velocities mean
-/// another momentum once the shape has changed. The base takes up the difference as if all joints were locked.
+/// Corrects the hand to the required momentum about `from`, its base's origin before the step: the same
+/// velocities have another momentum once the shape has changed. The base takes the difference as if all
+/// joints were locked.
 pub(super) fn keep(model: &Model, state: &mut State, dynamics: &mut HandDynamics, due: Force, from: Vec3) {
     dynamics.update(model, false, state.base, &state.q, &state.v);
     let now = momentum(model, dynamics, &state.v);

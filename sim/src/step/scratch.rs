@@ -1,4 +1,4 @@
-//! Memory of a step that carries nothing to the next, except capacity, orderings and what a cache may know.
+//! Scratch memory of a step: it carries nothing to the next except capacity, orderings and caches.
 
 use super::bdf2::History;
 use super::cash_karp::Stages;
@@ -8,25 +8,25 @@ use crate::solver::island::Islands;
 use crate::solver::newton::Newton;
 use crate::solver::problem::Problem;
 
-/// Scratch memory of a step, and what the last step told of itself.
+/// Scratch memory of a step, and the results of the last step.
 #[derive(Default)]
 pub(crate) struct Scratch {
     pub work: Work,
-    /// What the next step's dynamics and contacts took to compute, if they are known already.
+    /// Computing of the next step's dynamics and contacts, if they are prepared.
     pub prepared: Option<u64>,
     pub islands: Islands,
-    /// One for all lone objects, then one for each other island, so that orderings are re-used.
+    /// One for all lone objects, then one for each other island, so that orderings are reused.
     pub solvers: Vec<(Problem, Newton)>,
     /// Generalized velocity of the island that is solved.
     pub v: Vec<f64>,
     pub support: SupportTransfer,
     pub bdf2: History,
-    /// In a box: a struct of a dozen vectors takes long to move.
+    /// Boxed: moving a struct of a dozen vectors takes long.
     pub cash_karp: Option<Box<Stages>>,
 }
 
 impl Scratch {
-    /// Forgets what was known of a state that has been changed from outside.
+    /// Discards everything known about a state that has been changed from outside.
     pub(crate) fn invalidate(&mut self) {
         self.work.fault = None;
         self.prepared = None;

@@ -1,16 +1,17 @@
-//! Sleep: an island without the hand that has been still for long, and gets no faster, stops, and costs nothing until it is touched.
+//! Sleep: an island without the hand that has been still for long enough, and does not accelerate, stops. It
+//! costs nothing until something touches it.
 
 use crate::model::Model;
 use crate::solver::island::Island;
 use crate::state::State;
 
-/// Changes of a velocity up to this are those of a heap that settles, m/s ...
+/// Changes of a velocity up to this are those of a settling heap, m/s.
 const NOISE: f64 = 2e-4;
 
-/// ... or rad/s.
+/// The same for angular velocities, rad/s.
 const ANGULAR_NOISE: f64 = 2e-3;
 
-/// Counts the steps an island has been still, and stops it when they are enough.
+/// Counts the steps an island has been still, and stops it after enough of them.
 pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
     let config = model.config();
     if !config.sleeping {
@@ -24,7 +25,7 @@ pub(super) fn update(model: &Model, state: &mut State, island: &Island) {
             && angular.length_squared() < config.sleep_angular.powi(2);
         let at = model.object_dofs(k);
         let (sleep, v) = (&mut state.sleep[k], &state.v[at..at + 6]);
-        // What rolls off or falls over begins slowly.
+        // Rolling off and falling over begin slowly.
         let time = f64::from(sleep.still_steps) * config.step_s;
         let faster = |of: std::ops::Range<usize>| {
             let size = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -83,7 +84,7 @@ mod tests {
             woke |= !world.state().sleep[0].asleep;
         }
         assert!(woke, "the upper box has fallen on it");
-        // It stands on what it slept on.
+        // It rests on the body that it slept on.
         for _ in 0..500 {
             world.step(&command);
         }

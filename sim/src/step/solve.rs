@@ -1,4 +1,4 @@
-//! Solves an island's problem, within what is left of the step's budget.
+//! Solves an island's problem within the remaining budget of the step.
 
 use super::work::Work;
 use crate::bounds::{Fault, step_iterations, step_work};
@@ -6,7 +6,7 @@ use crate::model::Model;
 use crate::solver::newton::{Newton, Stop};
 use crate::solver::problem::Problem;
 
-/// Minimises from `v` on, and counts what it took.
+/// Minimises from `v` on, and counts the computing.
 pub(super) fn solve(
     model: &Model,
     work: &mut Work,

@@ -1,21 +1,23 @@
 //! A lone object that tips from one support to another within a step.
 //!
-//! Implicit Euler lets the contacts of a step's end act through all of it. A block that rocks onto its other edge would be
-//! borne by that edge from the step's start, and what the old one carries until the blow would be lost: the angular
-//! velocity after it is off by up to `h Δα`, with the difference Δα, rad/s², of what gravity does about either edge. So the
-//! part s of a step before the first new point is hit goes as if none were. Solved without the points that are hit, the
-//! step has the impulses γ₀, N·s, and then, in the signs of [`crate::solver`],
+//! Implicit Euler applies the contacts at a step's end during the whole step. A block that rocks onto its
+//! other edge would be supported by that edge from the start of the step, and the load of the old edge until
+//! the impact would be lost: the angular velocity after the impact is off by up to `h Δα`, with the
+//! difference Δα, rad/s², of gravity's effect about either edge. So the part s of a step before the first new
+//! point is hit proceeds without the new points. Solved without them, the step has the impulses γ₀, N·s, and
+//! then, in the signs of [`crate::solver`],
 //!
 //! `A (v − v*) = s Jᵀ γ₀ + Jᵀ γ`, `s = min φ / (−u_n h)`
 //!
-//! with the gap φ, m, of the points that are hit and their normal velocity u_n, m/s, without the hit. A point's law gives
-//! `γ + s γ₀`, that is, γ for the target `v̂ − s R γ₀`. Where all supports go on bearing this is the solution of the plain
-//! step; where one lets go, it has carried its share.
+//! with the gap φ, m, of the new points and their normal velocity u_n, m/s, without the hit. A point's law
+//! gives `γ + s γ₀`, that is, γ for the target `v̂ − s R γ₀`. While all supports continue to bear this is the
+//! solution of the plain step; a support that lets go has carried its share.
 //!
-//! A block of 40 x 120 mm keeps `1 − 3/2 sin² α = 0.850` of its angular velocity in a blow (Housner 1963, *The behavior of
-//! inverted pendulum structures during earthquakes*, α from the vertical to the diagonal). Over the first three blows
-//! steps of 0.25 to 4 ms give 0.832 to 0.848; without this file 0.72 to 0.85. In the hand, where many points are hit in one
-//! step, it changed more outcomes of grasps from step to step than it saved, so that it is left to lone objects.
+//! A block of 40 x 120 mm keeps `1 − 3/2 sin² α = 0.850` of its angular velocity in an impact (Housner 1963,
+//! *The behavior of inverted pendulum structures during earthquakes*, α from the vertical to the diagonal).
+//! Over the first three impacts, steps of 0.25 to 4 ms give 0.832 to 0.848; without this file 0.72 to 0.85.
+//! In the hand, where many points are hit in one step, the correction changed more outcomes of grasps from
+//! step to step than it saved, so it is limited to lone objects.
 
 use super::solve::solve;
 use super::work::Work;
@@ -28,7 +30,7 @@ use crate::solver::problem::Problem;
 /// Scratch memory of a transfer.
 #[derive(Default)]
 pub(crate) struct SupportTransfer {
-    /// Points that are hit, by their places in the problem, and their gaps, m.
+    /// Points that are hit, by their indices in the problem, and their gaps, m.
     hits: Vec<(usize, f64)>,
     /// v̂ of every point, m/s.
     targets: Vec<[f64; 4]>,
@@ -38,9 +40,9 @@ pub(crate) struct SupportTransfer {
     unhit: Vec<f64>,
 }
 
-/// Solves a step again in which a lone object is hit at new points, and old ones would carry less than they do until then.
-/// `problem` is solved, `v` its solution. True if it was solved again: its points then have all that they carry in the step, and
-/// its momentum and rolling resistance are those of the second solve.
+/// Solves a step again in which a lone object is hit at new points, if old points would carry less than their
+/// load until then. `problem` is solved, `v` its solution. True if it was solved again: its points then have
+/// their total load in the step, and its momentum and rolling resistance are those of the second solve.
 pub(super) fn transfer(
     model: &Model,
     work: &mut Work,
@@ -80,8 +82,8 @@ pub(super) fn transfer(
     true
 }
 
-/// Finds the points that are hit. True if a point that was loaded carries less in the solution than it did in the last step,
-/// until the first hit.
+/// Finds the points that are hit. True if a loaded point carries less in the solution than in the last step,
+/// up to the first hit.
 fn is_due(
     contacts: &Contacts,
     island: &Island,
@@ -114,8 +116,8 @@ fn is_due(
         })
 }
 
-/// Adds what the points carry in the first `part` of the step to the momentum of the lone object, and takes it from their
-/// laws.
+/// Adds the points' impulses in the first `part` of the step to the momentum of the lone object, and
+/// subtracts them from their laws.
 fn carry(problem: &mut Problem, part: f64, carried: &mut Vec<[f64; 4]>) {
     carried.clear();
     let Problem { objects, pairs, points, momentum, .. } = problem;
@@ -153,7 +155,7 @@ mod tests {
     /// Half the width and half the height of the block, m.
     const HALF: [f64; 2] = [0.02, 0.06];
 
-    /// Angle of the block, rad, where it turns back, for the first three times. It begins at `start`, on one edge.
+    /// Angle of the block, rad, at its first three turning points. It begins at `start`, on one edge.
     fn turning_points(start: f64, step_s: f64) -> [f64; 3] {
         let mut model = Model::new(Config::with_step(step_s), None).expect("no hand");
         model.add_ground(0.0, 0.8);
@@ -183,8 +185,8 @@ mod tests {
         panic!("it turned back {count} times: {found:?}");
     }
 
-    /// Between two turning points potential energy becomes kinetic, of which the blow leaves r², and back: with the angle α
-    /// from the vertical to the block's diagonal it is proportional to cos(α − |θ|) − cos α.
+    /// Between two turning points potential energy becomes kinetic, of which the impact leaves r², and back:
+    /// with the angle α from the vertical to the block's diagonal it is proportional to cos(α − |θ|) − cos α.
     #[test]
     fn a_rocking_block_keeps_what_housner_says_with_any_step() {
         let alpha = libm::atan(HALF[0] / HALF[1]);

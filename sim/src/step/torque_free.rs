@@ -23,30 +23,31 @@ pub(super) fn rate(rotation: Rotation, omega: Vec3) -> Rotation {
     Rotation::from_xyzw(omega.x, omega.y, omega.z, 0.0) * rotation * 0.5
 }
 
-/// The largest turn of a substep, rad: beyond it the fourth order means little.
-const LARGEST_TURN: f64 = 0.2;
+/// Largest turn of a substep, rad: for larger turns fourth order brings little.
+const MAX_TURN: f64 = 0.2;
 
-/// ... and so many are enough: what turns twice in a step is turned by larger ones, without its exact orientation but
-/// with its angular momentum.
-const MOST_PARTS: f64 = 64.0;
+/// Largest number of substeps: a body that turns twice in a step gets larger substeps, without its exact
+/// orientation but with its angular momentum.
+const MAX_PARTS: f64 = 64.0;
 
-/// The energy of a needle that turns freely does not grow by more than this factor: beyond it its attitude is not found.
-const MOST_GAIN: f64 = 1.01;
+/// Largest factor by which the energy of a freely turning needle may grow: beyond it its attitude is unknown.
+const MAX_GAIN: f64 = 1.01;
 
-/// The moments of a needle are at least as [`unlike`] as this.
+/// Smallest [`unlike`] of a needle.
 const NEEDLE: f64 = 10.0;
 
-/// How unlike the moments of an inertia are, by it and its inverse: 1 of a ball, 1.1 of a thin disc, 550 of a needle of 1 mm by 60 mm.
+/// Ratio of the moments of an inertia, from it and its inverse: 1 for a ball, 1.1 for a thin disc, 550 for a
+/// needle of 1 mm by 60 mm.
 pub(super) fn unlike(inertia: Mat3, inverse: Mat3) -> f64 {
     let trace = |matrix: Mat3| matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z;
     trace(inertia) * trace(inverse) / 9.0
 }
 
-/// Turns below this, rad, are exact to rounding by the midpoint method.
+/// Turn below which the midpoint method is exact to rounding, rad.
 const SMALL_TURN: f64 = 1e-4;
 
-/// Where a body comes to without torque: its orientation and angular velocity after h, and its inertia there in
-/// world axes. A body whose inertia is a sphere's turns on as it is: `None`.
+/// Orientation and angular velocity of a body after h without torque, and its inertia there in world axes.
+/// `None` for a spherical inertia: the body continues to turn as before.
 pub(super) fn free_turn(
     rotation: Rotation,
     omega: Vec3,
@@ -83,7 +84,7 @@ pub(super) fn torque_free(
         let half = rotation + slope(rotation) * (0.5 * h);
         next = (rotation + slope(half) * h).normalize();
     } else {
-        let parts = (turn / LARGEST_TURN).ceil().min(MOST_PARTS);
+        let parts = (turn / MAX_TURN).ceil().min(MAX_PARTS);
         let h = h / parts;
         for _ in 0..parts as u32 {
             let k1 = slope(next);
@@ -94,8 +95,9 @@ pub(super) fn torque_free(
         }
     }
     let after = omega_at(next, inverse, momentum);
-    // Of a needle that spins about itself a rounding of its attitude is much spin: it turns about the axis that it has instead.
-    if after.dot(momentum) > MOST_GAIN * omega.dot(momentum) && unlike(inertia, inverse) > NEEDLE {
+    // For a needle that spins about its axis, rounding of its attitude is a large spin: it turns about its
+    // present axis instead.
+    if after.dot(momentum) > MAX_GAIN * omega.dot(momentum) && unlike(inertia, inverse) > NEEDLE {
         return (turned(rotation, omega * h), omega);
     }
     (next, after)
@@ -105,7 +107,7 @@ pub(super) fn torque_free(
 mod tests {
     use super::*;
 
-    /// It took one part for every 0.2 rad.
+    /// One part for every 0.2 rad.
     #[test]
     fn an_absurd_spin_takes_no_longer_than_a_fast_one_and_keeps_its_momentum() {
         let inertia = Mat3::from_diagonal(Vec3::new(1.0, 2.0, 3.0));
@@ -131,7 +133,7 @@ mod tests {
                 (q, w) = torque_free(q, w, inertia, inertia.inverse(), 1e-2);
             }
             let gain = energy(q, w) / before;
-            assert!(gain <= MOST_GAIN.powi(100), "{spin}: {gain}");
+            assert!(gain <= MAX_GAIN.powi(100), "{spin}: {gain}");
         }
     }
 

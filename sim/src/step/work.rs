@@ -1,4 +1,4 @@
-//! What all islands of a step read and write.
+//! Shared data of all islands of a step.
 
 use super::assemble::Input;
 use super::continuous::Continuous;
@@ -9,14 +9,14 @@ use crate::bounds::Fault;
 use crate::contact::collide::Collision;
 use crate::dynamics::hand::HandDynamics;
 use crate::model::Model;
-use crate::outcome::Outcome;
+use crate::outcome::StepOutcome;
 use crate::state::State;
 use palmares_models::Vec3;
 
-/// Dynamics, contacts and loads of a step, and what it tells of itself.
+/// Dynamics, contacts and loads of a step, and its results.
 #[derive(Default)]
 pub(crate) struct Work {
-    pub outcome: Outcome,
+    pub outcome: StepOutcome,
     pub fault: Option<Fault>,
     pub forces: StepForces,
     pub dynamics: HandDynamics,
@@ -24,13 +24,13 @@ pub(crate) struct Work {
     pub drive: Drive,
     pub impacts: Impacts,
     pub continuous: Continuous,
-    /// Of every object: force, N, and torque about its centre of mass, N·m, from outside during the next step; empty for
-    /// none.
+    /// Per object: external force, N, and torque about its centre of mass, N·m, during the next step; empty
+    /// for none.
     pub loads: Vec<(Vec3, Vec3)>,
 }
 
 impl Work {
-    /// What an island's problem is assembled from.
+    /// Inputs of an island's problem.
     pub(super) fn input<'a>(&'a self, model: &'a Model, state: &'a State) -> Input<'a> {
         let Work { dynamics, collision, drive, loads, .. } = self;
         Input { model, state, dynamics, contacts: &collision.contacts, drive, loads }

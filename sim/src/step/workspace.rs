@@ -1,4 +1,4 @@
-//! The part of a step's scratch memory that worlds of one hand can share.
+//! Scratch memory of a step that worlds of one hand can share.
 
 use super::bdf2::History;
 use super::cash_karp::Stages;
@@ -10,12 +10,12 @@ use crate::solver::problem::Problem;
 use palmares_models::hand::Hand;
 use std::sync::Arc;
 
-/// Scratch memory that a thread lends to the worlds it steps, one after the other: it stays in the processor's cache, where
-/// each world's own would have to be fetched again. It carries no result from world to world. Its matrices have the pattern of
-/// one hand, that of the first world it is lent to: a world of another hand, or with another number of objects, keeps to its
-/// own.
+/// Scratch memory that a thread lends to the worlds that it steps one after the other: it stays in the
+/// processor's cache, while each world's own would have to be loaded again. It carries no result from world
+/// to world. Its matrices have the pattern of one hand, that of the first world that borrows it: a world of
+/// another hand, or with another number of objects, uses its own.
 #[derive(Default)]
-pub struct Workspace {
+pub struct SharedScratch {
     lent_to: Option<(Arc<Hand>, usize)>,
     dynamics: HandDynamics,
     solvers: Vec<(Problem, Newton)>,
@@ -26,7 +26,7 @@ pub struct Workspace {
 
 impl Scratch {
     /// Exchanges it with that of a world of `model`; not between preparing a step and the step itself.
-    pub(crate) fn exchange(&mut self, model: &Model, lent: &mut Workspace) {
+    pub(crate) fn exchange(&mut self, model: &Model, lent: &mut SharedScratch) {
         debug_assert!(self.prepared.is_none(), "the dynamics are those of a step that has been prepared");
         let Some(hand) = model.hand() else { return };
         let (first, objects) = lent.lent_to.get_or_insert_with(|| (hand.clone(), model.objects().len()));

@@ -1,4 +1,4 @@
-//! Snapshots and digests: what goes on alike has one digest, what does not has another.
+//! Snapshots and digests: equal motions have equal digests, different ones do not.
 
 use crate::contact::anchor::{Anchor, Pair};
 use crate::{Command, Config, Model, State, World};
@@ -41,7 +41,7 @@ fn scene() -> (World, Command) {
     (world, command)
 }
 
-/// A world that was given a snapshot goes on like the one it was taken from, whatever that one remembers beside its state.
+/// A world restored from a snapshot continues like the original, independent of its own caches.
 #[test]
 fn a_restored_snapshot_goes_on_bit_for_bit() {
     let (mut world, command) = scene();
@@ -67,7 +67,7 @@ fn point(state: &mut State) -> &mut parry3d_f64::query::TrackedContact<Anchor> {
     &mut loaded(&mut state.pairs).manifold.points[0]
 }
 
-/// The least change of a number.
+/// The smallest change of a number.
 fn nudge(x: &mut f64) {
     *x = f64::from_bits(x.to_bits() ^ 1);
 }
@@ -85,7 +85,8 @@ fn a_world_that_failed_comes_back_from_its_snapshot_as_it_is() {
     assert!(world.fault().is_some());
 }
 
-/// Every number that steps go by; the patterns in `State::hash` are complete, so that a new field must be thought of.
+/// Every number that affects a step; the patterns in `State::hash` are exhaustive, so that a new field cannot
+/// be forgotten.
 #[test]
 fn every_field_counts_in_the_digest() {
     let (mut world, command) = scene();

@@ -115,7 +115,7 @@ fn an_undamped_hand_in_flight_keeps_energy_and_momentum() {
             let (time, g) = (f64::from(k) * step_s, world.model().config().gravity);
             let (now_p, now_l) = momenta(&world);
             assert!((now_p - p - g * (mass * time)).length() < 1e-12, "{step_s} {time}: {now_p}");
-            // The weight's torque about the origin is that of the centre of mass, which falls.
+            // The weight's torque about the origin is that of the falling centre of mass.
             let due = l + (before * time + p * (0.5 * time * time / mass)).cross(g * mass);
             assert!((now_l - due).length() < 1e-8 * l.length(), "{step_s} {time}: {now_l} {due}");
             let fallen = before + p * (time / mass) + g * (0.5 * time * time);
@@ -127,7 +127,7 @@ fn an_undamped_hand_in_flight_keeps_energy_and_momentum() {
     }
 }
 
-/// How finely the method divides a step belongs to the state: a restored snapshot goes on bit for bit.
+/// The number of substeps belongs to the state: a restored snapshot continues bit for bit.
 #[test]
 fn an_undamped_hand_goes_on_from_a_snapshot() {
     let mut config = Config::with_step(8e-3);

@@ -1,4 +1,4 @@
-//! Friction of unlike surfaces: the geometric mean of their coefficients, whoever they belong to.
+//! Friction of different surfaces: the geometric mean of their coefficients, in either order.
 
 use crate::{Command, Config, Model, State, World};
 use palmares_models::object::Object;
@@ -8,8 +8,9 @@ use std::sync::Arc;
 
 const BLOCK: [f64; 3] = [0.1, 0.1, 0.02];
 
-/// How far a block of friction `upper` slides within half a second on a block of friction `lower` that lies on a floor of
-/// friction `floor`, and that one on the floor, m. Gravity leans by `slope` of its weight.
+/// Distance that a block of friction `upper` slides within half a second on a block of friction `lower`,
+/// which rests on a floor of friction `floor`, and that of the lower block on the floor, m. Gravity leans by
+/// `slope` of its weight.
 fn slides(upper: f64, lower: f64, floor: f64, slope: f64) -> [f64; 2] {
     let gravity = Vec3::new(9.81 * slope, 0.0, -9.81);
     let mut model = Model::new(Config { gravity, ..Config::default() }, None).expect("no hand");
@@ -36,7 +37,7 @@ fn a_block_slides_on_another_beyond_the_geometric_mean_of_both() {
     // √(0.1 · 0.9) = 0.3; the lower one sticks to the floor.
     assert!(slides(0.1, 0.9, 2.0, 0.29)[0] < 1e-4);
     assert!(slides(0.1, 0.9, 2.0, 0.31)[0] > 1e-2);
-    // The other way round it is the same.
+    // The result is the same in the other order.
     assert!(slides(0.9, 0.1, 20.0, 0.29)[0] < 1e-4);
     assert!(slides(0.9, 0.1, 20.0, 0.31)[0] > 1e-2);
 }
@@ -53,7 +54,7 @@ fn a_frictionless_surface_slides_on_everything() {
     assert!(slides(0.0, 2.0, 5.0, 0.1)[0] > 0.1);
 }
 
-/// What is left of a ball's spin about the vertical after half a second on a floor.
+/// Remaining part of a ball's spin about the vertical after half a second on a floor.
 fn spin_left(rolling_friction: f64, torsional_friction: f64) -> f64 {
     let mut model = Model::new(Config { sleeping: false, ..Config::default() }, None).expect("no hand");
     model.add_ground(0.0, 0.5);
@@ -79,7 +80,7 @@ fn rolling_resistance_brakes_no_spin_and_torsional_friction_does() {
     assert!((spin_left(0.0, 1e-3) - (1.0 - 0.5 * 9.81 / 20.0)).abs() < 2e-3);
 }
 
-/// By how much a thin slab that falls on a corner has turned about the vertical when it lies, degrees.
+/// Turn about the vertical of a thin slab that has fallen on a corner, degrees.
 fn turned_by_a_fall(step_s: f64) -> f64 {
     let mut model =
         Model::new(Config { sleeping: false, ..Config::with_step(step_s) }, None).expect("no hand");
@@ -101,8 +102,8 @@ fn turned_by_a_fall(step_s: f64) -> f64 {
 
 #[test]
 fn what_falls_on_a_corner_turns_alike_at_every_step() {
-    // With all friction at the points that press it would be about 2: where a corner is struck while another still bears, friction
-    // acts between them.
+    // With all friction at the pressed points it would be about 2: while one corner is struck and another
+    // still bears, friction acts between them.
     for step_s in [0.25e-3, 1e-3, 4e-3] {
         let turned = turned_by_a_fall(step_s);
         assert!((-1.25..-0.85).contains(&turned), "{step_s}: {turned}");

@@ -1,4 +1,4 @@
-//! Shapes that start in each other.
+//! Shapes that start with an overlap.
 
 use crate::{Command, Config, Model, State, World};
 use palmares_models::object::Object;
@@ -6,7 +6,8 @@ use palmares_models::shape::Shape;
 use palmares_models::{Pose, Vec3};
 use std::sync::Arc;
 
-/// Two half-overlapping cubes, one of them sunk into the floor, part slowly and come to rest apart.
+/// Two half-overlapping cubes, one of them sunk into the floor, separate slowly and come to rest next to each
+/// other.
 #[test]
 fn deep_overlap_is_taken_back_slowly() {
     for step_s in [0.25e-3, 1e-3, 4e-3, 8e-3] {

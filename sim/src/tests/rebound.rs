@@ -94,7 +94,8 @@ fn energy(world: &World) -> f64 {
     sum
 }
 
-/// A ball that comes flying hits a row of balls at rest, which touch: the last takes all, at every step.
+/// A flying ball hits a row of touching balls at rest: with every step length, the last one takes all the
+/// momentum.
 #[test]
 fn a_row_of_balls_hands_an_impact_on() {
     for step_s in [0.125e-3, 1e-3, 4e-3, 16e-3] {
@@ -123,8 +124,8 @@ fn a_row_of_balls_hands_an_impact_on() {
     }
 }
 
-/// A ball falls on one that is about to land on a third, which lies on the floor: the floor, which the sequence of their
-/// impacts knows nothing of, must not make them jump.
+/// A ball falls on one that is about to land on a third, which rests on the floor. The sequence of impacts
+/// does not include the floor; the floor must not make the balls jump.
 #[test]
 fn nothing_is_won_from_what_stands_behind() {
     for step_s in [0.5e-3, 1e-3, 4e-3] {
@@ -146,13 +147,14 @@ fn nothing_is_won_from_what_stands_behind() {
         for k in 0..20 {
             world.step(&command);
             let gain = energy(&world) - start;
-            // Of the 0.25 J that fall; the impacts alone would give as much again.
+            // Compared with the 0.25 J that fall; the impacts alone would add as much again.
             assert!(gain < 0.01, "{gain} J from nowhere at {step_s}, step {k}");
         }
     }
 }
 
-/// Balls in a closed box, fast, elastic and without friction: nothing is gained, and little lost where many meet at once.
+/// Fast elastic balls without friction in a closed box: no energy is gained, and little is lost in
+/// simultaneous impacts.
 #[test]
 fn a_gas_of_balls_keeps_its_energy() {
     for step_s in [0.25e-3, 1e-3, 4e-3, 16e-3] {

@@ -46,7 +46,7 @@ use origin::Origin;
 use palmares_models::Pose;
 use palmares_models::hand::Hand;
 use palmares_senses::Senses;
-use palmares_sim::{Fault, Workspace, World};
+use palmares_sim::{Fault, SharedScratch, World};
 use std::sync::{Arc, OnceLock};
 
 /// The most that the settling after a run may compute, in the unit of [`palmares_sim::bounds`]: some seconds. Then the
@@ -229,7 +229,7 @@ impl Run {
     }
 
     /// Exchanges a part of the world's scratch memory with what is lent to it; see [`World::exchange`].
-    pub fn exchange(&mut self, lent: &mut Workspace) {
+    pub fn exchange(&mut self, lent: &mut SharedScratch) {
         self.world.exchange(lent);
     }
 

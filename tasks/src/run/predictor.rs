@@ -3,7 +3,7 @@
 
 use palmares_models::hand::Hand;
 use palmares_sim::actuation::motor::wound;
-use palmares_sim::statics::equilibrium::{ClosedForm, rest};
+use palmares_sim::statics::equilibrium::{ClosedForm, solve_free};
 use std::sync::Arc;
 
 /// Predicts the equilibrium of a hand.
@@ -32,7 +32,7 @@ impl Predictor {
             Some(form) => form.solve(&s, &free).0,
             None => {
                 let open: Vec<f64> = self.hand.coordinates.iter().map(|c| c.rest).collect();
-                match rest(&self.hand, &s, &free, &open) {
+                match solve_free(&self.hand, &s, &free, &open) {
                     Ok(rest) => rest.q,
                     Err(_) => return Vec::new(),
                 }

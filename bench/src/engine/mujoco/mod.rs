@@ -12,7 +12,7 @@ use mjcf::{Base, Document};
 use palmares_models::{Pose, Rotation, Vec3};
 use palmares_sim::actuation::{base, motor};
 use palmares_sim::{BaseCommand, Command, Model, State};
-use palmares_sim::{ContactForce, Outcome};
+use palmares_sim::{ContactForce, StepOutcome};
 use parry3d_f64::glamx::EulerRot;
 pub use settings::{SETTINGS, Settings};
 use std::cell::RefCell;
@@ -92,7 +92,7 @@ pub(super) struct MuJoCo {
     /// World pose of the base at the joints' zero.
     start: Pose,
     touched: bool,
-    outcome: Outcome,
+    outcome: StepOutcome,
 }
 
 impl MuJoCo {
@@ -102,7 +102,7 @@ impl MuJoCo {
         let worker = Rc::new(RefCell::new(Worker::start(&document.xml)?));
         let base = Base::of(&model);
         let start = state.base;
-        let outcome = Outcome { converged: true, ..Outcome::default() };
+        let outcome = StepOutcome { converged: true, ..StepOutcome::default() };
         let mujoco = MuJoCo { model, state, worker, document, base, start, touched: true, outcome };
         let tendons = mujoco.model.hand().map_or(0, |hand| hand.tendons.len());
         let servo = if base == Base::Servo { 6 } else { 0 };
@@ -277,7 +277,7 @@ impl Engine for MuJoCo {
         &mut self.state
     }
 
-    fn outcome(&self) -> Outcome {
+    fn outcome(&self) -> StepOutcome {
         self.outcome
     }
 

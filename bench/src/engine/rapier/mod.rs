@@ -15,7 +15,7 @@ use super::interface::{Cost, Engine};
 use anyhow::Result;
 use cpu_time::ThreadTime;
 use hand::HandBody;
-use palmares_sim::Outcome;
+use palmares_sim::StepOutcome;
 use palmares_sim::{Command, Model, State};
 use rapier3d_f64::dynamics::RigidBodyHandle;
 use rapier3d_f64::pipeline::PhysicsWorld;
@@ -53,7 +53,7 @@ pub(super) struct Rapier {
     objects: Vec<RigidBodyHandle>,
     /// The state was changed by hand since the last step.
     touched: bool,
-    outcome: Outcome,
+    outcome: StepOutcome,
     overhead: Duration,
 }
 
@@ -77,7 +77,7 @@ impl Rapier {
             hand,
             objects,
             touched: true,
-            outcome: Outcome { converged: true, ..Outcome::default() },
+            outcome: StepOutcome { converged: true, ..StepOutcome::default() },
             overhead: clock::overhead(&OVERHEAD, || ThreadTime::now().elapsed()),
         };
         // A moment to find mass matrix and Jacobians, which the tendon of the first step needs.
@@ -150,7 +150,7 @@ impl Engine for Rapier {
         &mut self.state
     }
 
-    fn outcome(&self) -> Outcome {
+    fn outcome(&self) -> StepOutcome {
         self.outcome
     }
 }

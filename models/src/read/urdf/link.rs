@@ -14,14 +14,14 @@ use crate::read::settings::{LinkSettings, Settings};
 use crate::shape::{Shape, inertia};
 use crate::{Mat3, Vec3};
 
-/// An inertia this many times larger or smaller than its geometry's own is reported.
+/// Ratio of an inertia to that of its geometry, or the inverse, above which there is a warning.
 const INERTIA_RATIO: f64 = 10.0;
 
-/// What a URDF link is made of, in its own frame.
+/// Parts of a URDF link, in its own frame.
 pub(crate) struct LinkBody {
     pub(crate) inertia: Inertia,
     pub(crate) geoms: Vec<Geom>,
-    /// How soft they all are.
+    /// Softness of all shapes.
     pub(crate) pad: Option<Pad>,
 }
 
@@ -33,7 +33,7 @@ pub(crate) struct LinkReader<'a> {
 }
 
 impl<'a> LinkReader<'a> {
-    /// A reader that has read nothing yet; `files` is where meshes lie, `None` for a hand without files.
+    /// A new reader; `files` has the meshes, `None` for a hand without files.
     pub(crate) fn new(
         settings: &'a Settings,
         options: &'a LoadOptions,
@@ -43,7 +43,7 @@ impl<'a> LinkReader<'a> {
         LinkReader { settings, options, meshes: MeshReader::new(options, files, of) }
     }
 
-    /// A link's shapes and inertia; reports what is odd about them.
+    /// A link's shapes and inertia; reports oddities.
     pub(crate) fn read(&mut self, link: &urdf_rs::Link, report: &mut Report) -> Result<LinkBody, ModelError> {
         let default = LinkSettings::default();
         let own = self.settings.links.get(&link.name).unwrap_or(&default);

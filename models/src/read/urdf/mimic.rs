@@ -1,4 +1,4 @@
-//! Mimic joints folded: each joint of the URDF follows one independent coordinate.
+//! Folds mimic joints: each joint of the URDF follows one independent coordinate.
 
 use urdf_rs::{Joint, JointType};
 
@@ -6,7 +6,7 @@ use super::tree::Urdf;
 use crate::error::ModelError;
 use crate::read::report::Report;
 
-/// How a joint moves with the independent coordinate q: its own angle or length is x = ratio · q + offset.
+/// Motion of a joint with the independent coordinate q: its own angle or length is x = ratio · q + offset.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Motion {
     /// Index of the URDF joint that carries q.
@@ -15,13 +15,13 @@ pub(crate) struct Motion {
     pub(crate) offset: f64,
 }
 
-/// How each joint moves; `None` for a fixed one. Joints that move nothing are dropped and reported.
+/// Motion of each joint; `None` for a fixed one. Joints that move nothing are dropped and reported.
 pub(crate) fn motions(urdf: &Urdf, report: &mut Report) -> Result<Vec<Option<Motion>>, ModelError> {
     let joints = &urdf.robot.joints;
     let index = |name: &str| joints.iter().position(|j| j.name == name);
     let in_transmission =
         |name: &str| urdf.transmissions.iter().any(|t| t.joints.iter().any(|j| j.joint == name));
-    // Files of the 2016 challenge carry no <mimic>: their couplings are in the names alone.
+    // Files of the 2016 challenge have no <mimic>: only the names contain their couplings.
     let names_only = joints.iter().all(|j| j.mimic.is_none());
 
     let mut step: Vec<Option<Motion>> = Vec::new();
@@ -63,7 +63,7 @@ pub(crate) fn motions(urdf: &Urdf, report: &mut Report) -> Result<Vec<Option<Mot
         }
     }
 
-    // Follow mimics of mimics to the independent joint, which leads itself.
+    // Follows mimics of mimics to the independent joint, which leads itself.
     let mut resolved = step.clone();
     for (j, motion) in resolved.iter_mut().enumerate() {
         let Some(motion) = motion else { continue };
@@ -89,7 +89,7 @@ pub(crate) fn motions(urdf: &Urdf, report: &mut Report) -> Result<Vec<Option<Mot
     Ok(resolved)
 }
 
-/// Whether a joint moves, or why this hand cannot have it.
+/// Whether a joint moves, or the reason why this hand cannot have it.
 fn moves(joint: &Joint, report: &Report) -> Result<bool, ModelError> {
     match joint.joint_type {
         JointType::Fixed => Ok(false),

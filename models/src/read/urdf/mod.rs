@@ -1,5 +1,5 @@
-//! The URDF of a hand: its text becomes a checked tree of links and joints (`tree.rs`), which is reduced to the links and
-//! coordinates that the hand has (`mimic.rs`, `reduce.rs`).
+//! The URDF of a hand: its text becomes a checked tree of links and joints (`tree.rs`), which is reduced to
+//! the links and coordinates of the hand (`mimic.rs`, `reduce.rs`).
 
 pub(crate) mod link;
 mod mimic;

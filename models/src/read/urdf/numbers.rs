@@ -1,4 +1,4 @@
-//! The numbers of a URDF: finite, and not so large that computing with them makes no sense.
+//! Numbers of a URDF: finite, and within the limits.
 
 use urdf_rs::{Geometry, Robot};
 
@@ -6,7 +6,7 @@ use crate::error::ModelError;
 use crate::read::limits::Limits;
 use crate::read::report::Report;
 
-/// Refuses the first number that cannot be meant.
+/// Rejects the first invalid number.
 pub(crate) fn check_numbers(robot: &Robot, limits: &Limits, report: &Report) -> Result<(), ModelError> {
     let pose = |element: &dyn Fn() -> String, p: &urdf_rs::Pose| {
         p.xyz.iter().try_for_each(|&x| report.number(element, "an origin at (m)", x, limits.length_m))?;
@@ -57,7 +57,7 @@ pub(crate) fn check_numbers(robot: &Robot, limits: &Limits, report: &Report) -> 
     Ok(())
 }
 
-/// Sizes are bounded before anything is computed from them; whether they are positive, the shape itself checks.
+/// Sizes are bounded before anything is computed from them; the shape itself checks that they are positive.
 fn check_geometry(
     geometry: &Geometry,
     element: &dyn Fn() -> String,
@@ -68,7 +68,7 @@ fn check_geometry(
         Geometry::Box { size } => &**size,
         Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => &[*radius, *length],
         Geometry::Sphere { radius } => &[*radius],
-        // A mesh's corners are looked at when it has been read and scaled.
+        // The corners of a mesh are checked when it has been read and scaled.
         Geometry::Mesh { .. } => &[],
     };
     sizes

@@ -1,8 +1,9 @@
-//! From the URDF's tree to the hand's smaller one: links behind fixed joints are merged with their parents, the couplers
-//! of rolling joints are removed. Mimics are folded before, in `mimic.rs`.
+//! From the URDF's tree to the hand's smaller one: links behind fixed joints are merged with their parents,
+//! and the couplers of rolling joints are removed. Mimics are folded before, in `mimic.rs`.
 //!
-//! A rolling (Hillberry) joint comes as two hinges with a coupler between them that touches nothing. Both turn by
-//! the same coordinate, so the pair is one [`Joint`] and the coupler, whose mass is fictitious, vanishes.
+//! A rolling (Hillberry) joint comes as two hinges with a coupler between them that touches nothing. Both
+//! turn by the same coordinate, so the pair is one [`Joint`]; the coupler, whose mass is fictitious, is
+//! removed.
 
 use urdf_rs::JointType;
 
@@ -14,20 +15,21 @@ use crate::hand::{Geom, Hinge, HingeKind, Inertia, Joint, Link, PadOn};
 use crate::read::report::Report;
 use crate::{Pose, Vec3};
 
-/// The tree of a hand and which URDF joints carry its coordinates.
+/// The tree of a hand and the URDF joints that carry its coordinates.
 pub(crate) struct Reduced {
     pub(crate) links: Vec<Link>,
     /// URDF joint index of each coordinate, in file order.
     pub(crate) coordinates: Vec<usize>,
-    /// Per URDF joint; `None` when it is fixed or dropped.
+    /// Per URDF joint; `None` if it is fixed or dropped.
     pub(crate) motions: Vec<Option<Motion>>,
-    /// Per URDF link: the link it became part of, and its pose in that link's frame; `None` when it vanished.
+    /// Per URDF link: the link into which it was merged, and its pose in that link's frame; `None` if it was
+    /// removed.
     pub(crate) merged_into: Vec<Option<(usize, Pose)>>,
-    /// Which shapes are soft.
+    /// Soft shapes.
     pub(crate) pads: Vec<PadOn>,
 }
 
-/// Reduces a URDF's tree to the links that move and the coordinates that move them.
+/// Reduces a URDF's tree to the moving links and their coordinates.
 pub(crate) fn reduce(
     urdf: &Urdf,
     reader: &mut LinkReader<'_>,
@@ -51,7 +53,7 @@ pub(crate) fn reduce(
         geoms: Vec::new(),
     };
     let (mut links, mut pads) = (vec![base], Vec::new());
-    // URDF links still to merge: which link they become part of, and their pose in its frame.
+    // URDF links still to merge: their target link, and their pose in its frame.
     let mut open = vec![(urdf.root, 0, Pose::IDENTITY)];
     let mut merged_into = vec![None; bodies.len()];
     while let Some((urdf_link, link, link_from_urdf)) = open.pop() {
@@ -101,7 +103,7 @@ pub(crate) fn reduce(
             });
             below.push((child, links.len() - 1, Pose::IDENTITY));
         }
-        // Depth first in file order: a finger's links stand together.
+        // Depth first in file order: a finger's links are contiguous.
         open.extend(below.into_iter().rev());
     }
     let links = depth_first(links, &mut merged_into, &mut pads);
@@ -150,8 +152,8 @@ fn hinge(
     Ok(Hinge { parent_from_hinge, axis: axis.normalize(), kind, ratio: motion.ratio, offset: motion.offset })
 }
 
-/// The second hinge of a rolling joint that begins with joint `j`: its coupler touches nothing, carries one joint
-/// and that joint moves by the same coordinate.
+/// The second hinge of a rolling joint that begins with joint `j`: its coupler touches nothing, carries one
+/// joint and that joint moves by the same coordinate.
 fn outer_hinge(urdf: &Urdf, motions: &[Option<Motion>], bodies: &[LinkBody], j: usize) -> Option<usize> {
     let coupler = urdf.child_link[j];
     let &[second] = urdf.children[coupler].as_slice() else { return None };

@@ -1,7 +1,7 @@
 //! `<transmission>` of type AdaptiveSynergyTransmission: the tags of adaptive synergies, R, E and rest position.
 //!
-//! The tags are those of CentroEPiaggio's pisa-iit-soft-hand: per joint `mechanicalReduction` (its entry of R),
-//! `mechanicalElasticity` (its entry of E) and `offset` (its angle when the tendon is slack and nothing touches).
+//! The tags are those of CentroEPiaggio's pisa-iit-soft-hand: per joint `mechanicalReduction` (its entry of
+//! R), `mechanicalElasticity` (its entry of E) and `offset` (its angle with a slack tendon and no contact).
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,7 @@ use crate::read::report::Report;
 
 const KIND: &str = "AdaptiveSynergyTransmission";
 
-/// One tendon as a URDF states it.
+/// One tendon in a URDF.
 #[derive(Clone, Debug)]
 pub(crate) struct Transmission {
     pub(crate) name: String,

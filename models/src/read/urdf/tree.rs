@@ -16,7 +16,7 @@ use crate::{Pose, Vec3, rotation};
 pub(crate) struct Urdf {
     pub(crate) robot: Robot,
     pub(crate) transmissions: Vec<Transmission>,
-    /// Index of the link that is nobody's child.
+    /// Index of the link without a parent.
     pub(crate) root: usize,
     /// Joints that leave each link, in file order.
     pub(crate) children: Vec<Vec<usize>>,
@@ -81,7 +81,7 @@ pub(crate) fn parse(text: &str, limits: &Limits, report: &mut Report) -> Result<
     Ok(Urdf { robot, transmissions, root, children, child_link })
 }
 
-/// Every link hangs on the root, and the tree is not absurdly deep.
+/// Checks that every link is connected to the root, and that the tree is not too deep.
 fn check_reach(
     robot: &Robot,
     children: &[Vec<usize>],

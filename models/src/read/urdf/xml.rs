@@ -33,14 +33,14 @@ pub(crate) fn document<'a>(
     Ok(document)
 }
 
-/// Refuses a tag that is longer than the limit. Comments may be as long as they like.
+/// Rejects a tag that is longer than the limit. Comments may have any length.
 fn check_tags(text: &str, limits: &Limits, report: &Report) -> Result<(), ModelError> {
     let mut rest = text;
     while let Some(start) = rest.find('<') {
         rest = &rest[start..];
         let comment = rest.starts_with("<!--");
         let length = if comment { rest.find("-->") } else { tag_length(rest) };
-        // What has no end counts to the end of the file; the parser will say what is wrong with it.
+        // An unterminated tag counts to the end of the file; the parser reports the problem.
         let length = length.unwrap_or(rest.len());
         if !comment {
             let name: String = rest[1..].chars().take_while(|c| c.is_alphanumeric()).take(40).collect();

@@ -1,13 +1,13 @@
 //! Tables to take home: leaderboard, sessions, runs, audit; and everything at once as a backup.
 
 use super::request::not_found;
-use crate::app::App;
 use crate::auth::Identity;
 use crate::backup;
 use crate::http::csv::{self, Table};
 use crate::http::extract::{Asking, Segment};
 use crate::http::runs::SessionNow;
 use crate::problem::Problem;
+use crate::state::AppState;
 use crate::store::Store;
 use crate::store::{AuditEntry, NewAuditEntry};
 use axum::Json;
@@ -61,7 +61,7 @@ pub(super) async fn audit(
 
 /// `leaderboard`, `sessions`, `runs`, `audit`, as JSON or CSV.
 pub(super) async fn export(
-    State(app): State<App>,
+    State(app): State<AppState>,
     Segment(what): Segment,
     Asking(format): Asking<Format>,
 ) -> Result<Response, Problem> {

@@ -1,10 +1,10 @@
 //! Looking at teams' own hands, and deciding on them.
 
 use super::request::{Asked, entry, needs_reason, no_verb, not_found};
-use crate::app::App;
 use crate::hands::Inspection;
 use crate::http::extract::Segment;
 use crate::problem::Problem;
+use crate::state::AppState;
 use crate::store::HandRow;
 use crate::store::Store;
 use axum::Json;
@@ -62,13 +62,13 @@ pub(in crate::http) struct Shown {
     description: HandDescription,
 }
 
-async fn stored(app: &App, id: &str) -> Result<HandRow, Problem> {
+async fn stored(app: &AppState, id: &str) -> Result<HandRow, Problem> {
     let hand = app.store.hand(id).await?;
     hand.ok_or_else(|| not_found(format!("no hand `{}`; GET /v1/admin/hands lists them", shortened(id))))
 }
 
 /// A hand with its figures.
-pub(super) async fn show(State(app): State<App>, Segment(id): Segment) -> Result<Json<Shown>, Problem> {
+pub(super) async fn show(State(app): State<AppState>, Segment(id): Segment) -> Result<Json<Shown>, Problem> {
     let hand = stored(&app, &id).await?;
     let Inspection { figures, in_the_way, description } =
         app.competition.own_hands.inspect(&app.compute.background, &hand).await?;
@@ -77,7 +77,7 @@ pub(super) async fn show(State(app): State<App>, Segment(id): Segment) -> Result
 
 /// A hand's archive, as it was sent in.
 pub(super) async fn archive(
-    State(app): State<App>,
+    State(app): State<AppState>,
     Segment(id): Segment,
 ) -> Result<impl IntoResponse, Problem> {
     let hand = stored(&app, &id).await?;

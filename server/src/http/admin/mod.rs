@@ -14,9 +14,9 @@ mod teams;
 
 use super::openapi::operation::{Token, ZIP, get, get_json, post_json};
 use super::openapi::routes::Routes;
-use crate::app::App;
 use crate::auth::Auth;
 use crate::problem::Problem;
+use crate::state::AppState;
 use crate::store::{Announcement, Store};
 use axum::extract::{Request, State};
 use axum::middleware::Next;
@@ -26,7 +26,7 @@ use std::sync::Arc;
 use teams::{Issued, Revoked, TeamBody, Teams, TokenBody, TokenId, Tokens};
 
 /// The organizers' addresses.
-pub(super) fn routes() -> Routes<App> {
+pub(super) fn routes() -> Routes<AppState> {
     Routes::of(Token::Organizer)
         .add(
             post_json::<competition::Body, competition::Answer>(

@@ -1,8 +1,8 @@
 //! What an organizer sends: a body, whose it is, and the entry that it leaves in the audit.
 
-use crate::app::App;
 use crate::auth::Identity;
 use crate::problem::Problem;
+use crate::state::AppState;
 use crate::store::NewAuditEntry;
 use axum::body::Bytes;
 use axum::extract::{FromRequest, FromRequestParts, Request};
@@ -20,10 +20,10 @@ pub(super) struct Asked<T> {
     pub(super) body: T,
 }
 
-impl<T: DeserializeOwned> FromRequest<App> for Asked<T> {
+impl<T: DeserializeOwned> FromRequest<AppState> for Asked<T> {
     type Rejection = Problem;
 
-    async fn from_request(request: Request, app: &App) -> Result<Self, Problem> {
+    async fn from_request(request: Request, app: &AppState) -> Result<Self, Problem> {
         let identity = identity_of(request.extensions())?;
         let bad = |message: String| Problem::new(Code::BadRequest, message);
         let bytes = Bytes::from_request(request, app).await.map_err(|error| bad(error.body_text()))?;
@@ -41,10 +41,10 @@ fn identity_of(extensions: &Extensions) -> Result<Identity, Problem> {
     extensions.get().cloned().ok_or_else(missing)
 }
 
-impl FromRequestParts<App> for Identity {
+impl FromRequestParts<AppState> for Identity {
     type Rejection = Problem;
 
-    async fn from_request_parts(parts: &mut Parts, _: &App) -> Result<Self, Problem> {
+    async fn from_request_parts(parts: &mut Parts, _: &AppState) -> Result<Self, Problem> {
         identity_of(&parts.extensions)
     }
 }

@@ -1,11 +1,11 @@
 //! Voiding a run and asking for its verification again.
 
 use super::request::{Asked, entry, needs_reason, no_verb, not_found};
-use crate::app::App;
 use crate::http::extract::Segment;
 use crate::http::runs::SessionNow;
 use crate::problem::Problem;
 use crate::session::Command as Order;
+use crate::state::AppState;
 use crate::store::RunRecord;
 use axum::Json;
 use axum::extract::State;
@@ -35,7 +35,7 @@ pub(in crate::http) struct Answer {
 
 /// `void`, `reverify`.
 pub(super) async fn act(
-    State(app): State<App>,
+    State(app): State<AppState>,
     Segment(verb): Segment,
     asked: Asked<Body>,
 ) -> Result<Json<Answer>, Problem> {

@@ -1,12 +1,12 @@
 //! Holding, ending, voiding a session, and giving it time.
 
 use super::request::{Asked, entry, needs_reason, no_verb, not_found};
-use crate::app::App;
 use crate::http::extract::Segment;
 use crate::http::runs::SessionNow;
 use crate::problem::Problem;
 use crate::rules::Phase;
 use crate::session::Command as Order;
+use crate::state::AppState;
 use axum::Json;
 use axum::extract::State;
 use palmares_protocol::Code;
@@ -41,7 +41,7 @@ const MOST_S: f64 = 86_400.0;
 /// `pause`, `resume`, `end`, `void`, `grant`. The database first: what is written there holds also when the server
 /// dies before the session hears of it.
 pub(super) async fn act(
-    State(app): State<App>,
+    State(app): State<AppState>,
     Segment(verb): Segment,
     asked: Asked<Body>,
 ) -> Result<Json<Answer>, Problem> {

@@ -1,11 +1,11 @@
 //! Teams and tokens. A token is shown once, in the answer to the request that made it.
 
 use super::request::{Asked, entry, not_found};
-use crate::app::App;
 use crate::auth::Auth;
 use crate::auth::{self, Role};
 use crate::names::{self, printable};
 use crate::problem::Problem;
+use crate::state::AppState;
 use crate::store::Store;
 use crate::store::{TeamRow, TokenRow};
 use axum::Json;
@@ -105,7 +105,10 @@ fn no_team(team: &str) -> Problem {
 }
 
 /// Adds a team and makes its first token.
-pub(super) async fn add(State(app): State<App>, asked: Asked<TeamBody>) -> Result<Json<Issued>, Problem> {
+pub(super) async fn add(
+    State(app): State<AppState>,
+    asked: Asked<TeamBody>,
+) -> Result<Json<Issued>, Problem> {
     let team = names::team(&asked.body.team).map_err(|error| Problem(error.of("team")))?;
     let add = entry(&asked.identity, "team.add", &team, &asked.body.reason);
     if let Some(other) = app.store.add_team(&team, &add).await? {
@@ -120,7 +123,7 @@ pub(super) async fn add(State(app): State<App>, asked: Asked<TeamBody>) -> Resul
 }
 
 async fn new_token(
-    app: &App,
+    app: &AppState,
     identity: &auth::Identity,
     action: &str,
     team: &str,
@@ -135,7 +138,10 @@ async fn new_token(
 }
 
 /// A new token instead of the old: connections with the old one close.
-pub(super) async fn rotate(State(app): State<App>, asked: Asked<TeamBody>) -> Result<Json<Issued>, Problem> {
+pub(super) async fn rotate(
+    State(app): State<AppState>,
+    asked: Asked<TeamBody>,
+) -> Result<Json<Issued>, Problem> {
     let team = &asked.body.team;
     if !app.store.has_team(team).await? {
         return Err(no_team(team));

@@ -2,13 +2,13 @@
 
 use super::postgres::postgres_database;
 use crate::store::{Location, Store};
-use std::path::PathBuf;
+use tempfile::TempDir;
 
 /// An empty database.
 pub(crate) struct Place {
     location: Location,
-    /// Removed in the end; a Postgres database goes with its server.
-    folder: Option<PathBuf>,
+    /// Removed in the end; a Postgres database ends with its server.
+    _folder: Option<TempDir>,
 }
 
 impl Place {
@@ -23,21 +23,13 @@ impl Place {
     }
 }
 
-impl Drop for Place {
-    fn drop(&mut self) {
-        if let Some(folder) = &self.folder {
-            let _ = std::fs::remove_dir_all(folder);
-        }
-    }
-}
-
 /// An empty database of every kind there is on this machine.
 pub(crate) async fn places() -> Vec<Place> {
-    let name = crate::auth::random_hex(8).expect("randomness");
-    let folder = std::env::temp_dir().join(format!("palmares-store-{name}"));
-    let mut places = vec![Place { location: Location::DataDir(folder.clone()), folder: Some(folder) }];
+    let folder = tempfile::tempdir().expect("a folder");
+    let location = Location::DataDir(folder.path().join("data"));
+    let mut places = vec![Place { location, _folder: Some(folder) }];
     if let Some(url) = postgres_database().await {
-        places.push(Place { location: Location::Url(url), folder: None });
+        places.push(Place { location: Location::Url(url), _folder: None });
     }
     places
 }

@@ -1,7 +1,7 @@
 //! Fingerprints of runs on both kinds of database.
 
 use super::*;
-use crate::archive::{Mark, Marks};
+use crate::fingerprint::{Mark, Marks};
 use serde_json::json;
 
 /// Marks of `changes` changes from a number on, one in ten.

@@ -1,4 +1,5 @@
-//! The axis of a contact: the direction along which two shapes are farthest apart, or overlap least. Its length is always one.
+//! The axis of a contact: the direction of largest separation, or of smallest overlap, of two shapes. Its
+//! length is always one.
 
 use super::solid::Solid;
 use crate::model::Collider;
@@ -11,15 +12,15 @@ use parry3d_f64::query::sat::{
 use parry3d_f64::shape::Cuboid;
 use serde::{Deserialize, Serialize};
 
-/// Whose flat face a contact's normal is.
+/// The flat face that gives a contact's normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Facing {
-    /// Neither's: edges, or curved sides, meet.
+    /// No face: edges, or curved sides, meet.
     #[default]
     None,
-    /// That of the first shape's face of this place.
+    /// Face of the first shape, by index.
     First(u32),
-    /// That of the second's.
+    /// Face of the second shape, by index.
     Second(u32),
 }
 
@@ -38,33 +39,34 @@ impl Facing {
 pub(super) struct Axis {
     /// Unit normal from A to B.
     pub normal: Vec3,
-    /// How far apart they are along it, m; negative where they overlap.
+    /// Separation along it, m; negative where the shapes overlap.
     pub separation: f64,
-    /// The points of A and B that are nearest to each other, where they are known.
+    /// The nearest points of A and B, where they are known.
     pub nearest: Option<[Vec3; 2]>,
-    /// Whose face it belongs to.
+    /// The face it belongs to.
     pub facing: Facing,
 }
 
-/// What the search for an axis comes to.
+/// Result of the search for an axis.
 enum Search {
-    /// The shapes are farther apart than asked.
+    /// The shapes are farther apart than the limit of the search.
     Apart,
-    /// The geometry library has no direction, or this one, which is no axis of theirs.
+    /// The geometry library returned no direction, or this one, which is no axis of theirs.
     Unknown(Vec3),
     Found(Axis),
 }
 
-/// A face's normal stands for an axis that separates hardly more than it does, m.
+/// A face's normal replaces an axis whose separation is larger by no more than this, m.
 const FACE_BIAS_M: f64 = 1e-8;
 
-/// ... if they are no farther from each other than this, as a cosine: 8°.
+/// Cosine of the largest angle between the two for this: 8°.
 const NEAR_FACE: f64 = 0.99;
 
-/// Shapes that overlap along a direction by so much more than their nearest points do, m, have other nearest points.
+/// If shapes overlap along a direction by this much more than their nearest points do, m, the nearest points
+/// are wrong.
 const UNSOUND_M: f64 = 1e-5;
 
-/// How far B is beyond A along a direction, m.
+/// Separation of B from A along a direction, m.
 pub(super) fn separation(a: &Collider, b: &Collider, a_from_b: &Pose, normal: Vec3) -> f64 {
     let support = |of: &Collider, direction: Vec3| match of.core.as_support_map() {
         Some(map) => map.local_support_point(direction),
@@ -86,8 +88,9 @@ pub(super) fn kept(facing: Facing, a: &Collider, b: &Collider, a_from_b: &Pose) 
     }
 }
 
-/// Finds the axis; `None` if the shapes are more than `reach` apart. Where the geometry library has no direction for shapes
-/// that touch exactly or coincide, it is, in this order, the face normal that separates best, the line between the centres, or z.
+/// Finds the axis; `None` if the shapes are more than `reach` apart. Where the geometry library has no
+/// direction for shapes that touch exactly or coincide, the axis is, in this order, the face normal with the
+/// best separation, the line between the centres, or z.
 pub(super) fn find(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last: Vec3) -> Option<Axis> {
     let found = match (a.core.as_cuboid(), b.core.as_cuboid()) {
         (Some(box_a), Some(box_b)) => of_boxes(box_a, box_b, a_from_b, reach),
@@ -141,14 +144,14 @@ fn of_supports(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last: Ve
         GJKResult::ClosestPoints(on_a, on_b, normal) if is_unit(normal) => {
             let normal = normal.normalize();
             let separation = (on_b - on_a).dot(normal);
-            // Curved shapes that touch exactly have been told apart along anything.
+            // For curved shapes that touch exactly, the library may return any direction.
             if self::separation(a, b, a_from_b, normal) < separation - UNSOUND_M {
                 return Search::Unknown(normal);
             }
             let nearest = Some([on_a, on_b]);
             Search::Found(Axis { normal, separation, nearest, facing: Facing::None })
         }
-        // The direction is a proof, or the search has failed.
+        // Either the direction proves the separation, or the search has failed.
         GJKResult::NoIntersection(normal)
             if is_unit(normal) && separation(a, b, a_from_b, normal) > 0.999 * reach =>
         {
@@ -158,15 +161,15 @@ fn of_supports(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last: Ve
     }
 }
 
-/// The axis as the normal of the nearest face, or across a cylinder, if that separates as well: nothing is lost, and what rests on a face
-/// keeps its normal from step to step.
+/// The normal of the nearest face, or the direction across a cylinder, if its separation is as good: bodies
+/// that rest on a face then keep their normal from step to step.
 fn with_faces(axis: Axis, a: &Collider, b: &Collider, a_from_b: &Pose) -> Axis {
     let mut best = axis;
     let mut least = axis.separation - FACE_BIAS_M;
     let mut offer = |normal: Vec3, facing: Facing| {
         let separation = separation(a, b, a_from_b, normal);
         if separation >= least {
-            // The next one must do better.
+            // The next face must do better.
             least = separation + FACE_BIAS_M;
             best = Axis { normal, separation, facing, ..axis };
         }
@@ -178,7 +181,7 @@ fn with_faces(axis: Axis, a: &Collider, b: &Collider, a_from_b: &Pose) -> Axis {
     if let Some((face, normal)) = nearest_face(&b.solid, in_b) {
         offer(a_from_b.rotation * -normal, Facing::Second(face));
     }
-    // A curved side has no face, but a direction that rounding does not move.
+    // A curved side has no face, but a direction that does not depend on rounding.
     for (shape, direction) in [a, b].into_iter().zip(beside(a, b, a_from_b)) {
         let near = |normal: &Vec3| normal.dot(axis.normal) > NEAR_FACE;
         if let Some(normal) = direction.try_normalize().filter(|n| shape.solid.is_cylinder() && near(n)) {
@@ -193,13 +196,13 @@ fn between(a: &Collider, b: &Collider, a_from_b: &Pose) -> Vec3 {
     a_from_b.transform_point(b.local_bounds.center()) - a.local_bounds.center()
 }
 
-/// The same across A's own axis, and across B's: along these the sides of cylinders that lie alike face each other.
+/// The same across A's own axis, and across B's: the sides of parallel cylinders face each other along these.
 fn beside(a: &Collider, b: &Collider, a_from_b: &Pose) -> [Vec3; 2] {
     let center = between(a, b, a_from_b);
     [Vec3::Y, a_from_b.rotation * Vec3::Y].map(|axis| center - axis * center.dot(axis))
 }
 
-/// The face of a shape whose normal is nearest to a direction, if it is near.
+/// The face of a shape whose normal is nearest to a direction, if within [`NEAR_FACE`].
 fn nearest_face(solid: &Solid, direction: Vec3) -> Option<(u32, Vec3)> {
     let mut best = None;
     let mut most = NEAR_FACE;
@@ -212,7 +215,7 @@ fn nearest_face(solid: &Solid, direction: Vec3) -> Option<(u32, Vec3)> {
     best
 }
 
-/// The best of all axes that shapes without another one can have.
+/// The best of all axes for shapes without another one.
 fn by_trial(direction: Vec3, a: &Collider, b: &Collider, a_from_b: &Pose) -> Axis {
     let mut best =
         Axis { normal: Vec3::Z, separation: f64::NEG_INFINITY, nearest: None, facing: Facing::None };
@@ -243,7 +246,7 @@ fn by_trial(direction: Vec3, a: &Collider, b: &Collider, a_from_b: &Pose) -> Axi
     best
 }
 
-/// The points of A and B that are nearest to each other, in A's frame; of shapes that overlap, those that must part.
+/// The nearest points of A and B in A's frame; for overlapping shapes, the points that have to separate.
 pub(super) fn nearest(
     a: &Collider,
     b: &Collider,

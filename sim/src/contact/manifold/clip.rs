@@ -1,5 +1,5 @@
-//! Where two features overlap, seen along the contact's normal: one is clipped by the edges of the other (Sutherland and
-//! Hodgman 1974), so that every corner of the common polygon is found, once and in order.
+//! Overlap of two features, seen along the contact's normal: one is clipped by the edges of the other
+//! (Sutherland and Hodgman 1974), so that every corner of the common polygon is found once and in order.
 
 use super::solid::Feature;
 use palmares_models::Vec3;
@@ -8,12 +8,12 @@ use parry3d_f64::shape::PackedFeatureId;
 /// A corner of the overlap. Heights are along the normal.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Overlap {
-    /// Place across the normal, m.
+    /// Coordinates across the normal, m.
     pub x: f64,
     pub y: f64,
     /// Height of A's surface and of B's, m.
     pub heights: [f64; 2],
-    /// Names of what meets here, in A and in B.
+    /// Feature ids of A and B at this corner.
     pub ids: [PackedFeatureId; 2],
 }
 
@@ -47,20 +47,20 @@ struct Seen {
     id: u32,
 }
 
-/// What a corner of the polygon under the knife is.
+/// Origin of a corner of the polygon that is clipped.
 #[derive(Clone, Copy, Debug)]
 enum Origin {
-    /// A corner of the feature that is cut.
+    /// A corner of the clipped feature.
     Corner(u32),
-    /// A crossing of an edge of it with one of the other.
+    /// A crossing of one of its edges with an edge of the other feature.
     Crossing(u32, u32),
     /// A corner of the other feature.
     Knife(usize),
-    /// Beyond the other feature's corners; what cuts it off comes later.
+    /// Beyond the other feature's corners; a later cut removes it.
     Beyond,
 }
 
-/// A line between two corners: one of the feature that is cut, or of the other.
+/// A line between two corners: an edge of the clipped feature, or of the other.
 #[derive(Clone, Copy, Debug)]
 enum Edge {
     Own(u32),
@@ -71,10 +71,10 @@ enum Edge {
 struct Cut {
     x: f64,
     y: f64,
-    /// Of the surface that is cut; meaningless at the other's corners.
+    /// Height of the clipped surface; meaningless at the other's corners.
     height: f64,
     origin: Origin,
-    /// From here to the next.
+    /// Edge from here to the next corner.
     edge: Edge,
 }
 
@@ -86,8 +86,8 @@ pub(super) struct Clip {
     next: Vec<Cut>,
 }
 
-/// The plane of a feature as heights over places across the normal: `h = h₀ + a x + b y`. `None` of a line, and of a plane
-/// along the normal.
+/// The plane of a feature as heights over coordinates across the normal: `h = h₀ + a x + b y`. `None` for a
+/// line, and for a plane along the normal.
 fn plane(feature: &Feature, across: &Across) -> Option<[f64; 3]> {
     let (n, corners) = (feature.normal, &feature.corners);
     let along = n.dot(across.normal);
@@ -98,10 +98,10 @@ fn plane(feature: &Feature, across: &Across) -> Option<[f64; 3]> {
     Some([offset / along, -n.dot(across.x) / along, -n.dot(across.y) / along])
 }
 
-/// A plane steeper than this against the normal, as a cosine, says nothing about heights.
+/// A plane whose normal has a smaller cosine to the contact's normal than this gives no usable heights.
 const STEEP: f64 = 0.02;
 
-/// Name of an edge: of its two corners.
+/// Id of an edge, from its two corners.
 fn edge_id(a: u32, b: u32) -> u32 {
     (a.min(b) & 0xfff) << 12 | (a.max(b) & 0xfff)
 }
@@ -117,7 +117,7 @@ fn seen(feature: &Feature, across: &Across, to: &mut Vec<Seen>) {
 }
 
 impl Clip {
-    /// The corners of the overlap of features of A and B, both in A's frame, and what of it a line has for a radius.
+    /// Corners of the overlap of features of A and B, both in A's frame, and the radius of a line in it.
     pub(super) fn overlap(&mut self, a: &Feature, b: &Feature, across: &Across, out: &mut Vec<Overlap>) {
         out.clear();
         if a.corners.is_empty() || b.corners.is_empty() {
@@ -129,7 +129,7 @@ impl Clip {
         if of_a < 0.0 && of_b < 0.0 {
             return lines(a, b, across, out);
         }
-        // The knife is the feature that lies flatter.
+        // The flatter feature cuts.
         let a_is_knife = of_a >= of_b;
         let (knife, cut) = if a_is_knife { (a, b) } else { (b, a) };
         seen(knife, across, &mut self.knife);
@@ -169,7 +169,7 @@ impl Clip {
         }
     }
 
-    /// Leaves what lies within the knife, of a polygon or a line.
+    /// Keeps the part of a polygon or a line that is within the cutting feature.
     fn cut_by_knife(&mut self, feature: &Feature, across: &Across) {
         let Clip { knife, cut, next } = self;
         let n = feature.corners.len();
@@ -181,7 +181,7 @@ impl Clip {
             cut.push(Cut { x, y, height, origin: Origin::Corner(corner.id), edge });
         }
         let is_line = n == 2;
-        // Inside is on the left, or on the right, of every edge.
+        // The inside is on the left of every edge, or on the right of every edge.
         let area = (0..knife.len()).fold(0.0, |area, k| {
             let (p, q) = (knife[k], knife[(k + 1) % knife.len()]);
             area + (p.x * q.y - q.x * p.y)
@@ -201,7 +201,7 @@ impl Clip {
                     let part = s / (s - t);
                     let origin = match here.edge {
                         Edge::Own(id) => Origin::Crossing(id, edge_id(p.id, q.id)),
-                        // Lines of the knife that follow each other meet in its corner.
+                        // Consecutive lines of the cutting feature meet in its corner.
                         Edge::Knife(j) if (j + 1) % knife.len() == k => Origin::Knife(k),
                         Edge::Knife(j) if (k + 1) % knife.len() == j => Origin::Knife(j),
                         Edge::Knife(_) => Origin::Beyond,
@@ -222,7 +222,7 @@ impl Clip {
                         next.push(Cut { edge: Edge::Knife(k), ..crossing() });
                     }
                 } else if t >= 0.0 && !last {
-                    // Where it comes back exactly on the line, the corner itself is the crossing.
+                    // If it returns exactly on the line, the corner itself is the crossing.
                     if t > 0.0 {
                         next.push(crossing());
                     }
@@ -233,8 +233,8 @@ impl Clip {
     }
 }
 
-/// Two lines: where they cross, and the ends of what lies beside each other. Round lines that are not parallel part towards
-/// the ends: by `e²/(2 (r₁ + r₂))` where they are e apart across the normal.
+/// Two lines: their crossing, and the ends of the stretch where they run side by side. Round lines that are
+/// not parallel separate towards the ends: by `e²/(2 (r₁ + r₂))` where they are e apart across the normal.
 fn lines(a: &Feature, b: &Feature, across: &Across, out: &mut Vec<Overlap>) {
     let place = |at: Vec3| [at.dot(across.x), at.dot(across.y), at.dot(across.normal)];
     let [a0, a1] = [0, 1].map(|k| place(a.corners[k].at));
@@ -268,7 +268,7 @@ fn lines(a: &Feature, b: &Feature, across: &Across, out: &mut Vec<Overlap>) {
         }
     }
     if sine_squared < BESIDE * BESIDE {
-        // B's ends beside A, and A's ends beside B.
+        // B's ends next to A, and A's ends next to B.
         let on_a = |p: [f64; 3]| dot([p[0] - a0[0], p[1] - a0[1]], along) / aa;
         let on_b = |p: [f64; 3]| dot([p[0] - b0[0], p[1] - b0[1]], other) / bb;
         for (k, p, t) in [(0, b0, 0.0), (1, b1, 1.0)] {
@@ -286,13 +286,13 @@ fn lines(a: &Feature, b: &Feature, across: &Across, out: &mut Vec<Overlap>) {
     }
 }
 
-/// Lines are parallel below this sine of their angle ...
+/// Lines are parallel below this sine of their angle.
 const PARALLEL: f64 = 1e-6;
 
-/// ... and lie beside each other below this one: 22°.
+/// Lines run side by side below this sine: 22°.
 const BESIDE: f64 = 0.38;
 
-/// A point of shape `side`'s rim against the other's feature, if it lies within it; lifted along the normal.
+/// A point of shape `side`'s rim against the other's feature, if it is within it; lifted along the normal.
 pub(super) fn on_face(
     other: &Feature,
     at: Vec3,

@@ -1,4 +1,4 @@
-//! What stands on a half-space: every corner that is near its plane, or the rim or line of a curved side.
+//! Contacts with a half-space: every corner near its plane, or the rim or line of a curved side.
 
 use super::clip::Overlap;
 use super::patch;
@@ -7,11 +7,12 @@ use super::solid::{Feature, Solid};
 use palmares_models::Vec3;
 use parry3d_f64::shape::PackedFeatureId;
 
-/// So many corners beside those of the face that lies flattest, the deepest first.
-const MOST_BESIDE: usize = 8;
+/// Largest number of corners besides those of the flattest face, the deepest first.
+const MAX_OTHER_CORNERS: usize = 8;
 
-/// Finds corners of `solid`, in whose frame the plane's `normal` points out of the ground at it from the point `on_plane`, that
-/// are within `reach` of the plane. Places are in the solid's frame; heights are above the plane. Returns the lever of friction.
+/// Finds the corners of `solid` that are within `reach` of the plane. The plane's `normal` points out of the
+/// ground, in the solid's frame, from the point `on_plane`. Positions are in the solid's frame; heights are
+/// above the plane. Returns the lever of friction.
 pub(super) fn corners(
     solid: &Solid,
     (normal, on_plane): (Vec3, Vec3),
@@ -37,7 +38,7 @@ pub(super) fn corners(
         let mut beside: Vec<Overlap> =
             others.map(|(k, at)| place(*at, k)).filter(|corner| corner.distance() <= reach).collect();
         beside.sort_by(|a, b| a.distance().total_cmp(&b.distance()));
-        beside.truncate(MOST_BESIDE);
+        beside.truncate(MAX_OTHER_CORNERS);
         near.extend(beside);
     }
     if let Some((at, sine)) = solid.rim(-normal) {

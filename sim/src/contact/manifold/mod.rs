@@ -1,14 +1,13 @@
-//! Contact points of two convex shapes: whole faces against whole faces.
+//! Contact points of two convex shapes, from whole faces.
 //!
-//! 1. [`axis`]: the direction along which the shapes are farthest apart, or overlap least.
-//! 2. [`solid`]: the faces, with all corners, that the shapes turn to each other along it; a line or a rim of a curved side.
-//! 3. [`clip`]: the corners of what these have in common, seen along the axis.
-//! 4. [`patch`]: a few of them that stand for the area, and how far from its middle friction acts.
+//! 1. [`axis`]: the direction of largest separation, or of smallest overlap.
+//! 2. [`solid`]: the facing features along it: faces with all corners, or a line or rim of a curved side.
+//! 3. [`clip`]: the corners of their overlap, seen along the axis.
+//! 4. [`patch`]: a few of these corners that represent the area, and the lever of friction.
+//! 5. [`seams`]: parts of a surface that other parts of the same body cover are no face and no edge.
 //!
-//! 5. [`seams`]: what is covered by other parts of the same body is no face and no edge.
-//!
-//! A face that rests on a face keeps its normal: the face of the last step is tried first, and stays as long as the shapes' nearest
-//! points lie on it.
+//! A face that rests on a face keeps its normal: the search tries the face of the last step first, and keeps
+//! it while the shapes' nearest points are on it.
 
 pub mod axis;
 mod clip;
@@ -28,17 +27,19 @@ use parry3d_f64::shape::PackedFeatureId;
 use seams::Verdict;
 use solid::{Feature, Solid};
 
-/// A kept face still has the nearest points if what the faces have in common comes as near as the shapes do, but for this, m.
+/// A kept face still has the nearest points if the overlap of the faces comes as near as the shapes do, up to
+/// this, m.
 const ON_FACE_M: f64 = 1e-9;
 
-/// The nearest points are a contact of their own if they are this much nearer than all corners, m.
+/// The nearest points are a contact of their own if they are nearer than all corners by this, m.
 const NEARER_M: f64 = 1e-7;
 
-/// Deeper than this, m, another face may be nearer than that of the last step.
+/// In overlaps deeper than this, m, another face may be nearer than that of the last step.
 const DEEP_M: f64 = 1e-3;
 
-/// The direction along which two shapes, neither of them a ball, are farthest apart or overlap least, from A to B in the frame of A,
-/// and how far apart they are along it, m; `None` if they are more than `reach` apart. `last` is where the search begins.
+/// The direction of largest separation or smallest overlap of two shapes, neither of them a ball, from A to B
+/// in the frame of A, and the separation along it, m; `None` if they are more than `reach` apart. The search
+/// begins at `last`.
 pub fn apart(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last: Vec3) -> Option<(Vec3, f64)> {
     let round = a.rounding + b.rounding;
     axis::find(a, b, a_from_b, reach + round, last).map(|axis| (axis.normal, axis.separation - round))
@@ -49,20 +50,20 @@ pub fn apart(a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64, last: Vec3
 pub struct Finder {
     features: [Feature; 2],
     clip: Clip,
-    /// What two features have in common, ...
+    /// Overlap of two features.
     overlap: Vec<Overlap>,
-    /// ... points beside them, a rim's or the nearest ones, ...
+    /// Points besides these: of a rim, or the nearest points.
     beside: Vec<Overlap>,
-    /// ... and what is left of both.
+    /// The points of both that are kept.
     kept: Vec<Overlap>,
     on_ground: Vec<(Vec3, Overlap)>,
-    /// The points of the pair before they were found anew.
+    /// Points of the pair before this search.
     before: Vec<TrackedContact<Anchor>>,
 }
 
 impl Finder {
-    /// Finds the points of a pair anew, up to `margin` apart, m. Points that are where one was before, by their names, remember
-    /// what it knew.
+    /// Finds the points of a pair again, up to `margin` apart, m. A point with the ids of an old one takes
+    /// over its memory.
     pub fn find(&mut self, pair: &mut Pair, a: &Collider, b: &Collider, a_from_b: &Pose, margin: f64) {
         self.before.clear();
         self.before.append(&mut pair.manifold.points);
@@ -79,7 +80,7 @@ impl Finder {
         pair.manifold.match_contacts(&self.before);
     }
 
-    /// The points that the last pair had before.
+    /// Points of the last pair before its search.
     pub fn before(&self) -> &[TrackedContact<Anchor>] {
         &self.before
     }
@@ -116,7 +117,7 @@ impl Finder {
             if flipped { (of_shape, of_ground) } else { (of_ground, of_shape) };
     }
 
-    /// Rules on the point of a ball and another shape: its normal has length one, and needs no face that is covered.
+    /// Checks the point of a ball and another shape: its normal has length one, and needs no covered face.
     pub fn rule_point(
         &mut self,
         manifold: &mut ContactManifold<(), Anchor>,
@@ -127,7 +128,7 @@ impl Finder {
         let Some(point) = manifold.points.first_mut() else { return };
         let ball_first = a.is_ball;
         if (manifold.local_n1.length_squared() - 1.0).abs() > 1e-6 {
-            // The centre lies exactly on the other's surface, or on its axis.
+            // The centre is exactly on the other's surface, or on its axis.
             let normal = a_from_b.translation.normalize_or(Vec3::Z);
             (manifold.local_n1, manifold.local_n2) = (normal, a_from_b.rotation.inverse() * -normal);
         }
@@ -145,7 +146,7 @@ impl Finder {
             Verdict::Free => {}
             Verdict::Dropped => manifold.points.clear(),
             Verdict::Turned(face) => {
-                // The ball is over the face, or touches another part.
+                // Either the ball is over the face, or it touches another part.
                 let other_from_ball = if ball_first { a_from_b.inverse() } else { *a_from_b };
                 let center = other_from_ball.translation;
                 let (_, n, offset) = other.solid.plane(face);
@@ -187,7 +188,7 @@ impl Finder {
         pair.facing = Facing::None;
         let last = pair.manifold.local_n1;
         let Some(found) = axis::find(a, b, a_from_b, reach, last) else { return };
-        // What was driven deep into a thin body does not come out on its other side.
+        // A body driven deep into a thin one does not come out on its other side.
         let through = kept.filter(|kept| kept.separation <= -DEEP_M && kept.normal.dot(found.normal) < 0.0);
         let found = through.unwrap_or(found);
         self.overlap(&found, a, b, a_from_b, reach);
@@ -197,7 +198,8 @@ impl Finder {
         self.rule(pair, found, a, b, a_from_b, reach);
     }
 
-    /// Hands the overlap along an axis to the manifold, as far as it needs no covered face; if all of it does, as it is, and says so.
+    /// Writes the overlap along an axis to the manifold, without points that need a covered face. If all do,
+    /// writes them and marks the pair as covered.
     fn rule(
         &mut self,
         pair: &mut Pair,
@@ -208,7 +210,7 @@ impl Finder {
         reach: f64,
     ) {
         pair.covered = false;
-        // What was placed deep in several parts is led out of each.
+        // Shapes placed deep in several parts are separated from each.
         let deep = found.separation - a.rounding - b.rounding < -DEEP_M;
         if deep || a.seams.is_empty() && b.seams.is_empty() {
             return self.put(pair, &found, a, b, a_from_b, reach);
@@ -224,8 +226,8 @@ impl Finder {
         self.put(pair, &found, a, b, a_from_b, reach);
     }
 
-    /// The axis, if no point of the overlap needs a face for it that is covered there; otherwise that of the best other face,
-    /// with its overlap, or without any.
+    /// The axis, if no point of the overlap needs a face that is covered there; otherwise the axis of the
+    /// best other face, with its overlap or an empty one.
     fn turned(&mut self, found: Axis, a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64) -> Axis {
         let across = Across::of(found.normal);
         let mut axis = found;
@@ -267,7 +269,7 @@ impl Finder {
         axis
     }
 
-    /// Leaves the points of a face's overlap that are not on a covered part of it.
+    /// Keeps the points of a face's overlap that are not on a covered part of it.
     fn leave_bare(&mut self, axis: &Axis, a: &Collider, b: &Collider, a_from_b: &Pose) {
         let (k, shape, face) = match axis.facing {
             Facing::First(face) => (0, a, face),
@@ -291,7 +293,7 @@ impl Finder {
         self.overlap.iter().chain(&self.beside).map(Overlap::distance).fold(f64::INFINITY, f64::min)
     }
 
-    /// What the features along an axis have in common, at most `reach` apart.
+    /// Overlap of the features along an axis, at most `reach` apart.
     fn overlap(&mut self, axis: &Axis, a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64) {
         let Finder { features: [of_a, of_b], clip, overlap, beside, .. } = self;
         let in_b = a_from_b.rotation.inverse() * -axis.normal;
@@ -323,7 +325,8 @@ impl Finder {
         beside.retain(|corner| corner.distance() <= reach);
     }
 
-    /// The nearest points themselves, where no corner is as near: edges that meet beside the features, curved sides.
+    /// Adds the nearest points where no corner is as near: edges that meet outside the features, curved
+    /// sides.
     fn add_nearest(&mut self, found: &Axis, a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64) {
         let nearest = found.nearest.or_else(|| axis::nearest(a, b, a_from_b, reach, found.normal));
         let Some([on_a, on_b]) = nearest else { return };
@@ -334,7 +337,7 @@ impl Finder {
         self.beside.push(Overlap { x: middle.dot(across.x), y: middle.dot(across.y), heights, ids });
     }
 
-    /// Hands the overlap to the manifold, with the shapes' rounding.
+    /// Writes the overlap to the manifold, with the shapes' rounding.
     fn put(&mut self, pair: &mut Pair, axis: &Axis, a: &Collider, b: &Collider, a_from_b: &Pose, reach: f64) {
         let Finder { overlap, beside, kept, .. } = self;
         kept.clear();

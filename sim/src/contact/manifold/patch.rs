@@ -1,36 +1,40 @@
-//! The area on which two flat faces press: which of its corners stand for it, and how far friction acts from its middle.
+//! The area on which two flat faces press: the corners that represent it, and the distance from its middle at
+//! which friction acts.
 //!
 //! Under an even pressure the friction of an area A against spin is `μ N ρ`, `ρ = 1/A ∫ |r − c| dA` about its centroid c. Points at
-//! its corners, which carry the normal forces, would give `μ N Σ|r_i − c|/n`, as if all pressure sat on the rim. So friction acts at
-//! distance `λ |r_i − c|` instead of `|r_i − c|`, with the lever `λ = ρ n/Σ|r_i − c|`: 2/3 of a disc, 1/2 of a line. Most of it is how
-//! far the point's friction stands aside, the rest the arm of its own spin ([`super::super::narrow_phase`]). Slip and spin together
-//! then are the sum of these points' friction: Contensou's coupling.
+//! its corners, which carry the normal forces, would give `μ N Σ|r_i − c|/n`, as if all pressure were on the
+//! rim. So friction acts at the distance `λ |r_i − c|` instead of `|r_i − c|`, with the lever `λ = ρ n/Σ|r_i
+//! − c|`: 2/3 for a disc, 1/2 for a line. Most of this distance is an offset of the point's friction; the
+//! rest is the arm of its own spin ([`super::super::narrow_phase`]). Slip and spin together are then the sum
+//! of the friction of these points: Contensou's coupling.
 
 use super::clip::Overlap;
 
-/// A patch has no more points than this, and the deepest corner if it is another ...
-const MOST: usize = 8;
+/// Largest number of points of a patch, not counting a deepest corner that is another.
+const MAX_POINTS: usize = 8;
 
-/// ... or than this, where a rim bears as well as soon as it tilts: wherever a disc tips, its own lowest point is there.
-const MOST_OF_DISC: usize = 4;
+/// The same for a disc, where a rim also bears as soon as the disc tilts: its own lowest point is a further
+/// point.
+const MAX_POINTS_OF_DISC: usize = 4;
 
-/// A corner that was left out counts if it is deeper than all others by more than this, m.
+/// A dropped corner counts if it is deeper than all others by more than this, m.
 const DEEPER_M: f64 = 1e-6;
 
-/// The lever of a line, and of what is as thin.
+/// Lever of a line, and of areas as thin.
 pub(super) const LINE: f64 = 0.5;
 
-/// So much farther out than an even pressure would have it acts the friction of an area: pure spin is braked 3 % too much, and in
-/// return way, turn and time of a disc that slides and spins, and the slip over spin at which both end, are within 5 %.
+/// Factor on the distance of friction compared with an even pressure. Pure spin is braked 3 % too much; in
+/// return displacement, turn and time of a disc that slides and spins, and the ratio of slip to spin at which
+/// both end, are within 5 %.
 const SPREAD: f64 = 1.03;
 
-/// Areas below this part of the square of their circumference are lines.
+/// An area below this part of the square of its circumference is a line.
 const THIN: f64 = 1e-5;
 
-/// Leaves as many corners of a polygon as a patch may have: those go first whose loss costs least area. Corners that cost the same
-/// go in their order, so that a regular polygon leaves a regular one.
+/// Keeps as many corners of a polygon as a patch may have: the corner whose loss costs the least area goes
+/// first. Corners with the same cost go in order, so that a regular polygon stays regular.
 pub(super) fn reduce(corners: &mut Vec<Overlap>, of_disc: bool) {
-    let most = if of_disc { MOST_OF_DISC } else { MOST };
+    let most = if of_disc { MAX_POINTS_OF_DISC } else { MAX_POINTS };
     if corners.len() <= most {
         return;
     }
@@ -57,7 +61,7 @@ fn triangle(a: &Overlap, b: &Overlap, c: &Overlap) -> f64 {
     0.5 * ((b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y)).abs()
 }
 
-/// Lever λ of a polygon's friction when `kept` points stand for it.
+/// Lever λ of a polygon's friction when `kept` points represent it.
 pub(super) fn lever(polygon: &[Overlap], kept: &[Overlap]) -> f64 {
     let Some(([cx, cy], radius)) = mean_radius(polygon) else { return LINE };
     let to_corners = kept.iter().map(|p| (p.x - cx).hypot_of(p.y - cy)).sum::<f64>() / kept.len() as f64;
@@ -75,7 +79,7 @@ impl Hypot for f64 {
     }
 }
 
-/// Centroid of a polygon, and the mean distance of its points from there. `None` if it has no area.
+/// Centroid of a polygon, and the mean distance of its points from the centroid. `None` without area.
 fn mean_radius(polygon: &[Overlap]) -> Option<([f64; 2], f64)> {
     let n = polygon.len();
     if n < 3 {

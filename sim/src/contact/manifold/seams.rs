@@ -1,25 +1,26 @@
-//! Faces that lie against another part of the same body, or against other furniture: nothing can touch them, and no contact's
-//! normal may be theirs.
+//! Faces that another part of the same body, or other furniture, covers: nothing can touch them, and no
+//! contact's normal may be theirs.
 //!
-//! Parts that lie flush are one surface, but each part has its own edges and sides. What slides over the seam would catch on them:
-//! its contact with the next part has the side for a normal, or leans towards it. The normals that a union of convex parts can have at
-//! a point are those of the faces that are still its surface there (Terdiman, *Contact generation for meshes*; Jolt's removal of
-//! internal edges). So what of every face is left is known when a model is made, and a contact whose normal needs a covered face is
-//! turned to the best face that is not, or dropped.
+//! Flush parts form one surface, but each part has its own edges and sides. A body that slides over the seam
+//! would catch on them: its contact with the next part would have the side's normal, or lean towards it. The
+//! possible normals of a union of convex parts at a point are those of the faces that are still its surface
+//! there (Terdiman, *Contact generation for meshes*; Jolt's removal of internal edges). So the uncovered
+//! remainder of every face is computed with the model. A contact whose normal needs a covered face is turned
+//! to the best uncovered face, or dropped.
 
 use super::solid::Solid;
 use palmares_models::{Pose, Vec3};
 
-/// Parts that are this near to each other lie flush, m: rounding, and no step that could be felt.
+/// Parts closer to each other than this are flush, m: this is rounding, too small a step to matter.
 const FLUSH_M: f64 = 2e-5;
 
-/// What is just outside of a face, m.
+/// Distance from a face at which a point counts as just outside, m.
 const OUTSIDE_M: f64 = 5e-5;
 
-/// A contact this far beyond what is left of a face still is on it, m: bodies sink into what they touch.
+/// A contact this far beyond the remainder of a face is still on it, m: bodies sink into what they touch.
 const BEYOND_M: f64 = 1e-3;
 
-/// A point this near to a face is on it, m.
+/// A point this close to a face is on it, m.
 const ON_FACE_M: f64 = 1e-6;
 
 /// A normal leans towards a face if the cosine of their angle is more than this.
@@ -28,16 +29,16 @@ const LEANS: f64 = 1e-3;
 /// A normal is turned only to a face that it leans to by more than this.
 const TURNED: f64 = 0.1;
 
-/// What is left of the faces of a shape beside other parts.
+/// Uncovered remainders of the faces of a shape next to other parts.
 #[derive(Clone, Debug, Default)]
 pub struct Seams {
-    /// Of every face of which something is covered.
+    /// Every face that is partly or wholly covered.
     faces: Vec<Remainder>,
-    /// The parts that cover something.
+    /// The parts that cover it.
     others: Vec<Other>,
 }
 
-/// Another part: half-spaces that its core lies in, and its rounding, m.
+/// Another part: half-spaces that contain its core, and its rounding, m.
 #[derive(Clone, Debug)]
 struct Other {
     spaces: Vec<(Vec3, f64)>,
@@ -45,7 +46,7 @@ struct Other {
 }
 
 impl Other {
-    /// Whether a point is in or on the part; near edges that are not square rather not.
+    /// Whether a point is in or on the part; near edges that are not square, rather not.
     fn holds(&self, at: Vec3) -> bool {
         let beyond = |(normal, offset): &(Vec3, f64)| (normal.dot(at) - offset).max(0.0).powi(2);
         self.spaces.iter().map(beyond).sum::<f64>() <= (self.rounding + FLUSH_M).powi(2)
@@ -55,24 +56,25 @@ impl Other {
 #[derive(Clone, Debug)]
 struct Remainder {
     face: u32,
-    /// Convex polygons, counterclockwise as seen from outside; none if all is covered.
+    /// Convex polygons, counterclockwise as seen from outside; empty if the whole face is covered.
     pieces: Vec<Vec<Vec3>>,
-    /// Of every piece: a corner of each edge, and the direction out of the piece across it.
+    /// Per piece: a corner of each edge, and the direction out of the piece across it.
     edges: Vec<Vec<(Vec3, Vec3)>>,
 }
 
 /// What a contact's normal may be at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Verdict {
-    /// It stays as it is.
+    /// The normal stays.
     Free,
-    /// It is that of this face.
+    /// The normal becomes that of this face.
     Turned(u32),
     /// There is no contact.
     Dropped,
 }
 
-/// Half-spaces that a shape lies in, as unit normals and offsets in its own frame; none of a shape without flat faces.
+/// Half-spaces that contain a shape, as unit normals and offsets in its own frame; empty for a shape without
+/// flat faces.
 fn half_spaces(solid: &Solid) -> Vec<(Vec3, f64)> {
     match solid {
         Solid::Ball | Solid::Segment { .. } => Vec::new(),
@@ -91,12 +93,13 @@ fn half_spaces(solid: &Solid) -> Vec<(Vec3, f64)> {
 }
 
 impl Seams {
-    /// Whether nothing is covered.
+    /// Whether no face is covered.
     pub(crate) fn is_empty(&self) -> bool {
         self.faces.is_empty()
     }
 
-    /// Takes what another part of the same body covers from the faces of `solid`; `from_other` maps that part's frame to this.
+    /// Removes the area that another part of the same body covers from the faces of `solid`; `from_other`
+    /// maps that part's frame to this.
     pub(crate) fn cover(
         &mut self,
         (solid, rounding): (&Solid, f64),
@@ -139,7 +142,8 @@ impl Seams {
         }
     }
 
-    /// Whether a point on a face of the core is on what is left of it, or as far beyond as bodies sink in.
+    /// Whether a point on a face of the core is on the face's remainder, or as far beyond it as bodies sink
+    /// in.
     pub(crate) fn is_bare(&self, face: u32, at: Vec3) -> bool {
         let is_within = |(corner, outward): &(Vec3, Vec3)| outward.dot(at - *corner) <= BEYOND_M;
         self.faces
@@ -148,8 +152,9 @@ impl Seams {
             .is_none_or(|known| known.edges.iter().any(|edges| edges.iter().all(is_within)))
     }
 
-    /// What the contact normal of a point on the surface of the core may be, where it is not a face's own: it must need no face
-    /// that is covered there. A point of the rounded surface that is in no other part is as it seems.
+    /// What the contact normal of a point on the core's surface may be, if it is not a face's own: it must
+    /// need no face that is covered there. The normal of a point of the rounded surface that is in no other
+    /// part stays.
     pub(crate) fn judge(&self, (solid, rounding): (&Solid, f64), normal: Vec3, at: Vec3) -> Verdict {
         if !self.others.iter().any(|other| other.holds(at + normal * rounding)) {
             return Verdict::Free;
@@ -176,9 +181,10 @@ fn edges(polygon: &[Vec3], normal: Vec3) -> Vec<(Vec3, Vec3)> {
     ends.filter_map(|(p, q)| Some((*p, (*q - *p).cross(normal).try_normalize()?))).collect()
 }
 
-/// Adds to `out` what of a polygon is outside of an intersection of half-spaces, moved by `aside` before it is looked at.
+/// Adds to `out` the part of a polygon outside an intersection of half-spaces; the polygon is moved by
+/// `aside` for the test.
 fn subtract(polygon: &[Vec3], aside: Vec3, spaces: &[(Vec3, f64)], out: &mut Vec<Vec<Vec3>>) {
-    // Most parts are nowhere near.
+    // Most parts are far away.
     if spaces.iter().any(|(n, offset)| polygon.iter().all(|p| n.dot(*p + aside) >= *offset)) {
         out.push(polygon.to_vec());
         return;

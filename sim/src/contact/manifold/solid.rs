@@ -1,18 +1,20 @@
-//! What a manifold needs to know of a shape without its rounding: its flat faces with all their corners, or the line or rim
-//! that stands for a curved side.
+//! Geometry that a manifold needs of a shape without its rounding: flat faces with all their corners, or the
+//! line or rim of a curved side.
 
 use palmares_models::Vec3;
 use parry3d_f64::shape::SharedShape;
 use parry3d_f64::transformation::try_convex_hull;
 
-/// Triangles of a hull whose corners lie within this part of its size of one plane are one face: a mesh in single precision has
-/// triangles that differ by rounding.
+/// Triangles of a hull are one face if their corners are within this part of its size of one plane: triangles
+/// of a mesh in single precision differ by rounding.
 const COPLANAR: f64 = 1e-6;
 
-/// A cap of a cylinder is a polygon of so many corners, which stand still in the body: its area is that of the disc within 3 %.
+/// Number of corners of the polygon that represents a cylinder's cap, fixed in the body: its area is that of
+/// the disc within 3 %.
 pub(super) const CAP_CORNERS: usize = 16;
 
-/// Towards directions steeper than this against the axis a cylinder shows its cap, otherwise a line of its side.
+/// Towards directions with a larger cosine to the axis a cylinder shows its cap, otherwise a line of its
+/// side.
 const CAP_COSINE: f64 = 0.5;
 
 /// Corners within this part of a hull's size of a plane are on it.
@@ -23,7 +25,7 @@ const ON_PLANE: f64 = 1e-7;
 pub enum Solid {
     /// A ball: its contacts are found in closed form.
     Ball,
-    /// All that lies below a plane through the origin.
+    /// Everything below a plane through the origin.
     HalfSpace {
         /// Unit normal, outwards.
         normal: Vec3,
@@ -75,9 +77,9 @@ pub struct Feature {
     pub corners: Vec<Corner>,
     /// Unit normal of its plane, outwards.
     pub normal: Vec3,
-    /// Name of the plane within the shape.
+    /// Id of the plane within the shape.
     pub face: u32,
-    /// A line's radius of curvature across it, m; 0 of an edge.
+    /// A line's radius of curvature across it, m; 0 for an edge.
     pub radius: f64,
 }
 
@@ -86,7 +88,7 @@ pub struct Feature {
 pub struct Corner {
     /// m
     pub at: Vec3,
-    /// Name of the corner within the shape.
+    /// Id of the corner within the shape.
     pub id: u32,
 }
 
@@ -111,12 +113,12 @@ impl Solid {
         Solid::Ball
     }
 
-    /// Whether it has caps, whose rims bear where they tilt.
+    /// Whether it has caps, whose rims bear when they tilt.
     pub(super) fn is_cylinder(&self) -> bool {
         matches!(self, Solid::Cylinder { .. })
     }
 
-    /// Its flat faces' normals. A cylinder has two.
+    /// Normals of its flat faces. A cylinder has two.
     pub fn normals(&self) -> impl Iterator<Item = Vec3> + '_ {
         let (faces, caps): (&[Face], &[Vec3]) = match self {
             Solid::Polytope(polytope) => (&polytope.faces, &[]),
@@ -126,8 +128,8 @@ impl Solid {
         faces.iter().map(|face| face.normal).chain(caps.iter().copied())
     }
 
-    /// Between the two parallel planes nearest to each other, one of them along a face, that have it between them, m. Of a ball,
-    /// whose radius it does not know, it is 0.
+    /// Distance of the closest two parallel planes, one of them along a face, that contain the solid between
+    /// them, m. 0 for a ball, whose radius is not known here.
     pub fn width(&self) -> f64 {
         match self {
             Solid::Polytope(polytope) => {
@@ -143,7 +145,7 @@ impl Solid {
         }
     }
 
-    /// Its flat faces: name, unit normal and offset along it.
+    /// Its flat faces: id, unit normal and offset along it.
     pub(super) fn planes(&self) -> impl Iterator<Item = (u32, Vec3, f64)> + '_ {
         let offset = move |k: usize| match self {
             Solid::Polytope(polytope) => polytope.faces[k].offset,
@@ -168,7 +170,7 @@ impl Solid {
         round && others.all(|(_, n, offset)| n.dot(at) <= offset)
     }
 
-    /// Its flat faces: name, unit normal and corners, counterclockwise as seen from outside.
+    /// Its flat faces: id, unit normal and corners, counterclockwise as seen from outside.
     pub(super) fn faces(&self) -> Vec<(u32, Vec3, Vec<Vec3>)> {
         let mut feature = Feature::default();
         let ring = |(face, normal, _): (u32, Vec3, f64)| {
@@ -185,7 +187,7 @@ impl Solid {
         self.planes().map(ring).collect()
     }
 
-    /// The feature that faces `direction` at its support point `at`, if that is known.
+    /// The feature that faces `direction` at its support point `at`, if known.
     pub fn feature(&self, direction: Vec3, at: Option<Vec3>, to: &mut Feature) {
         to.corners.clear();
         to.radius = 0.0;
@@ -216,8 +218,8 @@ impl Solid {
         }
     }
 
-    /// Of a cylinder that shows a cap: the point of its rim that lies farthest along `direction`, and the sine of the angle
-    /// between direction and cap.
+    /// For a cylinder that shows a cap: the point of its rim that is farthest along `direction`, and the sine
+    /// of the angle between direction and cap.
     pub fn rim(&self, direction: Vec3) -> Option<(Vec3, f64)> {
         let Solid::Cylinder { radius, half_length } = self else { return None };
         let across = Vec3::new(direction.x, 0.0, direction.z);
@@ -229,10 +231,10 @@ impl Solid {
     }
 }
 
-/// Name of the rim's lowest point among a cylinder's corners.
+/// Id of the rim's lowest point among a cylinder's corners.
 pub(super) const RIM: u32 = 4 * CAP_CORNERS as u32;
 
-/// Cosines and sines of the corners of a cap; those of a quarter, so that no other rounding breaks the symmetry.
+/// Cosines and sines of the corners of a cap; one quarter only, so that rounding keeps the symmetry.
 const QUARTER: [(f64, f64); CAP_CORNERS / 4] = [
     (1.0, 0.0),
     (0.923_879_532_511_286_7, 0.382_683_432_365_089_8),
@@ -276,7 +278,8 @@ impl Polytope {
         Polytope { vertices, faces, corners, rounding_m: ON_PLANE * half.length() }
     }
 
-    /// The hull of points; faces that are one up to rounding are one. Points that span no volume have no faces.
+    /// The hull of points; faces that are equal up to rounding are merged. Points that span no volume have no
+    /// faces.
     pub fn hull(points: &[Vec3]) -> Polytope {
         let (vertices, triangles) = try_convex_hull(points).unwrap_or_default();
         let center = vertices.iter().copied().sum::<Vec3>() / vertices.len().max(1) as f64;
@@ -290,7 +293,7 @@ impl Polytope {
                 ((b - a).cross(c - a), *triangle)
             })
             .collect();
-        // Large triangles know their plane best.
+        // Large triangles give the most accurate planes.
         spans.sort_by(|(a, _), (b, _)| b.length_squared().total_cmp(&a.length_squared()));
         for (span, triangle) in &spans {
             let Some(normal) = span.try_normalize() else { continue };
@@ -325,12 +328,12 @@ impl Polytope {
         self.faces.push(Face { normal, offset, first, count });
     }
 
-    /// Places of a face's corners among the vertices.
+    /// Indices of a face's corners among the vertices.
     pub fn corners(&self, face: &Face) -> &[u32] {
         &self.corners[face.first as usize..][..face.count as usize]
     }
 
-    /// The face that faces a direction best; of those on which the point `at` lies, if there are such.
+    /// The face that faces a direction best; among those with the point `at` on them, if there are any.
     fn facing(&self, direction: Vec3, at: Option<Vec3>) -> usize {
         let best = |admits: &dyn Fn(&Face) -> bool| {
             let (mut best, mut most) = (None, f64::NEG_INFINITY);

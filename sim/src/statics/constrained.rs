@@ -1,89 +1,89 @@
-//! Where a hand rests some points of which are held at places in the world, as by contacts that do not slip.
+//! Equilibrium of a hand with some points held at positions in the world, as by contacts that do not slip.
 //!
-//! All that acts derives from an energy: springs, tendons at wound lengths, the springs that joint limits are, weight,
-//! pushes that keep their direction, and for each held point a stiff spring to its place whose force is bounded. Newton's
-//! method finds the minimum of it. A place that cannot be reached does no harm: the point comes as near as the bound on the
-//! force lets it.
+//! All forces derive from an energy: springs, tendons at wound lengths, the springs of joint limits, weight,
+//! pushes with a constant direction, and for each held point a stiff spring to its target whose force is
+//! bounded. Newton's method finds its minimum. An unreachable target does no harm: the point comes as near as
+//! the bound on the force allows.
 
 use crate::command::Push;
 use crate::config::Config;
 use crate::dynamics::tree::Kinematics;
-use crate::statics::equilibrium::{NoRest, elastic_energy};
+use crate::statics::equilibrium::{NoEquilibrium, elastic_energy};
 use crate::statics::prediction::{
-    Equilibrium, Law, NoPrediction, beyond_tendons, loose, spend, torque_work, torques, wound_lengths,
+    Equilibrium, Method, NoPrediction, beyond_tendons, loose, spend, torque_work, torques, wound_lengths,
 };
 use nalgebra::{DMatrix, DVector};
 use palmares_models::hand::Hand;
 use palmares_models::{Pose, Vec3};
 
-/// Stiffness of what holds a point, N/m: at 1 N the point is 0.01 mm off.
+/// Stiffness of the spring that holds a point, N/m: at 1 N the point is 0.01 mm off.
 const STIFFNESS: f64 = 1e5;
-/// The most that holds a point, N: more than any hand here closes with.
-const MOST_FORCE: f64 = 100.0;
-/// Newton's method ends when the torques balance to this part of their sizes.
+/// Largest force that holds a point, N: more than the closing force of any hand here.
+const MAX_FORCE: f64 = 100.0;
+/// Newton's method ends when the torques balance to this part of their magnitudes.
 const BALANCE: f64 = 1e-11;
-/// What is left unbalanced is no more than this part of them.
+/// Largest accepted unbalanced part of them.
 const BALANCED: f64 = 1e-7;
-/// The most that a search may compute, in the unit of [`crate::bounds`]: a second or two. Hands within the default limits
-/// take less, however many steps they need.
-const MOST_WORK: u64 = 2_000_000_000;
-/// Newton's method takes at most so many steps, each of as many evaluations as twice the coordinates.
+/// Largest computing of a search, in the unit of [`crate::bounds`]: a second or two. Hands within the default
+/// limits need less, for any number of steps.
+const MAX_WORK: u64 = 2_000_000_000;
+/// Largest number of Newton steps, each with as many evaluations as twice the coordinates.
 const STEPS: usize = 200;
 /// Half the difference of two evaluations for a derivative, rad or m.
 const DIFFERENCE: f64 = 1e-6;
 
-/// A point of a link that is held at a place.
+/// A point of a link that is held at a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hold {
-    /// Which link.
+pub struct PointConstraint {
+    /// Index of the link.
     pub link: usize,
-    /// Where on it, in the link frame, m.
+    /// Point in the link frame, m.
     pub point: Vec3,
-    /// Where that point is held, in the world frame, m.
+    /// Target in the world frame, m.
     pub place: Vec3,
 }
 
-/// What holds a point at rest.
+/// Reaction that holds a point at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reaction {
     /// Force on the link, in the world frame, N.
     pub force: Vec3,
-    /// How far the point is from its place, m.
+    /// Distance of the point from its target, m.
     pub gap: f64,
 }
 
-/// A hand at rest with points of it held.
+/// A hand at rest with some points held.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Held {
+pub struct ConstrainedEquilibrium {
     /// Coordinates and tensions.
     pub equilibrium: Equilibrium,
     /// One per hold.
     pub reactions: Vec<Reaction>,
 }
 
-/// All that acts on a hand but the springs and tendons in it.
+/// Everything that acts on a hand except its springs and tendons.
 struct Scene<'a> {
     config: &'a Config,
     hand: &'a Hand,
     base: Pose,
     s_ref: Vec<f64>,
     pushes: &'a [Push],
-    holds: &'a [Hold],
+    holds: &'a [PointConstraint],
 }
 
-/// The equilibrium at motor positions σ under pushes and, where the hand does not cancel it, under its own weight, with
-/// points held.
+/// The equilibrium at motor positions σ under pushes and, if the hand does not cancel it, its own weight,
+/// with points held.
 ///
 /// # Errors
-/// No balance was reached, or a joint that nothing holds.
-pub fn held(
+/// No balance was reached, or a joint is unconstrained.
+pub fn solve_constrained(
     config: &Config,
     hand: &Hand,
     base: Pose,
     sigma: &[f64],
     pushes: &[Push],
-    holds: &[Hold],
-) -> Result<Held, NoPrediction> {
+    holds: &[PointConstraint],
+) -> Result<ConstrainedEquilibrium, NoPrediction> {
     if let Some(loose) = loose(hand) {
         return Err(NoPrediction::Loose(loose.to_owned()));
     }
@@ -94,21 +94,21 @@ pub fn held(
     why.extend(beyond_tendons(hand, &tension));
     why.extend(holds.iter().map(|hold| format!("link '{}' is held", hand.links[hold.link].name)));
     let reactions = scene.reactions(&scene.kinematics(&q));
-    let equilibrium = Equilibrium { q, tension, law: Law::Newton, beyond_closed_form: why };
-    Ok(Held { equilibrium, reactions })
+    let equilibrium = Equilibrium { q, tension, method: Method::Newton, beyond_closed_form: why };
+    Ok(ConstrainedEquilibrium { equilibrium, reactions })
 }
 
-impl Hold {
-    /// What holds the point, as a push.
+impl PointConstraint {
+    /// The holding force, as a push.
     pub fn as_push(&self, reaction: &Reaction) -> Push {
         Push { link: self.link, point: self.point, force: reaction.force }
     }
 }
 
-/// Energy of a spring whose force is bounded: a parabola, straight on where it is.
+/// Energy of a spring with bounded force: a parabola, continued linearly beyond the bound.
 fn spring_energy(gap: f64) -> f64 {
-    let most = MOST_FORCE / STIFFNESS;
-    if gap <= most { 0.5 * STIFFNESS * gap * gap } else { MOST_FORCE * (gap - 0.5 * most) }
+    let most = MAX_FORCE / STIFFNESS;
+    if gap <= most { 0.5 * STIFFNESS * gap * gap } else { MAX_FORCE * (gap - 0.5 * most) }
 }
 
 impl Scene<'_> {
@@ -119,16 +119,16 @@ impl Scene<'_> {
     }
 
     fn reactions(&self, kin: &Kinematics) -> Vec<Reaction> {
-        let of = |hold: &Hold| {
+        let of = |hold: &PointConstraint| {
             let off = hold.place - kin.pose[hold.link].transform_point(hold.point);
             let gap = off.length();
-            let stiffness = if gap * STIFFNESS > MOST_FORCE { MOST_FORCE / gap } else { STIFFNESS };
+            let stiffness = if gap * STIFFNESS > MAX_FORCE { MAX_FORCE / gap } else { STIFFNESS };
             Reaction { force: off * stiffness, gap }
         };
         self.holds.iter().map(of).collect()
     }
 
-    /// How far each coordinate is beyond a limit, with its sign.
+    /// Signed distance of each coordinate beyond a limit.
     fn excess(&self, q: &[f64]) -> Vec<f64> {
         let beyond = |(c, q): (&palmares_models::hand::Coordinate, &f64)| q - q.clamp(c.lower, c.upper);
         self.hand.coordinates.iter().zip(q).map(beyond).collect()
@@ -166,7 +166,7 @@ impl Scene<'_> {
         energy + self.reactions(&kin).iter().map(|reaction| spring_energy(reaction.gap)).sum::<f64>()
     }
 
-    /// Derivative of the energy: the unbalanced torque on each coordinate; and the largest torque that takes part.
+    /// Derivative of the energy: the unbalanced torque on each coordinate; and the largest torque in it.
     fn gradient(&self, q: &[f64]) -> (DVector<f64>, f64) {
         let n = q.len();
         let reactions = self.reactions(&self.kinematics(q));
@@ -209,7 +209,7 @@ impl Scene<'_> {
         (hessian + transposed) * 0.5
     }
 
-    /// The minimum of the energy that lies downhill from where the springs rest.
+    /// The minimum of the energy downhill from the rest position of the springs.
     fn minimum(&self) -> Result<Vec<f64>, NoPrediction> {
         let mut q: Vec<f64> = self.hand.coordinates.iter().map(|c| c.rest.clamp(c.lower, c.upper)).collect();
         let (mut gradient, mut size) = self.gradient(&q);
@@ -217,7 +217,7 @@ impl Scene<'_> {
         let n = q.len() as u64;
         let evaluation =
             torque_work(self.hand, self.pushes.len() + self.holds.len()) + n * self.hand.tendons.len() as u64;
-        let mut left = MOST_WORK;
+        let mut left = MAX_WORK;
         for _ in 0..STEPS {
             if gradient.amax() <= BALANCE * size {
                 break;
@@ -232,7 +232,7 @@ impl Scene<'_> {
                 spend(&mut left, evaluation)?;
                 let there: Vec<f64> = q.iter().zip(step.iter()).map(|(q, d)| q - part * d).collect();
                 let next = self.energy(&there);
-                // Near the minimum the energy is all rounding; the torques still tell.
+                // Near the minimum the energy is all rounding; the torques still decide.
                 if next <= energy - 1e-4 * part * slope {
                     break Some((there, next));
                 }
@@ -249,12 +249,12 @@ impl Scene<'_> {
             (gradient, size) = self.gradient(&q);
         }
         let residual = gradient.amax();
-        if residual <= BALANCED * size.max(1e-3) { Ok(q) } else { Err(NoRest { residual }.into()) }
+        if residual <= BALANCED * size.max(1e-3) { Ok(q) } else { Err(NoEquilibrium { residual }.into()) }
     }
 }
 
-/// `H⁻¹ g`, with H stiffened until it is positive definite, and how many factorisations that took; none when no stiffening
-/// helps.
+/// `H⁻¹ g`, with H stiffened until it is positive definite, and the number of factorisations; `None` when no
+/// stiffening helps.
 fn downhill(hessian: DMatrix<f64>, gradient: &DVector<f64>) -> (Option<DVector<f64>>, u64) {
     let (mut stiffening, mut factors) = (0.0, 0);
     while stiffening < 1e9 {
@@ -274,7 +274,7 @@ fn downhill(hessian: DMatrix<f64>, gradient: &DVector<f64>) -> (Option<DVector<f
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::statics::prediction::settled;
+    use crate::statics::prediction::solve_loaded;
     use std::sync::Arc;
 
     fn hand(name: &str) -> Arc<Hand> {
@@ -294,30 +294,33 @@ mod tests {
     fn nothing_held_is_the_closed_form() {
         let (config, hand) = (Config::default(), hand("softhand"));
         let sigma = closed(&hand, 0.4);
-        let expected = settled(&config, &hand, Pose::IDENTITY, &sigma, &[]).expect("a rest");
-        assert_eq!(expected.law, Law::ClosedForm);
-        let found = held(&config, &hand, Pose::IDENTITY, &sigma, &[], &[]).expect("a rest").equilibrium;
+        let expected = solve_loaded(&config, &hand, Pose::IDENTITY, &sigma, &[]).expect("a rest");
+        assert_eq!(expected.method, Method::ClosedForm);
+        let found =
+            solve_constrained(&config, &hand, Pose::IDENTITY, &sigma, &[], &[]).expect("a rest").equilibrium;
         for (a, b) in found.q.iter().zip(&expected.q).chain(found.tension.iter().zip(&expected.tension)) {
             assert!((a - b).abs() < 1e-8, "{a} {b}");
         }
     }
 
-    /// Every hand, pushed and held: each coordinate's torques balance, and the point is where it is held.
+    /// Every hand, pushed and held: each coordinate's torques balance, and the point is at its target.
     #[test]
     fn what_holds_a_point_balances_what_moves_it() {
         let config = Config::default();
         for hand in palmares_models::builtin::builtin_hands() {
             let sigma = closed(hand, 0.3);
-            let free = held(&config, hand, Pose::IDENTITY, &sigma, &[], &[]).expect("a rest");
+            let free = solve_constrained(&config, hand, Pose::IDENTITY, &sigma, &[], &[]).expect("a rest");
             let (link, point) = (tip(hand), Vec3::new(0.0, 0.005, 0.01));
             let mut kin = Kinematics::default();
-            // Somewhere it can be: where it is at another closure.
-            let other = held(&config, hand, Pose::IDENTITY, &closed(hand, 0.2), &[], &[]).expect("a rest");
+            // A reachable target: the point's position at another closure.
+            let other = solve_constrained(&config, hand, Pose::IDENTITY, &closed(hand, 0.2), &[], &[])
+                .expect("a rest");
             kin.update(hand, Pose::IDENTITY, &other.equilibrium.q);
             let place = kin.pose[link].transform_point(point);
-            let holds = [Hold { link, point, place }];
+            let holds = [PointConstraint { link, point, place }];
             let pushes = [Push { link, point: Vec3::ZERO, force: Vec3::new(0.0, 0.05, -0.05) }];
-            let found = held(&config, hand, Pose::IDENTITY, &sigma, &pushes, &holds).expect("a rest");
+            let found =
+                solve_constrained(&config, hand, Pose::IDENTITY, &sigma, &pushes, &holds).expect("a rest");
             let reaction = found.reactions[0];
             assert!(reaction.gap < 5e-4, "{}: {reaction:?}", hand.name);
             assert!((reaction.force.length() - STIFFNESS * reaction.gap).abs() < 1e-9);
@@ -348,9 +351,10 @@ mod tests {
     fn a_place_out_of_reach_pulls_with_a_bounded_force() {
         let (config, hand) = (Config::default(), hand("softhand"));
         let link = tip(&hand);
-        let hold = Hold { link, point: Vec3::ZERO, place: Vec3::new(5.0, 0.0, 0.0) };
-        let found = held(&config, &hand, Pose::IDENTITY, &closed(&hand, 0.3), &[], &[hold]).expect("a rest");
+        let hold = PointConstraint { link, point: Vec3::ZERO, place: Vec3::new(5.0, 0.0, 0.0) };
+        let found = solve_constrained(&config, &hand, Pose::IDENTITY, &closed(&hand, 0.3), &[], &[hold])
+            .expect("a rest");
         let reaction = found.reactions[0];
-        assert!((reaction.force.length() - MOST_FORCE).abs() < 1e-9 && reaction.gap > 4.0, "{reaction:?}");
+        assert!((reaction.force.length() - MAX_FORCE).abs() < 1e-9 && reaction.gap > 4.0, "{reaction:?}");
     }
 }

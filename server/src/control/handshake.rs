@@ -1,11 +1,10 @@
 //! The handshake of a control connection.
 
-use super::caller::Caller;
 use super::connection::{self, Parts};
-use super::inbound_limits::InboundLimits;
 use crate::auth::{Auth, Identity, Role, forbidden};
 use crate::problem::Problem;
 use crate::session::Sessions;
+use crate::transport::{Caller, InboundLimits};
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::{ConnectInfo, State};

@@ -5,10 +5,6 @@
 //! that sends faster fills its own socket. A client that reads slowly misses observations of its realtime run, the
 //! oldest first, but no other message; one that takes nothing at all is dropped.
 
-use super::caller::Caller;
-use super::connections::ConnectionPermit;
-use super::farewell::farewell;
-use super::low_latency::busy_poll::{BusyPoll, Incoming};
 use super::rate::RateLimit;
 use crate::auth::{Auth, Identity};
 use crate::compute::STACK;
@@ -16,6 +12,8 @@ use crate::config::settings::{MESSAGE_BYTES, Settings};
 use crate::lifecycle::Alive;
 use crate::metrics::METRICS;
 use crate::session::{PendingCommand, Session, Sessions, news};
+use crate::transport::low_latency::busy_poll::{BusyPoll, Incoming};
+use crate::transport::{Caller, ConnectionPermit, farewell};
 use axum::body::Bytes;
 use axum::extract::ws::{Message, WebSocket};
 use palmares_protocol::encoding::Payload;
@@ -105,7 +103,7 @@ pub(super) async fn serve(socket: WebSocket, parts: Parts) {
     let heard = Instant::now();
     let hello_by = heard + competition.settings.hello_timeout;
     let alive = lifecycle.alive();
-    let busy_poll = caller.link.clone().busy_poll(sessions.compute.scheduler.cores());
+    let busy_poll = caller.busy_poll(sessions.compute.scheduler.cores());
     let mut connection = Connection {
         socket,
         encoding,

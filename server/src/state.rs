@@ -3,19 +3,20 @@
 use crate::archive::Archive;
 use crate::auth::Auth;
 use crate::backup;
+use crate::clock::SessionClocks;
 use crate::competition::Competition;
 use crate::compute::Compute;
 use crate::lifecycle::Lifecycle;
 use crate::session::Sessions;
 use crate::store::Store;
 use crate::transport::InboundLimits;
-use crate::watch::Hub;
+use crate::watch::{Hub, WatchContext};
 use axum::extract::FromRef;
 use std::sync::Arc;
 
 /// The parts of the program. A clone leads to the same ones.
 #[derive(Clone, Debug)]
-pub(crate) struct App {
+pub(crate) struct AppState {
     /// The database.
     pub(crate) store: Store,
     /// What is played, and by which rules.
@@ -24,6 +25,8 @@ pub(crate) struct App {
     pub(crate) compute: Arc<Compute>,
     /// The sessions of teams.
     pub(crate) sessions: Arc<Sessions>,
+    /// The sessions' clocks, for everybody who shows them.
+    pub(crate) clocks: Arc<SessionClocks>,
     /// Where runs are recorded; none for a practice server that does not.
     pub(crate) archive: Option<Arc<Archive>>,
     /// Where spectators watch.
@@ -41,8 +44,8 @@ pub(crate) struct App {
 /// Lets handlers ask for a part of the program.
 macro_rules! parts {
     ($($field:ident: $part:ty),* $(,)?) => {
-        $(impl FromRef<App> for $part {
-            fn from_ref(app: &App) -> Self {
+        $(impl FromRef<AppState> for $part {
+            fn from_ref(app: &AppState) -> Self {
                 app.$field.clone()
             }
         })*
@@ -54,10 +57,24 @@ parts! {
     competition: Arc<Competition>,
     compute: Arc<Compute>,
     sessions: Arc<Sessions>,
+    clocks: Arc<SessionClocks>,
     archive: Option<Arc<Archive>>,
     hub: Arc<Hub>,
     auth: Arc<Auth>,
     inbound: Arc<InboundLimits>,
     lifecycle: Arc<Lifecycle>,
     backup: Arc<backup::Files>,
+}
+
+impl FromRef<AppState> for WatchContext {
+    fn from_ref(app: &AppState) -> Self {
+        WatchContext {
+            store: app.store.clone(),
+            competition: app.competition.clone(),
+            clocks: app.clocks.clone(),
+            hub: app.hub.clone(),
+            auth: app.auth.clone(),
+            lifecycle: app.lifecycle.clone(),
+        }
+    }
 }

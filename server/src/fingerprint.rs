@@ -128,12 +128,12 @@ fn hash(words: &[u64]) -> u64 {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
 
     /// A controller that fetches one ball after another: from where it is down to the ball, closing, and to the box,
     /// where it opens; `speed` in m per tick. Its ramps at the box are the same in every run.
-    pub(in crate::archive) fn fetching(balls: &[[f64; 3]], speed: f64) -> Vec<Action> {
+    pub(crate) fn fetching(balls: &[[f64; 3]], speed: f64) -> Vec<Action> {
         let mut actions = Vec::new();
         let mut at = [0.0, 0.0, 0.75];
         let say = |at: [f64; 3], sigma: f64, actions: &mut Vec<Action>| {
@@ -160,7 +160,7 @@ pub(super) mod tests {
     }
 
     /// Balls of a scene.
-    pub(in crate::archive) fn balls(seed: u32) -> Vec<[f64; 3]> {
+    pub(crate) fn balls(seed: u32) -> Vec<[f64; 3]> {
         let mut x = seed.wrapping_mul(2_654_435_761).wrapping_add(1);
         let mut number = move || {
             x = x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);

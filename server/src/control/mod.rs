@@ -1,0 +1,7 @@
+//! The control socket: its handshake, and the connection that serves one client's session.
+
+mod connection;
+mod handshake;
+mod rate;
+
+pub(crate) use handshake::control;
