@@ -17,6 +17,9 @@ const TARGET: &str = "x86_64-unknown-linux-gnu";
 /// The oldest glibc that both run with: that of RHEL 8 and Debian 10; RHEL 9 has 2.34.
 const GLIBC: (u32, u32) = (2, 28);
 
+/// Changed files in an error.
+const SHOWN: usize = 10;
+
 #[derive(Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct Options {
@@ -49,9 +52,12 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     }
     crate::python::interpreter()?;
     let dirty = git(&["status", "--porcelain"])?;
+    let shown: Vec<&str> = dirty.lines().take(SHOWN).collect();
     ensure!(
         dirty.is_empty(),
-        "commit or remove these changes first, so that the release is a commit:\n{dirty}"
+        "commit or remove {} changed files first, so that the release is a commit:\n{}",
+        dirty.lines().count(),
+        shown.join("\n")
     );
 
     let current = version::current()?;
