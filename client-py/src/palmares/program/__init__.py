@@ -38,5 +38,5 @@ def _until_nobody_reads(command: Callable[[list[str]], int]) -> int:
     except BrokenPipeError:
         # What is still to be written, when Python ends, goes nowhere.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 128 + signal.SIGPIPE
+        return 128 + 13  # what a shell reports of SIGPIPE, which Windows does not have
     return code
