@@ -54,6 +54,10 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 pub(crate) fn maturin(environment: &Environment, arguments: &[&str], folder: &Path) -> Result<()> {
     let mut maturin = environment.python();
     maturin.args(["-m", "maturin"]).args(arguments).arg("--out").arg(folder);
+    // With `--zig` it starts `python3 -m ziglang` of the path.
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let path = std::iter::once(environment.folder().to_owned()).chain(std::env::split_paths(&path));
+    maturin.env("PATH", std::env::join_paths(path)?);
     let status = maturin.stdout(Stdio::null()).status().context("cannot start maturin")?;
     ensure!(status.success(), "maturin {} failed; see above", arguments.join(" "));
     Ok(())
