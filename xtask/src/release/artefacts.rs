@@ -222,6 +222,8 @@ impl Artefacts {
         own.sort_unstable();
         own.dedup();
         ensure!(own.iter().any(|line| line.starts_with("palmares-sim ")), "no engine in it:\n{told}");
+        let missing = missing_includes(&sources)?;
+        ensure!(missing.is_empty(), "it lacks files that its sources include:\n{}", missing.join("\n"));
         println!("it has the sources of {} crates", own.len());
         Ok(())
     }
@@ -272,6 +274,28 @@ fn names_in(folder: &Path) -> Result<Vec<String>> {
     Ok(names)
 }
 
+/// Files that sources include at compile time and that are not there. Tests are not compiled from a source distribution.
+fn missing_includes(folder: &Path) -> Result<Vec<String>> {
+    let mut missing = Vec::new();
+    for name in names_in(folder)? {
+        let path = folder.join(&name);
+        if path.is_dir() && name != "tests" {
+            missing.extend(missing_includes(&path)?);
+        } else if name.ends_with(".rs") && name != "tests.rs" {
+            let text = fs::read_to_string(&path).with_context(|| format!("{}", path.display()))?;
+            let compiled = text.split("#[cfg(test)]").next().unwrap_or_default();
+            let included = compiled.split("include_").skip(1).filter_map(|rest| {
+                let (kind, rest) = rest.split_once("!(\"")?;
+                ["str", "bytes"].contains(&kind).then(|| rest.split('"').next().unwrap_or_default())
+            });
+            missing.extend(
+                included.filter(|file| !folder.join(file).exists()).map(|file| format!("{name}: {file}")),
+            );
+        }
+    }
+    Ok(missing)
+}
+
 /// The newest version of glibc that a program or library names: `GLIBC_2.28`.
 fn newest_glibc(bytes: &[u8]) -> (u32, u32) {
     const NAME: &[u8] = b"GLIBC_";
@@ -287,7 +311,18 @@ fn newest_glibc(bytes: &[u8]) -> (u32, u32) {
 
 #[cfg(test)]
 mod tests {
-    use super::newest_glibc;
+    use super::*;
+
+    #[test]
+    fn a_file_that_the_sources_include_is_missed() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let text = "const A: &str = include_str!(\"../a.txt\");\n#[cfg(test)]\nconst B: &str = include_str!(\"b.txt\");\n";
+        fs::create_dir(folder.path().join("src")).expect("a folder");
+        fs::write(folder.path().join("src/lib.rs"), text).expect("a file");
+        assert_eq!(missing_includes(folder.path()).expect("read"), ["lib.rs: ../a.txt"]);
+        fs::write(folder.path().join("a.txt"), "").expect("a file");
+        assert!(missing_includes(folder.path()).expect("read").is_empty());
+    }
 
     #[test]
     fn the_newest_glibc_is_found() {
