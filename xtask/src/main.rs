@@ -1,4 +1,4 @@
-//! Developer commands: `cargo xtask demo`, `docker`, `pages`, `release`, `report`, `schema`, `test`, `viewer` and `wheel`.
+//! Developer commands: `cargo xtask demo`, `docker`, `generate`, `pages`, `release`, `report`, `test`, `viewer` and `wheel`.
 
 mod apt;
 mod cargo;
@@ -7,6 +7,7 @@ mod demo;
 #[cfg(test)]
 mod dependencies;
 mod docker;
+mod generate;
 mod http;
 mod instructions;
 mod licences;
@@ -14,7 +15,6 @@ mod pages;
 mod python;
 mod release;
 mod report;
-mod schema;
 mod tools;
 mod viewer;
 mod wheel;
@@ -36,6 +36,8 @@ enum Task {
     Demo(demo::Options),
     /// Build the container image from source, start it with compose, play on it, stop and start it again.
     Docker(docker::Options),
+    /// Write docs/schema and the types of Python and TypeScript from the Rust types of messages and HTTP bodies.
+    Generate,
     /// Run the pages in a browser: take the pictures of README and docs anew, or measure what the pages cost.
     Pages {
         /// What is wanted.
@@ -46,8 +48,6 @@ enum Task {
     Report(report::Options),
     /// Make a version: change its number, build and check the files that are published.
     Release(release::Options),
-    /// Write the descriptions of messages and addresses in docs/schema anew.
-    Schema,
     /// Run every test: Rust, Python and the viewer, formatting and lints.
     Test,
     /// Build the pages' scripts, which the server takes in when it is compiled next.
@@ -60,10 +60,12 @@ fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Task::Demo(options) => demo::run(&options).map(|()| true),
         Task::Docker(options) => docker::run(&options).map(|()| true),
+        Task::Generate => {
+            cargo::build_server(false).and_then(|program| generate::run(&program)).map(|()| true)
+        }
         Task::Pages { wanted } => pages::run(wanted).map(|()| true),
         Task::Release(options) => release::run(&options).map(|()| true),
         Task::Report(options) => report::run(&options).map(|()| true),
-        Task::Schema => cargo::build_server(false).and_then(|program| schema::run(&program)).map(|()| true),
         Task::Test => check::run(),
         Task::Viewer => viewer::run().map(|()| true),
         Task::Wheel(options) => wheel::run(&options).map(|()| true),
