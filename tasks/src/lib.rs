@@ -2,6 +2,7 @@
 
 pub mod action;
 pub mod build;
+pub mod hand_observation;
 pub mod image;
 pub mod inspect;
 pub mod observation;
@@ -21,6 +22,7 @@ pub mod training;
 pub use palmares_sim::Fault;
 
 pub use action::{Action, ActionError, ActionLimits, BaseTarget};
+pub use hand_observation::HandObservation;
 pub use observation::{Event, Noise, Observation, Sensing};
 pub use run::{Outcome, Reason, Run};
 pub use scene::Scene;

@@ -43,7 +43,7 @@ fn the_prediction_is_where_the_hand_comes_to_rest() {
     for (q, predicted) in truth.joints.position.0.iter().zip(&truth.predicted_equilibrium.0) {
         assert!((q - predicted).abs() < 1e-6, "{q} {predicted}");
     }
-    let tensions: Vec<f64> = seen.hand.actuators.iter().map(|a| a.tension).collect();
+    let tensions = seen.hand.column("motors", "tension");
     assert!(tensions[0] > tensions[1] && tensions[1] > tensions[2] && tensions[2] > 0.1, "{tensions:?}");
     assert!(tensions[3].abs() < 1e-6);
 }
