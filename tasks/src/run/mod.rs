@@ -32,11 +32,12 @@ pub use telemetry::{Contact, FingerWrench, Motor, RunSample, Telemetry, Telemetr
 
 use crate::action::{Action, BaseTarget};
 use crate::build::build;
-use crate::observation::{Event, Noise};
+use crate::observation::Event;
 use crate::referee::{ObjectSnapshot, REST_SPEED, Referee};
 use crate::scene::Scene;
 use crate::score::Count;
 use crate::seed::Seed;
+use crate::sensing::Noise;
 use crate::settle::SceneError;
 use crate::start::start_pose;
 use crate::task::{Task, Variation};
