@@ -4,8 +4,8 @@ import { defineConfig } from '@playwright/test';
 export default defineConfig({
   testDir: 'tests',
   timeout: 90_000,
-  // One world at a time: two cores step it, serve it and draw it.
-  workers: 1,
+  // A single worker uses little more than one of two cores; each worker has its own servers.
+  workers: 2,
   reporter: [['list']],
   outputDir: '../target/viewer-tests',
   use: {
