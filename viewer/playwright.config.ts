@@ -4,8 +4,8 @@ import { defineConfig } from '@playwright/test';
 export default defineConfig({
   testDir: 'tests',
   timeout: 90_000,
-  // A single worker uses little more than one of two cores; each worker has its own servers.
-  workers: 2,
+  // Two cores step a world, serve it and draw it: a second worker would make the tests of motion unreliable.
+  workers: 1,
   reporter: [['list']],
   outputDir: '../target/viewer-tests',
   use: {

@@ -128,7 +128,7 @@ test('the latency from an input to its frame is measured', async ({ page, server
     // Earlier frames may still be in the rendering queue.
     await page.waitForTimeout(1000);
     await page.evaluate(() => { (window.palmares as unknown as Driving).drive.latencies.length = 0; });
-    for (let k = 0; k < 6; k += 1) for (const key of ['d', 'a']) {
+    for (let k = 0; k < 12; k += 1) for (const key of ['d', 'a']) {
       await hold(page, key, 80);
       await page.waitForTimeout(80);
     }

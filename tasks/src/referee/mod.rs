@@ -1,7 +1,8 @@
-//! The referee: a pure state machine from what it sees of the objects to events, counts and points.
+//! The referee: a pure state machine from the objects' states to events, counts and points.
 
 mod arrange;
 mod collect;
+mod count;
 mod hold;
 mod snapshot;
 mod space;
@@ -11,6 +12,7 @@ pub use arrange::ArrangeReferee;
 use arrange::ArrangeState;
 pub use collect::CollectReferee;
 use collect::Place;
+pub use count::Count;
 use hold::HoldState;
 pub use hold::{HoldReferee, Slip};
 pub use snapshot::ObjectSnapshot;
@@ -18,7 +20,6 @@ pub(crate) use snapshot::REST_SPEED;
 pub use verdict::{Measured, Verdict};
 
 use crate::observation::Event;
-use crate::score::Count;
 use crate::task::{Rules, Task};
 use serde::{Deserialize, Serialize};
 
@@ -33,23 +34,23 @@ pub enum Referee {
     Arrange(ArrangeReferee),
 }
 
-/// What a referee has seen so far.
+/// State of a referee, restorable.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct RefereeState(Seen);
 
-/// The same by rules.
+/// The state by kind of rules.
 #[derive(Clone, Serialize, Deserialize)]
 enum Seen {
     /// Where each object is.
     Collect(Vec<Place>),
-    /// How far the object has got.
+    /// Stage of the object.
     Hold(HoldState),
-    /// How many goals have been reached.
+    /// Reached goals.
     Arrange(ArrangeState),
 }
 
 impl Referee {
-    /// A referee at tick 0, when the objects are where they are shown.
+    /// A referee at tick 0, with the objects' initial states.
     pub fn new(task: &Task, objects: &[ObjectSnapshot]) -> Self {
         match &task.rules {
             Rules::Collect(rules) => Referee::Collect(CollectReferee::new(task, rules, objects.len())),
@@ -58,7 +59,7 @@ impl Referee {
         }
     }
 
-    /// What it has seen so far.
+    /// Its state.
     pub fn state(&self) -> RefereeState {
         RefereeState(match self {
             Referee::Collect(referee) => Seen::Collect(referee.places.clone()),
@@ -67,7 +68,7 @@ impl Referee {
         })
     }
 
-    /// Whether a state can be of this referee: by the same kind of rules, over as many objects and goals.
+    /// Whether a state fits this referee: the same kind of rules, with the same numbers of objects and goals.
     pub fn fits(&self, state: &RefereeState) -> bool {
         match (self, &state.0) {
             (Referee::Collect(referee), Seen::Collect(places)) => referee.places.len() == places.len(),
@@ -77,18 +78,18 @@ impl Referee {
         }
     }
 
-    /// Watches on from there.
+    /// Restores a state.
     pub fn restore(&mut self, state: &RefereeState) {
         match (self, &state.0) {
             (Referee::Collect(referee), Seen::Collect(places)) => referee.places.clone_from(places),
             (Referee::Hold(referee), Seen::Hold(seen)) => referee.seen = *seen,
             (Referee::Arrange(referee), Seen::Arrange(seen)) => referee.seen = *seen,
-            // Of another kind of task: nothing is restored.
+            // A state of other rules is ignored.
             (Referee::Collect(_) | Referee::Hold(_) | Referee::Arrange(_), _) => {}
         }
     }
 
-    /// Looks at every object, in scene order, at a tick; returns what changed. Ticks ascend.
+    /// Updates with all objects, in scene order, at a tick; returns new events. Ticks ascend.
     pub fn watch(&mut self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Event> {
         match self {
             Referee::Collect(referee) => referee.watch(tick, objects),
@@ -97,7 +98,7 @@ impl Referee {
         }
     }
 
-    /// The count by what has been noted so far.
+    /// The current count.
     pub fn count(&self) -> Count {
         match self {
             Referee::Collect(referee) => referee.count(),
@@ -106,7 +107,7 @@ impl Referee {
         }
     }
 
-    /// Points by what has been noted so far.
+    /// The current points.
     pub fn score(&self) -> f64 {
         match self {
             Referee::Collect(referee) => referee.score(referee.count()),
@@ -115,7 +116,7 @@ impl Referee {
         }
     }
 
-    /// Count and points at the end of a run, after settling.
+    /// Final count and points, after settling.
     pub fn verdict(&self, objects: &[ObjectSnapshot]) -> (Count, f64) {
         match self {
             Referee::Collect(referee) => {
@@ -127,7 +128,7 @@ impl Referee {
         }
     }
 
-    /// Why each object counts or does not at a tick, when they move at these speeds, m/s.
+    /// For each object at a tick, the rules that decide whether it counts; `speeds` in m/s.
     pub fn explain(&self, tick: u64, objects: &[ObjectSnapshot], speeds: &[f64]) -> Vec<Verdict> {
         match self {
             Referee::Collect(referee) => referee.explain(objects, speeds),
@@ -145,7 +146,7 @@ impl Referee {
         }
     }
 
-    /// Seconds since the server took the hand's base to shake it; none when it does not.
+    /// Seconds since the shake of the hand's base began; None outside of a shake.
     pub fn shaking(&self, tick: u64) -> Option<f64> {
         match self {
             Referee::Collect(_) | Referee::Arrange(_) => None,

@@ -1,4 +1,4 @@
-//! What is asked of a run by those who look into it. Where its world is stepped nothing but copies are made.
+//! Read access to a run, for observers. On the stepping thread it only copies.
 
 use super::Run;
 use super::evidence::Evidence;

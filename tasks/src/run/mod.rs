@@ -33,9 +33,8 @@ pub use telemetry::{Contact, FingerWrench, Motor, RunSample, Telemetry, Telemetr
 use crate::action::{Action, BaseTarget};
 use crate::build::build;
 use crate::observation::{Event, Noise};
-use crate::referee::{ObjectSnapshot, REST_SPEED, Referee};
+use crate::referee::{Count, ObjectSnapshot, REST_SPEED, Referee};
 use crate::scene::Scene;
-use crate::score::Count;
 use crate::seed::Seed;
 use crate::settle::SceneError;
 use crate::start::start_pose;
@@ -49,8 +48,8 @@ use palmares_senses::Senses;
 use palmares_sim::{Fault, SharedScratch, World};
 use std::sync::{Arc, OnceLock};
 
-/// The most that the settling after a run may compute, in the unit of [`palmares_sim::bounds`]: some seconds. Then the
-/// referee counts what it sees.
+/// Compute budget of the settling after a run, in the unit of [`palmares_sim::bounds`]: some seconds. After it the
+/// referee counts the current state.
 pub const SETTLING_WORK: u64 = 2_000_000_000;
 
 /// One world, one task, one hand.
@@ -71,25 +70,25 @@ pub struct Run {
     referee: Referee,
     tick: u64,
     target: Target,
-    /// Where the base was when the server took it to shake it.
+    /// Pose of the base at the start of the shake.
     shaken_at: Option<Pose>,
     applied: Action,
     pushing: Vec<Pushing>,
     news: Vec<Event>,
     history: Vec<Event>,
-    /// What each motor has done on its tendons, J.
+    /// Work of each motor on its tendons, J.
     work: Vec<f64>,
-    /// Digest of the state, if the next tick has been prepared since.
+    /// Digest of the state, if the next tick is prepared.
     prepared: Option<u64>,
-    /// What the last tick has computed, in the unit of [`palmares_sim::bounds`].
+    /// Computing of the last tick, in the unit of [`palmares_sim::bounds`].
     computed: u64,
 }
 
 impl Run {
-    /// Builds the scene, puts the hand in and the world at tick 0. Takes up to a second of computing.
+    /// Builds the scene with the hand, at tick 0. Takes up to a second of computing.
     ///
     /// # Errors
-    /// There is no sound scene, or the hand overlaps something where it starts.
+    /// There is no sound scene, or the hand overlaps something in its initial pose.
     pub fn new(task: Arc<Task>, hand: Arc<Hand>, seed: Seed) -> Result<Self, SceneError> {
         let built = build(&task, Some(Arc::clone(&hand)), seed)?;
         let base = start_pose(&task);
@@ -156,7 +155,7 @@ impl Run {
         self.pose_history = pose_history;
     }
 
-    /// What stands in the world at tick 0.
+    /// The scene at tick 0.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
@@ -171,17 +170,17 @@ impl Run {
         &self.hand
     }
 
-    /// What the scene was made from.
+    /// The seed of the scene.
     pub fn seed(&self) -> Seed {
         self.seed
     }
 
-    /// How good its sensors are.
+    /// The errors of its sensors.
     pub fn noise(&self) -> Noise {
         self.noise
     }
 
-    /// The world, for those who measure.
+    /// The world, for measurements.
     pub fn world(&self) -> &World {
         &self.world
     }
@@ -196,13 +195,13 @@ impl Run {
         self.tick as f64 * self.task.tick_s
     }
 
-    /// The action as applied in the last tick: clipped, with what was left out filled in. Playing the applied
-    /// actions of all ticks in another run of the same task, hand and seed gives the same bits.
+    /// The applied action of the last tick: clipped and complete. The applied actions of all ticks give the same bits in
+    /// another run of the same task, hand and seed.
     pub fn applied(&self) -> &Action {
         &self.applied
     }
 
-    /// What the referee noted in the last tick.
+    /// The referee's events in the last tick.
     pub fn events(&self) -> &[Event] {
         &self.news
     }
@@ -212,12 +211,12 @@ impl Run {
         self.referee.score()
     }
 
-    /// Objects by where they are, as far as it has been noted.
+    /// The current count of objects.
     pub fn count(&self) -> Count {
         self.referee.count()
     }
 
-    /// Whether the run is over, and why: `Complete` or `TimeLimit`. Costs next to nothing.
+    /// Why the run is over: `Complete` or `TimeLimit`; None if it is not. Cheap.
     pub fn over(&self) -> Option<Reason> {
         if self.referee.complete() {
             Some(Reason::Complete)
@@ -237,8 +236,8 @@ impl Run {
         sightings(&self.world)
     }
 
-    /// Does now what the next tick does before its action matters, for those who have the time while they wait for it. The
-    /// tick gives the same bits, sooner.
+    /// Precomputes the part of the next tick that does not depend on its action, for use while waiting for it. The tick gives
+    /// the same bits, sooner.
     pub fn prepare(&mut self) {
         if self.prepared.is_none() {
             self.prepared = Some(self.world.state().hash());
@@ -251,7 +250,7 @@ impl Run {
         self.prepared.unwrap_or_else(|| self.world.state().hash())
     }
 
-    /// The same as 16 hexadecimal digits.
+    /// [`Run::digest`] as 16 hexadecimal digits.
     pub fn state_hash(&self) -> String {
         format!("{:016x}", self.digest())
     }
@@ -261,12 +260,12 @@ impl Run {
         self.fault().is_none()
     }
 
-    /// What ails the world, if anything does: it stands still then.
+    /// The fault of the world; a failed world makes no more steps.
     pub fn fault(&self) -> Option<Fault> {
         self.world.fault()
     }
 
-    /// When the world failed and of what, if it did.
+    /// The failure of the world, if it failed.
     pub fn failure(&self) -> Option<Failure> {
         let (tick, step) = (self.tick, Some(self.steps()));
         self.fault().map(|fault| Failure { fault, tick, step })
@@ -277,7 +276,7 @@ impl Run {
         self.world.state().step
     }
 
-    /// What the last tick has computed, in the unit of [`palmares_sim::bounds`].
+    /// Computing of the last tick, in the unit of [`palmares_sim::bounds`].
     pub fn computed(&self) -> u64 {
         self.computed
     }
@@ -322,7 +321,7 @@ impl Run {
     }
 }
 
-/// What the referee is shown.
+/// The objects' states, for the referee.
 fn sightings(world: &World) -> Vec<ObjectSnapshot> {
     let state = world.state();
     let hand_from_world = state.base.inverse();

@@ -5,7 +5,7 @@ use crate::task::Task;
 use palmares_models::camera::Camera;
 use palmares_models::hand::Hand;
 
-/// What a camera can tell.
+/// Kinds of camera images.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Channels {
     pub(super) depth: bool,

@@ -1,6 +1,6 @@
-//! A tick: from an action to what the base and the motors are told in every step, and to what is noted afterwards.
+//! A tick: from an action to the commands of base and motors in each step, and to the referee's events.
 //!
-//! Applying an applied action again changes no bit: a record of applied actions plays the run again.
+//! Applying an applied action again gives the same bits, so recorded applied actions replay the run.
 
 use super::Run;
 use super::driven::Target;
@@ -34,14 +34,14 @@ impl Run {
         Ok(())
     }
 
-    /// Clips an action to the spec and makes it the present one; what it leaves out stays.
+    /// Clips an action to the spec and makes it the current one; omitted parts stay.
     pub(super) fn apply(&mut self, action: &Action) {
         let limits = &self.world.model().config().base;
         if let Some(base) = &action.base {
             let (clipped, target) = match base {
                 BaseTarget::Pose { position, quat_xyzw } => {
                     let position = position.map(|x| x.clamp(-ActionLimits::REACH_M, ActionLimits::REACH_M));
-                    // The check before has refused what has no direction.
+                    // The check has refused quaternions without a direction.
                     let rotation = unit(*quat_xyzw).unwrap_or(Rotation::IDENTITY);
                     let to = Pose::from_parts(Vec3::from_array(position), rotation);
                     let from = self.origin_of(to);
@@ -66,8 +66,8 @@ impl Run {
         }
     }
 
-    /// Where a pose target comes from: a target that moved by less than the speed limits since the last
-    /// command is a point of a path and is followed along it; a farther one is a place to go to.
+    /// Start of the interpolation to a pose target. A target within the speed limits of the last one is a point of a path: the
+    /// base interpolates during the tick. To a farther target it moves at its speed limits.
     fn origin_of(&self, to: Pose) -> Pose {
         let limits = &self.world.model().config().base;
         match self.target {
@@ -82,7 +82,7 @@ impl Run {
         }
     }
 
-    /// Plays a tick; returns what it computed.
+    /// Steps a tick; returns its computing.
     pub(super) fn advance(&mut self) -> u64 {
         self.prepared = None;
         let mut work = 0;
@@ -130,7 +130,7 @@ impl Run {
     }
 }
 
-/// Offset and velocity of a shake at a time since its beginning; zero at the ends of each axis' part and after.
+/// Offset and velocity of a shake at a time since its start; zero at both ends of each axis' part and after the last.
 fn shake(shake: &Shake, t: f64) -> (Vec3, Vec3) {
     let axis = (t / shake.axis_s).floor();
     let t = t - axis * shake.axis_s;
