@@ -51,7 +51,7 @@ def test_an_example_plays_without_a_server() -> None:
         assert summary.seed == 3
 
 
-def test_its_world_can_be_asked_for_more() -> None:
+def test_the_world_of_a_local_client_is_accessible() -> None:
     with palmares.Client("local") as client:
         assert client.world is None
         client.reset("balls", "softhand", seed=1)

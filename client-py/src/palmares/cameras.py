@@ -8,9 +8,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from palmares.arrays import Array, array
+from palmares import wire
+from palmares.arrays import Array, Vec3, array
 from palmares.rotation import matrix_of
-from palmares.scene import Quat, Vec3
 
 
 class Intrinsics(msgspec.Struct, kw_only=True, frozen=True):
@@ -32,27 +32,8 @@ class Intrinsics(msgspec.Struct, kw_only=True, frozen=True):
         return array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
 
-class CameraImage(msgspec.Struct, kw_only=True, dict=True):
-    """What a camera saw. The optical frame has x to the right, y down and z forward."""
-
-    camera: str
-    tick: int
-    """The tick after which it was exposed; with ``noise="real"`` some ticks before that of the observation"""
-    width: int
-    height: int
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    position: Vec3
-    """Origin of the optical frame in the world when it was exposed, m"""
-    quat_xyzw: Quat
-    """Orientation of the optical frame in the world"""
-    depth_unit: float
-    """A step of the depth as it is sent, m"""
-    _depth: bytes | None = msgspec.field(name="depth", default=None)
-    _rgb: bytes | None = msgspec.field(name="rgb", default=None)
-    _bodies: bytes | None = msgspec.field(name="bodies", default=None)
+class CameraImage(wire.CameraImage, kw_only=True, dict=True):
+    """An image of a camera. The optical frame has x to the right, y down and z forward."""
 
     @property
     def intrinsics(self) -> Intrinsics:
