@@ -109,8 +109,8 @@ enum Command {
     /// Print the description of the messages (JSON Schema) or of the HTTP addresses (OpenAPI)
     Schema {
         /// Which
-        #[arg(value_enum, default_value_t = schema::What::Control)]
-        what: schema::What,
+        #[arg(value_enum, default_value_t = server::Description::Control)]
+        what: server::Description,
     },
 }
 

@@ -1,4 +1,4 @@
-//! The referee: a pure state machine from the objects' states to events, counts and points.
+//! The referee: a pure state machine from poses of the objects to events, counts and points.
 
 mod arrange;
 mod collect;
@@ -34,7 +34,7 @@ pub enum Referee {
     Arrange(ArrangeReferee),
 }
 
-/// State of a referee, restorable.
+/// The state of a referee.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct RefereeState(Seen);
 
@@ -45,12 +45,12 @@ enum Seen {
     Collect(Vec<Place>),
     /// Stage of the object.
     Hold(HoldState),
-    /// Reached goals.
+    /// Number of goals that have been reached.
     Arrange(ArrangeState),
 }
 
 impl Referee {
-    /// A referee at tick 0, with the objects' initial states.
+    /// A referee at tick 0, with the objects at these poses.
     pub fn new(task: &Task, objects: &[ObjectSnapshot]) -> Self {
         match &task.rules {
             Rules::Collect(rules) => Referee::Collect(CollectReferee::new(task, rules, objects.len())),
@@ -78,18 +78,18 @@ impl Referee {
         }
     }
 
-    /// Restores a state.
+    /// Continues from a state.
     pub fn restore(&mut self, state: &RefereeState) {
         match (self, &state.0) {
             (Referee::Collect(referee), Seen::Collect(places)) => referee.places.clone_from(places),
             (Referee::Hold(referee), Seen::Hold(seen)) => referee.seen = *seen,
             (Referee::Arrange(referee), Seen::Arrange(seen)) => referee.seen = *seen,
-            // A state of other rules is ignored.
+            // A state of another kind of task.
             (Referee::Collect(_) | Referee::Hold(_) | Referee::Arrange(_), _) => {}
         }
     }
 
-    /// Updates with all objects, in scene order, at a tick; returns new events. Ticks ascend.
+    /// Updates the state by every object, in scene order; returns the events. Ticks ascend.
     pub fn watch(&mut self, tick: u64, objects: &[ObjectSnapshot]) -> Vec<Event> {
         match self {
             Referee::Collect(referee) => referee.watch(tick, objects),
@@ -98,7 +98,7 @@ impl Referee {
         }
     }
 
-    /// The current count.
+    /// The count by its state.
     pub fn count(&self) -> Count {
         match self {
             Referee::Collect(referee) => referee.count(),
@@ -107,7 +107,7 @@ impl Referee {
         }
     }
 
-    /// The current points.
+    /// Points by its state.
     pub fn score(&self) -> f64 {
         match self {
             Referee::Collect(referee) => referee.score(referee.count()),

@@ -1,6 +1,6 @@
-//! A tick: from an action to the commands of base and motors in each step, and to the referee's events.
+//! A tick: from an action to the commands of base and motors in every step, and to the events after it.
 //!
-//! Applying an applied action again gives the same bits, so recorded applied actions replay the run.
+//! An applied action is its own clipped form, so that the applied actions play the run again, bit for bit.
 
 use super::Run;
 use super::driven::Target;
@@ -26,7 +26,7 @@ impl Run {
         self.computed = self.advance();
         self.tick += 1;
         self.count_work(&before);
-        self.senses.tick(&self.world, self.tick);
+        self.sensors.tick(&self.world, self.tick);
         self.remember_poses();
         self.push_on();
         self.news = self.referee.watch(self.tick, &self.sightings());
@@ -34,14 +34,14 @@ impl Run {
         Ok(())
     }
 
-    /// Clips an action to the spec and makes it the current one; omitted parts stay.
+    /// Clips an action to the spec and makes it the present one. Fields that it omits keep their values.
     pub(super) fn apply(&mut self, action: &Action) {
         let limits = &self.world.model().config().base;
         if let Some(base) = &action.base {
             let (clipped, target) = match base {
                 BaseTarget::Pose { position, quat_xyzw } => {
                     let position = position.map(|x| x.clamp(-ActionLimits::REACH_M, ActionLimits::REACH_M));
-                    // The check has refused quaternions without a direction.
+                    // The check has refused a quaternion without a direction.
                     let rotation = unit(*quat_xyzw).unwrap_or(Rotation::IDENTITY);
                     let to = Pose::from_parts(Vec3::from_array(position), rotation);
                     let from = self.origin_of(to);
@@ -66,8 +66,8 @@ impl Run {
         }
     }
 
-    /// Start of the interpolation to a pose target. A target within the speed limits of the last one is a point of a path: the
-    /// base interpolates during the tick. To a farther target it moves at its speed limits.
+    /// The begin of a pose target's path in this tick. A target within the speed limits of the last one is a point of a path,
+    /// which begins there. A farther one is approached at the limits.
     fn origin_of(&self, to: Pose) -> Pose {
         let limits = &self.world.model().config().base;
         match self.target {
