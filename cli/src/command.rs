@@ -109,8 +109,8 @@ enum Command {
     /// Print the description of the messages (JSON Schema) or of the HTTP addresses (OpenAPI)
     Schema {
         /// Which
-        #[arg(value_enum, default_value_t = schema::What::Control)]
-        what: schema::What,
+        #[arg(value_enum, default_value_t = server::Description::Control)]
+        what: server::Description,
     },
 }
 
@@ -142,5 +142,17 @@ mod tests {
     #[test]
     fn the_definition_is_sound() {
         Cli::command().debug_assert();
+    }
+
+    /// `cargo test --package palmares --no-default-features` runs it.
+    #[cfg(not(feature = "server"))]
+    #[test]
+    fn without_the_server_its_commands_say_why_they_are_refused() {
+        use clap::Parser;
+        for line in ["serve --listen 127.0.0.1:0 --data-dir x", "schema openapi"] {
+            let asked = Cli::parse_from(std::iter::once("palmares").chain(line.split(' ')));
+            let refused = asked.run().expect_err("refused").to_string();
+            assert!(refused.starts_with("this build has no server"), "{refused}");
+        }
     }
 }

@@ -1,5 +1,20 @@
 //! The server, for the commands that need it. A build without the feature `server` has the same commands and refuses them.
 
+use clap::ValueEnum;
+
+/// A description that `palmares schema` prints.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Description {
+    /// The messages of the control socket, as JSON Schema
+    Control,
+    /// The messages of the watch socket, as JSON Schema
+    Watch,
+    /// The HTTP addresses, as OpenAPI 3.1
+    Openapi,
+    /// The messages of a replay: JSON Schema, and the fields of the protobuf messages
+    Replay,
+}
+
 #[cfg(feature = "server")]
 pub(crate) use linked::*;
 #[cfg(not(feature = "server"))]
@@ -7,25 +22,25 @@ pub(crate) use missing::*;
 
 #[cfg(feature = "server")]
 mod linked {
-    use crate::schema::What;
+    use super::Description;
     use palmares_server::schema;
     use serde_json::Value;
 
     pub(crate) use palmares_server::{ServeOptions, hand_limits, restore, serve, version};
 
-    pub(crate) fn schema(what: What) -> anyhow::Result<Value> {
-        Ok(match what {
-            What::Control => schema::control(),
-            What::Watch => schema::watch(),
-            What::Openapi => schema::openapi(),
-            What::Replay => palmares_replay::schema::document(),
+    pub(crate) fn schema(description: Description) -> anyhow::Result<Value> {
+        Ok(match description {
+            Description::Control => schema::control(),
+            Description::Watch => schema::watch(),
+            Description::Openapi => schema::openapi(),
+            Description::Replay => palmares_replay::schema::document(),
         })
     }
 }
 
 #[cfg(not(feature = "server"))]
 mod missing {
-    use crate::schema::What;
+    use super::Description;
     use clap::Args;
     use palmares_models::measure::HandLimits;
     use palmares_protocol::reply::ServerInfo;
@@ -61,7 +76,7 @@ mod missing {
         Err(refused("palmares hand check --config"))
     }
 
-    pub(crate) fn schema(_: What) -> anyhow::Result<Value> {
+    pub(crate) fn schema(_: Description) -> anyhow::Result<Value> {
         Err(refused("palmares schema"))
     }
 

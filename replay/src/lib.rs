@@ -13,7 +13,6 @@ mod foxglove;
 mod frames;
 mod hands;
 mod header;
-mod identity;
 mod image_export;
 mod item;
 mod lower_hex;

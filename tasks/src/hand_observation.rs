@@ -1,7 +1,7 @@
 //! The readings of a hand's sensors as part of an observation. How they are written and described follows from the
 //! declarations of their channels.
 
-use crate::observation::Sensing;
+use crate::sensing::Sensing;
 use crate::table::{BINARY, Written};
 use palmares_senses::{CHANNELS, Channel, Column, Entry, Record, Rows, SensorReadings};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};

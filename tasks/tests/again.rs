@@ -2,8 +2,9 @@
 
 use palmares_models::hand::Hand;
 use palmares_sim::SharedScratch;
+use palmares_tasks::Sensing;
 use palmares_tasks::action::{Action, ActionError, ActionLimits, BaseTarget};
-use palmares_tasks::observation::{Sensing, Wrench};
+use palmares_tasks::observation::Wrench;
 use palmares_tasks::run::{PushError, Reason, Run};
 use palmares_tasks::seed::Seed;
 use palmares_tasks::task::Task;

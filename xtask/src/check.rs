@@ -1,11 +1,11 @@
-//! `cargo xtask test`: every check there is, one after the other, with a summary.
+//! `cargo xtask test`: every check, one after the other, with a summary.
 
 use crate::apt;
-use crate::cargo::{build_extension, build_server, cargo};
-use crate::dependencies;
+use crate::cargo::{build_for_tests, cargo};
 use crate::docker;
 use crate::instructions;
 use crate::python::Environment;
+use crate::tools;
 use crate::viewer::Viewer;
 use anyhow::{Context, Result};
 use std::fmt;
@@ -69,22 +69,23 @@ pub(crate) fn run() -> Result<bool> {
             let missing = "Postgres is not installed (Debian's package `postgresql`), and could not be";
             or_skipped(apt::postgres().then_some(()).ok_or_else(|| missing.to_owned()))
         }),
-        step("Rust tests", || counted(cargo().args(["test", "--workspace", "--no-fail-fast"]), rust_tests)),
     ]);
-    steps.push(step("licences and sources of crates", || match dependencies::prepare_deny()? {
-        Ok(mut deny) => whole(&mut deny),
-        Err(reason) => or_skipped(Err(reason)),
-    }));
-    steps.push(step("instruction counts", || match instructions::prepare()? {
-        Ok(mut bench) => whole(&mut bench),
-        Err(reason) => or_skipped(Err(reason)),
-    }));
     let mut server = None;
-    steps.push(step("server for the Python tests", || {
-        server = Some(build_server(false)?);
+    steps.push(step("build of tests, server and Python extension", || {
+        server = Some(build_for_tests()?);
         Ok(PASSED)
     }));
-    steps.push(step("compiled part of the Python package", || build_extension(false).map(|_| PASSED)));
+    steps.push(step("Rust tests", || {
+        let mut tests = cargo();
+        tests.args(["test", "--workspace", "--no-fail-fast"]);
+        if let Some(program) = &server {
+            tests.env("PALMARES_SERVER_BIN", program);
+        }
+        counted(&mut tests, rust_tests)
+    }));
+    steps.push(step("licences and sources of crates", || or_none(tools::cargo_deny()?)));
+    steps.push(step("workflow files", || or_none(tools::actionlint()?)));
+    steps.push(step("instruction counts", || or_none(instructions::prepare()?)));
     let mut environment = None;
     steps.push(step("Python environment", || {
         environment = Some(Environment::prepare()?);
@@ -131,8 +132,8 @@ pub(crate) fn run() -> Result<bool> {
 
     println!("\n== summary");
     for Step { name, took, tally } in &steps {
-        let verdict = if tally.failed == 0 { "ok    " } else { "FAILED" };
-        println!("{verdict} {:7.1} s  {name}: {tally}", took.as_secs_f64());
+        let status = if tally.failed == 0 { "ok    " } else { "FAILED" };
+        println!("{status} {:7.1} s  {name}: {tally}", took.as_secs_f64());
     }
     let total = steps.iter().fold(Tally::default(), |sum, step| sum.plus(step.tally));
     println!("{total}");
@@ -150,7 +151,7 @@ fn step(name: &'static str, body: impl FnOnce() -> Result<Tally>) -> Step {
     Step { name, took: start.elapsed(), tally }
 }
 
-/// A check that passed, or the reason why this machine cannot make it, said aloud.
+/// A check that passed, or the printed reason why this machine cannot make it.
 fn or_skipped(outcome: std::result::Result<(), String>) -> Result<Tally> {
     match outcome {
         Ok(()) => Ok(PASSED),
@@ -161,6 +162,14 @@ fn or_skipped(outcome: std::result::Result<(), String>) -> Result<Tally> {
     }
 }
 
+/// Runs a command, where this machine has it.
+fn or_none(command: std::result::Result<Command, String>) -> Result<Tally> {
+    match command {
+        Ok(mut command) => whole(&mut command),
+        Err(reason) => or_skipped(Err(reason)),
+    }
+}
+
 /// Runs a command that passes or fails as a whole.
 fn whole(command: &mut Command) -> Result<Tally> {
     let status = command.status().with_context(|| format!("cannot start {command:?}"))?;
@@ -168,7 +177,7 @@ fn whole(command: &mut Command) -> Result<Tally> {
     Ok(Tally { passed, failed: 1 - passed, skipped: 0 })
 }
 
-/// Runs a command, shows its standard output as it comes and counts the tests it tells of.
+/// Runs a command, shows its standard output meanwhile and counts the tests that it reports.
 fn counted(command: &mut Command, read: fn(&str) -> Option<Tally>) -> Result<Tally> {
     let mut child =
         command.stdout(Stdio::piped()).spawn().with_context(|| format!("cannot start {command:?}"))?;
@@ -180,7 +189,7 @@ fn counted(command: &mut Command, read: fn(&str) -> Option<Tally>) -> Result<Tal
             tally = tally.plus(read(&line).unwrap_or_default());
         }
     }
-    // Something that is no test failed: a crate that does not compile, a test program that crashed.
+    // Something other than a test failed: a crate does not compile, or a test program crashed.
     if !child.wait()?.success() && tally.failed == 0 {
         tally.failed = 1;
     }

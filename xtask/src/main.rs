@@ -1,17 +1,21 @@
-//! Developer commands: `cargo xtask demo`, `docker`, `pages`, `report`, `schema`, `test`, `viewer` and `wheel`.
+//! Developer commands: `cargo xtask demo`, `docker`, `generate`, `pages`, `release`, `report`, `test`, `viewer` and `wheel`.
 
 mod apt;
 mod cargo;
 mod check;
 mod demo;
+#[cfg(test)]
 mod dependencies;
 mod docker;
 mod generate;
 mod http;
 mod instructions;
+mod licences;
 mod pages;
 mod python;
+mod release;
 mod report;
+mod tools;
 mod viewer;
 mod wheel;
 mod workspace;
@@ -34,17 +38,19 @@ enum Task {
     Docker(docker::Options),
     /// Write docs/schema and the types of Python and TypeScript from the Rust types of messages and HTTP bodies.
     Generate,
-    /// Run the pages in a browser: take the pictures of README and docs anew, or measure what the pages cost.
+    /// Run the pages in a browser: take the pictures of README and docs again, or measure the load of the pages.
     Pages {
-        /// What is wanted.
+        /// Pictures or measurements.
         #[arg(value_enum)]
         wanted: pages::Wanted,
     },
     /// Compare speed and error with rapier and MuJoCo over all scenes; write docs/report.
     Report(report::Options),
+    /// Make a version: change its number, build and check the files that are published.
+    Release(release::Options),
     /// Run every test: Rust, Python and the viewer, formatting and lints.
     Test,
-    /// Build the pages' scripts, which the server takes in when it is compiled next.
+    /// Build the pages' scripts, which the next build of the server includes.
     Viewer,
     /// Build the Python package with the engine, the program and its pages, into target/wheels.
     Wheel(wheel::Options),
@@ -58,6 +64,7 @@ fn main() -> ExitCode {
             cargo::build_server(false).and_then(|program| generate::run(&program)).map(|()| true)
         }
         Task::Pages { wanted } => pages::run(wanted).map(|()| true),
+        Task::Release(options) => release::run(&options).map(|()| true),
         Task::Report(options) => report::run(&options).map(|()| true),
         Task::Test => check::run(),
         Task::Viewer => viewer::run().map(|()| true),

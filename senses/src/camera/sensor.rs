@@ -1,6 +1,8 @@
 //! A camera of a run: when it takes images, and the errors of their depth.
 
-use super::{GBuffer, Intrinsics, plain_depth, stereo_depth};
+use super::gbuffer::GBuffer;
+use super::intrinsics::Intrinsics;
+use super::stereo::{plain_depth, stereo_depth};
 use crate::noise::{Noise, SensorNoise};
 use palmares_models::camera::Camera;
 

@@ -1,6 +1,6 @@
 //! Colours, shaded by a light at the camera.
 
-use super::GBuffer;
+use super::gbuffer::GBuffer;
 use super::intrinsics::Intrinsics;
 
 /// Share of ambient light.

@@ -4,7 +4,8 @@
 //! σ pixels and in steps, so that depth scatters by z² σ / (f B). It finds none where something nearer hides the point from
 //! the second imager, where the point is outside the second image, at grazing angles, and in a share of all other pixels.
 
-use super::{GBuffer, Intrinsics};
+use super::gbuffer::GBuffer;
+use super::intrinsics::Intrinsics;
 use crate::noise::Sample;
 use crate::quantise::quantised;
 use palmares_models::camera::{Camera, Stereo};

@@ -3,7 +3,7 @@
 use super::Run;
 use super::cameras::Exposure;
 use super::shots::{Shot, ShotError, shots};
-use crate::observation::Sensing;
+use crate::sensing::Sensing;
 use std::sync::Arc;
 
 impl Run {

@@ -74,8 +74,8 @@ impl Run {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::observation::Sensing;
     use crate::run::telemetry::friction_use;
+    use crate::sensing::Sensing;
     use crate::{Action, BaseTarget, Seed, Task};
     use palmares_models::hand::Hand;
     use palmares_models::{Pose, Vec3};

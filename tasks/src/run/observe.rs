@@ -2,7 +2,8 @@
 
 use super::{Reason, Run};
 use crate::hand_observation::HandObservation;
-use crate::observation::{BodyState, Contacts, Joints, Objects, Observation, Sensing, Truth};
+use crate::observation::{BodyState, Contacts, Joints, Objects, Observation, Truth};
+use crate::sensing::Sensing;
 use crate::table::{Numbers, Table};
 use palmares_senses::{SensorReadings, SensorTable};
 

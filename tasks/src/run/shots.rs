@@ -1,6 +1,6 @@
 //! The images that a request names. Task and hand determine them, before there is a run.
 
-use crate::observation::Sensing;
+use crate::sensing::Sensing;
 use crate::task::Task;
 use palmares_models::camera::Camera;
 use palmares_models::hand::Hand;

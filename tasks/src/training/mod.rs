@@ -1,4 +1,4 @@
-//! What learners may have beyond scored play: shaped rewards, and runs that differ from those of the task.
+//! Only for training: shaped rewards, and runs that differ from those of the task.
 //!
 //! Nothing here is reached from a server. A run's potential is read off it and changes no bit of it; a varied run is one of
 //! a varied task, whose content hash is another, so that neither snapshot nor replay of it passes for one of the task.
@@ -15,9 +15,9 @@ pub use options::Options;
 pub use potential::{Potential, Terms};
 pub use shaper::Shaper;
 
-use crate::observation::Noise;
 use crate::run::Run;
 use crate::seed::Seed;
+use crate::sensing::Noise;
 use crate::settle::SceneError;
 use crate::task::Task;
 use palmares_models::hand::Hand;
