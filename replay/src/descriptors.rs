@@ -146,6 +146,6 @@ mod tests {
             schema::<CameraCalibration>(),
         ];
         let digests = digests.map(|bytes| hex::encode(Sha256::digest(bytes))[..16].to_owned());
-        assert_eq!(digests, ["2578406d1856811b", "7322df3e564d406c", "3f7f3e34541ec2d1", "42d7321e58c9d756"]);
+        assert_eq!(digests, ["2578406d1856811b", "6b1974111b6a5ac3", "3f7f3e34541ec2d1", "42d7321e58c9d756"]);
     }
 }

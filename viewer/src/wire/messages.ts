@@ -5,7 +5,7 @@
 
 /** An accelerometer: it reads acceleration minus gravity, in the frame of its link. */
 export interface Accelerometer {
-  /** Link of the URDF on which it sits. */
+  /** Link of the URDF that carries it. */
   link: string;
   /** Largest magnitude along each axis, m/s². */
   range: number;
@@ -15,28 +15,40 @@ export interface Accelerometer {
   bias: number;
 }
 
-/** `ack`: the action or push was taken. */
+/** `ack`: the action or push is accepted. */
 export interface Ack {
-  /** Of the request. */
+  /** The id of the request. */
   id: number;
-  /** The tick at which it takes effect: the `obs` of this tick is the first to show it. */
+  /** The tick at which it takes effect: the observation of this tick is the first with its effect. */
   tick: number;
 }
 
-/** `act`: from its next tick on a realtime world follows this action. */
+/** `act`: sets the action of a realtime run, from the next tick on. */
 export interface Act {
-  /** Targets; what is left out keeps its last target. */
+  /** Targets; an omitted field keeps its last target. */
   action: Action;
-  /** Cameras whose pictures the next observation shall have; see `step`. */
+  /** Cameras whose images the next observation has; see `step`. */
   cameras?: string[];
 }
 
-/** Targets for one tick. What is left out keeps its last target. */
+/** Targets for one tick. An omitted field keeps its last target. */
 export interface Action {
-  /** Where the hand's base should go. */
+  /** Target of the hand's base. */
   base?: BaseTarget;
   /** σ of every motor, in the hand's motor order, each in [0, 1]. */
   hand?: number[];
+}
+
+/** The action of the step from `tick` to `tick + 1`. */
+export interface ActionMessage {
+  /** The tick before the step. */
+  tick: number;
+  /** As applied: clipped and complete. */
+  action: Action;
+  /** External wrenches that begin with this step. */
+  pushes?: PushMessage[];
+  /** Digest of every bit of the state at `tick + 1`, 16 hexadecimal digits. Early files have it only every hundred ticks. */
+  state?: string;
 }
 
 /** What a motor's sensors read. */
@@ -117,7 +129,7 @@ export interface BodyState {
 /** `bye`: ends the session; an open run is stopped and scored first. */
 export type Bye = Record<string, never>;
 
-/** A depth camera with a colour picture of the same view. Its optical frame has x to the right, y down and z forward. */
+/** A depth camera with a colour image of the same view. Its optical frame has x to the right, y down and z forward. */
 export interface Camera {
   /** Unique among the cameras of a run: `wrist`. */
   name: string;
@@ -131,23 +143,23 @@ export interface Camera {
   height: number;
   /** Horizontal field of view, degrees. */
   fov_deg: number;
-  /** Nearest depth that is told, m. */
+  /** Smallest depth in an image, m. */
   near: number;
-  /** Farthest depth that is told, m. */
+  /** Largest depth in an image, m. */
   far: number;
-  /** What a step of the 16-bit depth is, m. */
+  /** Unit of the 16-bit depth, m. */
   depth_unit: number;
-  /** How it differs from an ideal camera. */
+  /** Errors compared with an ideal camera. */
   stereo: Stereo;
-  /** The link of the hand on which it sits; none for a camera of a task, which stands still. */
+  /** Link of the hand that carries it; absent for a fixed camera of a task. */
   link?: string;
 }
 
-/** What a camera saw. */
+/** An image of a camera. */
 export interface CameraImage {
   /** The camera's name. */
   camera: string;
-  /** The tick after which it was exposed; with `noise: "real"` some ticks ago. */
+  /** The tick after which it was exposed; with `noise: "real"` some ticks before that of the observation. */
   tick: number;
   /** Pixels in a row. */
   width: number;
@@ -157,7 +169,7 @@ export interface CameraImage {
   fx: number;
   /** See `fx`. */
   fy: number;
-  /** The optical axis in the picture, pixels. */
+  /** The optical axis in the image, pixels. */
   cx: number;
   /** See `cx`. */
   cy: number;
@@ -165,7 +177,7 @@ export interface CameraImage {
   position: [number, number, number];
   /** Its orientation, x, y, z, w. */
   quat_xyzw: [number, number, number, number];
-  /** What a step of `depth` is, m. */
+  /** Unit of `depth`, m. */
   depth_unit: number;
   /** Id of the body that is seen, 16 bits a pixel: those of the scene, then the hand's links; 65535 for none. Only with sensing `truth`. */
   bodies?: string;
@@ -175,9 +187,9 @@ export interface CameraImage {
   rgb?: string;
 }
 
-/** A camera in short. */
+/** A camera of a task or a hand. */
 export interface CameraInfo {
-  /** For `step.cameras`; a hand's is called `hand_…` in a task that has one of the same name. */
+  /** Its name in `step.cameras`. A hand's camera has the prefix `hand_` in a task that has a camera of its name. */
   name: string;
   /** Pixels in a row. */
   width: number;
@@ -185,9 +197,9 @@ export interface CameraInfo {
   height: number;
   /** Horizontal field of view, degrees. */
   fov_deg: number;
-  /** What is nearer gives no reading, m. */
+  /** Shortest distance with a reading, m. */
   near: number;
-  /** What is farther gives no reading, m. */
+  /** Longest distance with a reading, m. */
   far: number;
   /** The images that it takes. */
   images: ImageInfo[];
@@ -209,7 +221,7 @@ export interface ChannelInfo {
   description: string;
 }
 
-/** Who is asking: `"name/version"`, or an object. */
+/** The client program: `"name/version"`, or an object. */
 export type ClientInfo =
   | string
   | { name: string; version?: string };
@@ -230,8 +242,16 @@ export interface Clock {
   late_s: number | null;
 }
 
-/** What went wrong. */
+/** The kind of an error. */
 export type Code = 'bad_json' | 'unknown_op' | 'bad_request' | 'bad_action' | 'stale_tick' | 'wrong_state' | 'unknown_task' | 'unknown_hand' | 'unknown_camera' | 'hand_in_the_way' | 'not_authorized' | 'forbidden' | 'session_taken' | 'session_over' | 'capacity' | 'rate_limited' | 'too_large' | 'too_slow' | 'internal' | 'not_found';
+
+/** A colour with its opacity; each component is 0 to 1. */
+export interface Color {
+  r: number;
+  g: number;
+  b: number;
+  a: number;
+}
 
 /** Numbers of a channel that have a unit and a range in common. */
 export interface ColumnInfo {
@@ -247,35 +267,35 @@ export interface ColumnInfo {
   name?: string;
 }
 
-/** The competition. */
+/** The competition, or the practice, that the server runs. */
 export interface Competition {
-  /** For people. */
+  /** Name, for people. */
   name: string;
-  /** `practice`: no token, own seeds, full state. */
+  /** `practice` (no token, own seeds, full state) or `official`. */
   mode: string;
   /** Length of a session, s; null for none. */
   session_s: number | null;
-  /** What each `reset` that opens a run takes from the session, s. */
+  /** Time that each `reset` takes from the session, s. */
   reset_cost_s: number;
-  /** How good the sensors of a run are that does not ask for others; in a competition, of every run. */
+  /** Sensor errors of runs that request none; in a competition, of every run. */
   noise: Noise;
-  /** Tasks that are played with `sensors` only. */
+  /** Tasks whose runs must have sensing `sensors`. */
   sensors_only: string[];
 }
 
 /** What is being played here. */
 export interface CompetitionAnswer {
-  /** For people. */
+  /** Name, for people. */
   name: string;
-  /** `practice`: no token, own seeds, full state. */
+  /** `practice` (no token, own seeds, full state) or `official`. */
   mode: string;
   /** Length of a session, s; null for none. */
   session_s: number | null;
-  /** What each `reset` that opens a run takes from the session, s. */
+  /** Time that each `reset` takes from the session, s. */
   reset_cost_s: number;
-  /** How good the sensors of a run are that does not ask for others; in a competition, of every run. */
+  /** Sensor errors of runs that request none; in a competition, of every run. */
   noise: Noise;
-  /** Tasks that are played with `sensors` only. */
+  /** Tasks whose runs must have sensing `sensors`. */
   sensors_only: string[];
   server: ServerInfo;
   limits: Limits;
@@ -344,7 +364,7 @@ export type ControlReply =
 export interface CoordinateDescription {
   /** Name. */
   name: string;
-  /** Lower limit, rad or m; none where there is none. */
+  /** Lower limit, rad or m; absent if unlimited. */
   minimum: number | null;
   /** Upper limit. */
   maximum: number | null;
@@ -352,8 +372,20 @@ export interface CoordinateDescription {
   stiffness: number;
   /** D, N·m·s/rad. */
   damping: number;
-  /** Where its spring is at rest. */
+  /** Rest position of its spring. */
   rest: number;
+}
+
+/** A cylinder along z. */
+export interface CylinderPrimitive {
+  pose: FoxglovePose;
+  /** Diameters along x and y, and length along z, m. */
+  size: Vector3;
+  /** Diameter of the lower end, relative to `size`. */
+  bottom_scale: number;
+  /** Diameter of the upper end, relative to `size`. */
+  top_scale: number;
+  color: Color;
 }
 
 /** The hand as it is now. */
@@ -377,7 +409,7 @@ export interface ElementDescription {
   /** Name of the coordinate. */
   coordinate: string;
   kind: 'da_vinci';
-  /** Radius of the pulley on the first joint, which the tendon's length is measured in: s is in rad there. */
+  /** Radius of the pulley on the first joint, the unit of the tendon's length: s is in rad there. */
   r0: number;
   /** Radius of the pulley on the first phalanx. */
   r1: number;
@@ -471,19 +503,19 @@ export interface EquilibriumRequest {
   forces?: EquilibriumForce[];
 }
 
-/** `error`: why a request failed. It changed nothing. */
+/** `error`: why a request failed. A request that fails changes nothing. */
 export interface ErrorReply {
-  /** For programs. */
+  /** The kind of the error, for programs. */
   code: Code;
-  /** For people. */
+  /** What is wrong, and what would be right. */
   message: string;
-  /** The connection closes after this. */
+  /** Whether the connection closes after this error. */
   fatal: boolean;
-  /** What the world of the run failed of, when that is why; absent otherwise. */
+  /** The fault of the run's world, if it is the reason; otherwise absent. */
   fault?: Fault;
-  /** Of the request; absent when it could not be read. */
+  /** The id of the request; absent if it could not be read. */
   id?: number;
-  /** When asking again makes sense, s. */
+  /** Time after which to try again, s. */
   retry_after_s?: number;
 }
 
@@ -505,7 +537,7 @@ export interface Events {
   events: Event[];
 }
 
-/** Why a world cannot go on. It stands still from then on. Everybody who tells of a fault, on the wire, in a log or in Python, takes its code and its words from here; a new kind goes to the end, where it changes no bytes of snapshots. */
+/** Reason why a world cannot continue. From then on it does not move. The wire, the log and Python take code and wording of a fault from here. A new kind goes to the end, so that the bytes of snapshots do not change. */
 export type Fault = 'not_finite' | 'out_of_bounds' | 'unsolvable' | 'work_exhausted' | 'crashed';
 
 /** One field. */
@@ -577,6 +609,20 @@ export type Form =
   | Shape
   | VisualMesh;
 
+/** The pose of a shape in the frame of its entity. */
+export interface FoxglovePose {
+  /** Position, m. */
+  position: Vector3;
+  /** Orientation. */
+  orientation: Quaternion;
+}
+
+/** A time, or a duration. */
+export interface FoxgloveTime {
+  sec: number;
+  nsec: number;
+}
+
 /** Which hand, and why. */
 export interface HandDeed {
   hand_id: string;
@@ -588,7 +634,7 @@ export interface HandDeed {
 export interface HandDescription {
   /** Identifier. */
   name: string;
-  /** One sentence for people. */
+  /** One sentence for display. */
   description: string;
   /** Mass of all links, kg. */
   mass: number;
@@ -602,9 +648,9 @@ export interface HandDescription {
   tendons: TendonDescription[];
   /** The fingers, by the names of their first links: the order of `telemetry.fingers`. */
   fingers: string[];
-  /** Rectangles that feel touch. */
+  /** Tactile patches. */
   tactile: PatchDescription[];
-  /** What its sensors are like, and what else it has. */
+  /** Properties of its sensors, and its optional sensors. */
   sensors: Sensors;
   /** Whether the hand's own weight is cancelled. */
   gravity_compensation: boolean;
@@ -612,11 +658,11 @@ export interface HandDescription {
   specs: SpecDescription[];
 }
 
-/** A hand in short; `GET /v1/hands/{name}` has the rest. */
+/** Names of a hand's parts; `GET /v1/hands/{name}` returns its geometry. */
 export interface HandInfo {
-  /** For `reset`. */
+  /** Its name in `reset`. */
   name: string;
-  /** For people. */
+  /** Text for people. */
   description: string;
   /** Names of the motors, in the order of `action.hand`. */
   motors: string[];
@@ -679,13 +725,23 @@ export interface Hands {
   own?: HandRow[];
 }
 
+/** The state at a tick. */
+export interface HashMessage {
+  /** Ticks since reset. */
+  tick: number;
+  /** Digest of every bit of the state, 16 hexadecimal digits. */
+  state: string;
+  /** Hash chain before this message, 64 hexadecimal digits. */
+  chain: string;
+}
+
 /** `hello`: the first request on every connection. */
 export interface Hello {
-  /** Who is asking. In practice its name is the team's name on the leaderboard. */
+  /** The client program. In practice its name is the team's name on the leaderboard. */
   client: ClientInfo;
-  /** From an earlier `welcome`: takes that session up again, within 30 s of losing the connection. */
+  /** From an earlier `welcome`: resumes that session, within 30 s of the loss of its connection. */
   resume_token?: string;
-  /** Practice only: length of the session in s. Without it a practice session has no limit. */
+  /** Practice only: length of the session, s; without it, a practice session has no limit. */
   session_s?: number;
 }
 
@@ -735,9 +791,9 @@ export interface IssuedToken {
 
 /** Encoders of joints. */
 export interface JointEncoders {
-  /** The coordinates that have one, in the order in which they are read. */
+  /** Coordinates with an encoder, in the order of the readings. */
   on: string[];
-  /** Least step, rad. */
+  /** Resolution, rad. */
   resolution: number;
   /** Standard deviation of the constant error of each, rad. */
   bias: number;
@@ -751,6 +807,12 @@ export interface Joints {
   position: number[];
   /** rad/s */
   velocity: number[];
+}
+
+/** A remark on an entity; none is written. */
+export interface KeyValuePair {
+  key: string;
+  value: string;
 }
 
 /** The ranking. */
@@ -785,27 +847,27 @@ export type Length =
   | number
   | string;
 
-/** What a client must keep to. */
+/** Limits of requests and connections; those of actions are in `specs`. */
 export interface Limits {
-  /** Largest inbound message. */
+  /** Largest message of a client, bytes. */
   message_bytes: number;
   /** Largest `repeat` of a `step`. */
   repeat: number;
-  /** Requests per second that a connection may keep up. */
+  /** Largest rate of requests of a connection, 1/s. */
   requests_per_s: number;
-  /** Requests it may send at once beyond that rate. */
+  /** Requests that a connection may send at once above that rate. */
   requests_burst: number;
-  /** How long a session waits for its client to come back, s. */
+  /** How long a session without a connection waits for its client, s. */
   resume_grace_s: number;
   /** Period of the server's pings, s. */
   ping_interval_s: number;
-  /** A connection silent for this long, or that does not take a message for this long, is dropped, s. */
+  /** A connection that is silent, or does not read a message, for this long is closed, s. */
   ping_timeout_s: number;
-  /** A connection that has not said hello for this long is closed, s. */
+  /** How long a connection may be open before `hello`, s. */
   hello_timeout_s: number;
-  /** In real time: for so many ticks a silent controller's last action goes on; then the hand holds still. */
+  /** Realtime: after this number of ticks without an action, the hand holds still. */
   hold_ticks: number;
-  /** In real time: observations that wait for a slow client; of more the oldest is dropped. */
+  /** Realtime: largest number of unread observations; the server drops the oldest of more. */
   outbox_obs: number;
 }
 
@@ -813,7 +875,7 @@ export interface Limits {
 export interface LinkDescription {
   /** Name. */
   name: string;
-  /** Name of the parent link; none for the base. */
+  /** Name of the parent link; absent for the base. */
   parent: string | null;
   /** Name of the coordinate that moves it. */
   coordinate: string | null;
@@ -823,7 +885,7 @@ export interface LinkDescription {
   mass: number;
   /** Centre of mass in the link frame, m. */
   com: [number, number, number];
-  /** Where it is in the base frame when the hand is at rest. */
+  /** Pose in the base frame when the hand is at rest. */
   base_from_link_at_rest: PoseDescription;
   /** Collision shapes. */
   shapes: PlacedShape[];
@@ -856,7 +918,7 @@ export interface Measured {
   unit: string;
 }
 
-/** How time passes in a run. */
+/** How the world of a run is clocked. */
 export type Mode = 'lockstep' | 'realtime';
 
 /** What a motor is told and does. */
@@ -883,9 +945,9 @@ export interface MotorDescription {
   speed_limit: number;
 }
 
-/** The encoder of a motor, and how its tension is known: by the motor's current. */
+/** The encoder of a motor, and its estimate of tension from the motor's current. */
 export interface MotorSensor {
-  /** Least step of the position, in σ. */
+  /** Resolution of the position, in σ. */
   resolution: number;
   /** Standard deviation of its constant error, in σ. */
   bias: number;
@@ -989,7 +1051,7 @@ export interface Opened {
 /** What may be told beside the poses. */
 export type Overlay = 'telemetry' | 'contacts' | 'verdicts';
 
-/** A rectangle on a link that feels touch: in the xy-plane of its frame, z outwards. */
+/** A tactile patch: a rectangle on a link, in the xy-plane of its frame, z outwards. */
 export interface PatchDescription {
   /** Name. */
   name: string;
@@ -1005,13 +1067,13 @@ export interface PatchDescription {
   taxels: [number, number];
 }
 
-/** `perturb`: practice only. A wrench acts on a link of the hand from the next tick on. */
+/** `perturb`: applies a wrench to a link of the hand, from the next tick on. Practice only. */
 export interface Perturb {
   /** Name of a link of the hand. */
   link: string;
-  /** World frame; the torque is about the link's origin, where the force acts. */
+  /** World frame. The force acts at the origin of the link, and the torque is about it. */
   wrench: PushWrench;
-  /** For how long, s of simulated time. */
+  /** Duration, s of simulated time. */
   duration_s: number;
 }
 
@@ -1054,6 +1116,14 @@ export interface Poses {
   telemetry?: Telemetry;
 }
 
+/** A box, or an ellipsoid. */
+export interface Primitive {
+  pose: FoxglovePose;
+  /** Extents of the box, or diameters of the ellipsoid, m. */
+  size: Vector3;
+  color: Color;
+}
+
 /** An error, RFC 9457. */
 export interface Problem {
   /** No page describes the codes one by one: the standard's word for that. */
@@ -1065,12 +1135,30 @@ export interface Problem {
   retry_after_s?: number;
 }
 
+/** An external wrench on a link. */
+export interface PushMessage {
+  /** Name of the link. */
+  link: string;
+  /** World frame. */
+  wrench: Wrench;
+  /** Duration, s. */
+  duration_s: number;
+}
+
 /** Force and torque. */
 export interface PushWrench {
   /** N */
   force: [number, number, number];
-  /** N·m; none when left out. */
+  /** N·m */
   torque?: [number, number, number];
+}
+
+/** A unit quaternion. */
+export interface Quaternion {
+  x: number;
+  y: number;
+  z: number;
+  w: number;
 }
 
 /** `leaderboard`: the ranking. */
@@ -1082,15 +1170,15 @@ export interface Ranking {
 /** Why a run ended. */
 export type Reason = 'stopped' | 'complete' | 'session_over' | 'disconnected' | 'time_limit' | 'world_fault' | 'voided';
 
-/** An axis-aligned region of space. */
+/** An axis-aligned region that the rules refer to, such as the inside of `box_b`. */
 export interface Region {
-  /** `box_a`, `box_b`. */
+  /** Name, such as `box_b`. */
   name: string;
-  /** m */
+  /** Lower corner, m. */
   min: [number, number, number];
-  /** m */
+  /** Upper corner, m. */
   max: [number, number, number];
-  /** The part it plays in the rules: `start`, `goal`; none for others. */
+  /** Role in the rules: `start` or `goal`; absent for others. */
   role?: string;
 }
 
@@ -1098,7 +1186,7 @@ export interface Region {
 export interface ReplayInfo {
   /** SHA-256 of the file, 64 hexadecimal digits. */
   sha256: string;
-  /** Its size. */
+  /** Size of the file. */
   bytes: number;
 }
 
@@ -1108,17 +1196,17 @@ export interface Reset {
   task: string;
   /** Name of a hand, see `welcome.hands`. */
   hand: string;
-  /** Cameras to look through at tick 0; see `step`. */
+  /** Cameras whose images the observation of tick 0 has; see `step`. */
   cameras?: string[];
-  /** How time passes. */
+  /** How the world is clocked. */
   mode?: Mode;
-  /** How good the sensors are; in a competition the organizer says. Left out: as the competition has it. */
+  /** The errors of the sensors; without it, those of `welcome.competition`, which a competition prescribes. */
   noise?: Noise;
-  /** None are defined yet; must be left out or empty. */
+  /** No options are defined; empty. */
   options?: Record<string, unknown>;
-  /** Practice only: which scene, 0 to 2⁵³ − 1. Left out, the server draws one. */
+  /** Practice only: number of the scene, 0 to 2⁵³ − 1; without it, the server draws one. */
   seed?: number;
-  /** How much `obs` shows. */
+  /** How much of the state the observations have. */
   sensing?: Sensing;
 }
 
@@ -1139,7 +1227,7 @@ export interface RunDeed {
   reason?: string;
 }
 
-/** The session's present run. */
+/** The session's open run. */
 export interface RunInfo {
   /** Identifies the run. */
   run_id: string;
@@ -1147,11 +1235,11 @@ export interface RunInfo {
   task: string;
   /** Its hand. */
   hand: string;
-  /** How time passes in it. */
+  /** How its world is clocked. */
   mode: Mode;
   /** The current tick, which the next `step` must name. */
   tick: number;
-  /** False when the server closed it (time limit, end of the session): `stop` fetches the result. */
+  /** False if the server closed it (time limit, end of the session): `stop` returns the result. */
   open: boolean;
 }
 
@@ -1198,19 +1286,19 @@ export interface RunRecord {
   verify_note?: string;
 }
 
-/** `result`: what a finished run is worth. It stands in the server's database when this is sent. */
+/** `result`: the outcome of a finished run. The server has stored it before it sends it. */
 export interface RunResult {
   /** Identifies the run. */
   run_id: string;
   /** Its task. */
   task: string;
-  /** SHA-256 of everything that the task is, 64 hexadecimal digits. */
+  /** SHA-256 of the whole task, 64 hexadecimal digits. */
   task_hash: string;
   /** Its hand. */
   hand: string;
-  /** How time passed in it. */
+  /** How its world was clocked. */
   mode: Mode;
-  /** `practice`, or `voided` after a fault of the server. */
+  /** `practice`; `training` for a run with training options; in a competition `provisional`; `aborted` if it ended at tick 0; `voided` after a fault of the server or by a decision of the organizer. */
   status: string;
   /** Points. */
   score: number;
@@ -1220,31 +1308,31 @@ export interface RunResult {
   outside: number;
   /** Why the run ended. */
   reason: Reason;
-  /** Ticks played. */
+  /** Number of ticks. */
   ticks: number;
-  /** s of simulated time played. */
+  /** Simulated time, s. */
   sim_time_s: number;
-  /** In real time: ticks for which no new action had come. */
+  /** Realtime: ticks without a new action. */
   missed_ticks: number;
-  /** In real time: ticks that the server began more than half a tick after they were due. */
+  /** Realtime: ticks that the server began more than half a tick after they were due. */
   late_ticks: number;
-  /** In real time: the latest beginning of a tick, s. */
+  /** Realtime: longest such delay, s. */
   late_max_s: number;
-  /** In real time: observations that the client did not take in time. */
+  /** Realtime: observations that the server dropped because the client did not read them in time. */
   dropped_obs: number;
   /** Hash of the final state, 16 hexadecimal digits. */
   state_hash: string;
-  /** Everything the referee noted. */
+  /** All events of the referee. */
   events: Event[];
-  /** s; null for a session without a limit. */
+  /** Remaining time, s; null for a session without a limit. */
   session_left_s: number | null;
-  /** What the world failed of; absent when it did not. */
+  /** The fault of its world; absent if there was none. */
   fault?: Fault;
-  /** Of the request; absent when the server closed the run and tells it unasked. */
+  /** The id of the request; absent if the server closed the run. */
   id?: number;
-  /** For people: what that means and what to try; absent when the world did not fail. */
+  /** What the fault means and what to try, for people; absent without a fault. */
   note?: string;
-  /** Its replay; absent when the run was not recorded. */
+  /** Its replay; absent if the run was not recorded. */
   replay?: ReplayInfo;
 }
 
@@ -1256,50 +1344,81 @@ export interface Runs {
   runs: WatchRun[];
 }
 
-/** Everything a controller needs to know about the world, sent in the reply to `reset`. */
+/** The world at tick 0, in the reply to `reset`. */
 export interface Scene {
-  /** Fixed and free bodies. Free ones come first, in the order of `truth.objects`. */
+  /** All bodies: free ones first, in the order of `truth.objects`. */
   bodies: SceneBody[];
-  /** Named regions the rules speak of. */
+  /** Regions that the rules refer to. */
   regions: Region[];
-  /** m/s² */
+  /** Gravity, m/s². */
   gravity: [number, number, number];
 }
 
-/** A body and its shapes. */
+/** A body and its shapes, in the world frame at tick 0. */
 export interface SceneBody {
   /** Index in the scene. */
   id: number;
-  /** Unique name: `ball_3`, `box_a`. */
+  /** Unique name, such as `ball_3` or `box_a`. */
   name: string;
   /** False for furniture. */
   free: boolean;
-  /** kg; 0 for furniture. */
+  /** Mass, kg; 0 for furniture. */
   mass: number;
   /** Centre of mass in the body frame, m. */
   com: [number, number, number];
-  /** Coulomb friction coefficient of two surfaces like this one; two bodies have the geometric mean of theirs. */
+  /** Coulomb coefficient between two such surfaces; two bodies have the geometric mean of theirs. */
   friction: number;
   /** Convex parts in the body frame. */
   parts: ScenePart[];
-  /** sRGB, for viewers. */
+  /** sRGB, 0 to 1. */
   color: [number, number, number];
-  /** A horizontal ground that goes on for ever: its surface is the top of its one part, which shows some of it. */
+  /** Infinite horizontal ground: its surface is the top of its only part, a box that is for drawing. */
   endless?: boolean;
-  /** Position at tick 0, m; not told of free bodies when the run's sensing is `sensors`. */
+  /** Origin, m; absent for free bodies in a run with sensing `sensors`. */
   position?: [number, number, number];
-  /** Orientation at tick 0, x, y, z, w; told or not as the position. */
+  /** Orientation, x, y, z, w; absent where the position is. */
   quat_xyzw?: [number, number, number, number];
+}
+
+/** A body: a link of the hand, an object or furniture. */
+export interface SceneEntity {
+  timestamp: FoxgloveTime;
+  /** The frame that the entity is fixed in. */
+  frame_id: string;
+  /** Identifies the entity. */
+  id: string;
+  /** Zero: as long as the file. */
+  lifetime: FoxgloveTime;
+  /** Whether the entity follows its frame. */
+  frame_locked: boolean;
+  metadata: KeyValuePair[];
+  cubes: Primitive[];
+  spheres: Primitive[];
+  cylinders: CylinderPrimitive[];
+  triangles: TriangleListPrimitive[];
+}
+
+/** The removal of an entity; none is written. */
+export interface SceneEntityDeletion {
+  timestamp: FoxgloveTime;
+  type: number;
+  id: string;
 }
 
 /** A convex part of a body. */
 export interface ScenePart {
-  /** In the body frame, m. */
+  /** Origin in the body frame, m. */
   position: [number, number, number];
-  /** x, y, z, w */
+  /** Orientation, x, y, z, w. */
   quat_xyzw: [number, number, number, number];
-  /** Geometry. */
+  /** Shape, centred on its own frame. */
   shape: Shape;
+}
+
+/** The shapes of all bodies. */
+export interface SceneUpdate {
+  deletions: SceneEntityDeletion[];
+  entities: SceneEntity[];
 }
 
 /** `score`: what the run would be worth if it ended now. */
@@ -1315,23 +1434,23 @@ export interface Score {
 /** How much a controller may see. */
 export type Sensing = 'sensors' | 'truth';
 
-/** What the sensors of a hand are like, and which it has beside its motors' own. The arm it is mounted on brings the sensors of its wrist. */
+/** Properties of the sensors of a hand, and its sensors besides those of the motors. The arm that carries it has the sensors of its wrist. */
 export interface Sensors {
-  /** Every motor's. */
+  /** Sensor of every motor. */
   motors: MotorSensor;
-  /** What a taxel of its tactile patches is like. */
+  /** Taxels of its tactile patches. */
   touch: Touch;
-  /** Feels accelerations; none when the hand has none. */
+  /** Accelerometer; absent if the hand has none. */
   accelerometer?: Accelerometer;
-  /** Cameras on it. */
+  /** Cameras on the hand. */
   cameras?: Camera[];
-  /** Encoders of joints; none when the hand has none. */
+  /** Encoders of joints; absent if the hand has none. */
   joints?: JointEncoders;
 }
 
-/** The program. */
+/** The program of the server. */
 export interface ServerInfo {
-  /** Version of the program. */
+  /** Version. */
   version: string;
   /** Commit it was built from. */
   build_hash: string;
@@ -1387,7 +1506,7 @@ export interface Sessions {
   sessions: Session[];
 }
 
-/** A convex shape centred on its own frame. Lengths in m. Cylinders and capsules stand along z. */
+/** A convex shape centred on its own frame. Lengths in m. The axis of cylinders and capsules is z. */
 export type Shape =
   | { type: 'sphere'; radius: number }
   | { type: 'capsule'; radius: number; half_length: number }
@@ -1426,7 +1545,7 @@ export interface SpecDescription {
   shape: [number];
   /** Unit. */
   unit: string;
-  /** Least value of each entry; none where there is no bound. */
+  /** Smallest value of each entry; absent if unbounded. */
   minimum: (number | null)[];
   /** Largest value of each entry. */
   maximum: (number | null)[];
@@ -1442,35 +1561,35 @@ export interface Specs {
 
 /** `step`: advances the world by `repeat` ticks under one action. */
 export interface Step {
-  /** The current tick: that of the last `obs`. */
+  /** The current tick: that of the last observation. */
   tick: number;
-  /** Targets; what is left out keeps its last target. */
+  /** Targets; an omitted field keeps its last target. */
   action: Action;
-  /** Cameras whose pictures the observation shall have: `name` for depth, or `name.depth`, `name.rgb`, `name.bodies`. */
+  /** Cameras whose images the observation has: `name` for depth, or `name.depth`, `name.rgb`, `name.bodies`. */
   cameras?: string[];
-  /** Ticks to advance, 1 to `welcome.limits.repeat`; 1 when left out. Ends early when the run is over. */
+  /** Ticks to advance, 1 to `welcome.limits.repeat`. The step is shorter if the run ends. */
   repeat?: number;
 }
 
-/** What a real stereo camera does to depth. */
+/** Errors of a real stereo camera in depth. */
 export interface Stereo {
-  /** Pictures per second. */
+  /** Images per second. */
   rate_hz: number;
-  /** From exposure until the picture can be read, s. */
+  /** Time from the exposure until the image is available, s. */
   latency_s: number;
   /** Distance between the two imagers, m; the second is to the right. */
   baseline: number;
   /** Standard deviation of the disparity, pixels. */
   disparity_noise: number;
-  /** Least step of the disparity, pixels. */
+  /** Resolution of the disparity, pixels. */
   disparity_step: number;
-  /** Beyond this angle between the surface's normal and the view nothing is seen, degrees. */
+  /** Angle between surface normal and view beyond which there is no depth, degrees. */
   grazing_deg: number;
-  /** Part of the pixels that are lost at random. */
+  /** Part of the pixels that drop out at random. */
   dropout: number;
 }
 
-/** `stop`: lets the objects settle, counts, closes the run. */
+/** `stop`: lets the objects settle, counts them and closes the run. */
 export type Stop = Record<string, never>;
 
 /** What a team is told of a hand that it sent in. */
@@ -1533,21 +1652,21 @@ export interface TaskBest {
   ended_unix_ms: number;
 }
 
-/** A task in short. */
+/** Constants of a task. */
 export interface TaskInfo {
-  /** For `reset`. */
+  /** Its name in `reset`. */
   name: string;
-  /** For people. */
+  /** Text for people. */
   description: string;
   /** Length of a tick, s. */
   tick_s: number;
-  /** Length of a physics step, s. */
+  /** Time step of the integrator, s. */
   step_s: number;
   /** Longest run, s of simulated time. */
   time_limit_s: number;
   /** Its cameras. */
   cameras: CameraInfo[];
-  /** SHA-256 of everything that it is, 64 hexadecimal digits. */
+  /** SHA-256 of the whole task, 64 hexadecimal digits. */
   hash: string;
 }
 
@@ -1606,9 +1725,9 @@ export interface TendonDescription {
   motor: string;
   /** Its row of R at rest, one entry per coordinate. */
   moment_arms: number[];
-  /** What makes R depend on the configuration. */
+  /** Elements whose moment arm depends on the configuration. */
   elements: ElementDescription[];
-  /** Whether it pushes as well as it pulls. */
+  /** Whether it is a drive that pushes as well as pulls. */
   both_ways: boolean;
   /** K */
   stiffness: number;
@@ -1618,28 +1737,28 @@ export interface TendonDescription {
   force_limit: number;
 }
 
-/** `time`: how the session's clock stands. */
+/** `time`: requests the session's clock. */
 export type Time = Record<string, never>;
 
-/** `time`: how the session's clock stands. */
+/** `time`: the session's clock. */
 export interface TimeReport {
-  /** Of the request. */
+  /** The id of the request. */
   id: number;
-  /** What is left, s; null for a session without a limit. */
+  /** Remaining time, s; null for a session without a limit. */
   session_left_s: number | null;
   /** Length of the session, s; null for none. */
   session_s: number | null;
-  /** The greater of the next two, s. */
+  /** The greater of `wall_s` and `simulated_s`, s. */
   elapsed_s: number;
-  /** Wall-clock time since the first reset, pauses left out, s. */
+  /** Wall-clock time since the first reset, without pauses, s. */
   wall_s: number;
   /** Simulated time of all runs, s. */
   simulated_s: number;
-  /** Time given back for faults of the server, s; the other times are without it. */
+  /** Time that was refunded for faults of the server, s; it is not part of the other times. */
   refunded_s: number;
-  /** Whether an organizer has stopped the clock. */
+  /** Whether an organizer pauses the session. */
   paused: boolean;
-  /** The session's run, if any. */
+  /** The session's open run, if any. */
   run: RunInfo | null;
   /** The server's clock, ms since 1970 UTC. */
   server_unix_ms: number;
@@ -1673,22 +1792,34 @@ export interface Tokens {
   tokens: TokenRow[];
 }
 
-/** What a taxel is like. */
+/** Properties of a taxel. */
 export interface Touch {
-  /** The pressure below a point of contact spreads so far to each side, m. */
+  /** Distance by which the pressure below a contact point spreads to each side, m. */
   footprint: number;
-  /** How far beside the patch's plane a touched point may lie, m: the bulge of a curved surface. */
+  /** Largest distance of a touched point from the patch's plane, m: the bulge of a curved surface. */
   depth: number;
-  /** Whether forces along the surface are felt. */
+  /** Whether it measures forces along the surface. */
   shear: boolean;
-  /** Least step, N. */
+  /** Resolution, N. */
   resolution: number;
-  /** Largest force that is told of one taxel, N. */
+  /** Largest force on a taxel, N. */
   saturation: number;
   /** Standard deviation of the noise, N. */
   noise: number;
   /** Readings per second. */
   rate_hz: number;
+}
+
+/** Triangles. */
+export interface TriangleListPrimitive {
+  pose: FoxglovePose;
+  /** Corners, m. */
+  points: Vector3[];
+  color: Color;
+  /** The colour of each corner; empty: `color` for all. */
+  colors: Color[];
+  /** Three indices into `points` for each triangle. */
+  indices: number[];
 }
 
 /** The full state. */
@@ -1701,6 +1832,13 @@ export interface Truth {
   contacts: Contacts;
   /** Where the free hand would rest at the present motor position, rad; empty if that is not defined. */
   predicted_equilibrium: number[];
+}
+
+/** A vector, m. */
+export interface Vector3 {
+  x: number;
+  y: number;
+  z: number;
 }
 
 /** What the referee thinks of an object. */
@@ -1749,11 +1887,11 @@ export interface Visuals {
   parts: VisualPart[];
 }
 
-/** `warning`: the session's time is running out. Sent unasked at 300, 60 and 10 s. */
+/** `warning`: the session's time is running out. It comes when 300, 60 and 10 s are left. */
 export interface Warning {
-  /** Which of the marks was passed, s. */
+  /** The mark that was passed: 300, 60 or 10 s. */
   mark_s: number;
-  /** What is left, s. */
+  /** Remaining time, s. */
   session_left_s: number;
 }
 
@@ -1829,33 +1967,33 @@ export interface WatchScene {
   readings?: ChannelInfo[];
 }
 
-/** `welcome`: what this server offers. */
+/** `welcome`: everything that holds for the whole session. */
 export interface Welcome {
-  /** Of the request. */
+  /** The id of the request. */
   id: number;
   /** Identifies the session. */
   session_id: string;
-  /** Secret that takes the session up again on a new connection. */
+  /** Secret with which a new connection resumes the session. */
   resume_token: string;
   /** Name of the team on the leaderboard. */
   team: string;
-  /** s; null for a session without a limit. */
+  /** Remaining time, s; null for a session without a limit. */
   session_left_s: number | null;
   /** The competition. */
   competition: Competition;
   /** The program. */
   server: ServerInfo;
-  /** What a client must keep to. */
+  /** Limits of requests and connections. */
   limits: Limits;
-  /** Tasks that can be played. */
+  /** Tasks of the server. */
   tasks: TaskInfo[];
-  /** Hands that can be played with. */
+  /** Hands of the server. */
   hands: HandInfo[];
   /** Fields of actions and observations. */
   specs: Specs;
-  /** The run that goes on, when a session is taken up again; else null. */
+  /** The open run of a session that is resumed; otherwise null. */
   run: RunInfo | null;
-  /** For people: what is odd about the team's name. Absent when nothing is. */
+  /** A remark on the team's name, for people; absent if there is none. */
   note?: string;
 }
 

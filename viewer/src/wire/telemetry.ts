@@ -17,6 +17,7 @@ export interface TelemetryRecord {
   finger_force: number[];
   finger_torque: number[];
   touch: number[];
+  readings: number[];
 }
 
 /** Its fields by number. */
@@ -38,4 +39,5 @@ export const TELEMETRY_FIELDS = {
   16: { name: 'finger_force', type: 'float', repeated: true },
   17: { name: 'finger_torque', type: 'float', repeated: true },
   18: { name: 'touch', type: 'float', repeated: true },
+  19: { name: 'readings', type: 'float', repeated: true },
 } as const;
