@@ -26,7 +26,7 @@ HALF: Any = 0.5
 SEEDS: Any = [1, -1]
 
 
-def test_a_seed_that_is_none_changes_nothing() -> None:
+def test_an_invalid_seed_changes_nothing() -> None:
     world = sim.World("balls", "softhand", 3)
     world.step(hand=[0.5], repeat=5)
     before = world.state_hash()
@@ -83,7 +83,7 @@ def test_the_limit_is_that_of_a_server(tmp_path: Path) -> None:
         assert far.step(repeat=MANY).tick == REPEAT
 
 
-def test_a_run_that_is_over_says_what_to_do() -> None:
+def test_a_step_after_the_end_names_the_remedy() -> None:
     with palmares.Client("local") as client:
         client.reset("grasp", "pinch", seed=1)
         assert client.world is not None
@@ -94,7 +94,7 @@ def test_a_run_that_is_over_says_what_to_do() -> None:
             client.world.step()
 
 
-def test_numbers_that_are_not_finite_are_told_as_they_are() -> None:
+def test_the_error_shows_numbers_that_are_not_finite() -> None:
     with palmares.Client("local") as client:
         client.reset("balls", "softhand", seed=1)
         for thing in (client, client.world):

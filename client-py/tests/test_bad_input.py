@@ -135,13 +135,13 @@ def test_seeds_of_a_batch(batch: Any, seeds: Any, mask: Any) -> None:
 
 
 @given(st.one_of(st.just("grasp"), odd), st.one_of(st.just("pinch"), odd), odd, odd, odd)
-def test_what_a_world_is_made_of(task: Any, hand: Any, seed: Any, sensing: Any, noise: Any) -> None:
+def test_arguments_of_a_world(task: Any, hand: Any, seed: Any, sensing: Any, noise: Any) -> None:
     with contextlib.suppress(*REFUSED):
         sim.World(task, hand, seed, sensing=sensing, noise=noise)
 
 
 @given(st.one_of(st.integers(-(2**70), 3), st.integers(100_001, 2**70), odd), odd)
-def test_what_a_batch_is_made_of(count: Any, threads: Any) -> None:
+def test_arguments_of_a_batch(count: Any, threads: Any) -> None:
     with contextlib.suppress(*REFUSED):
         sim.Batch("grasp", "pinch", count, threads=threads)
 

@@ -219,7 +219,7 @@ def test_a_lost_server_is_given_up(server: FakeServer, monkeypatch: pytest.Monke
             client.time()
 
 
-def test_no_server_says_what_to_do() -> None:
+def test_a_missing_server_is_an_error_with_a_remedy() -> None:
     with pytest.raises(palmares.NoServerError, match="is `palmares serve` running"):
         palmares.Client("http://127.0.0.1:1")
 

@@ -35,6 +35,6 @@ def test_the_guide_names_every_id_of_gymnasium() -> None:
     assert told == set(names())
 
 
-def test_nobody_is_told_to_run_an_example_by_a_path_of_the_sources() -> None:
+def test_no_document_runs_an_example_by_a_path_of_the_sources() -> None:
     for page in PAGES:
         assert "python client-py/src" not in page.read_text(), page

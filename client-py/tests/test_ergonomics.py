@@ -46,7 +46,7 @@ class Cells(HTMLParser):
         self.cells.append(data)
 
 
-def test_observations_scenes_and_results_are_told_in_words_and_as_tables() -> None:
+def test_observations_scenes_and_results_print_as_text_and_tables() -> None:
     with palmares.Client("local") as client:
         obs = client.reset("balls", "softhand", seed=1)
         obs = client.step(base=STILL, hand=[0.5], repeat=30)
@@ -71,7 +71,7 @@ def test_observations_scenes_and_results_are_told_in_words_and_as_tables() -> No
     assert "sphere, 100 × 100 × 100 mm, 1000 g" in repr(client.scene)
 
 
-def test_a_view_escapes_what_is_no_html() -> None:
+def test_a_table_escapes_html() -> None:
     from palmares import views
 
     assert "<b>" not in views.html("<b>", [("<b>", "a & b")])
@@ -79,7 +79,7 @@ def test_a_view_escapes_what_is_no_html() -> None:
 
 
 @pytest.mark.parametrize("url", ["local", "server"])
-def test_the_first_clipped_action_is_told_and_no_other(url: str) -> None:
+def test_only_the_first_clipped_action_warns(url: str) -> None:
     with FakeServer() as server, palmares.Client("local" if url == "local" else server.url) as client:
         client.reset("balls", "softhand", seed=1)
         with warnings.catch_warnings():
@@ -162,7 +162,7 @@ def test_a_long_call_shows_a_bar_and_a_short_one_does_not(monkeypatch: pytest.Mo
     assert file.getvalue() == ""
 
 
-def test_the_engine_tells_how_far_it_has_got() -> None:
+def test_the_engine_reports_its_progress() -> None:
     from palmares import _native
 
     batch = _native.Batch("balls", "softhand", 6, "truth", "none", 1, None)

@@ -124,7 +124,7 @@ def test_the_reflex_closes_along_the_wall() -> None:
     assert plan.at[0] < by_the_wall[0, 0]
 
 
-def test_the_reflex_fits_into_a_corner_and_beside_another_ball() -> None:
+def test_the_reflex_fits_into_a_corner_next_to_another_ball() -> None:
     two = np.array([[0.195, 0.195, 0.05], [0.095, 0.195, 0.05]])
     plan = reflex.choose(two, [0, 1], 0.05, BOX, [])
     assert plan is not None

@@ -78,7 +78,7 @@ def test_every_fault_has_words() -> None:
     assert all("; " in words for words in sim.FAULTS.values())
 
 
-def test_a_world_says_of_what_it_failed(billion: str) -> None:
+def test_a_world_reports_the_cause_of_its_failure(billion: str) -> None:
     world, ticks = sim.World("grasp", billion, seed=1), [0]
 
     def step(sigma: int) -> None:
@@ -95,7 +95,7 @@ def test_a_world_says_of_what_it_failed(billion: str) -> None:
     assert (sound.result().fault, sound.result().note) == (None, None)
 
 
-def test_a_batch_says_of_what_its_worlds_failed(billion: str) -> None:
+def test_a_batch_reports_the_causes_of_failures(billion: str) -> None:
     batch = sim.Batch("grasp", billion, 2, threads=1)
     batch.reset([1, 2])
     for k in range(500):
@@ -118,7 +118,7 @@ def test_a_batch_says_of_what_its_worlds_failed(billion: str) -> None:
     assert (sound["fault"], sound["note"]) == (None, None)
 
 
-def test_environments_say_it(billion: str) -> None:
+def test_environments_report_the_cause(billion: str) -> None:
     env = palmares.gym.PalmaresEnv("local", task="grasp", hand=billion, ticks=1)
     env.reset(seed=1)
     error = failure(lambda sigma: env.step({"twist": np.zeros(6), "hand": np.full(2, float(sigma))}))
@@ -140,7 +140,7 @@ def test_environments_say_it(billion: str) -> None:
     assert result["fault"][failed] in result["note"][failed]
 
 
-def test_a_local_client_says_it(billion: str) -> None:
+def test_a_local_client_reports_the_cause(billion: str) -> None:
     with palmares.Client("local") as client:
         client.reset("grasp", billion, seed=1)
         error = failure(lambda sigma: client.step(hand=[sigma, sigma]))
@@ -151,7 +151,7 @@ def test_a_local_client_says_it(billion: str) -> None:
 
 
 @needs_server
-def test_a_server_says_it_in_lockstep_and_in_real_time(billion: str, tmp_path: Path) -> None:
+def test_a_server_reports_the_cause_in_lockstep_and_in_real_time(billion: str, tmp_path: Path) -> None:
     limits = tmp_path / "limits.toml"
     limits.write_text("[hand_limits]\n" + "".join(f"{figure} = inf\n" for figure in BOUND))
     arguments = ["--config", str(limits), "--hand", billion]
@@ -172,7 +172,7 @@ def test_a_server_says_it_in_lockstep_and_in_real_time(billion: str, tmp_path: P
         assert f"({result.fault})" in result.note
 
 
-def test_what_another_server_says_of_a_fault_is_kept() -> None:
+def test_faults_of_another_server_are_kept() -> None:
     with FakeServer() as server, palmares.Client(server.url) as client:
         client.reset("balls", "softhand")
         message = "the world failed (melted) in tick 1, step 3: it is too warm; try ice"
@@ -188,7 +188,7 @@ def test_what_another_server_says_of_a_fault_is_kept() -> None:
 
 
 @pytest.mark.parametrize("given_back", [True, False])
-def test_a_lost_run_tells_its_note(given_back: bool) -> None:
+def test_the_error_of_a_lost_run_has_its_note(given_back: bool) -> None:
     note = "the world failed (unsolvable)" + ("" if given_back else ". Its time is not given back: why")
     result = Result(
         run_id="r", task="t", hand="h", status="voided", score=0.0, in_goal=0, outside=0,

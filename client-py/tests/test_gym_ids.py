@@ -38,7 +38,7 @@ def same(a: dict[str, Any], b: dict[str, Any]) -> bool:
 
 
 @pytest.mark.parametrize("name", [IDS[0], IDS[4], IDS[8], IDS[9], IDS[14]])
-def test_gymnasium_has_nothing_to_say(name: str) -> None:
+def test_the_checker_of_gymnasium_accepts_an_environment(name: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         env = gymnasium.make(name, render_mode="rgb_array")
@@ -140,7 +140,7 @@ def test_a_missing_reset_is_an_error_when_resets_are_by_hand(short: str) -> None
         envs.reset(seed=[1, 2])  # type: ignore[arg-type]
 
 
-def test_what_only_a_server_has_is_refused_without_one() -> None:
+def test_arguments_for_a_server_are_refused_without_one() -> None:
     with pytest.raises(ValueError, match="give the server's url"):
         palmares.gym.PalmaresEnv(None, render_mode="human")
     with pytest.raises(ValueError, match="render_mode: found 'ansi'"):

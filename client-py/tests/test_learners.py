@@ -92,7 +92,7 @@ def test_cross_entropy_gives_the_same_curve_for_any_number_of_threads(
     assert not np.allclose(moved, train_grasp_cem.START)
 
 
-def test_decisions_show_nothing_but_the_senses() -> None:
+def test_decisions_use_only_the_sensors() -> None:
     seeds = grasp_runs.test_scenes(2)
     decisions = train_lift_sb3.Decisions(2, iter(seeds * 2), threads=1)
     assert "objects" not in decisions.batch.fields

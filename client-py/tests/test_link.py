@@ -129,7 +129,7 @@ def test_a_restart_that_voids_the_run_is_an_error(server: FakeServer) -> None:
         assert client.reset("balls", "softhand").tick == 0
 
 
-def test_a_restart_seen_by_the_heartbeat_just_before_a_request_is_an_error(
+def test_a_restart_found_by_the_heartbeat_just_before_a_request_is_an_error(
     server: FakeServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with palmares.Client(server.url) as client:
@@ -172,7 +172,7 @@ def test_a_run_left_open_by_an_earlier_program_is_stopped(
     assert [record.message for record in caplog.records if "open at tick 7" in record.message]
 
 
-def test_a_lost_run_says_how_it_ended() -> None:
+def test_the_error_of_a_lost_run_has_its_outcome() -> None:
     result = palmares.Result(
         run_id="r1",
         task="balls",

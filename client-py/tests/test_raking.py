@@ -49,7 +49,7 @@ def test_nothing_fits_behind_a_tin_at_the_rear_wall(shape: raking.RakeShape) -> 
 
 
 @HANDS
-def test_what_failed_is_tried_in_another_way_and_left_in_the_end(shape: raking.RakeShape) -> None:
+def test_after_failures_other_ways_are_tried_and_then_none(shape: raking.RakeShape) -> None:
     can = standing(0, 0.0, 0.55)
     tried: list[Attempt] = []
     for _ in range(4):

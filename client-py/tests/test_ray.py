@@ -96,7 +96,7 @@ def told(report: Report) -> list[tuple[str, str, int, float, str, str | None]]:
 
 
 @pytest.mark.usefixtures("cluster")
-def test_what_a_controller_needs_is_sent_along(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_of_a_controller_are_sent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     here = tmp_path / "here"
     written(here / "parted.py", PARTED.format(forbidden=str(here)))
     written(here / "late.py", "MORE = 2")

@@ -66,7 +66,7 @@ def test_the_backlog_is_read_while_the_controller_thinks(server: FakeServer) -> 
         client.stop()
 
 
-def test_latest_repeats_itself_when_nothing_came(server: FakeServer) -> None:
+def test_latest_returns_the_last_observation_again(server: FakeServer) -> None:
     server.ticks = 1
     with palmares.Client(server.url) as client:
         with pytest.raises(palmares.WrongStateError):
@@ -79,7 +79,7 @@ def test_latest_repeats_itself_when_nothing_came(server: FakeServer) -> None:
         client.stop()
 
 
-def test_an_action_after_the_end_is_no_error_before_the_end_was_seen(server: FakeServer) -> None:
+def test_an_action_after_the_end_is_no_error_before_the_end_is_read(server: FakeServer) -> None:
     server.ticks = 1
     with palmares.Client(server.url) as client:
         client.reset("balls", "softhand", mode="realtime")

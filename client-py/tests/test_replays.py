@@ -36,7 +36,7 @@ def replay_of_a_run(server: RealServer, data: Path) -> Path:
     return data / "replays" / f"{result.run_id}.mcap"
 
 
-def test_foxglove_finds_what_it_knows(tmp_path: Path) -> None:
+def test_the_records_are_readable_for_foxglove(tmp_path: Path) -> None:
     began = time.time()
     with RealServer(tmp_path) as server:
         path = replay_of_a_run(server, tmp_path)

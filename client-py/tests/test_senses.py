@@ -68,7 +68,7 @@ def test_both_encodings_bring_the_same_pictures(url: str, noise: Literal["none",
     assert (first.tick == 20) == (noise == "none")
 
 
-def test_what_is_not_there_cannot_be_seen(url: str) -> None:
+def test_missing_cameras_are_refused(url: str) -> None:
     with palmares.Client(url) as client:
         with pytest.raises(palmares.UnknownCameraError, match="box_a"):
             client.reset("balls", "softhand", cameras=["eye"])
@@ -108,7 +108,7 @@ def test_the_example_finds_the_balls_in_noise(url: str, monkeypatch: pytest.Monk
     monkeypatch.syspath_prepend(Path(__file__).parent.parent / "src/palmares/examples")
     example = importlib.import_module("balls_sensors")
     with palmares.Client(url) as client:
-        # The truth is for the test: the picture comes with the errors of a real camera.
+        # The truth is for the test; the image has the errors of a real camera.
         hand = example.Senses(client, client.reset("balls", "softhand", noise="real", seed=11))
         points = hand.look()
         balls = example.find_balls(points, largest_radius(client.scene), client.scene.region("box_a"))
@@ -120,11 +120,11 @@ def test_the_example_finds_the_balls_in_noise(url: str, monkeypatch: pytest.Monk
         assert max(nearest) < 0.01
 
 
-def test_the_example_finds_what_stands_in_the_shelf(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_example_finds_the_objects_in_the_shelf(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(Path(__file__).parent.parent / "src/palmares/examples")
     example = importlib.import_module("shelf_sensors")
     with palmares.Client(url) as client:
-        # The truth is for the test: the picture comes with the errors of a real camera.
+        # The truth is for the test; the image has the errors of a real camera.
         hand = example.Senses(client, client.reset("shelf", "softhand", noise="real", seed=2))
         image = hand.look()
         found = example.find_objects(image, client.scene.free, client.scene.region("shelf"))

@@ -121,7 +121,7 @@ def test_a_world_goes_on_from_where_it_was_kept() -> None:
         world.restore(bytes(kept)[:-1])
 
 
-def test_a_replay_tells_of_pushes_and_of_what_was_kept(tmp_path: Path) -> None:
+def test_a_replay_has_pushes_and_snapshots(tmp_path: Path) -> None:
     world = sim.World("grasp", "reflex", seed=2)
     world.step(hand=[0.5] * 4, repeat=30)
     kept = world.snapshot()
@@ -146,7 +146,7 @@ def test_a_replay_tells_of_pushes_and_of_what_was_kept(tmp_path: Path) -> None:
         sim.World("grasp", "reflex").save_replay("/proc/missing/x.mcap")
 
 
-def test_a_batch_resets_and_steps_those_it_is_told_to() -> None:
+def test_a_batch_resets_and_steps_the_masked_worlds() -> None:
     batch = sim.Batch("grasp", "softhand", 4, sensing="sensors")
     with pytest.raises(ValueError, match="world 0 has no run yet"):
         batch.step(np.zeros((4, 7)))

@@ -53,7 +53,7 @@ class Shaped(palmares.Client):
         return obs
 
 
-def test_what_shaping_adds_to_an_episode_depends_on_its_first_state_alone() -> None:
+def test_the_sum_of_shaping_depends_on_the_first_state_alone() -> None:
     """Play a whole run that ends complete: the example lifts the object and holds it through the shake."""
     with Shaped("local", training=SHAPED) as client:
         grasp_softhand.run(client, 1)
@@ -188,7 +188,7 @@ def test_a_curriculum_holds_from_the_next_reset_on() -> None:
     assert batch.fraction == 1.0
 
 
-def test_a_task_declares_what_learners_have_as_the_documents_say(tmp_path: Path) -> None:
+def test_tasks_declare_options_for_learners_as_documented(tmp_path: Path) -> None:
     docs = Path(__file__).parents[2] / "docs"
     task, training = (
         re.findall(r"```toml\n(.*?)```", (docs / name).read_text(), re.DOTALL)[0]
@@ -212,7 +212,7 @@ def test_a_task_declares_what_learners_have_as_the_documents_say(tmp_path: Path)
         sim.World("pan", "softhand", training=Training(fraction=0.5))
 
 
-def test_what_cannot_be_is_refused() -> None:
+def test_invalid_options_are_refused() -> None:
     with FakeServer() as server, pytest.raises(ValueError, match="servers do not offer it"):
         palmares.Client(server.url, training=Training(shaping=True))
     for wrong, message in (

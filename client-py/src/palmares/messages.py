@@ -35,7 +35,7 @@ class Observation(Viewed, wire.Observation, kw_only=True, tag="obs"):
 
     @property
     def cameras(self) -> dict[str, CameraImage]:
-        """What the cameras saw that were asked for, by name."""
+        """Requested images, by the names of their cameras."""
         return {image.camera: image for image in self._cameras}
 
     @property
@@ -44,7 +44,7 @@ class Observation(Viewed, wire.Observation, kw_only=True, tag="obs"):
         return self.terminated or self.truncated
 
     def _lines(self) -> tuple[str, Rows]:
-        """Return what the observation shows when it is printed."""
+        """Return the title and the lines of a printed observation."""
         over = f", over: {self.reason}" if self.done else ""
         title = f"Observation of tick {self.tick} ({self.sim_time_s:.2f} s), score {self.score:g}{over}"
         hand = self.hand
@@ -77,7 +77,7 @@ class Result(Viewed, wire.Result, kw_only=True, tag="result"):
         return self.status == "voided"
 
     def _lines(self) -> tuple[str, Rows]:
-        """Return what the result shows when it is printed."""
+        """Return the title and the lines of a printed result."""
         title = f"Result of {self.task} with {self.hand}: score {self.score:g}, {self.status}"
         rows = [
             ("run", self.run_id),
@@ -108,7 +108,7 @@ class FieldSpec(wire.FieldSpec, kw_only=True):
 
     @property
     def range(self) -> tuple[float, float]:
-        """Least and largest value of each entry; infinite where there is no limit."""
+        """Smallest and largest value of each entry; infinite without a limit."""
         return (
             -math.inf if self.minimum is None else self.minimum,
             math.inf if self.maximum is None else self.maximum,
@@ -122,19 +122,19 @@ class Specs(wire.Specs, kw_only=True):
     observation: list[FieldSpec]
 
     def action_field(self, name: str) -> FieldSpec:
-        """Return a field of an action, such as ``base.linear``; `KeyError` lists the names there are."""
+        """Return a field of an action, such as ``base.linear``; the `KeyError` for others lists all names."""
         return named("field of actions", name, self.action)
 
 
 class Welcome(wire.Welcome, kw_only=True, tag="welcome"):
-    """The server's greeting when a session begins or is resumed: all that holds for the whole session."""
+    """The server's greeting when a session begins or resumes, with all constants of the session."""
 
     specs: Specs
 
     def task(self, name: str) -> TaskInfo:
-        """Return the constants of a task; `KeyError` lists the tasks there are."""
+        """Return the constants of a task; the `KeyError` for others lists all tasks."""
         return named("task", name, self.tasks)
 
     def hand(self, name: str) -> HandInfo:
-        """Return motors and joints of a hand; `KeyError` lists the hands there are."""
+        """Return motors and joints of a hand; the `KeyError` for others lists all hands."""
         return named("hand", name, self.hands)

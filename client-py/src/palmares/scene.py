@@ -115,7 +115,7 @@ class Region(wire.Region, kw_only=True):
         return array(self.max) - array(self.min)
 
     def contains(self, point: Array) -> bool:
-        """Tell whether `point` (3,), m, lies inside or on the border."""
+        """Return whether `point` (3,), m, is inside or on the border."""
         return bool(np.all(point >= self.min) and np.all(point <= self.max))
 
 
@@ -154,7 +154,7 @@ class Scene(Viewed, wire.Scene, kw_only=True):
         return [body for body in self.bodies if not body.free]
 
     def _lines(self) -> tuple[str, Rows]:
-        """Return what the scene shows when it is printed."""
+        """Return the title and the lines of a printed scene."""
         free, fixed = self.free, self.furniture
         title = f"Scene of {len(free)} objects, {len(fixed)} fixed bodies, {len(self.regions)} regions"
         rows = first([(body.name, _in_words(body)) for body in free], "objects")

@@ -98,7 +98,7 @@ class Truth(wire.Truth, kw_only=True, dict=True):
 
     @property
     def contact_count(self) -> int:
-        """How many contacts there are."""
+        """Number of contacts."""
         return len(self._contacts.a)
 
     def name_objects(self, names: Sequence[str]) -> None:

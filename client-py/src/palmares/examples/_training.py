@@ -34,7 +34,7 @@ class Learned:
     """Scores in the test scenes after the last update"""
 
 
-Tell = Callable[[Point], None]
+OnPoint = Callable[[Point], None]
 """Called with every point of a curve"""
 
 
@@ -45,7 +45,7 @@ def learn(
     updates: int,
     episodes: int,
     test_every: int,
-    tell: Tell,
+    on_point: OnPoint,
 ) -> list[Point]:
     """Alternate updates and tests; return the curve.
 
@@ -55,7 +55,7 @@ def learn(
         updates: Number of updates.
         episodes: Runs of an update.
         test_every: Updates between two tests; there is also one before the first update and after the last.
-        tell: Called with every point.
+        on_point: Called with every point.
 
     """
     curve: list[Point] = []
@@ -63,7 +63,7 @@ def learn(
         explored = improve() if update > 0 else None
         tested = test() if update % test_every == 0 or update == updates else None
         curve.append(Point(update, update * episodes, explored, tested))
-        tell(curve[-1])
+        on_point(curve[-1])
     return curve
 
 
@@ -71,7 +71,7 @@ class Train(Protocol):
     """Trains, and writes the policy to a file if one is given."""
 
     def __call__(
-        self, seed: int, *, updates: int, threads: int | None, tell: Tell, policy: Path | None
+        self, seed: int, *, updates: int, threads: int | None, on_point: OnPoint, policy: Path | None
     ) -> Learned: ...
 
 
@@ -88,11 +88,11 @@ def main(train: Train, doc: str | None, updates: int) -> None:
     args = parser.parse_args()
     began = time.monotonic()
 
-    def tell(point: Point) -> None:
+    def show(point: Point) -> None:
         train = "" if point.train is None else f", training {point.train:.2f}"
         test = "" if point.test is None else f", unseen objects {point.test:.2f}"
         print(f"{time.monotonic() - began:5.0f} s, update {point.update}{train}{test}", flush=True)
 
-    learned = train(args.seed, updates=args.updates, threads=args.threads, tell=tell, policy=args.policy)
+    learned = train(args.seed, updates=args.updates, threads=args.threads, on_point=show, policy=args.policy)
     if args.curve:
         args.curve.write_text(json.dumps(asdict(learned)) + "\n")

@@ -30,7 +30,7 @@ from palmares.examples._grasp_runs import (
     training_scenes,
     yaw_across,
 )
-from palmares.examples._training import Learned, Tell, learn, main
+from palmares.examples._training import Learned, OnPoint, learn, main
 from palmares.sim import Batch
 from palmares.skills.motion import UP
 
@@ -78,7 +78,7 @@ def train(
     tests: int = 100,
     test_every: int = 3,
     threads: int | None = None,
-    tell: Tell = lambda _: None,
+    on_point: OnPoint = lambda _: None,
     policy: Path | None = None,
 ) -> Learned:
     """Search. The same arguments give the same curve, for any number of threads.
@@ -90,7 +90,7 @@ def train(
         tests: Test scenes, in which the distribution's mean is played after every `test_every` updates.
         test_every: See `tests`.
         threads: As for `palmares.sim.Batch`.
-        tell: Called with every point of the curve.
+        on_point: Called with every point of the curve.
         policy: File for the distribution's mean, JSON.
 
     """
@@ -114,7 +114,9 @@ def train(
     def test() -> float:
         return float(play(test_batch, tested, np.tile(mean, (tests, 1))).mean())
 
-    curve = learn(improve, test, updates=updates, episodes=batch.count, test_every=test_every, tell=tell)
+    curve = learn(
+        improve, test, updates=updates, episodes=batch.count, test_every=test_every, on_point=on_point
+    )
     if policy:
         policy.write_text(json.dumps(dict(zip(NAMES, mean.tolist(), strict=True)), indent=1) + "\n")
     return Learned(seed, curve, test_batch.scores.tolist())

@@ -42,7 +42,7 @@ from palmares.examples._grasp_runs import (
     training_scenes,
     yaw_across,
 )
-from palmares.examples._training import Learned, Tell, learn, main
+from palmares.examples._training import Learned, OnPoint, learn, main
 from palmares.examples.grasp_sensors import find_object
 from palmares.sim import Batch, World
 from palmares.skills.motion import UP
@@ -246,7 +246,7 @@ def train(
     tests: int = 100,
     test_every: int = 5,
     threads: int | None = None,
-    tell: Tell = lambda _: None,
+    on_point: OnPoint = lambda _: None,
     policy: Path | None = None,
 ) -> Learned:
     """Train. The same arguments give the same curve on a machine, for any number of threads of the worlds.
@@ -258,7 +258,7 @@ def train(
         tests: Test scenes, in which the policy is played after every `test_every` updates.
         test_every: See `tests`.
         threads: As for `palmares.sim.Batch`.
-        tell: Called with every point of the curve.
+        on_point: Called with every point of the curve.
         policy: File for the policy, in the format of stable-baselines3.
 
     """
@@ -293,7 +293,7 @@ def train(
         updates=updates,
         episodes=2 * worlds,
         test_every=test_every,
-        tell=tell,
+        on_point=on_point,
     )
     if policy:
         model.save(policy)
