@@ -10,8 +10,10 @@ const KEY: u8 = 1;
 const TELEMETRY: u8 = 2;
 /// Contacts follow.
 const CONTACTS: u8 = 4;
-/// What the hand feels follows.
-const FELT: u8 = 8;
+/// Loads on the hand follow: work of the motors, fingers and taxels.
+const LOADS: u8 = 8;
+/// Readings of sensors follow.
+const READINGS: u8 = 16;
 /// A body that is this far from where it was last sent has moved, m.
 const MOVED_M: f32 = 5e-5;
 /// The same for its orientation, a tenth of a degree, rad.
@@ -30,8 +32,10 @@ pub(super) struct Whole<'a> {
     pub(super) poses: &'a [Seven],
     /// By [`telemetry`], for those who want it.
     pub(super) telemetry: Option<&'a [u8]>,
-    /// By [`felt`], with the telemetry.
-    pub(super) felt: Option<&'a [u8]>,
+    /// By [`loads`], with the telemetry.
+    pub(super) loads: Option<&'a [u8]>,
+    /// By [`readings`], with the telemetry.
+    pub(super) readings: Option<&'a [u8]>,
     /// By [`contacts`], for those who want them.
     pub(super) contacts: Option<&'a [u8]>,
 }
@@ -41,13 +45,14 @@ pub(super) fn encode(whole: &Whole<'_>, sent: &mut Vec<Seven>, key: bool) -> Vec
     let key = key || sent.len() != whole.poses.len();
     sent.resize(whole.poses.len(), [0.0; 7]);
     let extra = |bytes: Option<&[u8]>| bytes.map_or(0, <[u8]>::len);
-    let size =
-        12 + 18 * whole.poses.len() + extra(whole.telemetry) + extra(whole.contacts) + extra(whole.felt);
+    let parts = [whole.telemetry, whole.contacts, whole.loads, whole.readings];
+    let size = 12 + 18 * whole.poses.len() + parts.into_iter().map(extra).sum::<usize>();
     let mut out = Vec::with_capacity(size);
     let flags = if key { KEY } else { 0 }
         | if whole.telemetry.is_some() { TELEMETRY } else { 0 }
         | if whole.contacts.is_some() { CONTACTS } else { 0 }
-        | if whole.felt.is_some() { FELT } else { 0 };
+        | if whole.loads.is_some() { LOADS } else { 0 }
+        | if whole.readings.is_some() { READINGS } else { 0 };
     out.extend([VERSION, flags, 0, 0]);
     out.extend((whole.tick as u32).to_le_bytes());
     put(&mut out, whole.score);
@@ -63,7 +68,7 @@ pub(super) fn encode(whole: &Whole<'_>, sent: &mut Vec<Seven>, key: bool) -> Vec
         }
     }
     out[2..4].copy_from_slice(&bodies.to_le_bytes());
-    [whole.telemetry, whole.contacts, whole.felt].into_iter().flatten().for_each(|bytes| out.extend(bytes));
+    parts.into_iter().flatten().for_each(|bytes| out.extend(bytes));
     out
 }
 
@@ -98,7 +103,7 @@ pub(super) fn telemetry(seen: &Telemetry) -> Vec<u8> {
 }
 
 /// Work of the motors, fingers and taxels.
-pub(super) fn felt(seen: &Telemetry) -> Vec<u8> {
+pub(super) fn loads(seen: &Telemetry) -> Vec<u8> {
     let mut out = Vec::new();
     let motors = counted(&mut out, &seen.motors);
     seen.motors[..motors].iter().for_each(|motor| put(&mut out, motor.work));
@@ -109,6 +114,15 @@ pub(super) fn felt(seen: &Telemetry) -> Vec<u8> {
     let taxels = u16::try_from(seen.touch.len()).unwrap_or(u16::MAX);
     out.extend(taxels.to_le_bytes());
     seen.touch[..usize::from(taxels)].as_flattened().iter().for_each(|x| put(&mut out, *x));
+    out
+}
+
+/// Readings of sensors.
+pub(super) fn readings(seen: &Telemetry) -> Vec<u8> {
+    let count = u16::try_from(seen.readings.len()).unwrap_or(u16::MAX);
+    let mut out = Vec::with_capacity(2 + 4 * usize::from(count));
+    out.extend(count.to_le_bytes());
+    seen.readings[..usize::from(count)].iter().for_each(|x| put(&mut out, *x));
     out
 }
 
@@ -170,7 +184,15 @@ mod tests {
     }
 
     fn whole(poses: &[Seven]) -> Whole<'_> {
-        Whole { tick: 0x0102_0304, score: 1.5, poses, telemetry: None, felt: None, contacts: None }
+        Whole {
+            tick: 0x0102_0304,
+            score: 1.5,
+            poses,
+            telemetry: None,
+            loads: None,
+            readings: None,
+            contacts: None,
+        }
     }
 
     #[test]
@@ -197,6 +219,7 @@ mod tests {
             predicted: vec![],
             fingers: vec![finger],
             touch: vec![[0.0, 0.0, 2.0]],
+            readings: vec![0.5, 2.0],
         };
         let (one, half, two) = ([0, 0, 0x80, 0x3f], [0, 0, 0, 0x3f], [0, 0, 0, 0x40]);
         let mut expected = vec![1];
@@ -204,7 +227,8 @@ mod tests {
         expected.extend([1, 0, 0, 0x80, 0xbf, 2, 0, 0, 0x80, 0x3e, 0, 0, 0, 0]);
         assert_eq!(telemetry(&seen), [&expected[..], &[0]].concat());
         let finger = [&one[..], &[0; 12], &half, &[0; 4]].concat();
-        assert_eq!(felt(&seen), [&[1][..], &one, &[1], &finger, &[1, 0], &[0; 8], &two].concat());
+        assert_eq!(readings(&seen), [&[2, 0][..], &half, &two].concat());
+        assert_eq!(loads(&seen), [&[1][..], &one, &[1], &finger, &[1, 0], &[0; 8], &two].concat());
         let predicted = telemetry(&Telemetry { predicted: vec![1.0, 1.0], ..seen });
         assert_eq!(predicted, [&expected[..], &[1], &one, &one].concat());
 
@@ -217,10 +241,15 @@ mod tests {
         assert_eq!(bytes[10..30], [&[0; 16][..], &[0, 0, 0x80, 0xbf]].concat());
         assert_eq!((bytes[30], bytes.len(), bytes[bytes.len() - 1]), (128, 2 + 2 * 29, 255));
         let poses = [REST];
-        let with =
-            Whole { telemetry: Some(&[7]), contacts: Some(&[8, 9]), felt: Some(&[10]), ..whole(&poses) };
+        let with = Whole {
+            telemetry: Some(&[7]),
+            contacts: Some(&[8, 9]),
+            loads: Some(&[10]),
+            readings: Some(&[11]),
+            ..whole(&poses)
+        };
         let frame = encode(&with, &mut vec![REST], false);
-        assert_eq!((frame[1], &frame[12..]), (14, &[7, 8, 9, 10][..]));
+        assert_eq!((frame[1], &frame[12..]), (30, &[7, 8, 9, 10, 11][..]));
     }
 
     #[test]

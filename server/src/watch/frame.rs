@@ -5,6 +5,7 @@ use super::messages::{BodyKind, Poses, Verdicts, WatchBody, WatchReply, WatchRun
 use super::snapshot::{Overlays, Snapshot};
 use axum::extract::ws::Utf8Bytes;
 use palmares_models::Pose;
+use palmares_senses::ChannelInfo;
 use palmares_tasks::Run;
 use palmares_tasks::referee::Verdict;
 use palmares_tasks::run::{Contact, Telemetry, TelemetryModel};
@@ -16,12 +17,13 @@ const HAND_COLOR: [f64; 3] = [0.72, 0.74, 0.78];
 /// Steps of a verdict's values: finer ones change all the time.
 const VERDICT_STEPS: f64 = 1e3;
 
-/// Telemetry, and its two parts of a binary frame.
+/// Telemetry, and its three parts of a binary frame.
 #[derive(Debug)]
 struct Told {
     seen: Telemetry,
     bytes: Vec<u8>,
-    felt: Vec<u8>,
+    loads: Vec<u8>,
+    readings: Vec<u8>,
 }
 
 /// A moment of a run.
@@ -61,8 +63,14 @@ impl Frame {
 
     fn telemetry(&self) -> Option<&Told> {
         let seen = || self.snapshot.sample.as_ref().map(|sample| self.telemetry_model.telemetry(sample));
-        let told =
-            || seen().map(|seen| Told { bytes: binary::telemetry(&seen), felt: binary::felt(&seen), seen });
+        let told = || {
+            seen().map(|seen| Told {
+                bytes: binary::telemetry(&seen),
+                loads: binary::loads(&seen),
+                readings: binary::readings(&seen),
+                seen,
+            })
+        };
         self.telemetry.get_or_init(told).as_ref()
     }
 
@@ -100,7 +108,8 @@ impl Frame {
             score: self.snapshot.score,
             poses: &self.poses,
             telemetry: telemetry.map(|told| told.bytes.as_slice()),
-            felt: telemetry.map(|told| told.felt.as_slice()),
+            loads: telemetry.map(|told| told.loads.as_slice()),
+            readings: telemetry.map(|told| told.readings.as_slice()),
             contacts: contacts.map(|(_, bytes)| bytes.as_slice()),
         };
         binary::encode(&whole, sent, key)
@@ -169,8 +178,9 @@ pub(super) fn scene(info: WatchRun, run: &Run) -> [Utf8Bytes; 2] {
     }
     let moving = poses.iter().map(|(id, _)| *id).collect();
     let regions = scene.regions.clone();
-    let mut scene = WatchScene { run: info, bodies, moving, regions, hand: None };
+    let mut scene = WatchScene { run: info, bodies, moving, regions, hand: None, readings: Vec::new() };
     let bare = text(&WatchReply::Scene(Box::new(scene.clone())));
     scene.hand = Some(Box::new(run.hand().describe()));
+    scene.readings = ChannelInfo::in_readings(run.hand());
     [text(&WatchReply::Scene(Box::new(scene))), bare]
 }

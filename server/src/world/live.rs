@@ -277,7 +277,7 @@ impl Live {
     /// The action that makes the hand stay as it is.
     fn still(world: &mut World) -> Result<Action, StepError> {
         let seen = world.observe()?;
-        let sigma = seen.hand.actuators.iter().map(|actuator| actuator.position).collect();
+        let sigma = seen.hand.column("motors", "position");
         let base = palmares_tasks::BaseTarget::Twist { linear: [0.0; 3], angular: [0.0; 3] };
         Ok(Action { base: Some(base), hand: Some(sigma) })
     }
