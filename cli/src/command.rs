@@ -143,4 +143,16 @@ mod tests {
     fn the_definition_is_sound() {
         Cli::command().debug_assert();
     }
+
+    /// `cargo test --package palmares --no-default-features` runs it.
+    #[cfg(not(feature = "server"))]
+    #[test]
+    fn without_the_server_its_commands_say_why_they_are_refused() {
+        use clap::Parser;
+        for line in ["serve --listen 127.0.0.1:0 --data-dir x", "schema openapi"] {
+            let asked = Cli::parse_from(std::iter::once("palmares").chain(line.split(' ')));
+            let refused = asked.run().expect_err("refused").to_string();
+            assert!(refused.starts_with("this build has no server"), "{refused}");
+        }
+    }
 }
