@@ -6,7 +6,7 @@ mod command;
 mod version;
 
 use crate::workspace;
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use clap::Args;
 use command::git;
 use std::process::Command;
