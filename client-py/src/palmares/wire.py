@@ -298,7 +298,7 @@ class Opened(msgspec.Struct, kw_only=True, gc=False):
 
 
 class Shape(msgspec.Struct, kw_only=True, gc=False):
-    """A convex shape centred on its own frame. Lengths in m. Cylinders and capsules stand along z."""
+    """A convex shape centred on its own frame. Lengths in m. The axis of cylinders and capsules is z."""
 
     type: str
     """``sphere``, ``capsule``, ``cylinder``, ``box`` or ``hull``."""
@@ -729,7 +729,7 @@ class ColumnInfo(msgspec.Struct, kw_only=True, gc=False):
     """Least value; ``None`` for none."""
     maximum: float | None = None
     """Largest value; ``None`` for none."""
-    name: str = ""
+    name: str
     """Absent where the channel's numbers have no names."""
 
 

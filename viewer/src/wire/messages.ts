@@ -5,7 +5,7 @@
 
 /** An accelerometer: it reads acceleration minus gravity, in the frame of its link. */
 export interface Accelerometer {
-  /** Link of the URDF on which it sits. */
+  /** Link of the URDF that carries it. */
   link: string;
   /** Largest magnitude along each axis, m/s². */
   range: number;
@@ -117,7 +117,7 @@ export interface BodyState {
 /** `bye`: ends the session; an open run is stopped and scored first. */
 export type Bye = Record<string, never>;
 
-/** A depth camera with a colour picture of the same view. Its optical frame has x to the right, y down and z forward. */
+/** A depth camera with a colour image of the same view. Its optical frame has x to the right, y down and z forward. */
 export interface Camera {
   /** Unique among the cameras of a run: `wrist`. */
   name: string;
@@ -131,15 +131,15 @@ export interface Camera {
   height: number;
   /** Horizontal field of view, degrees. */
   fov_deg: number;
-  /** Nearest depth that is told, m. */
+  /** Smallest depth in an image, m. */
   near: number;
-  /** Farthest depth that is told, m. */
+  /** Largest depth in an image, m. */
   far: number;
-  /** What a step of the 16-bit depth is, m. */
+  /** Unit of the 16-bit depth, m. */
   depth_unit: number;
-  /** How it differs from an ideal camera. */
+  /** Errors compared with an ideal camera. */
   stereo: Stereo;
-  /** The link of the hand on which it sits; none for a camera of a task, which stands still. */
+  /** Link of the hand that carries it; absent for a fixed camera of a task. */
   link?: string;
 }
 
@@ -344,7 +344,7 @@ export type ControlReply =
 export interface CoordinateDescription {
   /** Name. */
   name: string;
-  /** Lower limit, rad or m; none where there is none. */
+  /** Lower limit, rad or m; absent if unlimited. */
   minimum: number | null;
   /** Upper limit. */
   maximum: number | null;
@@ -352,7 +352,7 @@ export interface CoordinateDescription {
   stiffness: number;
   /** D, N·m·s/rad. */
   damping: number;
-  /** Where its spring is at rest. */
+  /** Rest position of its spring. */
   rest: number;
 }
 
@@ -377,7 +377,7 @@ export interface ElementDescription {
   /** Name of the coordinate. */
   coordinate: string;
   kind: 'da_vinci';
-  /** Radius of the pulley on the first joint, which the tendon's length is measured in: s is in rad there. */
+  /** Radius of the pulley on the first joint, the unit of the tendon's length: s is in rad there. */
   r0: number;
   /** Radius of the pulley on the first phalanx. */
   r1: number;
@@ -505,7 +505,7 @@ export interface Events {
   events: Event[];
 }
 
-/** Why a world cannot go on. It stands still from then on. Everybody who tells of a fault, on the wire, in a log or in Python, takes its code and its words from here; a new kind goes to the end, where it changes no bytes of snapshots. */
+/** Reason why a world cannot continue. From then on it does not move. The wire, the log and Python take code and wording of a fault from here. A new kind goes to the end, so that the bytes of snapshots do not change. */
 export type Fault = 'not_finite' | 'out_of_bounds' | 'unsolvable' | 'work_exhausted' | 'crashed';
 
 /** One field. */
@@ -588,7 +588,7 @@ export interface HandDeed {
 export interface HandDescription {
   /** Identifier. */
   name: string;
-  /** One sentence for people. */
+  /** One sentence for display. */
   description: string;
   /** Mass of all links, kg. */
   mass: number;
@@ -602,9 +602,9 @@ export interface HandDescription {
   tendons: TendonDescription[];
   /** The fingers, by the names of their first links: the order of `telemetry.fingers`. */
   fingers: string[];
-  /** Rectangles that feel touch. */
+  /** Tactile patches. */
   tactile: PatchDescription[];
-  /** What its sensors are like, and what else it has. */
+  /** Properties of its sensors, and its optional sensors. */
   sensors: Sensors;
   /** Whether the hand's own weight is cancelled. */
   gravity_compensation: boolean;
@@ -735,9 +735,9 @@ export interface IssuedToken {
 
 /** Encoders of joints. */
 export interface JointEncoders {
-  /** The coordinates that have one, in the order in which they are read. */
+  /** Coordinates with an encoder, in the order of the readings. */
   on: string[];
-  /** Least step, rad. */
+  /** Resolution, rad. */
   resolution: number;
   /** Standard deviation of the constant error of each, rad. */
   bias: number;
@@ -813,7 +813,7 @@ export interface Limits {
 export interface LinkDescription {
   /** Name. */
   name: string;
-  /** Name of the parent link; none for the base. */
+  /** Name of the parent link; absent for the base. */
   parent: string | null;
   /** Name of the coordinate that moves it. */
   coordinate: string | null;
@@ -823,7 +823,7 @@ export interface LinkDescription {
   mass: number;
   /** Centre of mass in the link frame, m. */
   com: [number, number, number];
-  /** Where it is in the base frame when the hand is at rest. */
+  /** Pose in the base frame when the hand is at rest. */
   base_from_link_at_rest: PoseDescription;
   /** Collision shapes. */
   shapes: PlacedShape[];
@@ -883,9 +883,9 @@ export interface MotorDescription {
   speed_limit: number;
 }
 
-/** The encoder of a motor, and how its tension is known: by the motor's current. */
+/** The encoder of a motor, and its estimate of tension from the motor's current. */
 export interface MotorSensor {
-  /** Least step of the position, in σ. */
+  /** Resolution of the position, in σ. */
   resolution: number;
   /** Standard deviation of its constant error, in σ. */
   bias: number;
@@ -989,7 +989,7 @@ export interface Opened {
 /** What may be told beside the poses. */
 export type Overlay = 'telemetry' | 'contacts' | 'verdicts';
 
-/** A rectangle on a link that feels touch: in the xy-plane of its frame, z outwards. */
+/** A tactile patch: a rectangle on a link, in the xy-plane of its frame, z outwards. */
 export interface PatchDescription {
   /** Name. */
   name: string;
@@ -1315,17 +1315,17 @@ export interface Score {
 /** How much a controller may see. */
 export type Sensing = 'sensors' | 'truth';
 
-/** What the sensors of a hand are like, and which it has beside its motors' own. The arm it is mounted on brings the sensors of its wrist. */
+/** Properties of the sensors of a hand, and its sensors besides those of the motors. The arm that carries it has the sensors of its wrist. */
 export interface Sensors {
-  /** Every motor's. */
+  /** Sensor of every motor. */
   motors: MotorSensor;
-  /** What a taxel of its tactile patches is like. */
+  /** Taxels of its tactile patches. */
   touch: Touch;
-  /** Feels accelerations; none when the hand has none. */
+  /** Accelerometer; absent if the hand has none. */
   accelerometer?: Accelerometer;
-  /** Cameras on it. */
+  /** Cameras on the hand. */
   cameras?: Camera[];
-  /** Encoders of joints; none when the hand has none. */
+  /** Encoders of joints; absent if the hand has none. */
   joints?: JointEncoders;
 }
 
@@ -1387,7 +1387,7 @@ export interface Sessions {
   sessions: Session[];
 }
 
-/** A convex shape centred on its own frame. Lengths in m. Cylinders and capsules stand along z. */
+/** A convex shape centred on its own frame. Lengths in m. The axis of cylinders and capsules is z. */
 export type Shape =
   | { type: 'sphere'; radius: number }
   | { type: 'capsule'; radius: number; half_length: number }
@@ -1426,7 +1426,7 @@ export interface SpecDescription {
   shape: [number];
   /** Unit. */
   unit: string;
-  /** Least value of each entry; none where there is no bound. */
+  /** Smallest value of each entry; absent if unbounded. */
   minimum: (number | null)[];
   /** Largest value of each entry. */
   maximum: (number | null)[];
@@ -1452,21 +1452,21 @@ export interface Step {
   repeat?: number;
 }
 
-/** What a real stereo camera does to depth. */
+/** Errors of a real stereo camera in depth. */
 export interface Stereo {
-  /** Pictures per second. */
+  /** Images per second. */
   rate_hz: number;
-  /** From exposure until the picture can be read, s. */
+  /** Time from the exposure until the image is available, s. */
   latency_s: number;
   /** Distance between the two imagers, m; the second is to the right. */
   baseline: number;
   /** Standard deviation of the disparity, pixels. */
   disparity_noise: number;
-  /** Least step of the disparity, pixels. */
+  /** Resolution of the disparity, pixels. */
   disparity_step: number;
-  /** Beyond this angle between the surface's normal and the view nothing is seen, degrees. */
+  /** Angle between surface normal and view beyond which there is no depth, degrees. */
   grazing_deg: number;
-  /** Part of the pixels that are lost at random. */
+  /** Part of the pixels that drop out at random. */
   dropout: number;
 }
 
@@ -1606,9 +1606,9 @@ export interface TendonDescription {
   motor: string;
   /** Its row of R at rest, one entry per coordinate. */
   moment_arms: number[];
-  /** What makes R depend on the configuration. */
+  /** Elements whose moment arm depends on the configuration. */
   elements: ElementDescription[];
-  /** Whether it pushes as well as it pulls. */
+  /** Whether it is a drive that pushes as well as pulls. */
   both_ways: boolean;
   /** K */
   stiffness: number;
@@ -1673,17 +1673,17 @@ export interface Tokens {
   tokens: TokenRow[];
 }
 
-/** What a taxel is like. */
+/** Properties of a taxel. */
 export interface Touch {
-  /** The pressure below a point of contact spreads so far to each side, m. */
+  /** Distance by which the pressure below a contact point spreads to each side, m. */
   footprint: number;
-  /** How far beside the patch's plane a touched point may lie, m: the bulge of a curved surface. */
+  /** Largest distance of a touched point from the patch's plane, m: the bulge of a curved surface. */
   depth: number;
-  /** Whether forces along the surface are felt. */
+  /** Whether it measures forces along the surface. */
   shear: boolean;
-  /** Least step, N. */
+  /** Resolution, N. */
   resolution: number;
-  /** Largest force that is told of one taxel, N. */
+  /** Largest force on a taxel, N. */
   saturation: number;
   /** Standard deviation of the noise, N. */
   noise: number;
