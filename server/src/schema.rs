@@ -1,8 +1,7 @@
-//! What clients may send and are sent: JSON Schema of the messages, OpenAPI of the addresses.
+//! Descriptions for clients: JSON Schema of the messages, OpenAPI of the HTTP addresses.
 
 use crate::http;
-use crate::watch::messages as told;
-use crate::watch::request as asked;
+use crate::watch::{messages, request};
 use palmares_protocol::obs::Obs;
 use palmares_protocol::reply::{Ack, ErrorReply, Reply, RunResult, TimeReport, Warning, Welcome};
 use palmares_protocol::request::{Act, Bye, Hello, Perturb, Reset, Step, Stop, Time};
@@ -18,31 +17,30 @@ pub fn openapi() -> Value {
     http::document()
 }
 
-/// The watch socket's messages, in the same form.
+/// The watch socket's messages, in the form of [`control`].
 pub fn watch() -> Value {
     let requests = json!({
-        "subscribe": fields::<asked::Subscribe>(),
-        "list": fields::<asked::List>(),
-        "bye": fields::<asked::WatchBye>(),
+        "subscribe": fields::<request::Subscribe>(),
+        "list": fields::<request::List>(),
+        "bye": fields::<request::WatchBye>(),
     });
     let replies = json!({
-        "subscribed": fields::<told::Subscribed>(),
-        "runs": fields::<told::Runs>(),
-        "scene": fields::<told::WatchScene>(),
-        "poses": fields::<told::Poses>(),
-        "score": fields::<told::Score>(),
-        "events": fields::<told::Events>(),
-        "ended": fields::<told::Ended>(),
-        "clock": fields::<told::Clock>(),
-        "verdicts": fields::<told::Verdicts>(),
-        "leaderboard": fields::<told::Ranking>(),
+        "subscribed": fields::<messages::Subscribed>(),
+        "runs": fields::<messages::Runs>(),
+        "scene": fields::<messages::WatchScene>(),
+        "poses": fields::<messages::Poses>(),
+        "score": fields::<messages::Score>(),
+        "events": fields::<messages::Events>(),
+        "ended": fields::<messages::Ended>(),
+        "clock": fields::<messages::Clock>(),
+        "verdicts": fields::<messages::Verdicts>(),
+        "leaderboard": fields::<messages::Ranking>(),
         "error": fields::<ErrorReply>(),
     });
-    json!({"requests": requests, "replies": replies, "reply": fields::<told::WatchReply>()})
+    json!({"requests": requests, "replies": replies, "reply": fields::<messages::WatchReply>()})
 }
 
-/// The control socket's messages: requests without their `op` and `id`, replies each and as the union told apart by
-/// `op`.
+/// The control socket's messages: requests without their `op` and `id`; each reply, and the union of all by `op`.
 pub fn control() -> Value {
     let requests = json!({
         "hello": fields::<Hello>(),

@@ -1,15 +1,17 @@
-//! What stands beside the ranking: each task's rules in words, how to connect, and what the marks mean.
+//! Text of the leaderboard page: the rules of each task, how to connect, and the legend.
 
-use crate::rules::Phase;
+use crate::rules::CompetitionPhase;
 use maud::{Markup, html};
 use palmares_protocol::reply::TaskInfo;
 
-/// How far a competition is.
-pub(super) fn in_words(phase: Phase) -> &'static str {
+/// The phase of a competition.
+pub(super) fn in_words(phase: CompetitionPhase) -> &'static str {
     match phase {
-        Phase::Closed => "The competition is not open: sessions can begin when the organizer opens it.",
-        Phase::Open => "The competition is open.",
-        Phase::Revealed => "The competition is over.",
+        CompetitionPhase::Closed => {
+            "The competition is not open: sessions can begin when the organizer opens it."
+        }
+        CompetitionPhase::Open => "The competition is open.",
+        CompetitionPhase::Revealed => "The competition is over.",
     }
 }
 
@@ -28,8 +30,8 @@ pub(super) fn rules_of(task: &TaskInfo) -> Markup {
     }
 }
 
-/// How a program gets in.
-pub(super) fn connect(here: &str, phase: Option<Phase>) -> Markup {
+/// How to connect a program.
+pub(super) fn connect(here: &str, phase: Option<CompetitionPhase>) -> Markup {
     html! {
         section.panel {
             h3 { "Connect" }
@@ -58,8 +60,8 @@ pub(super) fn connect(here: &str, phase: Option<Phase>) -> Markup {
     }
 }
 
-/// What the marks mean.
-pub(super) fn legend(phase: Option<Phase>, replays: bool) -> Markup {
+/// The legend.
+pub(super) fn legend(phase: Option<CompetitionPhase>, replays: bool) -> Markup {
     html! {
         p {
             "Best score of each task; equal totals: the earlier first. Sensors: place among the teams that never saw the \
@@ -70,7 +72,7 @@ pub(super) fn legend(phase: Option<Phase>, replays: bool) -> Markup {
             }
             @if replays {
                 "A score opens its replay."
-            } @else if matches!(phase, Some(Phase::Closed | Phase::Open)) {
+            } @else if matches!(phase, Some(CompetitionPhase::Closed | CompetitionPhase::Open)) {
                 "Replays open when the competition is over."
             }
         }
