@@ -5,7 +5,7 @@ use clap::ValueEnum;
 use serde_json::{Map, Value};
 use std::io::Write;
 
-/// Which description.
+/// A schema.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum What {
     /// The messages of the control socket, as JSON Schema
@@ -16,14 +16,14 @@ pub(crate) enum What {
     Openapi,
 }
 
-/// Prints a description.
+/// Prints a schema.
 pub(crate) fn schema(what: What) -> anyhow::Result<()> {
     let mut out = std::io::stdout().lock();
     writeln!(out, "{}", serde_json::to_string_pretty(&sorted(server::schema(what)?))?)?;
     Ok(())
 }
 
-/// With fields in the order of their names, however serde_json was built.
+/// Sorts fields by name, independent of the features of serde_json.
 fn sorted(value: Value) -> Value {
     match value {
         Value::Object(fields) => {

@@ -36,8 +36,8 @@ pub struct CheckArgs {
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Also draw the hand from three sides; a name that ends in .svg or .png
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
+    #[arg(long, short, alias = "out", value_name = "FILE")]
+    output: Option<PathBuf>,
     /// Print every warning, also where many say the same
     #[arg(long)]
     all: bool,
@@ -124,7 +124,7 @@ pub(crate) fn check(args: &CheckArgs, limits_of: LimitsOf<'_>) -> anyhow::Result
             report.warnings = warnings.iter().map(Warning::from).collect();
             text += &warned(&warnings, args.all);
             text += &closed;
-            if let Some(file) = &args.out {
+            if let Some(file) = &args.output {
                 draw_hand(&hand, file)?;
                 let _ = writeln!(text, "\nwrote {}", file.display());
             }
